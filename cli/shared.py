@@ -74,7 +74,7 @@ def counted(number: int, what: str) -> str:
 
 
 def add_answer_options(command: argparse.ArgumentParser) -> None:
-    """What readings do not say of themselves: `--as`, `--scale`, `--decimal`, `--colours-for`."""
+    """Add options for facts that files of readings leave open: `--as`, `--scale`, `--decimal`, `--colours-for`."""
     command.add_argument(
         "--as",
         dest="quantity",

@@ -59,7 +59,7 @@ class Accessors:
         return self._raw(accessor)[:, 0].astype(np.int64)
 
     def empty(self, owner: Node, name: str) -> bool:
-        """Whether an accessor has no values of its own, and an extension is to fill it."""
+        """Return True if an accessor has no values of its own, and an extension is to fill it."""
         accessor = self.nodes[owner.whole(name, below=len(self.nodes))]
         return not accessor.has("bufferView") and not accessor.has("sparse")
 

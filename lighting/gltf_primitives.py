@@ -32,7 +32,7 @@ class Geometry:
         if which.max(initial=0) >= len(joints):
             found = f"joint {which.max()}"
             primitive.refuse("attributes", "a joint that is not there", found, f"0 to {len(joints) - 1}")
-        # As the specification has it, weights add up to one; what rounding to 8 bits leaves out is given back.
+        # The specification has weights add up to one: rounding to 8 bits is undone.
         total = weights.sum(axis=1, keepdims=True)
         if not (total > 0.0).all():
             found = f"{int((total <= 0.0).sum())} vertices without weights"

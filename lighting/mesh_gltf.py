@@ -187,7 +187,7 @@ def _weights(node: Node, mesh: Node) -> list[float]:
 
 
 def _local(node: Node) -> Float[np.ndarray, "4 4"]:
-    """Where a node stands in its parent."""
+    """Return the transform from a node to its parent."""
     if node.has("matrix"):
         return np.array(node.numbers("matrix", _IDENTITY, low=-np.inf)).reshape(4, 4).T
     return _of_parts(

@@ -14,6 +14,7 @@ from typing import NoReturn
 import numpy as np
 
 from ..spectral.errors import InputError
+from ..spectral.formats.shared.text import is_number
 from .mesh_piece import MeshPiece
 from .polygons import triangulated
 
@@ -116,7 +117,7 @@ class _Obj:
         try:
             return np.array(list(map(float, words)), dtype=np.float64).reshape(-1, width)
         except ValueError:
-            at = next(at for at, word in enumerate(words) if not _is_number(word))
+            at = next(at for at, word in enumerate(words) if not is_number(word))
             self._refuse("not a number", self.row_lines[kind][at // width], words[at], f"{kind} and {width} numbers")
 
     def _indices(self, counts: np.ndarray, lines: np.ndarray, above: np.ndarray) -> np.ndarray:
@@ -197,14 +198,6 @@ def _lines(data: bytes) -> Iterable[tuple[int, str]]:
         joined.append((start, pending + line))
         pending, start = "", 0
     return [*joined, (start or 1, pending)]
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _is_whole(word: str) -> bool:

@@ -1,4 +1,4 @@
-"""What readers of mesh files hand over: triangles as the file has them, before they are checked."""
+"""Triangles of a mesh file as its reader hands them over, before they are checked."""
 
 from __future__ import annotations
 

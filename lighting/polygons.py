@@ -38,7 +38,7 @@ def triangulated(points: Float[np.ndarray, "C 3"], counts: Int[np.ndarray, " P"]
     points : the places of all corners, polygon after polygon; corners may repeat.
     counts : how many corners each polygon has, at least 3; their sum is C.
     """
-    # What is not finite has no sides; whoever takes the triangles refuses it.
+    # Corners that are not finite have no sides; the mesh refuses them later.
     points = np.where(np.isfinite(points), points, 0.0)
     starts = np.cumsum(counts) - counts
     found: list[np.ndarray] = []

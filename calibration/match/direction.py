@@ -45,7 +45,7 @@ def direction(standard: Lab, off: Differences, least: float = 0.0) -> str:
 
 
 def _past(standard: Lab, turned: float) -> bool:
-    """Whether a hue that has turned by so many degrees lies beyond the neighbour that it turned to."""
+    """Return True if a hue that has turned by so many degrees lies beyond the neighbour that it turned to."""
     hue = float(np.degrees(np.arctan2(standard[2], standard[1])) % 360.0)
     if turned >= 0.0:
         neighbour = 90.0 * (int((hue + NEAR) // 90.0) + 1)

@@ -119,7 +119,7 @@ class MatchReport:
 
     @property
     def crossed(self) -> tuple[str, ...]:
-        """What was compared although it was not measured alike, a sentence each."""
+        """Readings that were compared although they were not measured alike, a sentence each."""
         return tuple(
             dict.fromkeys(words for one in self.samples for words in crossed(self.standard.side, one.sample.side))
         )
@@ -338,7 +338,7 @@ def _deciding_first(report: MatchReport) -> list[int]:
 
 
 def _label(one: Matched, number: int, count: int) -> str:
-    """What stands beside a dot: the sample's name where few share a drawing, else its number, or nothing."""
+    """Label of a dot: the sample's name where few share a drawing, else its number, or nothing."""
     if count > MOST_NUMBERS:
         return ""
     name = one.sample.name

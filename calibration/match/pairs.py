@@ -108,7 +108,7 @@ class Matched:
 
     @property
     def worst(self) -> Difference:
-        """Where the sample's verdict is decided: of the conditions with it, those where it is farthest off."""
+        """Conditions that decide the sample's verdict: of all with it, those where it is farthest off."""
         deciding = [one for one in self.differences if one.verdict == self.verdict]
         return max(deciding, key=lambda one: next(iter(one.delta_e.values())))
 

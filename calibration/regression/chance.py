@@ -1,4 +1,4 @@
-"""How far two layers may lie apart by chance: order statistics of the noise that their files state.
+"""Bounds of the difference of two layers by chance: order statistics of the noise that their files state.
 
 A file states the mean and the 99th percentile of ΔE by which its pixels are off. The ΔE of a pixel is taken to follow
 Weibull's distribution with these two, S(x) = exp(-(x / scale)^shape), which has the tails that references have: the
@@ -17,7 +17,7 @@ from .row import Noise
 
 #: Standard deviations that a mean, a share or a percentile may lie above what is expected: 1 in 1000 lies beyond.
 DEVIATIONS = 3.1
-#: Of pictures whose noise is what their files state, the share in which the largest pixel lies above its bound.
+#: Share of pictures in which the largest pixel lies above its bound, where noise is as their files state.
 EXCEEDED = 1e-5
 #: Share by which a stated noise is too small: drawing ends where it seems small enough. Measured; 0 to 4 %.
 UNDERSTATED = 0.05
@@ -54,7 +54,7 @@ class Chance:
         return cls(mean / math.gamma(1.0 + 1.0 / shape), shape, pixels)
 
     def floor(self, name: str) -> float:
-        """What a statistic such as "mean", "p99", "max" or "share over 1" may come to by chance."""
+        """Return the bound of a statistic such as "mean", "p99", "max" or "share over 1" by chance."""
         if self.scale == 0.0:
             return 0.0
         if name == "mean":

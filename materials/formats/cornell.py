@@ -22,6 +22,7 @@ from jaxtyping import Bool, Float
 
 from ...spectral.errors import InputError
 from ...spectral.files import read_bytes
+from ...spectral.formats.shared.text import is_number
 from ...spectral.wavelengths import validated_wavelengths
 from ..directions import spherical
 from ..measured.measurement import ScatteredMeasurement
@@ -188,7 +189,7 @@ def _numbers(path: Path, words: list[str], lines: np.ndarray) -> Float[np.ndarra
     try:
         numbers = np.array(words, dtype=np.float64)
     except ValueError:
-        at = next(index for index, word in enumerate(words) if not _is_number(word))
+        at = next(index for index, word in enumerate(words) if not is_number(word))
         found = repr(words[at][:40])
         if at == 0:
             hint = "a .brdf of another laboratory or program: export it in this layout, or as MERL or RGL"
@@ -199,14 +200,6 @@ def _numbers(path: Path, words: list[str], lines: np.ndarray) -> Float[np.ndarra
         at = int(np.argmin(np.isfinite(numbers)))
         _fail("not a finite number", path, f"line {lines[at]}", words[at], "finite numbers", "leave the row out")
     return numbers
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
 
 
 def _count(path: Path, numbers: np.ndarray) -> int:

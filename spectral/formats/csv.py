@@ -20,7 +20,7 @@ from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
 from .answer import NO_ANSWER, Answer
 from .reading import HEAD, SpectralFile, names_its_file
-from .shared.text import head_text, is_jcamp
+from .shared.text import head_text, is_jcamp, is_number
 from .tables.dialect import LONGEST_LINE, comment, dialect_of, two_numbers
 from .tables.entries import gathered
 from .tables.layout import layout_of
@@ -101,8 +101,8 @@ def read_csv_spectra(path: Path, quantity: Quantity = "reflectance") -> dict[str
         named = [path.stem] if len(rows[0]) == 2 else [f"column {number}" for number in range(2, len(rows[0]) + 1)]
         lines, rows = [0, *lines], [["nm", *named], *rows]
     header, first_column = rows[0], [row[0] for row in rows[1:]]
-    down = _is_number(first_column[0])
-    across = len(header) > 2 and all(map(_is_number, header[1:]))
+    down = is_number(first_column[0])
+    across = len(header) > 2 and all(map(is_number, header[1:]))
     across = across and (not down or (_looks_like_nm(header[1:]) and not _looks_like_nm(first_column)))
     if not across and not down:
         raise _without_wavelengths("first column", first_column)
@@ -111,7 +111,7 @@ def read_csv_spectra(path: Path, quantity: Quantity = "reflectance") -> dict[str
             raise ragged(line, len(row), len(header))
     table = np.array([[_number(cell, line) for cell in row[1:]] for line, row in zip(lines[1:], rows[1:], strict=True)])
     axis, names, field = (header[1:], first_column, "header") if across else (first_column, header[1:], "first column")
-    if not all(map(_is_number, axis)) or table.size == 0:
+    if not all(map(is_number, axis)) or table.size == 0:
         raise _without_wavelengths(field, axis)
     wavelengths_nm = validated_wavelengths([float(cell) for cell in axis], field=field)
     spectra: dict[str, Spectrum] = {}
@@ -148,20 +148,12 @@ def _rows(path: Path) -> tuple[list[int], list[list[str]]]:
     return [line for line, _ in kept], rows
 
 
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
-
-
 def _number(cell: str, line: int) -> float:
-    if not _is_number(cell):
+    if not is_number(cell):
         expected = "a number with a point as decimal mark"
         raise InputError("not a number", field=f"line {line}", found=repr(cell), expected=expected)
     return float(cell)
 
 
 def _looks_like_nm(cells: list[str]) -> bool:
-    return len(cells) > 1 and all(_is_number(cell) and 100 <= float(cell) <= 20000 for cell in cells)
+    return len(cells) > 1 and all(is_number(cell) and 100 <= float(cell) <= 20000 for cell in cells)

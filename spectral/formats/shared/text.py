@@ -121,6 +121,15 @@ def number(cell: str, decimal: str = ".") -> float:
     return value if math.isfinite(value) and "_" not in cell else math.nan
 
 
+def is_number(word: str) -> bool:
+    """Return True if Python reads a number of a word, with a point for its decimal mark, finite or not."""
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
 def is_missing(cell: str) -> bool:
     """Whether a cell says that there is no value."""
     return cell.strip().casefold() in MISSING
