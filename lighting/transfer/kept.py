@@ -9,17 +9,16 @@ that is damaged is traced anew, and that is said.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, Int, UInt16
 
+from ...spectral.code_hash import files_hash
 from ...spectral.files import check_writable, made_folder
 from ...spectral.fingerprint import fingerprint
 from ...spectral.processes import numbered
@@ -144,12 +143,9 @@ def ray_key(bodies: Bodies, rays: int) -> str:
 
 @cache
 def tracing_code() -> str:
-    """A hash of the modules that trace, and the versions of libraries."""
-    found = hashlib.sha256(" ".join(f"{name} {version(name)}" for name in _LIBRARIES).encode())
+    """Hash the modules that trace, and the versions of libraries."""
     here = Path(__file__).parent
-    for module in (here / "hits.py", here.parent / "vectors.py"):
-        found.update(module.name.encode() + b"\0" + module.read_bytes())
-    return found.hexdigest()
+    return files_hash(here.parents[1], (here / "hits.py", here.parent / "vectors.py"), _LIBRARIES)
 
 
 def _files(folder: Path, key: str, count: int) -> list[Path]:

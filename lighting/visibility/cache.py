@@ -7,15 +7,14 @@ content; one that is damaged is computed anew, and that is said. `keeping` bound
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
+from ...spectral.code_hash import files_hash
 from ...spectral.files import check_writable, made_folder
 from ...spectral.fingerprint import fingerprint
 from ..scene import Scene
@@ -106,18 +105,15 @@ def _say_cost(scene: Scene, jobs: int, say: Callable[[str], object]) -> None:
 def visibility_key(scene: Scene, before: Before | None = None) -> str:
     """The hash of everything that the visibility of a scene depends on."""
     meshes = tuple((part.mesh.vertices, part.mesh.normals, part.mesh.faces) for part in scene.parts)
-    return fingerprint(meshes, _code_hash(), before)
+    return fingerprint(meshes, _computing_code(), before)
 
 
 @cache
-def _code_hash() -> str:
-    """Of the modules of this room and of what they compute with, and the versions of libraries."""
+def _computing_code() -> str:
+    """Hash the modules of this room and of what they compute with, and the versions of libraries."""
     room = Path(__file__).parent
-    found = hashlib.sha256(" ".join(f"{name} {version(name)}" for name in _LIBRARIES).encode())
     beside = ("vectors.py", "geometry.py", "environment/harmonics.py", "environment/octahedral.py")
-    for module in sorted([*room.glob("*.py"), *(room.parent / name for name in beside)]):
-        found.update(module.name.encode() + b"\0" + module.read_bytes())
-    return found.hexdigest()
+    return files_hash(room.parents[1], [*room.glob("*.py"), *(room.parent / name for name in beside)], _LIBRARIES)
 
 
 def _write(file: Path, visibility: SceneVisibility | None) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...spectral.disk_cache import cache_folder
 from ...spectral.errors import InputError
 from ...spectral.files import half_written
 from ...spectral.locks import abandoned
@@ -29,16 +30,12 @@ _SUFFIX = ".npz"
 
 def visibility_folder() -> Path:
     """`metamer/visibility` in the user's cache, which `XDG_CACHE_HOME` moves."""
-    return _kept("visibility")
+    return cache_folder("visibility")
 
 
 def transfer_folder() -> Path:
     """`metamer/transfer` beside it: rays of `lighting.transfer`."""
-    return _kept("transfer")
-
-
-def _kept(what: str) -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / what
+    return cache_folder("transfer")
 
 
 def most_bytes() -> int:

@@ -1,4 +1,4 @@
-"""Which code a fit depends on, as a hash: when it changes, materials are fitted again.
+"""Hashes of the code that a fit depends on: when one changes, materials are fitted again.
 
 The modules are found in their sources, by what they import, also inside functions: so the hash is the same in every
 process, whatever was loaded before, and on every machine with the same code.
@@ -11,9 +11,9 @@ import re
 import sys
 from collections.abc import Iterator
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 
+from ...spectral.code_hash import files_hash, release, syntax_hash
 from ...spectral.errors import InputError
 from ..records.models import MEASURED, SPECTRA
 
@@ -35,28 +35,23 @@ _COMMENT = re.compile(rb"#[^\n]*")
 
 @cache
 def code_hash(model: str, root: Path = _ROOT) -> str:
-    """SHA-256 of the code that the record of a material of that model depends on, and of the libraries' versions.
+    """Compute the SHA-256 of the code and the libraries that the record of a material of a model depends on.
 
     root : the folder that holds the packages.
     """
     modules = modules_of(model, root)
     libraries = (*_LIBRARIES, *(_DECODERS if _PICTURES in modules else ()))
-    digest = hashlib.sha256("|".join(_library(*row) for row in libraries).encode())
-    for module in modules:
-        digest.update(f"|{module}|".encode() + hashlib.sha256(_source(root, module) or b"").digest())
-    return digest.hexdigest()
+    code = syntax_hash({module: _source(root, module) or b"" for module in modules})
+    return hashlib.sha256("|".join([code, *(release(*row) for row in libraries)]).encode()).hexdigest()
 
 
 @cache
 def readers_hash(root: Path = _ROOT) -> str:
-    """SHA-256 of all code that reading a file may run, with the libraries'; "" where the sources cannot be listed."""
+    """Compute the SHA-256 of code and libraries that reading a file may use; "" where sources cannot be listed."""
     files = sorted(file for package in ("materials", "spectral") for file in (root / package).rglob("*.py"))
     if not files:
         return ""
-    digest = hashlib.sha256("|".join([sys.version, *(_library(name, None) for name in _READERS_USE)]).encode())
-    for file in files:
-        digest.update(f"|{file.relative_to(root).as_posix()}|".encode() + hashlib.sha256(file.read_bytes()).digest())
-    return digest.hexdigest()
+    return hashlib.sha256(f"{sys.version}|{files_hash(root, files, _READERS_USE)}".encode()).hexdigest()
 
 
 @cache
@@ -112,7 +107,3 @@ def _source(root: Path, module: str) -> bytes | None:
         return __loader__.get_data(str(root / f"{module}.py"))
     except OSError:
         return None
-
-
-def _library(name: str, parts: int | None) -> str:
-    return f"{name} {'.'.join(version(name).split('.')[:parts])}"

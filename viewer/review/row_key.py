@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import requires
 from pathlib import Path
 
 from ...calibration.plots import embedded_side
@@ -16,6 +15,7 @@ from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
 from ...materials.catalogue import Catalogue
 from ...materials.records.record_head import read_head
+from ...spectral.code_hash import files_hash
 from ...spectral.fingerprint import fingerprint
 from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
@@ -48,15 +48,8 @@ def row_key(
 
 @cache
 def code_hash() -> str:
-    """SHA-256 of the code that draws and compares, and the versions of what it calls."""
+    """Hash the code that draws and compares, and the versions of what it calls."""
     root = Path(__file__).parents[2]
-    files = sorted(path for name in _CODE for path in (root / name).rglob("*") if path.suffix in _KINDS)
-    found = hashlib.sha256()
-    for path in files:
-        found.update(path.relative_to(root).as_posix().encode() + b"\0" + path.read_bytes())
-    for name in sorted(re.split(r"[^\w.-]", line)[0] for line in requires("metamer") or () if "extra ==" not in line):
-        try:
-            found.update(f"{name} {version(name)}\n".encode())
-        except PackageNotFoundError:
-            continue
-    return found.hexdigest()
+    files = [path for name in _CODE for path in (root / name).rglob("*") if path.suffix in _KINDS]
+    lines = (line for line in requires("metamer") or () if "extra ==" not in line)
+    return files_hash(root, files, sorted(re.split(r"[^\w.-]", line)[0] for line in lines))

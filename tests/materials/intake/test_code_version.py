@@ -12,6 +12,7 @@ from metamer.materials.analytic import MODELS
 from metamer.materials.intake import code_version
 from metamer.materials.intake.code_version import code_hash, imported_by, imports_in, modules_of
 from metamer.materials.records.models import MEASURED, SPECTRA
+from metamer.spectral import code_hash as code_hash_module
 from metamer.spectral.errors import InputError
 
 ROOT = Path(code_version.__file__).parents[2]
@@ -33,13 +34,13 @@ def before(copied):
 
 @pytest.fixture
 def changed(copied, before):
-    """Adds one byte to a module of the copy, for the length of a test: the models whose hash that changes."""
+    """Adds a constant to a module of the copy, for the length of a test: the models whose hash that changes."""
     texts = {}
 
     def change(module):
         file = copied / f"{module}.py"
         texts[file] = file.read_bytes()
-        file.write_bytes(texts[file] + b"\n")
+        file.write_bytes(texts[file] + b"\n_ADDED = 1\n")
         forget()
         return {model for model in ALL if code_hash(model, copied) != before[model]}
 
@@ -106,7 +107,7 @@ def test_what_no_fit_reaches_refits_nothing(changed, module):
 
 def test_another_release_of_a_library_counts(copied, monkeypatch):
     found = {"numpy": "2.1.3", "scipy": "1.14.1", "tensorly": "0.9.0", "colour-science": "0.4.6"}
-    monkeypatch.setattr(code_version, "version", lambda name: found[name])
+    monkeypatch.setattr(code_hash_module, "version", lambda name: found[name])
     hashes = []
     for name, release in (("", ""), ("numpy", "2.1.4"), ("scipy", "1.15.0"), ("colour-science", "0.4.7")):
         found[name] = release
@@ -192,6 +193,25 @@ def test_the_order_of_imports_and_the_place_do_not_matter(copied, tmp_path):
         assert done.returncode == 0, done.stderr
         place, found = done.stdout.split()
         assert found == expected and ("packed.zip" in place) == bool(path)
+
+
+def test_a_reworded_docstring_and_a_renamed_module_refit_nothing(copied, before):
+    files = {file: file.read_bytes() for file in (copied / "materials/fitting").glob("*.py")}
+    old, new = copied / "materials/fitting/refinement.py", copied / "materials/fitting/joint_least_squares.py"
+    try:
+        for file, text in files.items():
+            first, quotes, rest = text.partition(b'"""')
+            file.write_bytes(
+                (first + quotes + b"Reworded: " + rest).replace(b"refinement import", b"joint_least_squares import")
+            )
+        old.rename(new)
+        forget()
+        assert {model: code_hash(model, copied) for model in ALL} == before
+    finally:
+        new.unlink(missing_ok=True)
+        for file, text in files.items():
+            file.write_bytes(text)
+        forget()
 
 
 def test_without_sources_there_is_no_hash(tmp_path):
