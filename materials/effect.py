@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from ..spectral.errors import InputError
 from ..spectral.illuminants import illuminant
+from ..spectral.measurement import Geometry
 from ..spectral.observers import observer
 from .brdf import Brdf
 from .directions import spherical
@@ -25,6 +27,38 @@ def towards(angles: Sequence[float]) -> tuple[Float[np.ndarray, "n 3"], Float[np
     """Directions to the light, at 45 degrees, and to a viewer so many degrees from the mirror direction towards it."""
     wo = spherical(np.radians(np.asarray(angles) - 45.0), 0.0)
     return np.broadcast_to(spherical(np.pi / 4.0, 0.0), wo.shape), wo
+
+
+def light_and_detector(
+    geometries: Sequence[Geometry],
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
+    """Directions to the light and to the detector of geometries of a multi-angle instrument.
+
+    The detector is turned about the mirror direction s: wo = cos(as) s + sin(as) (cos(az) e + sin(az) y), with e the
+    direction in which s leans away from the normal, and y that of the plane's normal.
+
+    Raises
+    ------
+    InputError : the light's angle is not stated, or one of the two is not above the surface.
+    """
+    light, away, turned = (
+        np.radians([float(getattr(one, part) or 0.0) for one in geometries])[:, None]
+        for part in ("first", "second", "azimuth")
+    )
+    zero, one = np.zeros_like(light), np.ones_like(light)
+    wi = np.hstack([np.sin(light), zero, np.cos(light)])
+    mirror, beyond = wi * (-1.0, 1.0, 1.0), np.hstack([-np.cos(light), zero, -np.sin(light)])
+    side = np.hstack([zero, one, zero])
+    wo = np.cos(away) * mirror + np.sin(away) * (np.cos(turned) * beyond + np.sin(turned) * side)
+    for geometry, above in zip(geometries, (wi[:, 2] > 0.0) & (wo[:, 2] > 0.0), strict=True):
+        if geometry.first is None or not above:
+            raise InputError(
+                "no light and detector above the surface",
+                field="geometry",
+                found=geometry.notation,
+                expected="angles of both, such as 45as15",
+            )
+    return wi, wo
 
 
 def effect_of(brdf: Brdf) -> str:

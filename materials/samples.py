@@ -18,7 +18,7 @@ from ..spectral.measurement import MUST, Geometry, Measurement, refusal
 from ..spectral.sample import Sample, check_covers
 from ..spectral.spectrum import Quantity, Spectrum
 from .catalogue import Catalogue
-from .effect import effect_of
+from .effect import effect_of, light_and_detector
 from .material import Material
 from .records.material import MaterialRecord
 from .records.record import read_record
@@ -105,21 +105,13 @@ def sample_of(material: Material) -> Sample:
 
 
 def _read_at(material: Material, geometry: Geometry) -> Sample:
-    """A material as an instrument reads it at one angle, by its BRDF.
-
-    The detector is turned about the mirror direction s: wo = cos(as) s + sin(as) (cos(az) e + sin(az) y), with e the
-    direction in which s leans away from the normal, and y that of the plane's normal.
-    """
+    """A material as an instrument reads it at one angle, by its BRDF."""
     brdf = material.brdf()
-    light, away, turned = (np.radians(one or 0.0) for one in (geometry.first, geometry.second, geometry.azimuth))
-    wi = np.array([np.sin(light), 0.0, np.cos(light)])
-    mirror = np.array([-np.sin(light), 0.0, np.cos(light)])
-    beyond = np.array([-np.cos(light), 0.0, -np.sin(light)])
-    side = np.array([0.0, 1.0, 0.0])
-    wo = np.cos(away) * mirror + np.sin(away) * (np.cos(turned) * beyond + np.sin(turned) * side)
-    if geometry.first is None or not wo[2] > 0.0:
-        raise ComparisonError(f"{material.id}: no detector above the surface at {geometry.notation}")
-    values = np.pi * np.asarray(brdf.eval(wi[None], wo[None]), dtype=np.float64)[0]
+    try:
+        wi, wo = light_and_detector((geometry,))
+    except InputError:
+        raise ComparisonError(f"{material.id}: no detector above the surface at {geometry.notation}") from None
+    values = np.pi * np.asarray(brdf.eval(wi, wo), dtype=np.float64)[0]
     spectrum = Spectrum.sampled(brdf.wavelengths_nm, np.maximum(values, 0.0), "radiance factor")
     measured = Measurement.of("radiance factor", {"geometry": geometry.notation})
     return Sample(f"{material.id}, {geometry.notation}", "catalogue", (spectrum,), measurement=measured)

@@ -47,6 +47,7 @@ MEASURED = {
     "scattered": Measured("measured.scattered", "ScatteredBrdf"),
     "merl": Measured("measured.merl", "MerlBrdf"),
     "rgl": Measured("measured.rgl", "RglBrdf"),
+    "flake_tilt": Measured("effect_coating.flake_tilt", "FlakeTilt"),
     "spectral_texture": Measured("svbrdf.texture", "SpectralTexture"),
     "maps": Measured("svbrdf.maps", "MappedSurface"),
     "btf": Measured("btf.surface", "MeasuredBtf", reads_files=True),

@@ -1,0 +1,1 @@
+"""Effect coatings reconstructed from readings at several angles: flakes that lean, under a clear coat."""

@@ -1,0 +1,242 @@
+"""Fitting a flake-tilt BRDF to readings of one coating at several angles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.errors import InputError
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ..directions import spherical
+from .coated_pair import CoatedPair
+from .flake_tilt import FLOOR, FlakeTilt, coordinates, covariance, shift, stretched
+
+#: Fewer geometries are judged one by one, and tell of no BRDF.
+FEWEST = 3
+#: Width of the coat's reflection where nothing tells it: that of a high-gloss lacquer, Beckmann.
+ASSUMED_NEEDLE = 0.02
+# Widths of a coat that readings can tell, and of the flakes' tilts (GGX).
+_COATS = np.geomspace(0.1, 0.45, 10)
+_SPREADS = np.geomspace(0.04, 0.75, 16)
+# A narrower coat is taken where its evidence is within this factor of the best.
+_AS_GOOD = 1.02
+# Least share of a reading that is left for the body.
+_LEAST_BODY = 0.03
+_RIDGE = 2e-3
+# Variance of noise over that of the Gaussian process, of the body and of the sum: readings are gone through.
+_BODY_NOISE, _WHOLE_NOISE = 0.05, 0.001
+# Interference is told where some readings are at nearly one tilt and at two incidences, degrees...
+_ONE_TILT, _LARGEST_TILT, _TWO_INCIDENCES = 2.0, 16.0, 4.0
+# ... and taken where it spares more than this share of what is to be corrected.
+_SPARES = 0.1
+_STEP = 0.1
+_INTERFERENCES = np.arange(1, 14) * _STEP
+# Nodes of the body's albedo: incidences, degrees, and directions of the viewer.
+_INCIDENCES = (0.0, 20.0, 40.0, 60.0, 70.0, 80.0, 85.0)
+_POLAR, _AZIMUTHS = 24, 16
+
+
+@dataclass(frozen=True, eq=False)
+class AngleReadings:
+    """f_r of one coating at n pairs of directions, each once.
+
+    wavelengths_nm : (L,). wi, wo : (n,3) above the horizon. values : (n,L) f_r in 1/sr; what an instrument reads below
+    0 counts as 0.
+    """
+
+    wavelengths_nm: Float[np.ndarray, " L"]
+    wi: Float[np.ndarray, "n 3"]
+    wo: Float[np.ndarray, "n 3"]
+    values: Float[np.ndarray, "n L"]
+
+    def __post_init__(self) -> None:
+        if len(self.values) < FEWEST:
+            raise InputError(
+                "too few angles tell no BRDF",
+                field="readings",
+                found=f"{len(self.values)} angles",
+                expected=f"{FEWEST} or more",
+                hint="readings at two angles are judged each for itself: metamer match",
+            )
+        if not np.isfinite(self.values).all():
+            raise InputError("a reading is no number", field="readings", found="NaN or infinite", expected="numbers")
+
+    @cached_property
+    def pair(self) -> CoatedPair:
+        """The pairs within the coat."""
+        return CoatedPair.of(self.wi, self.wo)
+
+    @cached_property
+    def lifted(self) -> Float[np.ndarray, "n L"]:
+        """`values` from 0 upwards."""
+        return np.maximum(self.values, 0.0)
+
+    @property
+    def tell_interference(self) -> bool:
+        """Whether two of them are at one tilt and at two incidences, as 45as15 and 45as-15 are: one angle alone tells a
+        colour of the flakes from a shift by their incidence."""
+        tilt, incidence = np.degrees(self.pair.tilt), np.degrees(self.pair.incidence)
+        return any(
+            abs(tilt[one] - tilt[two]) < _ONE_TILT
+            and max(tilt[one], tilt[two]) < _LARGEST_TILT
+            and abs(incidence[one] - incidence[two]) > _TWO_INCIDENCES
+            for one, two in combinations(range(len(tilt)), 2)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Body:
+    """Coat, flakes and body of least squares; `coat` and `model` (n,L) are the two at the readings, the body's moved to
+    normal incidence."""
+
+    roughness: float
+    needle: bool
+    spread: float
+    interference: float
+    matt: Float[np.ndarray, " L"]
+    flakes: Float[np.ndarray, " L"]
+    coat: Float[np.ndarray, " n"]
+    model: Float[np.ndarray, "n L"]
+    evidence: float
+
+
+def reconstructed(
+    readings: AngleReadings, *, needle: float | None = None, interference: float | None = None
+) -> FlakeTilt:
+    """Fit a flake-tilt BRDF to readings.
+
+    Parameters
+    ----------
+    needle : Beckmann width of a glossy coat, as its gloss tells it; None: `ASSUMED_NEEDLE` where the readings tell of
+        no wider one, else that.
+    interference : q; None: as readings at one tilt and two incidences tell, 0 where there are none or they agree. Of
+        spectra that were made up from colours it means nothing, and is to be 0.
+
+    Raises
+    ------
+    InputError : readings that cannot be used.
+    """
+    coats = [(ASSUMED_NEEDLE if needle is None else needle, True)]
+    coats += [(float(width), False) for width in _COATS] if needle is None else []
+    body = _body(readings, coats, interference or 0.0)
+    if interference is None and readings.tell_interference:
+        moved = min((_body(readings, coats, float(q)) for q in _INTERFERENCES), key=_evidence)
+        near = (moved.interference - 0.5 * _STEP, moved.interference + 0.5 * _STEP)
+        moved = min((moved, *(_body(readings, coats, q) for q in near)), key=_evidence)
+        if moved.evidence < (1.0 - _SPARES) * body.evidence:
+            body = moved
+    return _scaled(_corrected(readings, body))
+
+
+def _evidence(body: _Body) -> float:
+    return body.evidence
+
+
+def _body(readings: AngleReadings, coats: list[tuple[float, bool]], interference: float) -> _Body:
+    """The narrowest coat of nearly the best evidence, with its best spread of the flakes."""
+    found = [_with_coat(readings, *coat, interference) for coat in coats]
+    best = min(one.evidence for one in found)
+    return next(one for one in found if one.evidence <= _AS_GOOD * best)
+
+
+def _with_coat(readings: AngleReadings, roughness: float, needle: bool, interference: float) -> _Body:
+    """Least squares, weighted as L* weighs, of matt and flakes at every wavelength, none below 0 (ridge regression).
+
+    The spread is that which leaves least to correct: y^T (K + noise)^-1 y of the logarithms that are left, which is the
+    evidence of the Gaussian process that corrects (Rasmussen and Williams 2006, eq. 2.30).
+    """
+    pair, nm = readings.pair, readings.wavelengths_nm
+    coat = pair.coat(roughness, needle)
+    c = shift(interference, pair.incidence)
+    rest, whole = (stretched(one, nm, c) for one in (_beside(readings, coat), readings.lifted))
+    weight = (np.pi * readings.lifted @ _luminous(nm) + 0.01) ** (-2.0 / 3.0)
+    flat = pair.diffuse
+    leaning = np.stack([pair.flakes(spread) for spread in _SPREADS])
+    matt, flakes = _two_part_least_squares(weight * flat, weight * leaning, weight[:, None] * rest)
+    model = flat[:, None] * matt[:, None] + leaning[..., None] * flakes[:, None]
+    left = np.log((whole + FLOOR) / (model + coat[:, None] + FLOOR))
+    evidence = np.einsum("snl,nm,sml->s", left, np.linalg.inv(_gram(pair, _BODY_NOISE)), left)
+    at = int(np.argmin(evidence))
+    spread = float(_SPREADS[at])
+    return _Body(
+        roughness, needle, spread, interference, matt[at], flakes[at], coat, model[at], float(evidence[at])
+    )  # fmt: skip
+
+
+def _two_part_least_squares(
+    first: Float[np.ndarray, " n"], second: Float[np.ndarray, "S n"], values: Float[np.ndarray, "n L"]
+) -> tuple[Float[np.ndarray, "S L"], Float[np.ndarray, "S L"]]:
+    """Amounts of two parts that are not below 0, for each of S second parts: where one would be, the other alone.
+
+    The ridge is relative to each part's own square, so that the determinant is above 0.
+    """
+    one = (1.0 + _RIDGE) * (first @ first)
+    two = (1.0 + _RIDGE) * np.sum(second**2, axis=1)[:, None]
+    both = (second @ first)[:, None]
+    with_one, with_two = first @ values, second @ values
+    determinant = one * two - both**2
+    a, b = (with_one * two - with_two * both) / determinant, (with_two * one - with_one * both) / determinant
+    alone_a = np.broadcast_to(np.maximum(with_one / one, 0.0), a.shape)
+    alone_b = np.maximum(with_two / two, 0.0)
+    return np.where(b < 0.0, alone_a, np.maximum(a, 0.0)), np.where(a < 0.0, alone_b, np.maximum(b, 0.0))
+
+
+def _corrected(readings: AngleReadings, body: _Body) -> FlakeTilt:
+    """The BRDF of a body, corrected to go through the readings: first the body, then the sum."""
+    pair, nm = readings.pair, readings.wavelengths_nm
+    rest = stretched(_beside(readings, body.coat), nm, shift(body.interference, pair.incidence))
+    left = np.log((rest + FLOOR) / (body.model + FLOOR))
+    brdf = FlakeTilt(
+        wavelengths_nm=nm,
+        coat_roughness=body.roughness,
+        needle=int(body.needle),
+        flake_spread=body.spread,
+        interference=body.interference,
+        matt=body.matt,
+        flakes=body.flakes,
+        tilts=pair.tilt,
+        incidences=pair.incidence,
+        body_weights=np.linalg.solve(_gram(pair, _BODY_NOISE), left),
+        whole_weights=np.zeros_like(left),
+    )
+    left = np.log((readings.lifted + FLOOR) / (brdf.eval(readings.wi, readings.wo) + FLOOR))
+    return replace(brdf, whole_weights=np.linalg.solve(_gram(pair, _WHOLE_NOISE), left))
+
+
+def _scaled(brdf: FlakeTilt) -> FlakeTilt:
+    """The body made darker where it would reflect more light than it receives at any wavelength."""
+    most = float(body_albedo(brdf).max())
+    return brdf if most <= 1.0 else replace(brdf, scale=1.0 / most)
+
+
+def body_albedo(brdf: FlakeTilt) -> Float[np.ndarray, "I L"]:
+    """Share of the light from each of seven incidences that the body sends back, before `scale`.
+
+    Gauss-Legendre in sin^2(theta_o), in which cos(theta) dw is even, and evenly in azimuth.
+    """
+    nodes, shares = np.polynomial.legendre.leggauss(_POLAR)
+    theta_o = np.arcsin(np.sqrt(0.5 * (nodes + 1.0)))
+    azimuths = (np.arange(_AZIMUTHS) + 0.5) * np.pi / _AZIMUTHS
+    wo = spherical(np.repeat(theta_o, _AZIMUTHS), np.tile(azimuths, _POLAR))
+    weights = np.repeat(0.5 * np.pi * shares, _AZIMUTHS) / _AZIMUTHS
+    wi = spherical(np.radians(_INCIDENCES), 0.0)
+    return np.stack([weights @ brdf.body(np.broadcast_to(one, wo.shape), wo) for one in wi])
+
+
+def _beside(readings: AngleReadings, coat: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n L"]:
+    """What readings leave for the body beside the coat."""
+    return np.maximum(readings.lifted - coat[:, None], _LEAST_BODY * readings.lifted)
+
+
+def _gram(pair: CoatedPair, noise: float) -> Float[np.ndarray, "n n"]:
+    at = coordinates(pair.tilt, pair.incidence)
+    return covariance(at, at) + noise * np.eye(len(at))
+
+
+def _luminous(wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, " L"]:
+    return observer("1964_10").weights(illuminant("D65"), wavelengths_nm)[1]
