@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
+    from ..materials.gloss import shown_gloss
     from ..materials.records.record_colour import record_colour
     from ..materials.records.shown import shown_values
 
@@ -91,6 +92,8 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
     lines = [line for line in lines if line[0] != "details" or details]
     if colour is not None:
         lines.append(("colour", colour_words(colour)))
+        if words := shown_gloss(record, colour):
+            lines.append(("gloss", words))
     if record.error:
         error = record.error
         figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"

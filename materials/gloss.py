@@ -8,14 +8,16 @@ which doubles the image of the lamp:
 
     gloss = log2(1 + (Y in the window - Y at 45:0))         Y as of a diffuser: pi f_r, in the window its mean
 
-What a matt surface sends into the window is its body, which is taken off: matt white and matt black have 0. A satin
-coat (exponent 32 of Ashikhmin and Shirley) has 1, black glass 5.4, polished silver 8.6.
+What a matt surface sends into the window is its body, which is taken off: matt white and matt black have 0. The
+shipped satin paints have 3.7, gloss paints 5.1, black glass 5.4, polished silver 8.6.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -24,6 +26,8 @@ from ..spectral.folding import Folding
 from .analytic.cook_torrance import fresnel
 from .directions import spherical
 from .points import Points
+from .records.material import MaterialRecord
+from .records.record_colour import colour_folding, from_afar
 from .surface import Surface
 
 INCIDENCE = np.radians(60.0)
@@ -57,6 +61,24 @@ def gloss_of(surface: Surface, folding: Folding, body: float) -> Gloss:
     size = float(_window(0.0)[2].sum())
     standing_out = max(np.pi * share / size - body, 0.0)
     return Gloss(100.0 * share / _black_glass(), float(np.log2(1.0 + standing_out)))
+
+
+def record_gloss(record: MaterialRecord, body: float) -> Gloss | str:
+    """Measure the gloss of a material's fast form, or say why it has none to measure; `body` as of `gloss_of`."""
+    if record.fast is None:
+        return "no colour is known of it"
+    if record.fast.cutout is not None:
+        return "it has holes: what is seen depends on what lies behind"
+    mean = from_afar(record.fast, record.surface)
+    if mean is None:
+        return "nobody knows its mean over its texture"
+    return gloss_of(mean, colour_folding(), body)
+
+
+def shown_gloss(record: MaterialRecord, colour: Mapping[str, Any]) -> str:
+    """Put the gloss of a record into words, beside its `record_colour`; "" where it has none to measure."""
+    found = record_gloss(record, colour["XYZ"][1])
+    return "" if isinstance(found, str) else f"{found.units:.1f} gloss units at 60°, {found.stops:.1f} stops (ISO 2813)"
 
 
 def _into_window(surface: Surface, folding: Folding, azimuth: float) -> float:

@@ -19,11 +19,10 @@ import numpy as np
 from ..spectral.difference import delta_e
 from ..spectral.errors import InputError
 from .catalogue import Catalogue
-from .gloss import gloss_of
+from .gloss import record_gloss
 from .records.material import MaterialRecord
 from .records.models import SPECTRA
 from .records.query import Summary
-from .records.record_colour import colour_folding, from_afar
 from .wish import STOP, Look, Wish, wished
 
 
@@ -131,18 +130,10 @@ def unlike(one: Summary) -> str | None:
 
 def look_of(record: MaterialRecord, one: Summary) -> Look | str:
     """How a material looks, its colour as the head of its file has it; or why it cannot be said."""
-    if record.fast is None or one.lab is None:
+    if one.lab is None or one.xyz is None:
         return "no colour is known of it"
-    if record.fast.cutout is not None:
-        return "it has holes: what is seen depends on what lies behind"
-    mean = from_afar(record.fast, record.surface)
-    if mean is None:
-        return "nobody knows its mean over its texture"
-    folding = colour_folding()
-    # The head keeps XYZ as well as CIELAB; Y of the perfect diffuser is 1.
-    assert one.xyz is not None
-    gloss = gloss_of(mean, folding, one.xyz[1])
-    return Look(one.lab, gloss.stops, gloss.units)
+    gloss = record_gloss(record, one.xyz[1])
+    return gloss if isinstance(gloss, str) else Look(one.lab, gloss.stops, gloss.units)
 
 
 def _distance(colour: float, look: Look, asked: Look, stop: float) -> float:

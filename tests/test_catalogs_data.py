@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS
 from metamer.materials.formats.family_tables import tables_from
+from metamer.materials.gloss import gloss_of
 from metamer.materials.intake.sources import read_sources
+from metamer.materials.records.models import rebuild
+from metamer.materials.records.record_colour import colour_folding, radiance_factor_45_0
 from metamer.materials.shipped import shipped_sources
 from metamer.materials.source import Rejected
 from metamer.spectral.colour_library import colour_science
@@ -18,6 +21,8 @@ SHIPPED = shipped_sources()
 MANIFEST = SHIPPED / "sources.toml"
 TABLES = tomllib.loads(MANIFEST.read_text(encoding="utf-8"))
 FILES = {name: entry for name, entry in TABLES.items() if "file" in entry}
+#: Gloss units at 60 degrees that a word in a paint's name stands for.
+FINISHES = {"matte": (0.0, 10.0), "satin": (20.0, 40.0), "gloss": (70.0, 95.0)}
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +44,32 @@ def test_three_finishes_of_every_patch(materials):
     patches = {match[1] for material_id in ids if (match := re.fullmatch("colorchecker/(.*)-matte", material_id))}
     assert len(patches) == 24
     assert {f"colorchecker/{patch}-{finish}" for patch in patches for finish in ("satin", "gloss")} <= ids
+
+
+@pytest.mark.parametrize("finish", ["satin", "gloss"])
+def test_coated_patches_read_as_the_chart_does(materials, finish):
+    """At its own 45:0: the coat's share of a reading is none of the body's colour."""
+    table = tables_from(TABLES, MANIFEST)["babelcolor"]
+    named = {material.id: material for material in materials}
+    for column in table.columns:
+        material = named[f"colorchecker/{column}-{finish}"]
+        chart = table.spectrum(column).resampled(material.parameters["wavelengths_nm"])
+        read = radiance_factor_45_0(rebuild(material.model, material.parameters))
+        np.testing.assert_allclose(read, chart.samples, rtol=1e-9)
+
+
+def test_names_of_paints_agree_with_the_glossmeter(materials):
+    named = 0
+    for material in materials:
+        finish = material.id.rpartition("-")[2]
+        if finish in FINISHES:
+            # Every eighth wavelength: gloss has no colour.
+            few = {name: value if np.ndim(value) == 0 else value[::8] for name, value in material.parameters.items()}
+            surface = rebuild(material.model, few)
+            least, most = FINISHES[finish]
+            assert least <= gloss_of(surface, colour_folding(), 0.0).units <= most, material.id
+            named += 1
+    assert named == 75
 
 
 def test_every_material_says_where_it_comes_from(materials):

@@ -1,6 +1,7 @@
 """Every shipped material under D65, A and FL11, as `metamer review` draws it: within the budget, row by row.
 
-All of them under one light from one direction; a matt one, a glossy one and a metal in the booth of the default review.
+All of them under one light from one direction; a matt one, a satin, a gloss one and a metal in the booth of the
+default review.
 """
 
 import json
@@ -10,11 +11,16 @@ import sys
 from pathlib import Path
 
 import pytest
+from metamer.materials.catalogue import Catalogue
+from metamer.materials.gloss import gloss_of
+from metamer.materials.records.record_colour import colour_folding
 
 ROOT = Path(__file__).resolve().parent.parent
 LIGHTS = ("D65", "A", "FL11")
-IN_THE_BOOTH = ("colorchecker/blue-matte", "colorchecker/red-satin", "metal/copper")
+IN_THE_BOOTH = ("colorchecker/blue-matte", "colorchecker/red-satin", "paint/munsell-5y-8-12-gloss", "metal/copper")
 MOST_P99, MOST_MEAN = 1.0, 0.3
+#: Gloss units at 60 degrees that a word in a paint's name stands for.
+FINISHES = {"matte": (0.0, 10.0), "satin": (20.0, 40.0), "gloss": (70.0, 95.0)}
 MOST_PAGE_BYTES = 6_000_000
 
 # What all tests wait for has a limit of its own, and is not counted to the first that asks for it.
@@ -72,6 +78,24 @@ def test_every_row_is_within_the_budget(reviewed):
     ]
     assert not missed
     assert document["status"] == "pass" and document["budget_delta_e94"] == MOST_P99
+
+
+def test_fast_forms_have_the_gloss_that_their_names_say(both):
+    """As a glossmeter reads what pictures are made of."""
+    catalogue = Catalogue.open(both[0])
+    for name in ("colorchecker/white-9-5-matte", "colorchecker/black-2-satin", "paint/munsell-5y-8-12-gloss"):
+        record = catalogue.load(name)
+        units = [gloss_of(one, colour_folding(), 0.0).units for one in (record.surface(), record.fast)]
+        assert units[1] == pytest.approx(units[0], rel=0.01, abs=0.05), name
+        least, most = FINISHES[name.rpartition("-")[2]]
+        assert least <= units[1] <= most, name
+
+
+def test_light_from_all_around_is_within_the_budget(both):
+    """Of an import without `--budget`: 0.5 in the mean, four times as much in the 99th percentile."""
+    catalogue = Catalogue.open(both[0])
+    errors = {name: catalogue.load(name).environment_error for name in catalogue.ids()}
+    assert not {name: (e.mean, e.p99) for name, e in errors.items() if e.mean > 0.5 or e.p99 > 2.0}
 
 
 def test_figures_are_those_of_two_pictures(reviewed):

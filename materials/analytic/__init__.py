@@ -1,9 +1,10 @@
 """Reflection models with closed formulas: one file each, its GLSL twin beside it."""
 
 from .ashikhmin_shirley import AshikhminShirley
+from .coated_diffuse import CoatedDiffuse
 from .cook_torrance import CookTorrance
 from .lambert import Lambert
 from .metallic_roughness import MetallicRoughness
 from .oren_nayar import OrenNayar
 
-MODELS = (Lambert, OrenNayar, AshikhminShirley, CookTorrance, MetallicRoughness)
+MODELS = (Lambert, OrenNayar, AshikhminShirley, CookTorrance, MetallicRoughness, CoatedDiffuse)

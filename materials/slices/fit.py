@@ -15,6 +15,7 @@ from ...spectral.observers import observer
 from ...spectral.palette import Palette
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, is_finer
+from ..brdf import Brdf
 from ..environment_form import BENDS, bends
 from ..points import Points
 from ..protocol import LIGHTS
@@ -23,7 +24,7 @@ from .error import references, with_error
 from .mixture import Mixture
 from .nearest import Wanted
 from .quadrature import BLOCK, PLAIN, STRETCHED, Grids, slice_directions
-from .smooth import smooth_part
+from .smooth import body_part, smooth_part
 from .view_slices import ViewSlices, polar_angles
 
 #: Gaussians a slice, at most: more are slower and hardly better.
@@ -54,7 +55,7 @@ _LOOKS = ((0.0, 0.0), (0.7, 1.0), (1.1, 2.9), (1.5, 4.4))
 #: f_r in C numbers: of wi (S,3), wo (S,3).
 Sampled = Callable[[np.ndarray, np.ndarray], Float[np.ndarray, "S C"]]
 #: A slice, as `_slice` gives it, by theta_o and azimuth of its viewer.
-SliceAt = Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray]]
+SliceAt = Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]]
 
 
 def view_slices(surface: Surface, lobes: int = LOBES) -> ViewSlices:
@@ -63,7 +64,7 @@ def view_slices(surface: Surface, lobes: int = LOBES) -> ViewSlices:
 
     A matt surface has no Gaussians, however many are asked for.
     """
-    return _formed(surface, lobes, partial(_slice, _sampled(surface), _grids(surface.isotropic)))
+    return _formed(surface, lobes, _slices(surface))
 
 
 def fewest_slices(surface: Surface, budget: float) -> ViewSlices:
@@ -73,7 +74,7 @@ def fewest_slices(surface: Surface, budget: float) -> ViewSlices:
     less than a tenth better it is not worth its time, and no more are tried. Of what is not isotropic the most are
     taken: trying would take too long.
     """
-    slice_at: SliceAt = partial(_slice, _sampled(surface), _grids(surface.isotropic))
+    slice_at = _slices(surface)
     reference = references(surface)
     if surface.isotropic:
         slice_at = cache(slice_at)
@@ -102,11 +103,21 @@ def mixtures(
     are: so the numbers should be as bright as they are seen. The integral of a slice is exact, whatever the Gaussians
     do.
     """
-    return _mixtures(partial(_slice, sampled, _grids(isotropic)), size, isotropic, lobes)
+    return _mixtures(partial(_slice, sampled, None, _grids(isotropic)), size, isotropic, lobes)
 
 
 def _grids(isotropic: bool) -> Grids:
     return PLAIN if isotropic else STRETCHED
+
+
+def _slices(surface: Surface) -> SliceAt:
+    """Slices of a surface, with its body apart where it names lobes of both kinds: of a body in incident and outgoing
+    angles Gaussians would follow what polynomials leave, and be missing where the highlight is.
+    """
+    lobes = surface.lobes() if isinstance(surface, Brdf) else ()
+    bodies = [lobe.brdf for lobe in lobes if lobe.frame == "io"]
+    body = _sampled(bodies[0]) if len(bodies) == 1 < len(lobes) else None
+    return partial(_slice, _sampled(surface), body, _grids(surface.isotropic))
 
 
 def _sampled(surface: Surface) -> Sampled:
@@ -141,10 +152,14 @@ def _mixtures(
     for a, azimuth in enumerate(azimuths):
         mixture: Mixture | None = None
         for t, theta in enumerate(polar):
-            to, angles, values = slice_at(float(theta), float(azimuth))
-            smooth = smooth_part(to, angles, values)
+            to, angles, values, body = slice_at(float(theta), float(azimuth))
             there = _magnitude(values) * to[:, 2]
+            if body is not None:
+                values = values - body
+            smooth = smooth_part(to, angles, values)
             values = (values - bends(to) @ smooth) * to[:, 2:]
+            if body is not None:
+                smooth = smooth + body_part(to, angles, body)
             density = _magnitude(values)
             power = density * angles
             drawn = density**_TEMPER * angles
@@ -165,18 +180,21 @@ def _mixtures(
     return directions, sharpness, spectra
 
 
-def _slice(sampled: Sampled, grids: Grids, theta: float, azimuth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Directions (S,3), their solid angles (S,), and f_r (S,C), of one viewer."""
+def _slice(
+    sampled: Sampled, body: Sampled | None, grids: Grids, theta: float, azimuth: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+    """Directions (S,3), their solid angles (S,), f_r (S,C), and what of it is the body's, of one viewer."""
     wo = np.array([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)])
     to, angles = slice_directions(wo, grids)
-    return to, angles, sampled(to, np.broadcast_to(wo, to.shape))
+    seen = np.broadcast_to(wo, to.shape)
+    return to, angles, sampled(to, seen), None if body is None else body(to, seen)
 
 
 def _matt(slice_at: SliceAt) -> Float[np.ndarray, " C"] | None:
     """f_r where it is the same in all directions, which all of four slices have to say; else None."""
     least = most = slice_at(*_LOOKS[0])[2][0]
     for look in _LOOKS:
-        _, _, values = slice_at(*look)
+        values = slice_at(*look)[2]
         least, most = np.minimum(least, values.min(axis=0)), np.maximum(most, values.max(axis=0))
         if np.any(most - least > _ROUNDING * np.maximum(np.abs(most), np.abs(least)).max()):
             return None

@@ -19,7 +19,8 @@ def smooth_part(
     """Coefficients of `bends` that f_r is nearest to, where it does not rise above them: a highlight does not count.
 
     Weighted by solid angle and cosine; by reweighted least squares on the mean over C, and with the last weights for
-    each of the C numbers. A slice that is a polynomial is found exactly.
+    each of the C numbers. A slice that is a polynomial is found exactly. Where half of all directions send nothing
+    nothing is smooth.
     """
     basis = bends(directions)
     seen = angles * directions[:, 2]
@@ -28,15 +29,23 @@ def smooth_part(
     within = np.cumsum(seen[order])
     median = mean[order[np.searchsorted(within, 0.5 * within[-1])]]
     scale = _FAR * abs(median)
+    if scale == 0.0:
+        return np.zeros((basis.shape[1], f_r.shape[1]))
     off = mean - median
     weight = seen
     for _ in range(_ROUNDS):
-        if scale > 0.0:
-            # A highlight that is too far above for its square to be a number counts for nothing, as it should.
-            with np.errstate(over="ignore"):
-                weight = seen / (1.0 + (np.maximum(off, 0.0) / scale) ** 2) ** 2
+        # A highlight that is too far above for its square to be a number counts for nothing, as it should.
+        with np.errstate(over="ignore"):
+            weight = seen / (1.0 + (np.maximum(off, 0.0) / scale) ** 2) ** 2
         off = mean - basis @ _solved(basis, weight, mean[:, None])[:, 0]
     return _solved(basis, weight, f_r)
+
+
+def body_part(
+    directions: Float[np.ndarray, "S 3"], angles: Float[np.ndarray, " S"], f_r: Float[np.ndarray, "S C"]
+) -> Float[np.ndarray, "9 C"]:
+    """Coefficients of `bends` that f_r, which has no highlight, is nearest to; its integral is theirs."""
+    return _solved(bends(directions), angles * directions[:, 2], f_r)
 
 
 def _solved(

@@ -48,12 +48,17 @@ def folder(tmp_path, write_matt, write_spectrum):
     return where
 
 
-def test_what_can_be_changed_is_said_and_why_nothing(metamer, folder):
+def test_what_can_be_changed_and_how_glossy_it_is_are_said_and_why_nothing(metamer, folder):
     for name, said in (
         ("paint/bare", "sliders       reflectance_scale 1 (a number >= 0 and <= 4)"),
         ("lamp/led", "sliders       none: a spectrum without a surface"),
     ):
         assert said in metamer("catalogue", "show", name, folder)[1].splitlines()
+    assert (
+        "gloss         0.6 gloss units at 60°, 0.0 stops (ISO 2813)"
+        in metamer("catalogue", "show", "paint/bare", folder)[1]
+    )
+    assert "gloss units" not in metamer("catalogue", "show", "lamp/led", folder)[1]
     table = replace(Catalogue.open(folder)["paint/bare"], model="merl")
     assert _sliders(table) == "none: no formula; metamer catalogue like paint/bare finds neighbours"
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, OrenNayar
+from metamer.materials.analytic import AshikhminShirley, CoatedDiffuse, CookTorrance, Lambert, OrenNayar
 from metamer.materials.gloss import INCIDENCE, WINDOW, gloss_of
 from metamer.materials.points import Points
 from metamer.materials.records.record_colour import annular_45_0, colour_folding
@@ -82,3 +82,12 @@ def test_a_brushed_surface_has_one_gloss_however_it_lies():
     assert found[0].units == pytest.approx(found[1].units, rel=1e-9)
     narrow, wide = (gloss(AshikhminShirley(flat(0.1), flat(0.5), n, n)).units for n in (500.0, 20.0))
     assert wide < found[0].units < narrow
+
+
+def test_a_coat_of_1_5_has_the_gloss_of_its_fresnel_term_and_no_more():
+    """89 units, however white the body, but for what the body itself sends into the window: 2 of white."""
+    for body in (0.0, 0.9):
+        polished = gloss(CoatedDiffuse(flat(body), 1.5, 0.001)).units
+        assert polished == pytest.approx(89.1, abs=0.4 + 2.0 * body)
+    units = [gloss(CoatedDiffuse(flat(0.5), 1.5, rough)).units for rough in (0.5, 0.1, 0.06, 0.016, 0.002)]
+    assert np.all(np.diff(units) > 5.0)

@@ -11,6 +11,7 @@ from numpy import ndarray
 from ...calibration.material_page import MaterialFacts, render_material_page
 from ...lighting.scene import Scene
 from ...materials.fast import Summand
+from ...materials.gloss import shown_gloss
 from ...materials.records.material import MaterialRecord
 from ...materials.records.models import no_surface
 from ...materials.records.record_colour import record_colour
@@ -76,6 +77,8 @@ def _facts(record: MaterialRecord) -> dict[str, str]:
     if colour is not None:
         space = "Lab" if "Lab" in colour else "XYZ"
         facts[space] = f"{two_decimals(colour[space])} ({shown_conditions(colour)})"
+        if words := shown_gloss(record, colour):
+            facts["Gloss"] = words
     return facts
 
 

@@ -6,7 +6,15 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
-from metamer.materials.analytic import MODELS, AshikhminShirley, CookTorrance, Lambert, MetallicRoughness, OrenNayar
+from metamer.materials.analytic import (
+    MODELS,
+    AshikhminShirley,
+    CoatedDiffuse,
+    CookTorrance,
+    Lambert,
+    MetallicRoughness,
+    OrenNayar,
+)
 from metamer.materials.analytic.cook_torrance import beckmann, fresnel, ggx, smith_beckmann, smith_ggx, v_cavity
 from metamer.materials.directions import TAU, spherical
 from metamer.spectral.errors import InputError
@@ -213,6 +221,7 @@ STORED = {
         "coat": 0.5,
         "coat_alpha": 0.1,
     },
+    CoatedDiffuse: {"diffuse": [0.5] * 3, "index": 1.5, "roughness": 0.05},
 }
 
 
@@ -241,6 +250,10 @@ STORED = {
         (CookTorrance, "specular_weight", 1.1, "<= 1"),
         (CookTorrance, "distribution", "bekmann", "nearest: beckmann"),
         (CookTorrance, "masking", "none", "v_cavity, smith"),
+        (CoatedDiffuse, "index", 1.0, ">= 1.2"),
+        (CoatedDiffuse, "index", math.nan, "nan"),
+        (CoatedDiffuse, "roughness", 0.0, "> 0"),
+        (CoatedDiffuse, "diffuse", [0.5, 0.5, 1.1], "1.1 at 650 nm"),
     ],
 )
 def test_bad_parameters_name_the_field_and_the_value(model, name, value, says):

@@ -102,6 +102,60 @@ def test_a_finer_table_stays_the_truth_and_coarser_ones_join_it(tmp_path):
     assert len(found["paint/grey"].parameters["wavelengths_nm"]) == 81
 
 
+COATED = """
+family = "paint"
+kind = "analytic"
+
+[[material]]
+name = "red"
+model = "coated_diffuse"
+diffuse = { table = "chart", column = "red"GEOMETRY }
+index = 1.5
+roughness = 0.016
+"""
+
+
+def coated(folder, table, entry=""):
+    """What a paint is read as of a table with such a geometry and an entry with such a one."""
+    stated = f', geometry = "{entry}"' if entry else ""
+    tables = TABLES.replace('"45:0"', f'"{table}"')
+    (found,) = read_sources(write_source(folder, tables=tables, family=COATED.replace("GEOMETRY", stated)))
+    return found
+
+
+@pytest.mark.parametrize(
+    ("table", "entry", "body_at_700"),
+    [
+        # Saunderson: rho = n^2 q / (1 + n^2 R q), R = 0.59635; q is 0.8 over 0.91177 of 45:0 or 0.87189 of spheres.
+        ("45:0", "", 0.90671),
+        ("", "45:0", 0.90671),
+        ("d/8 SCE", "", 0.92531),
+        ("d/8 SCI", "", 0.90398),
+        ("45:0", "di:8", 0.90398),
+        ("45:0", "body", 0.8),
+    ],
+)
+def test_the_body_of_a_coated_paint_is_found_from_the_geometry_of_its_reading(tmp_path, table, entry, body_at_700):
+    found = coated(tmp_path / "source", table, entry)
+    assert found.parameters["diffuse"][found.parameters["wavelengths_nm"] == 700] == pytest.approx(
+        body_at_700, abs=1e-4
+    )
+    assert found.provenance.geometry == (table if entry in ("", "body") else entry)
+    assert ("coat and body together read" in found.provenance.notes) == (entry != "body")
+
+
+def test_a_coated_paint_of_a_table_that_leaves_its_geometry_open_is_asked_about(tmp_path):
+    for table in ("", "directional", "d:8"):
+        refusal = str(coated(tmp_path / "source", table).reason)
+        assert "paint.toml" in refusal and "red.geometry" in refusal and 'geometry = "45:0"' in refusal
+
+
+def test_only_what_lies_under_a_coat_has_a_geometry_of_its_own(source):
+    text = FAMILY.replace('column = "{column}" }', 'column = "{column}", geometry = "45:0" }')
+    (source / "paint.toml").write_text(text)
+    assert all("unknown key" in words for words in refusals(source).values()) and len(refusals(source)) == 2
+
+
 def test_import_makes_a_catalogue(source, tmp_path, fits):
     say = []
     report = import_sources([source], tmp_path / "cat", jobs=1, progress=lambda *args: say.append(args))

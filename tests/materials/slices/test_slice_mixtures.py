@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
+from metamer.materials.analytic.coated_diffuse import CoatedDiffuse
 from metamer.materials.analytic.cook_torrance import CookTorrance
 from metamer.materials.analytic.lambert import Lambert
 from metamer.materials.brdf import Brdf, eval_lit
@@ -188,6 +189,24 @@ def test_no_more_gaussians_than_a_budget_asks_for():
     assert fewest_slices(rough, 50.0).count == COUNTS[0]
     counts = [fewest_slices(rough, budget).error.mean for budget in (50.0, 1e-6)]
     assert counts[1] <= counts[0]
+
+
+@pytest.mark.parametrize(("body", "roughness"), [(0.03, 0.06), (0.6, 0.016), (0.95, 0.06)])
+def test_a_clear_coat_over_a_body_is_within_the_budget_with_four_gaussians(body, roughness):
+    """Gaussians follow the coat alone: what polynomials leave of the body has none."""
+    surface = CoatedDiffuse(Spectrum.sampled(NM, np.full(7, body)), 1.5, roughness)
+    form = fewest_slices(surface, 0.5)
+    assert form.count == 4
+    assert form.error.mean < 0.35 and form.error.p99 < 0.8
+    check_energies(surface, form, 0.005)
+
+
+@pytest.mark.parametrize("index", [1.3, 1.5])
+def test_polished_glass_sends_nothing_but_its_highlight(index):
+    """More than half of its directions send nothing at all: no polynomial lies beneath it."""
+    glass = CookTorrance(BLACK, np.full(7, index), np.zeros(7), 0.02, 1.0, "beckmann", "smith")
+    form = fewest_slices(glass, 0.5)
+    assert form.error.mean < 0.3 and form.error.p99 < 2.0
 
 
 def test_finer_wavelengths_come_down_to_the_working_ones():

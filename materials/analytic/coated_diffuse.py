@@ -1,0 +1,205 @@
+"""Gloss and satin paints, varnish, plastics: a clear coat with the Fresnel reflectance of its index on a matt body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+import numpy as np
+
+from ...spectral.errors import InputError
+from ...spectral.measurement import Measurement
+from ...spectral.spectrum import Spectrum
+from ..brdf import Lobe
+from ..domain import in_domain
+from .cook_torrance import beckmann, smith_beckmann
+from .model import AnalyticBrdf, Part, SumOfTerms
+
+# Of the direction that a sphere lights a sample from, or looks at it, where none is stated (CIE 015:2018, 5).
+_SPHERE_DEG = 8.0
+# Nodes of the albedo of the coat: polar and azimuth of the half vector.
+_TILTS, _TURNS = 64, 64
+#: What `reads` understands, for messages.
+GEOMETRIES = "45:0, di:8 (specular component included), de:8 (excluded)"
+
+
+@dataclass(frozen=True, eq=False)
+class CoatedDiffuse(AnalyticBrdf):
+    """A rough dielectric surface over a Lambertian body, coupled as Saunderson has it.
+
+        f_r = F(h.wi) D G / (4 cos(theta_i) cos(theta_o)) + T(theta_i) T(theta_o) q / pi
+        q   = rho / (n^2 (1 - R rho)),   T = 1 - F,   R = 1 - (1 - F_d) / n^2
+
+    F is Fresnel's reflectance of unpolarised light (Born and Wolf, Principles of Optics, section 1.5), D is Beckmann's
+    and G the product of Smith's two one-sided terms (Walter et al., EGSR 2007, eq. 25 and 27). What the surface lets in
+    at the angle of the light meets the body, which sends it back to all sides; of that the surface returns R to the
+    body, again and again, and lets out the rest at the angle of the viewer (Saunderson, "Calculation of the color of
+    pigmented plastics", JOSA 32, 1942). F_d is the reflectance for even light from outside (Walsh 1926; Duntley, "The
+    optical properties of diffusing materials", JOSA 32, 1942, eq. 30).
+
+    A smooth coat over a white body sends back all light. Facets of a rough one at a slant reflect, in their mean, a
+    little more than F of the whole surface: no more than 1.003 times the light leaves. Near grazing light that one
+    facet sends to another is lost.
+
+    Parameters
+    ----------
+    diffuse : rho of the body as light within the coat meets it, (L,) in [0, 1]; `reads` has it from a measurement.
+    index : refractive index n of the coat, in [1.2, 3]; binders of paints have 1.5.
+    roughness : m, the root mean square slope, in (0, 1].
+    """
+
+    NAME: ClassVar[str] = "coated_diffuse"
+    ALBEDO_BOUND: ClassVar[float] = 1.003
+    isotropic = True
+
+    diffuse: Spectrum
+    index: float = field(metadata=in_domain(1.2, 3.0))
+    roughness: float = field(metadata=in_domain(0.0, 1.0, open_low=True))
+
+    def __post_init__(self) -> None:
+        rho = self._checked_reflectance("diffuse")
+        self._check_numbers()
+        n2 = self.index**2
+        returned = 1.0 - (1.0 - diffuse_fresnel(self.index)) / n2
+        self._set(_body=rho / (n2 * (1.0 - returned * rho)), _returned=returned)
+
+    @classmethod
+    def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
+        """Coats from polished to dull over bodies from black to white, for tests of what every model must keep."""
+        ramp = Spectrum.sampled(wavelengths_nm, np.linspace(0.0, 1.0, len(wavelengths_nm)))
+        pairs = ((1.5, 0.016), (1.5, 0.06), (1.2, 1.0), (3.0, 0.3), (1.5, 0.002))
+        return tuple(cls(ramp, *pair) for pair in pairs)
+
+    def reads(self, reading: Spectrum, geometry: str) -> CoatedDiffuse:
+        """Find the body with which an instrument reads a spectrum of this coat over it.
+
+        Parameters
+        ----------
+        reading : reflectance factor of the whole, on any wavelengths.
+        geometry : "45:0", "di:8" or "de:8" in any of their notations. A sphere that excludes the specular component
+            is taken to lose all of the coat's own reflection.
+
+        Raises
+        ------
+        InputError : another geometry, or readings that no body in [0, 1] gives under this coat.
+        """
+        coat, through = self._read_at(geometry)
+        # The body's q, of which rho is the inverse.
+        q = (reading.samples - coat) / through
+        n2 = self.index**2
+        whitest = 1.0 / (n2 * (1.0 - self._returned))
+        for bad, words in (
+            (q < 0.0, "darker than the coat alone"),
+            (q > whitest, "brighter than white under the coat"),
+        ):
+            if bad.any():
+                at = int(np.argmax(bad))
+                raise InputError(
+                    words,
+                    field="diffuse",
+                    found=f"{reading.samples[at]:.4g} at {reading.wavelengths_nm[at]:g} nm, read at {geometry}",
+                    expected=f"{coat:.4g} to {coat + through * whitest:.4g} with index {self.index:g} and "
+                    f"roughness {self.roughness:g}",
+                    hint="another index or roughness, or the geometry of the instrument that read it",
+                )
+        rho = np.minimum(n2 * q / (1.0 + n2 * self._returned * q), 1.0)
+        return replace(self, diffuse=Spectrum.sampled(reading.wavelengths_nm, rho, "reflectance"))
+
+    def _read_at(self, geometry: str) -> tuple[float, float]:
+        """What an instrument reads of the coat alone, and what it reads of a body of q = 1."""
+        measurement = Measurement.of("reflectance", {"geometry": geometry})
+        found = measurement.geometry
+        specular = measurement.parts.get("specular component")
+        if found is not None and found.kind == "directional" and (found.first, found.second) == (45.0, 0.0):
+            wi, wo = np.sqrt([[0.5, 0.0, 0.5]]), np.array([[0.0, 0.0, 1.0]])
+            return float(np.pi * self._facets(wi, wo)[0, 0]), float(self._let_through(wi, wo)[0, 0])
+        if found is not None and found.kind == "sphere" and specular is not None:
+            cosine = np.cos(np.radians(_SPHERE_DEG if found.first is None else found.first))
+            body = float(self._through(cosine) * (1.0 - diffuse_fresnel(self.index)))
+            return (self._coat_albedo(cosine) if specular.value == "included" else 0.0), body
+        raise InputError(
+            "which light the instrument counted is not stated",
+            field="geometry",
+            found=geometry or "nothing",
+            expected=GEOMETRIES,
+            hint='state it with the spectrum, geometry = "45:0", or geometry = "body" where no coat was on the sample',
+        )
+
+    def _coat_albedo(self, cosine: float) -> float:
+        """Share of light from one direction that the coat reflects into the hemisphere.
+
+        Half vectors by their distribution, tan^2(theta_h) = -m^2 log(1 - u) with u in [0, 1].
+        """
+        u, share = np.polynomial.legendre.leggauss(_TILTS)
+        u, share = 0.5 * (u + 1.0), 0.5 * share
+        tilt = np.arctan(self.roughness * np.sqrt(-np.log1p(-u)))[:, None]
+        turn = (np.arange(_TURNS) + 0.5) * (2.0 * np.pi / _TURNS)
+        h = np.stack([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt) + 0.0 * turn], axis=-1)
+        h, share = h.reshape(-1, 3), np.repeat(share / _TURNS, _TURNS)
+        wi = np.array([np.sqrt(1.0 - cosine**2), 0.0, cosine])
+        along = h @ wi
+        wo = 2.0 * along[:, None] * h - wi
+        seen = (along > 0.0) & (wo[:, 2] > 0.0)
+        h, along, wo = h[seen], along[seen], wo[seen]
+        facets = smith_beckmann(np.broadcast_to(wi, wo.shape), self.roughness) * smith_beckmann(wo, self.roughness)
+        flow = (1.0 - self._through(np.minimum(along, 1.0))) * facets * wo[:, 2] * 4.0 * along / h[:, 2]
+        return float(share[seen] @ flow)
+
+    def lobes(self) -> tuple[Lobe, ...]:
+        """The body in incident/outgoing angles, the coat in half/difference angles."""
+        body = SumOfTerms(self._let_through, self._body[None] / np.pi)
+        coat = SumOfTerms(self._facets, np.ones((1, len(self.wavelengths_nm))))
+        return (
+            Lobe("io", Part(self.wavelengths_nm, True, self._under, body)),
+            Lobe("hd", Part(self.wavelengths_nm, True, self._coat, coat)),
+        )
+
+    def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        out = self._under(wi, wo)
+        out += self._facets(wi, wo)
+        return out
+
+    def _under(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        return self._let_through(wi, wo) * (self._body / np.pi)
+
+    def _coat(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        return np.repeat(self._facets(wi, wo), len(self.wavelengths_nm), axis=1)
+
+    def _let_through(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """(N,1): light that comes in at one angle and out at the other."""
+        return (self._through(wi[:, 2]) * self._through(wo[:, 2]))[:, None]
+
+    def _facets(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+        """(N,1): the coat's own reflection, alike at every wavelength."""
+        h = wi + wo
+        length2 = np.sum(h * h, axis=-1)
+        density = beckmann(h[:, 2] ** 2 / length2, (h[:, 0] ** 2 + h[:, 1] ** 2) / length2, self.roughness)
+        density *= smith_beckmann(wi, self.roughness) * smith_beckmann(wo, self.roughness)
+        # |wi + wo| = 2 h.wi
+        density *= 1.0 - self._through(np.minimum(0.5 * np.sqrt(length2), 1.0))
+        return density[:, None]
+
+    def _through(self, cosine: np.ndarray) -> np.ndarray:
+        """Fresnel's transmittance of unpolarised light, (N,): with a = sqrt(n^2 - sin^2), the mean of
+        4 a cos / (a + cos)^2 and 4 n^2 a cos / (a + n^2 cos)^2, which does not cancel at grazing angles.
+        """
+        n2 = self.index**2
+        a = np.sqrt((self.index - 1.0) * (self.index + 1.0) + cosine * cosine)
+        return 2.0 * a * cosine * (1.0 / (a + cosine) ** 2 + n2 / (a + n2 * cosine) ** 2)
+
+
+def diffuse_fresnel(index: float) -> float:
+    """Reflectance of a smooth surface of index n > 1 for light from all sides of the outside (Duntley, eq. 30).
+
+    >>> round(diffuse_fresnel(1.5), 5)
+    0.09178
+    """
+    n, n2 = index, index**2
+    n4 = n2 * n2
+    return float(
+        0.5
+        + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0) ** 2)
+        + n2 * (n2 - 1.0) ** 2 / (n2 + 1.0) ** 3 * np.log((n - 1.0) / (n + 1.0))
+        - 2.0 * n * n2 * (n2 + 2.0 * n - 1.0) / ((n2 + 1.0) * (n4 - 1.0))
+        + 8.0 * n4 * (n4 + 1.0) / ((n2 + 1.0) * (n4 - 1.0) ** 2) * np.log(n)
+    )
