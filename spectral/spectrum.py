@@ -175,16 +175,12 @@ def check_values(
 ) -> None:
     """Raise an `InputError` where samples (...,L) cannot be what `quantity` says."""
 
-    def at(bad: np.ndarray) -> str:
-        worst = np.argwhere(bad)[0]
-        return f"{values[tuple(worst)]:g} at {wavelengths_nm[worst[-1]]:g} nm"
-
     if not np.isfinite(values).all():
         raise InputError(
             f"{quantity} is not a number",
             file=file,
             field=field,
-            found=at(~np.isfinite(values)),
+            found=_first(~np.isfinite(values), values, wavelengths_nm),
             expected="finite values",
             hint="remove the sample or measure it again",
         )
@@ -193,7 +189,7 @@ def check_values(
             f"negative {quantity}",
             file=file,
             field=field,
-            found=at(values < 0),
+            found=_first(values < 0, values, wavelengths_nm),
             expected=">= 0",
             hint="subtract the dark reading properly, or remove the sample",
         )
@@ -204,7 +200,7 @@ def check_values(
             f"{quantity} looks like percent",
             file=file,
             field=field,
-            found=at(values == values.max()),
+            found=_first(values == values.max(), values, wavelengths_nm),
             expected="fractions from 0 to 1",
             hint="divide by 100",
         )
@@ -212,7 +208,13 @@ def check_values(
         f"{quantity} above 1",
         file=file,
         field=field,
-        found=at(values > 1.0 + 1e-9),
+        found=_first(values > 1.0 + 1e-9, values, wavelengths_nm),
         expected="from 0 to 1",
         hint="check the white calibration; fluorescence or gloss in the reading also does this",
     )
+
+
+def _first(which: np.ndarray, values: np.ndarray, wavelengths_nm: Wavelengths) -> str:
+    """Return the first of some samples in words."""
+    place = tuple(np.argwhere(which)[0])
+    return f"{values[place]:g} at {wavelengths_nm[place[-1]]:g} nm"

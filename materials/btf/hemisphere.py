@@ -120,27 +120,25 @@ class Hemisphere:
     @cached_property
     def cells(self) -> Int[np.ndarray, "cells cells most"]:
         """Triangles that reach into each cell of a square of the plane as wide as the hemisphere; -1 where no more."""
-        side = np.pi / _CELLS
+        side, grown = np.pi / _CELLS, 1e-6
         low = -np.pi / 2 + side * np.arange(_CELLS)
-        inside: list[list[int]] = [[] for _ in range(_CELLS * _CELLS)]
-        grown = 1e-6
+        cells, numbers = [], []
         for number, corners in enumerate(self.corners[self.triangles]):
             least, most = corners.min(axis=0) - grown, corners.max(axis=0) + grown
-            columns = np.flatnonzero((low + side >= least[0]) & (low <= most[0]))
-            rows = np.flatnonzero((low + side >= least[1]) & (low <= most[1]))
-            for row in rows:
-                for column in columns:
-                    # A triangle misses a cell where all the cell lies beyond one of its sides.
-                    x = low[column] + side * np.array([0.0, 1.0, 0.0, 1.0])
-                    y = low[row] + side * np.array([0.0, 0.0, 1.0, 1.0])
-                    share = self.inverse[number] @ np.stack([x, y, np.ones(4)])
-                    if (share.max(axis=1) >= -grown).all():
-                        inside[row * _CELLS + column].append(number)
-        most_in = max(len(some) for some in inside)
-        table = np.full((_CELLS * _CELLS, most_in), -1, dtype=np.int64)
-        for cell, some in enumerate(inside):
-            table[cell, : len(some)] = some
-        return table.reshape(_CELLS, _CELLS, most_in)
+            columns, rows = (np.flatnonzero((low + side >= least[k]) & (low <= most[k])) for k in (0, 1))
+            across, along, middle = (one[:, None, None] for one in self.inverse[number].T)
+            share = across * (low[columns] + 0.5 * side) + along * (low[rows] + 0.5 * side)[:, None] + middle
+            # A triangle misses a cell where all the cell lies beyond one of its sides.
+            largest = share + 0.5 * side * (np.abs(across) + np.abs(along))
+            row, column = np.nonzero((largest >= -grown).all(axis=0))
+            cells.append(rows[row] * _CELLS + columns[column])
+            numbers.append(np.full(len(row), number))
+        cell, number = np.concatenate(cells), np.concatenate(numbers)
+        order = np.argsort(cell, kind="stable")
+        count = np.bincount(cell, minlength=_CELLS**2)
+        table = np.full((_CELLS**2, count.max()), -1, dtype=np.int64)
+        table[np.arange(count.max()) < count[:, None]] = number[order]
+        return table.reshape(_CELLS, _CELLS, -1)
 
     def shares(
         self, directions: Float[np.ndarray, "N 3"], falling: bool = False

@@ -104,6 +104,7 @@ def test_too_few_views_are_held_out_of_none():
     assert HeldOut.of(bumps(3, 3, views=1, lights=2)) is None
 
 
+@pytest.mark.slow
 def test_every_form_that_can_be_drawn_is_timed(bumpy, monkeypatch):
     monkeypatch.setattr(speed, "PIXELS", 16)
     monkeypatch.setattr(speed, "TURNS", 1)

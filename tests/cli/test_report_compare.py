@@ -58,6 +58,7 @@ def test_files_are_written_and_standard_output_is_json(metamer, reviews, tmp_pat
     assert code == 4 and out == "" and "none" in err
 
 
+@pytest.mark.slow_cases("junit", "csv", "markdown")
 @pytest.mark.parametrize("form", ["html", "junit", "csv", "xlsx", "markdown"])
 def test_a_full_disk_leaves_the_file_that_was_there(metamer, readings, tmp_path, room_for, form):
     if form == "xlsx":

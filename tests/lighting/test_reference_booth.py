@@ -77,7 +77,7 @@ def summed(scene, which):
     return total * np.pi / scene.viewing.reference_illuminance_lux / geometry.samples
 
 
-@pytest.mark.slow_cases("metal")
+@pytest.mark.slow_cases("metal", "ramp", "gloss")
 @pytest.mark.parametrize("material", SURFACES)
 def test_a_booth_is_the_sum_over_all_its_texels(material):
     scene = scene_of(material)
@@ -126,7 +126,7 @@ def test_from_inside_a_ball_rays_are_traced():
     assert (reference_images(scene, None, SURFACES, most_directions=32).xyz == 0).all()
 
 
-@pytest.mark.slow_cases("metal-8.0")
+@pytest.mark.slow_cases("metal-8.0", "gloss-6.0")
 @pytest.mark.parametrize(("material", "budget"), [("matt", 4.0), ("gloss", 6.0), ("metal", 8.0)])
 def test_the_noise_that_is_stated_in_a_booth_is_the_noise_that_is_there(material, budget):
     scene = scene_of(material, size=36)

@@ -121,6 +121,7 @@ def assert_equal_within_noise(pictures, expected, white):
     assert off[lit].mean() < 2.0 * pictures.noise.aimed, (off, pictures.noise.words)
 
 
+@pytest.mark.slow_cases("satin", "roughness 1")
 @pytest.mark.parametrize("material", ["ramp", "satin", "roughness 1", "brushed", "dye", "texture"])
 def test_clouds_are_the_sum_over_all_texels(material):
     scene = scene_of(floor_and_ball(material), [environment(CLOUDS, rotation_deg=70.0)])
@@ -131,6 +132,7 @@ def test_clouds_are_the_sum_over_all_texels(material):
     assert_equal_within_noise(pictures, summed(scene, SURFACES, 3), scene.adopted_white())
 
 
+@pytest.mark.slow_cases("satin")
 @pytest.mark.parametrize("material", ["ramp", "satin", "brushed"])
 def test_a_sun_of_one_texel_is_the_sum_over_all_texels(material):
     scene = scene_of(floor_and_ball(material), [environment(SUN, lux=8000.0)], reference_lux=8000.0)

@@ -22,6 +22,7 @@ def test_largest_error_at_each_size(chart, size, bound):
     assert ours < 0.9 * balanced
 
 
+@pytest.mark.slow_cases("2", "3", "16")
 @pytest.mark.parametrize("size", [1, 2, 3, 4, 16, 24])
 def test_never_worse_than_balanced(chart, size):
     ours = basis_error(minimax_basis(chart.reflectances, chart.columns, size), chart)

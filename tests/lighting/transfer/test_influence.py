@@ -73,6 +73,7 @@ def test_what_is_reflected_of_even_light():
     assert 0.05 < even_albedo(gloss).mean() < 0.092
 
 
+@pytest.mark.slow_cases("0.1", "0.3")
 @pytest.mark.parametrize("alpha", [0.05, 0.1, 0.3, 0.6])
 def test_what_metals_reflect_of_even_light(alpha):
     """Beside a sum over half vectors, as dense as GGX has facets, for viewers by the Gauss-Legendre rule."""

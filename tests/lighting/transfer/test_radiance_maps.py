@@ -60,6 +60,7 @@ def lobes_about(count, sharpness, tilt_deg=55.0):
     return to[:, None], np.full((count, 1), sharpness)
 
 
+@pytest.mark.slow_cases("16.0", "32.0")
 @pytest.mark.parametrize("sharpness", [8.0, 16.0, 32.0, 60.0])
 def test_highlights_are_those_of_the_rays(hits, sharpness):
     sites = floor(hits)
@@ -120,6 +121,7 @@ def test_lobes_below_the_horizon_see_what_is_at_the_horizon(hits):
     assert np.isfinite(straight_down).all()
 
 
+@pytest.mark.slow_cases("1e-06")
 @pytest.mark.parametrize("scale", [1e-6, 1e7])
 def test_very_dark_and_very_bright_light_keep_their_precision(hits, scale):
     sites = floor(hits)

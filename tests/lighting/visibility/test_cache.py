@@ -54,6 +54,7 @@ def test_the_key_is_that_of_the_geometry_alone(scene):
     assert visibility_key(replace(scene, parts=(*scene.parts, replace(scene.parts[0], name="twin")))) != key
 
 
+@pytest.mark.slow_cases("empty", "text", "other arrays")
 @pytest.mark.parametrize("damage", ["cut", "empty", "text", "bit", "other arrays"])
 def test_a_damaged_file_is_computed_again_and_that_is_said(scene, kept, damage):
     folder, first = kept

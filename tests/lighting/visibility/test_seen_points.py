@@ -54,6 +54,7 @@ def same(one, other):
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("whole", [pytest.param(thinning.WHOLE, marks=pytest.mark.slow), 200])
 def test_it_is_as_good_as_the_whole_around_these_points(scene, points, monkeypatch, whole):
     """200: most sites of the shape are foretold."""
@@ -111,6 +112,7 @@ def test_a_camera_that_sees_nothing_waits_for_nothing(scene):
     assert first.vertices and not len(first.middles)
 
 
+@pytest.mark.slow_cases("8192")
 @pytest.mark.parametrize("whole", [thinning.WHOLE, 200])
 def test_sites_of_which_none_gave_the_axes(scene, points, monkeypatch, whole):
     """A small part among many may have no such site."""

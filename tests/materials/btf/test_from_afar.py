@@ -212,7 +212,7 @@ def test_gl_and_numpy_agree_from_afar(scenes, gl, form, texels, lit):
     assert delta_e_xyz(mine, theirs, scene.adopted_white()).max() < 0.1
 
 
-@pytest.mark.slow_cases("ours-sky")
+@pytest.mark.slow_cases("ours-sky", "the paper's-sky")
 @pytest.mark.parametrize("lit", ["sun", "sky"])
 def test_a_picture_from_afar_is_that_of_many_samples(scenes, texels, lit):
     lights = [scenes.sun()] if lit == "sun" else [sky(1)]

@@ -163,6 +163,7 @@ def test_more_clusters_than_there_are_kinds_of_texels_die(scenes, tmp_path):
     drawn(scenes, found.fast)
 
 
+@pytest.mark.slow
 def test_a_name_without_directions_is_passed_over_or_refused(tmp_path):
     folder = saved(tmp_path / "wool", cloth(), name=UBO)
     shutil.copy2(next(folder.iterdir()), folder / "thumbnail.png")

@@ -145,6 +145,7 @@ def test_what_is_refused(cloth):
         lobe_field(held(values), 1)
 
 
+@pytest.mark.slow_cases("corduroy")
 @pytest.mark.parametrize("name", sorted(WANTED))
 def test_measured_cloths_are_met_with_two_lobes(shared_data, name):
     rows, columns = np.mgrid[96:108, 96:108]

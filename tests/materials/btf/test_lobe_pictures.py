@@ -34,6 +34,7 @@ def middles():
     return np.stack([(column + 0.5) / IMAGES.width, 1.0 - (row + 0.5) / IMAGES.height], axis=2).reshape(-1, 2)
 
 
+@pytest.mark.slow_cases("1-True", "4-True")
 @pytest.mark.parametrize(("lobes", "shared"), KINDS)
 def test_at_measured_directions_it_is_the_field(lobes, shared):
     texels, uv = formed(lobes, shared).texels, middles()
@@ -78,6 +79,7 @@ def draped(scenes):
     return scenes.scene_of(parts, [scenes.sun(), scenes.lamp()], camera)
 
 
+@pytest.mark.slow_cases("1-True", "4-True")
 @pytest.mark.parametrize(("lobes", "shared"), KINDS)
 def test_gl_and_numpy_agree_on_every_pixel(scenes, gl, lobes, shared):
     scene, surfaces = draped(scenes), {"cloth": formed(lobes, shared)}

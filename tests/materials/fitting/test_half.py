@@ -26,6 +26,7 @@ def p99_against(brdf):
     return lambda packs: sphere.compare(reference, sphere.sample(FactoredBrdf(packs))).p99
 
 
+@pytest.mark.slow_cases("100.0", "10000.0")
 @pytest.mark.parametrize("exponent", [1.0, 100.0, 10000.0, 100000.0])
 def test_exponents_from_1_to_100000_do_not_overflow_and_cost_little(exponent):
     brdf = AshikhminShirley(flat(0.03), flat(0.04), exponent, exponent)

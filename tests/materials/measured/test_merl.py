@@ -149,6 +149,7 @@ def test_bad_tables_are_refused(values):
         MerlBrdf.from_parameters({"method": "smits"})
 
 
+@pytest.mark.slow_cases("jakob-hanika", "smits")
 @pytest.mark.parametrize("method", METHODS)
 def test_rebuilt_from_its_parameters_bit_for_bit(values, method):
     brdf = MerlBrdf(values, method, "smooth")

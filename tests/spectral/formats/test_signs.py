@@ -75,6 +75,7 @@ def test_each_kind_of_file_is_taken_for_what_it_says_or_refused(written, kind):
         assert entry.spectrum.quantity in (quantity, "radiance factor") and words in entry.taken
 
 
+@pytest.mark.slow_cases("100.0", "1e-06")
 @pytest.mark.parametrize("scale", [1.0, 100.0, 1e-6, "peak"])
 def test_no_light_of_the_cie_is_ever_a_paint(written, scale):
     """Tables without a word, one a light: taken as emission where the numbers tell, else refused."""

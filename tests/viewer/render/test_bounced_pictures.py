@@ -62,6 +62,7 @@ def corner(scenes, *lights, wall="red", floor="white", size=24, body=True):
     return scenes.scene_of(parts, lights or [scenes.sun((0.3, 0.9, 0.5))], camera)
 
 
+@pytest.mark.slow_cases("GL")
 def test_another_material_is_seen_by_way_of_others_too(scenes, make):
     """A renderer that has drawn the scene before draws what a new one draws."""
     lit = replace(corner(scenes), bounces="auto")
@@ -80,7 +81,7 @@ def off(scene, truth, found):
     return delta_e_xyz(np.asarray(truth, float), np.asarray(found, float), scene.adopted_white())
 
 
-@pytest.mark.slow_cases("numpy")
+@pytest.mark.slow_cases("GL")
 def test_pictures_are_the_paths(scenes, make):
     scene = replace(corner(scenes), bounces=2)
     truth = reference_images(scene, None, SURFACES, bounces=2, budget=1.0)
@@ -167,6 +168,7 @@ def test_a_normal_map_leans_towards_the_light_of_a_wall(scenes, make):
     assert np.abs(added - expected).mean() < 0.1 * expected.mean()
 
 
+@pytest.mark.slow_cases("GL")
 def test_a_sheet_shines_on_both_of_its_sides(scenes, make):
     """Lit from above, it is red below from the floor's light: each side has sites of its own."""
     sheet = shapes.plane(0.8, 0.8).placed(translate=(0.0, 0.6, 0.0))
@@ -258,6 +260,7 @@ def test_scenes_say_how_many_bounces_they_have(tmp_path):
         assert load_scene(tmp_path / "scene.toml").bounces == bounces
 
 
+@pytest.mark.slow_cases("GL")
 def test_three_spectra_at_once_are_the_paths(scenes, make):
     """Daylight, a tungsten lamp and one of few lines: each colours what the wall sends on in its own way."""
     lights = [scenes.sun((0.3, 0.9, 0.5)), scenes.lamp((1, 1.5, 1), 4e3, "A"), scenes.lamp((-1, 1, 1), 4e3, "FL11")]

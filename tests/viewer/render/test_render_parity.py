@@ -256,6 +256,7 @@ def test_what_has_not_changed_is_taken_over(scenes):
     assert scene_geometry(scenes.lamp_scene(size=16), geometry).occluders is not geometry.occluders
 
 
+@pytest.mark.slow
 def test_a_measured_mesh_of_88_000_triangles(scenes, hardware, software, brdfs, shared_data):
     from metamer.lighting.mesh_files import load_mesh
 

@@ -49,6 +49,7 @@ def under(scene, *lights):
     return replace(scene, lights=lights)
 
 
+@pytest.mark.slow_cases("GL")
 def test_a_white_ball_in_an_even_light_is_white_everywhere(scenes, make):
     matt = FactoredBrdf((scenes.lambert_pack(np.ones(81)),))
     light = EnvironmentLight(np.ones((1, 8, 16)), SPECTRA[:1], illuminance_lux=1000.0)
@@ -173,6 +174,7 @@ def test_pictures_are_sums_over_every_texel(scenes):
         assert off[coverage.ravel() > 0.0].max() < most, material
 
 
+@pytest.mark.slow_cases("GL")
 def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make):
     scene, surfaces = scenes.sphere_scene(size=32, samples=1), dict(scenes.SURFACES)
     still = sky(1)
@@ -256,6 +258,7 @@ def test_more_terms_than_a_draw_call_takes_make_the_same_picture(scenes, gl):
         assert np.abs(drawn - twin).max() < 1e-4 * np.abs(twin).max()
 
 
+@pytest.mark.slow_cases("GL")
 def test_spectral_pictures_fold_to_the_same_colours(scenes, make):
     scene, surfaces = under(scenes.sphere_scene(size=16, samples=1), sky(2)), dict(scenes.SURFACES)
     renderer = make()

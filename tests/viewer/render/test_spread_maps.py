@@ -124,6 +124,9 @@ def off(scenes, software, surface, light=TWO):
 
 
 @pytest.mark.slow_cases(
+    "alike everywhere-linear", "alike everywhere-mipmapped", "two axes alike-linear", "coated-mipmapped"
+)
+@pytest.mark.slow_cases(
     *(f"{kind}-{how}" for kind in ("varied", "two axes, turned", "coated, two axes") for how in ("linear", "mipmapped"))
 )
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
@@ -282,6 +285,7 @@ def gathered(form, points, frame, light):
     return np.pi / 1000.0 * terms @ form.palette.samples[0] @ weights.T
 
 
+@pytest.mark.slow_cases("0.7-0.0")
 @pytest.mark.parametrize("roughness, metal", [(0.3, 1.0), (0.7, 0.0)])
 def test_maps_that_are_alike_everywhere_are_the_uniform_material(roughness, metal):
     surface, light = surface_of(roughness, metal), ONE

@@ -108,7 +108,7 @@ OTHERS = {
 }
 
 
-@pytest.mark.slow_cases("numpy")
+@pytest.mark.slow_cases("GL")
 def test_another_light_or_observer_is_a_fold(scenes, renderer, work):
     check_folds(studio(scenes), dict(scenes.SURFACES), renderer, work, OTHERS)
 
@@ -145,7 +145,7 @@ def test_lamps_of_one_spectrum_are_told_apart_once(scenes, renderer, work):
     assert shaded(work) == 0
 
 
-@pytest.mark.slow_cases("numpy")
+@pytest.mark.slow_cases("GL")
 def test_what_is_not_a_spectrum_is_drawn_anew(scenes, renderer, work):
     scene, surfaces = studio(scenes), dict(scenes.SURFACES)
     first, _ = renderer.render(scene, None, surfaces)
@@ -198,6 +198,7 @@ def ball(tmp_path):
     return load_scene(path)
 
 
+@pytest.mark.slow_cases("software")
 @pytest.mark.parametrize("name", ["auto", "software"])
 def test_scripts_switch_lights_without_a_renderer_of_their_own(ball, tiny_catalogue, work, name):
     catalogue = Catalogue.open(tiny_catalogue)

@@ -41,6 +41,7 @@ def room(scenes, monkeypatch):
     return replace(scenes.scene_of(parts, [scenes.sun((0.3, 0.9, 0.5))], camera), bounces=1)
 
 
+@pytest.mark.slow_cases("GL")
 def test_each_picture_is_that_of_its_material_alone(room, catalogue, renderer, monkeypatch):
     traced, calls = kept._traced, []
     monkeypatch.setattr(kept, "_traced", lambda *given: calls.append(given) or traced(*given))
@@ -56,6 +57,7 @@ def test_each_picture_is_that_of_its_material_alone(room, catalogue, renderer, m
     np.testing.assert_allclose(drawn["paint/red with reflectance_scale 1"].xyz, before.xyz, atol=1e-3)
 
 
+@pytest.mark.slow_cases("GL")
 def test_what_lies_beside_the_part_changes_with_it(room, catalogue, renderer):
     """The ball stays white: it loses the light that a red floor has thrown upon it."""
     floor = room.parts[0].name
