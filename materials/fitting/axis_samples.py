@@ -8,12 +8,16 @@ objective never rises, and a node that no sample touches moves only as its neigh
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import solveh_banded
 
+#: Samples worked on in one go, at most.
+BLOCK = 512
 # The proximal pull, as a share of the mean curvature of each term's nodes. Less of it fits noise between the samples.
 _PULL = 1e-3
 # How many times as much a difference between neighbours' changes costs as a change itself. Less of it fits noise, too.
@@ -52,79 +56,52 @@ class AxisSamples:
         step += factor.take(self.below, axis=0)
         return step
 
-    def best_factor(
+    def blocks(self) -> Iterator[tuple[int, slice]]:
+        """Divide each interval's rows of `order` into blocks: what is worked on stays in the cache."""
+        for interval, (start, end) in enumerate(pairwise(self.edges.tolist())):
+            for first in range(start, end, BLOCK):
+                yield interval, slice(first, min(first + BLOCK, end))
+
+    def step(
         self,
         factor: Float[np.ndarray, "n R"],
-        rest: Float[np.ndarray, "N R"],
-        sensitivity: Float[np.ndarray, "N K S"],
-        spectral: Float[np.ndarray, "S R"],
-        base_weight: Float[np.ndarray, " N"],
-        aim: Float[np.ndarray, "N R"],
+        sums: Float[np.ndarray, "m 3 R R"],
+        right: Float[np.ndarray, "m 2 R"],
+        rounding: Float[np.ndarray, "m R"],
     ) -> Float[np.ndarray, "n R"]:
-        """The factor that is best with all else fixed, but for the proximal term.
+        """Solve for the change of a factor that is best with all else fixed, but for the proximal term.
 
         Parameters
         ----------
         factor : as it is now.
-        rest : each term without this factor and its spectrum.
-        sensitivity, base_weight : of `SeenSamples`; samples of `sensitivity` in the axis' own `order`.
-        spectral : the terms' spectra.
-        aim : half the gradient of the cost at a factor of zero, downhill.
+        sums : of each of the m = n - 1 intervals: curvature summed over its samples; the same times their fraction h of
+            the way to the upper node; the same times h squared.
+        right : half the downhill gradient, summed times 1 - h and times h.
+        rounding : of `sums`, at most; as much is added to the curvature of either node.
         """
         size, rank = factor.shape
-        diagonal, beside, right = np.zeros((size, rank, rank)), np.zeros((size - 1, rank, rank)), np.zeros((size, rank))
-        high = self.fraction[self.order][:, None]
-        aim, rest = aim.take(self.order, axis=0), rest.take(self.order, axis=0)
-        one = rest * np.sqrt(base_weight[self.order])[:, None]
-        shares = np.hstack([1.0 - high, high])
-        # Interval by interval: what is worked on stays in the cache. Each row stands beside itself times its share of
-        # the upper node; sums over the lower node's share 1 - h follow from those over 1, h and h squared.
-        most = int(np.diff(self.edges).max(initial=0))
-        seen = np.empty((most, sensitivity.shape[1], rank))
-        colour = np.empty((most, sensitivity.shape[1], 2 * rank))
-        simple = np.empty((most, 2 * rank))
-        twice = np.tile(spectral.T @ spectral, (2, 2))
-        for k in range(size - 1):
-            rows = slice(self.edges[k], self.edges[k + 1])
-            count = rows.stop - rows.start
-            if count == 0:
-                continue
-            part, flat = colour[:count], simple[:count]
-            np.matmul(sensitivity[rows].reshape(-1, len(spectral)), spectral, out=seen[:count].reshape(-1, rank))
-            np.multiply(seen[:count], rest[rows, None, :], out=part[:, :, :rank])
-            np.multiply(part[:, :, :rank], high[rows, None], out=part[:, :, rank:])
-            flat[:, :rank] = one[rows]
-            np.multiply(flat[:, :rank], high[rows], out=flat[:, rank:])
-            part = part.reshape(-1, 2 * rank)
-            found = part.T @ part + twice * (flat.T @ flat)
-            all_of_it, once, upper = found[:rank, :rank], found[rank:, :rank], found[rank:, rank:]
-            beside[k] = once - upper
-            diagonal[k] += all_of_it - once - beside[k]
-            diagonal[k + 1] += upper
-            total = shares[rows].T @ aim[rows]
-            right[k] += total[0]
-            right[k + 1] += total[1]
+        diagonal, gradient = np.zeros((size, rank, rank)), np.zeros((size, rank))
+        beside = sums[:, 1] - sums[:, 2]
+        diagonal[:-1] = sums[:, 0] - sums[:, 1] - beside
+        diagonal[1:] += sums[:, 2]
+        own = np.arange(rank)
+        diagonal[:-1, own, own] += rounding
+        diagonal[1:, own, own] += rounding
+        gradient[:-1] = right[:, 0]
+        gradient[1:] += right[:, 1]
         if self.periodic:
             diagonal[0] += diagonal[-1]
-            right[0] += right[-1]
-            diagonal, right = diagonal[:-1], right[:-1]
-        now = factor[: len(right)]
-        curvature = np.einsum("nrr->nr", diagonal)
-        pull = np.maximum(_PULL * curvature.mean(axis=0), _TINY)
-        own = np.arange(rank)
-        diagonal[:, own, own] += pull
-        right += pull * now
+            gradient[0] += gradient[-1]
+            diagonal, gradient = diagonal[:-1], gradient[:-1]
+        count = len(gradient)
+        pull = np.maximum(_PULL * np.einsum("nrr->nr", diagonal).mean(axis=0), _TINY)
         # Steps differ little from node to node.
-        stiff = _STIFFNESS * pull
-        step = np.diff(now, axis=0, append=now[:1]) if self.periodic else np.diff(now, axis=0)
-        count = len(step)
-        beside[:, own, own] -= stiff
-        following = (np.arange(count) + 1) % len(now)
-        np.add.at(diagonal, (np.arange(count)[:, None], own, own), stiff)
-        np.add.at(diagonal, (following[:, None], own, own), stiff)
-        np.add.at(right, np.arange(count), -stiff * step)
-        np.add.at(right, following, stiff * step)
-        found = _solved_blocks(diagonal, beside, right, self.periodic)
+        neighbours = np.full(count, 2.0)
+        if not self.periodic:
+            neighbours[[0, -1]] = 1.0
+        diagonal[:, own, own] += pull * (1.0 + _STIFFNESS * neighbours[:, None])
+        beside[:, own, own] -= _STIFFNESS * pull
+        found = _solved_blocks(diagonal, beside, gradient, self.periodic)
         return np.vstack([found, found[:1]]) if self.periodic else found
 
 

@@ -36,10 +36,6 @@ _GAIN_A_TERM = 0.003
 _MOST_NODES = 192
 # Share of the distance that finer grids must get below.
 _FINER_PAYS = 0.9
-# Rounds of refinement once no more terms are added, at most.
-LAST_ROUNDS = 2
-# Share of the distance from the front that each of those rounds must gain.
-_LAST_GAIN = 0.02
 
 
 class Growth:
@@ -75,7 +71,7 @@ class Growth:
                 if candidate is best:
                     break
                 best, steps = candidate, [(candidate.rank, candidate.judgement.headway)]
-        last = self._polished(best)
+        last = best if best.meets(budget) else self.refinement.bring_within(best)
         # Bringing packs back within their bounds may cost more than it is worth.
         return self.ended(safe if safe is not None and safe.better_than(last, budget) else last)
 
@@ -136,17 +132,6 @@ class Growth:
                 break
             best = candidate
         return best
-
-    def _polished(self, candidate: Candidate) -> Candidate:
-        """The last rounds, until the packs keep within their bounds."""
-        if candidate.meets(self.settings.budget):
-            return candidate
-        for _ in range(LAST_ROUNDS):
-            before, found = candidate, self.refinement.refine_once(candidate, candidate.packs)
-            candidate = found if self.refinement.is_gain(found, before.judgement.distance) else before
-            if candidate.judgement.front > (1.0 - _LAST_GAIN) * before.judgement.front:
-                break
-        return self.refinement.bring_within(candidate)
 
     def _may_win(self, candidate: Candidate, rival: Candidate) -> bool:
         """Fewer terms than the rival's, or a better score than the rival had with as few."""

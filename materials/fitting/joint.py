@@ -17,9 +17,9 @@ from scipy.linalg import cho_factor, cho_solve
 from ...spectral.palette import Palette
 from ..axes import Axis, Frame
 from ..factored.pack import FactorPack
-from ..frame_angles import frame_angles
-from .axis_samples import AxisSamples
+from .axis_samples import BLOCK
 from .cp import Factors, balanced, extrapolated_sweeps
+from .pack_samples import PackSamples
 from .seen import SeenSamples
 
 # Steps of conjugate gradients towards the best spectra in every sweep.
@@ -49,17 +49,9 @@ class JointProblem:
         # What guards ask for changes in every sweep: it is this problem's own.
         if len(samples.guards):
             self.samples = samples = replace(samples, sensitivity=samples.sensitivity.copy())
-        self._targets = samples.targets.copy()
-        self._sorted: dict[int, np.ndarray] = {}
-        self._grids: list[list[AxisSamples]] = []
-        self._scales: list[np.ndarray] = []
+        self._targets = samples.targets.T.copy()
+        self._met = [PackSamples(pack, samples) for pack in packs]
         self._starts = np.cumsum([0, *(pack.rank for pack in packs)])
-        for pack in packs:
-            at = frame_angles(pack.frame, samples.wi, samples.wo, pack.anisotropic)
-            self._scales.append(at.scale)
-            self._grids.append(
-                [AxisSamples.of(axis.position(at.angles[axis.name]), axis.size, axis.periodic) for axis in pack.axes]
-            )
 
     def factors(self) -> Factors:
         """The packs' own factors, balanced."""
@@ -87,12 +79,12 @@ class JointProblem:
 
     def terms(self, factors: Factors) -> Float[np.ndarray, "N R"]:
         """Every term of all packs at every sample, without its spectrum."""
-        return np.hstack(
-            [
-                _product(scale, [grid.interpolated(factor) for grid, factor in zip(grids, part[:-1], strict=True)])
-                for scale, grids, part in zip(self._scales, self._grids, self._split(factors), strict=True)
-            ]
-        )
+        found = self._terms
+        for met, part, first, last in zip(
+            self._met, self._split(factors), self._starts[:-1], self._starts[1:], strict=True
+        ):
+            met.terms(part[:-1], found=found[:, first:last])
+        return found
 
     def spectra(self, factors: Factors) -> Float[np.ndarray, "R S"]:
         """The spectra of all terms."""
@@ -118,30 +110,22 @@ class JointProblem:
     def sweep(self, factors: Factors) -> tuple[Factors, float]:
         """Better factors, after one round over all packs and axes, then all spectra at once; and their objective."""
         parts = self._split(factors)
-        values = [
-            [grid.interpolated(factor) for grid, factor in zip(grids, part[:-1], strict=True)]
-            for grids, part in zip(self._grids, parts, strict=True)
-        ]
-        terms = [_product(scale, value) for scale, value in zip(self._scales, values, strict=True)]
-        self._aim_guards(terms, [part[-1] for part in parts])
-        left = self._targets.T.copy()
-        for term, part in zip(terms, parts, strict=True):
-            left -= part[-1] @ term.T
-        for number, (grids, part, value) in enumerate(zip(self._grids, parts, values, strict=True)):
-            spectral = part[-1]
-            target = left + spectral @ terms[number].T
-            aim = self.samples.half_gradient(target).T @ spectral
-            for mode, grid in enumerate(grids):
-                rest = _product(self._scales[number], [v for m, v in enumerate(value) if m != mode])
-                part[mode] = grid.best_factor(
-                    part[mode], rest, self._rows(grid), spectral, self.samples.base_weight, aim * rest
-                )
-                value[mode] = grid.interpolated(part[mode])
-            terms[number] = _product(self._scales[number], value)
-            left = target - spectral @ terms[number].T
+        self._aim_guards(parts)
+        left = self._targets.copy()
+        rests = [self._rest[: len(left[0]) * pack.rank].reshape(-1, pack.rank) for pack in self.packs]
+        for met, part, rest in zip(self._met, parts, rests, strict=True):
+            met.put_rest(met.turns[0], part[:-1], rest)
+            left -= met.shaded(met.turns[0], rest, part[0], part[-1])
+        for met, part, rest in zip(self._met, parts, rests, strict=True):
+            for turn in met.turns:
+                met.put_rest(turn, part[:-1], rest)
+                step = met.step(turn, rest, part[turn.mode], part[-1], self.samples.half_gradient(left))
+                left -= met.shaded(turn, rest, step, part[-1])
+                part[turn.mode] = part[turn.mode] + step
         factors = [factor for part in parts for factor in part]
-        spectra, left = self._spectra(np.hstack(terms), self.spectra(factors), left)
-        return self.with_spectra(factors, spectra), self.objective(left, np.hstack(terms), spectra)
+        terms = self.terms(factors)
+        spectra, left = self._spectra(terms, self.spectra(factors), left)
+        return self.with_spectra(factors, spectra), self.objective(left, terms, spectra)
 
     def objective(
         self, left: Float[np.ndarray, "S N"], terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"]
@@ -163,7 +147,11 @@ class JointProblem:
     ) -> tuple[Float[np.ndarray, "R S"], Float[np.ndarray, "S N"]]:
         """A few steps of conjugate gradients, preconditioned as if an error counted the same whatever its colour."""
         half_gradient = self.samples.half_gradient
-        matrix = (terms * self._weights[:, None]).T @ terms
+        matrix = np.zeros((terms.shape[1], terms.shape[1]))
+        for start in range(0, len(terms), BLOCK):
+            rows = slice(start, start + BLOCK)
+            weighted = self._roots[rows] * terms[rows]
+            matrix += weighted.T @ weighted
         matrix[np.diag_indices_from(matrix)] *= 1.0 + 1e-9
         matrix[np.diag_indices_from(matrix)] += _TINY
         factor = cho_factor(matrix)
@@ -186,14 +174,14 @@ class JointProblem:
             step = steered + slope / before * step
         return spectra, left
 
-    def _aim_guards(self, terms: list[Float[np.ndarray, "N _"]], spectra: list[Float[np.ndarray, "S _"]]) -> None:
+    def _aim_guards(self, parts: list[Factors]) -> None:
         """Let each guard ask for the limits that packs are beyond now, at the few wavelengths where they are most."""
         samples = self.samples
         count = len(samples.guards)
         if not count or samples.limits is None:
             return
         last = slice(len(samples.wi) - count, None)
-        now = sum(spectral @ term[last].T for term, spectral in zip(terms, spectra, strict=True))
+        now = sum(part[-1] @ met.terms(part[:-1], last).T for met, part in zip(self._met, parts, strict=True))
         (low, high), rows = samples.limits, np.pi * samples.synthesis.T
         values = rows @ now
         over = _HIGH * high[:, None]
@@ -216,34 +204,24 @@ class JointProblem:
         back = np.linalg.pinv(asked.transpose(2, 0, 1), rcond=1e-6)
         targets = now.T + np.einsum("gsk,kg->gs", back, short)
         samples.sensitivity[:, :, last] = asked
-        self._targets[last] = targets
-        self._weights[last] = np.einsum("ksg,ksg->g", asked, asked) / len(samples.synthesis)
-        for grids in self._grids:
-            for grid in grids:
-                if id(grid) in self._sorted:
-                    place = np.empty(len(grid.order), dtype=np.intp)
-                    place[grid.order] = np.arange(len(place))
-                    self._sorted[id(grid)][place[last]] = asked.transpose(2, 0, 1)
-
-    def _rows(self, grid: AxisSamples) -> Float[np.ndarray, "N K S"]:
-        """`SeenSamples.sensitivity` (N, K, S) in the order of an axis."""
-        if id(grid) not in self._sorted:
-            self._sorted[id(grid)] = np.ascontiguousarray(self.samples.sensitivity.transpose(2, 0, 1)[grid.order])
-        return self._sorted[id(grid)]
+        self._targets[:, last] = targets.T
+        self._roots[last, 0] = np.sqrt(np.einsum("ksg,ksg->g", asked, asked) / len(samples.synthesis))
 
     @cached_property
-    def _weights(self) -> Float[np.ndarray, " N"]:
-        """What an error at each sample counts, whatever its colour."""
+    def _terms(self) -> Float[np.ndarray, "N R"]:
+        """Room for all terms at all samples."""
+        return np.empty((len(self.samples.wi), int(self._starts[-1])))
+
+    @cached_property
+    def _rest(self) -> Float[np.ndarray, " n"]:
+        """Room for what turns keep, one after the other."""
+        return np.empty(len(self.samples.wi) * max(pack.rank for pack in self.packs))
+
+    @cached_property
+    def _roots(self) -> Float[np.ndarray, "N 1"]:
+        """Square root of what an error at each sample counts, whatever its colour."""
         seen = self.samples.sensitivity
-        return np.einsum("ksn,ksn->n", seen, seen) / seen.shape[1] + self.samples.base_weight
-
-
-def _product(scale: Float[np.ndarray, " N"], values: list[Float[np.ndarray, "N R"]]) -> Float[np.ndarray, "N R"]:
-    """Terms: the factors at every sample, multiplied, times the scale of the frame."""
-    found = scale[:, None] * values[0]
-    for value in values[1:]:
-        found *= value
-    return found
+        return np.sqrt(np.einsum("ksn,ksn->n", seen, seen) / seen.shape[1] + self.samples.base_weight)[:, None]
 
 
 def _guard_cost(beyond: Float[np.ndarray, " G"]) -> Float[np.ndarray, " G"]:

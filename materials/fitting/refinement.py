@@ -47,8 +47,8 @@ _FIRMER = 2.0
 # Terms from which pairs are drawn anew, so that many terms are not fitted to the same ones for long; and from the first
 # of these on, twice as many.
 _DRAWN_ANEW = (24, 64, 96)
-# Terms above which every second sample will do while packs are brought back within their bounds.
-_MANY_TERMS = 64
+# Every so many samples are enough to find spectra alone from.
+_SPECTRA_THINNED = 4
 
 
 class Refinement:
@@ -113,30 +113,33 @@ class Refinement:
     def bring_within(self, candidate: Candidate) -> Candidate:
         """The same terms with guards wherever they leave the bounds, until they leave them nowhere.
 
-        What is left is mended by spectra alone as soon as that costs little.
+        Sweeps beside the guards refine what is seen, too: they are the last that the packs get.
         """
-        packs, within = candidate.packs, True
-        samples = self.samples(candidate.rank)
-        samples = samples.thinned(2) if candidate.rank > _MANY_TERMS else samples
-        for number in range(_BOUNDING_ROUNDS):
-            violations = self.bounds.violations(packs)
-            if not len(violations):
-                break
-            self.judge.doing(f"{candidate.rank} terms: {len(violations)} places are still out of the bounds of shading")
-            turn = number % _TRY_SPECTRA_EVERY == _TRY_SPECTRA_EVERY - 1
-            if violations.worst_excess <= _NEARLY_WITHIN or turn:
-                mended, done = within_bounds(packs, samples, self.bounds, violations)
-                dear = samples.cost(mended) > _DEAREST_SPECTRA * samples.cost(packs)
-                if done and (not dear or number == _BOUNDING_ROUNDS - 1):
-                    packs = mended
-                    break
-            standing = replace(samples, guards=(_FIRMER if number else 1.0) * samples.guards)
-            cost = _GUARD_COST * samples.cost(packs)
-            samples = standing.with_guards(violations.wi, violations.wo, self.bounds.limits, cost)
-            packs = refined_without_extrapolation(packs, samples, _BOUNDING_SWEEPS)
-        else:
-            within = self.bounds.extremes(packs).within
+        packs, within = self._enforced(candidate)
         if packs is candidate.packs:
             return replace(candidate, within=within)
         judgement = self.judge.judge_packs(packs, None, candidate.relative_error)
         return replace(candidate, packs=packs, judgement=judgement, within=within)
+
+    def _enforced(self, candidate: Candidate) -> tuple[tuple[FactorPack, ...], bool]:
+        """Keep packs within the bounds, and say whether that could be done.
+
+        What is left is mended by spectra alone as soon as that costs little.
+        """
+        packs, samples = candidate.packs, self.samples(candidate.rank)
+        for number in range(_BOUNDING_ROUNDS):
+            violations = self.bounds.violations(packs)
+            if not len(violations):
+                return packs, True
+            self.judge.doing(f"{candidate.rank} terms: {len(violations)} places are still out of the bounds of shading")
+            last = number == _BOUNDING_ROUNDS - 1
+            turn = number % _TRY_SPECTRA_EVERY == _TRY_SPECTRA_EVERY - 1
+            if violations.worst_excess <= _NEARLY_WITHIN or turn or last:
+                mended, done = within_bounds(packs, samples.thinned(_SPECTRA_THINNED), self.bounds, violations)
+                if done and (last or samples.cost(mended) <= _DEAREST_SPECTRA * samples.cost(packs)):
+                    return mended, True
+            standing = replace(samples, guards=(_FIRMER if number else 1.0) * samples.guards)
+            cost = _GUARD_COST * samples.cost(packs)
+            samples = standing.with_guards(violations.wi, violations.wo, self.bounds.limits, cost)
+            packs = refined_without_extrapolation(packs, samples, _BOUNDING_SWEEPS)
+        return packs, self.bounds.extremes(packs).within

@@ -81,17 +81,18 @@ class SeenSamples:
         return replace(self, sensitivity=self.sensitivity * np.sqrt(weights), base_weight=self.base_weight * weights)
 
     def thinned(self, step: int) -> SeenSamples:
-        """Every `step`-th sample without the guards, each counting so many times as much."""
-        some = slice(None, len(self.wi) - len(self.guards), step)
+        """Every `step`-th sample, each counting so many times as much, and all guards."""
+        first = len(self.wi) - len(self.guards)
+        some = np.concatenate([np.arange(0, first, step), np.arange(first, len(self.wi))])
+        times = np.where(some < first, float(step), 1.0)
         return replace(
             self,
             wi=self.wi[some],
             wo=self.wo[some],
             targets=self.targets[some],
-            base_weight=step * self.base_weight[some],
-            sensitivity=np.sqrt(step) * self.sensitivity[:, :, some],
-            guards=np.empty(0),
-            importance=step * self.importance[some],
+            base_weight=times * self.base_weight[some],
+            sensitivity=np.sqrt(times) * self.sensitivity[:, :, some],
+            importance=times * self.importance[some],
             xyz=self.xyz[some],
         )
 

@@ -18,12 +18,11 @@ if TYPE_CHECKING:
 # seconds, tables of measurements a minute. Measured over the shipped materials and some measured ones.
 _MEASURED_S, _FORMULA_S = 90.0, 2.0
 _FIRST_GUESS_S = {"scattered": _MEASURED_S, "merl": _MEASURED_S, "rgl": _MEASURED_S, "lambert": 0.1}
-# What tables and the growth of packs take of a fit that does not end with tables, about; the rest are its last rounds.
-# Where the budget is met, only the bounds of shading are left to keep.
+# What tables and the growth of packs take of a fit that does not end with tables, about; the rest brings packs within
+# the bounds of shading. Where the budget is met, little of that is left.
 _OF_TABLES, _OF_GROWTH, _MET = 0.1, 0.6, 0.9
-# Terms and last rounds of a fit, at most: as `fitting` has them, which first words do not wait for; a test holds them
-# together.
-MOST_TERMS, LAST_ROUNDS = 96, 2
+# Terms of a fit, at most: as `fitting` has them, which first words do not wait for; a test holds them together.
+MOST_TERMS = 96
 # Before this share of a fit is done, what it took so far says little of the rest.
 _TELLING = 0.1
 # Of bytes that are read, so often a word.
@@ -64,8 +63,7 @@ def share_done(trials: Sequence[Trial], budget: float) -> float:
 
     While there are tables alone, how far down the way from the worst trial to the budget the best of this lobe is, in
     logarithms. Once all packs are fitted together: the square of the terms, as the time goes, against those that
-    the budget asks for if what more terms gained so far is a guide, and `MOST_TERMS` at most; then each round that
-    adds none.
+    the budget asks for if what more terms gained so far is a guide, and `MOST_TERMS` at most.
     """
     scores = [trial.score for trial in trials]
     if not scores or not all(math.isfinite(score) and score > 0 for score in scores):
@@ -81,8 +79,7 @@ def share_done(trials: Sequence[Trial], budget: float) -> float:
     gained = math.log(first.score / best) / (now.rank - first.rank) if now.rank > first.rank else 0.0
     needed = now.rank + math.log(best / budget) / gained if gained > 0.0 else MOST_TERMS
     grown = (now.rank / max(now.rank, min(needed, MOST_TERMS))) ** 2
-    same = sum(trial.rank == now.rank for trial in joint[-LAST_ROUNDS - 1 :]) - 1 if grown == 1.0 else 0
-    return _OF_TABLES + _OF_GROWTH * grown + (1.0 - _OF_TABLES - _OF_GROWTH) * same / (LAST_ROUNDS + 1)
+    return _OF_TABLES + _OF_GROWTH * grown
 
 
 @dataclass

@@ -12,6 +12,7 @@ from metamer.materials.fitting.axis_samples import AxisSamples
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.joint import JointProblem, new_terms, refined, refined_without_extrapolation
 from metamer.materials.fitting.pack_grids import merged
+from metamer.materials.fitting.pack_samples import PackSamples
 from metamer.materials.fitting.seen import seen_samples
 from metamer.materials.fitting.seen_pairs import seen_pairs
 from metamer.materials.protocol import LIGHTS, sphere_protocol
@@ -123,14 +124,29 @@ def test_samples_are_never_the_protocol_s_own_and_show_what_it_shows():
     assert np.average(wo[ahead, 2], weights=importance[ahead]) == pytest.approx(2 / 3, abs=0.03)
 
 
+def summed(axis, curvature):
+    """Curvature (N, R, R) summed over each interval, times powers 0 to 2 of the samples' fractions."""
+    sums = np.zeros((axis.size - 1, 3, *curvature.shape[1:]))
+    for power in range(3):
+        np.add.at(sums[:, power], axis.below, axis.fraction[:, None, None] ** power * curvature)
+    return sums
+
+
+def summed_to_either_end(axis, aims):
+    """Gradients (N, R) summed over each interval, times the samples' shares of its ends."""
+    right = np.zeros((axis.size - 1, 2, aims.shape[1]))
+    for end, share in enumerate((1.0 - axis.fraction, axis.fraction)):
+        np.add.at(right[:, end], axis.below, share[:, None] * aims)
+    return right
+
+
 def test_nodes_that_no_sample_touches_do_not_drift():
     rng = np.random.default_rng(0)
     position, rank = 3.0 + 4.0 * rng.random(500), 2
     axis = AxisSamples.of(position, 12, False)
-    factor, rest = np.ones((12, rank)), rng.random((500, rank))
-    seen, plain, aim = rng.random((500, 3, rank)), np.ones(500), rng.random((500, rank))
-    found = axis.best_factor(factor, rest, seen[axis.order], np.eye(rank), plain, aim * rest)
-    moved = found - factor
+    seen, aim = rng.random((500, 3, rank)), rng.random((500, rank))
+    sums = summed(axis, np.einsum("nkr,nks->nrs", seen, seen))
+    moved = axis.step(np.ones((12, rank)), sums, summed_to_either_end(axis, aim), np.zeros((11, rank)))
     assert np.abs(moved[3:8]).max() > 0.01
     # They follow their neighbour, less and less, and never run ahead of it.
     assert (np.abs(moved[0]) <= np.abs(moved[3]) + 1e-12).all()
@@ -146,19 +162,20 @@ def test_a_factor_is_solved_for_as_a_dense_system_would(periodic):
     factor = rng.standard_normal((size, rank))
     if periodic:
         factor[-1] = factor[0]
-    rest, counted, plain = rng.random((count, rank)), rng.standard_normal((count, 3, 4)), rng.random(count)
-    spectra, target = rng.standard_normal((4, rank)), rng.standard_normal((count, 3))
-    seen = counted @ spectra
-    aim = np.einsum("nkr,nk->nr", seen, target) * rest
-    found = axis.best_factor(factor, rest, counted[axis.order], spectra, plain, aim)
+    seen, left = rng.standard_normal((count, 3, rank)), rng.standard_normal((count, 3))
+    aim = np.einsum("nkr,nk->nr", seen, left)
+    curvature, rounding = np.einsum("nkr,nks->nrs", seen, seen), rng.random((size - 1, rank))
+    found = axis.step(factor, summed(axis, curvature), summed_to_either_end(axis, aim), rounding)
     nodes = size - 1 if periodic else size
     rows = np.zeros((count, nodes))
     rows[np.arange(count), axis.below] += 1 - axis.fraction
     rows[np.arange(count), (axis.below + 1) % nodes] += axis.fraction
-    eye = (rows[:, None, :, None] * (seen * rest[:, None])[:, :, None, :]).reshape(3 * count, -1)
-    flat = rows[:, None, :, None] * (spectra[None] * rest[:, None])[:, :, None, :] * np.sqrt(plain)[:, None, None, None]
-    flat = flat.reshape(4 * count, -1)
-    matrix = eye.T @ eye + flat.T @ flat
+    flat = (rows[:, None, :, None] * seen[:, :, None, :]).reshape(3 * count, -1)
+    matrix = flat.T @ flat
+    at_nodes = np.zeros((nodes, rank))
+    np.add.at(at_nodes, np.arange(size - 1), rounding)
+    np.add.at(at_nodes, np.arange(1, size) % nodes, rounding)
+    matrix += np.diag(at_nodes.reshape(-1))
     pull = 1e-3 * np.diag(matrix).reshape(nodes, rank).mean(axis=0)
     chain = np.eye(nodes)
     if periodic:
@@ -167,11 +184,75 @@ def test_a_factor_is_solved_for_as_a_dense_system_would(periodic):
         steps = np.diff(np.eye(nodes), axis=0)
         tied = steps.T @ steps
     proximal = np.kron(chain + 100.0 * tied, np.diag(pull))
-    now = factor[:nodes].reshape(-1)
-    expected = np.linalg.solve(matrix + proximal, eye.T @ target.reshape(-1) + proximal @ now)
+    expected = np.linalg.solve(matrix + proximal, flat.T @ left.reshape(-1))
     np.testing.assert_allclose(found[:nodes], expected.reshape(nodes, rank), rtol=1e-8, atol=1e-10)
     if periodic:
         np.testing.assert_array_equal(found[-1], found[0])
+
+
+@pytest.mark.parametrize("scale", [1e-40, 1.0, 1e30])
+@pytest.mark.parametrize("anisotropic", [False, True])
+def test_a_turn_lowers_the_cost_as_far_as_a_dense_problem_does_however_large_its_terms_are(scale, anisotropic):
+    """Against all samples at once in double precision; a term is `scale` times as large as the other."""
+    brdf = AshikhminShirley(RED, GREY, 4.0, 20.0 if anisotropic else 4.0)
+    samples = seen_samples(brdf, 1500)
+    pack, _ = new_terms((), samples, "hd", TURNED if anisotropic else HD, 2, 0, 2)
+    problem = JointProblem((pack,), samples)
+    *factors, spectral = problem.factors()
+    spectral = spectral * np.array([1.0, scale])
+    met = PackSamples(pack, samples)
+    left = samples.targets.T - spectral @ met.terms(factors).T
+    for turn in met.turns:
+        rest = np.empty((len(samples.wi), 2))
+        met.put_rest(turn, factors, rest)
+        shaded = met.shaded(turn, rest, factors[turn.mode], spectral)
+        whole = spectral @ met.terms(factors).T
+        np.testing.assert_allclose(shaded, whole, rtol=1e-9, atol=1e-12 * np.abs(shaded).max())
+        step = met.step(turn, rest, factors[turn.mode], spectral, samples.half_gradient(left))
+        expected = dense_step(turn, rest, factors[turn.mode], spectral, samples, left)
+        moved, best = (met.shaded(turn, rest, one, spectral) for one in (step, expected))
+        np.testing.assert_allclose(moved, best, atol=2e-3 * np.abs(best).max())
+        assert cost(samples, left - moved) <= cost(samples, left)
+        assert cost(samples, left - moved) <= 1.001 * cost(samples, left - best)
+
+
+@pytest.mark.parametrize("times", [1e2, 1e3, 1e6])
+def test_guards_that_count_far_more_than_samples_do_not_blur_what_samples_ask_for(glossy, times):
+    samples = seen_samples(glossy, 1500)
+    (pack, _), some = new_terms((), samples, "hd", HD, 4, 0, 2), slice(None, None, 40)
+    watched = samples.with_guards(samples.wi[some], samples.wo[some], np.zeros((2, L)), 1.0)
+    count, rng = len(watched.guards), np.random.default_rng(4)
+    typical = np.abs(samples.sensitivity).mean()
+    # One direction of colour each: in the others, terms may move.
+    watched.sensitivity[0, :, -count:] = times * typical * rng.standard_normal(watched.sensitivity[0, :, -count:].shape)
+    *factors, spectral = JointProblem((pack,), samples).factors()
+    met = PackSamples(pack, watched)
+    left = watched.targets.T - spectral @ met.terms(factors).T
+    # What guards ask for is kept already: samples alone decide where to go.
+    left[:, -count:] = 0.0
+    for turn in met.turns:
+        rest = np.empty((len(watched.wi), 4))
+        met.put_rest(turn, factors, rest)
+        step = met.step(turn, rest, factors[turn.mode], spectral, watched.half_gradient(left))
+        expected = dense_step(turn, rest, factors[turn.mode], spectral, watched, left)
+        np.testing.assert_allclose(step, expected, rtol=0.0, atol=2e-6 * np.abs(expected).max())
+
+
+def cost(samples, left):
+    return float(np.vdot(left, samples.half_gradient(left)))
+
+
+def dense_step(turn, rest, factor, spectral, samples, left):
+    """The same step from sums over all samples in double precision."""
+    order = turn.axis.order
+    curvature = np.einsum("ksn,ktn->nst", samples.sensitivity, samples.sensitivity)
+    curvature += samples.base_weight[:, None, None] * np.eye(len(spectral))
+    unsorted = np.empty_like(rest)
+    unsorted[order] = rest
+    along = np.einsum("sr,nst,tq->nrq", spectral, curvature, spectral)
+    sums = summed(turn.axis, along * unsorted[:, :, None] * unsorted[:, None, :])
+    aims = unsorted * (samples.half_gradient(left).T @ spectral)
+    return turn.axis.step(factor, sums, summed_to_either_end(turn.axis, aims), np.zeros(sums[:, 0, 0].shape))
 
 
 def test_an_anisotropic_pack_is_continuous_where_its_azimuths_wrap():
