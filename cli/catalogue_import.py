@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..calibration.text_tables import columns
+from ..materials.records.standing import missed_words, misses_budget
 from ..materials.shipped import shipped_sources
 from ..spectral.errors import UsageError, visible
 from .catalogue_words import CATALOGUE_HELP, say, write_text
@@ -29,7 +30,7 @@ BTF_FORMS = (
     *("lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4"),
     *("rfnl-1-separate", "rfnl-2-separate", "rfnl-4-separate"),
 )
-# So many refusals for one reason are said together.
+# So many refusals for one reason are said together; so many fits that miss their budget are named.
 _MANY = 3
 
 
@@ -238,10 +239,15 @@ def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
     _say_reasons(report, verbose)
     measured = [(outcome.error.p99, outcome.id) for outcome in report.outcomes if outcome.error]
     if measured:
-        missed = sum(p99 > budget for p99, _ in measured)
         say("largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
+        errors = [outcome.error for outcome in report.outcomes if outcome.error]
+        missed = sum(misses_budget(error) or (error.score is None and error.p99 > budget) for error in errors)
         if missed:
             say(f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
+        said = [f"{one.id}: its fit {missed_words(one.error)}" for one in report.outcomes if one.error]
+        said = [line for line, error in zip(said, errors, strict=True) if misses_budget(error)]
+        for line in said if verbose else said[:_MANY]:
+            say(line)
     if report.stopped:
         say(report.stopped)
     say(report.sentence)

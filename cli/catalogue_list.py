@@ -7,6 +7,7 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 from ..calibration.text_tables import columns
+from ..materials.records.standing import missed_figures, misses_budget
 from .catalogue_query import add_query_options, found_by
 from .catalogue_words import add_catalogue_argument, print_json
 from .shared import counted
@@ -44,6 +45,8 @@ def run(args: argparse.Namespace) -> int:
             print(f"fit ΔE94 p99: factored against original data, {said}, observer {observer}; show ID says more")
         if doubtful := sum(one.standing in ("uplifted", "reconstructed") for one in found):
             print(f"{counted(doubtful, 'material')} uplifted or reconstructed: a small fit is no small error of colour")
+        if missed := sum(map(misses_budget, found)):
+            print(f"{counted(missed, 'fit')} over budget: score > budget, and what one more step of terms came to")
         of = f"{len(found)} of " if len(found) != len(everything) else ""
         print(f"{folder}: {of}{counted(len(everything), 'material')}")
         if everything and not found:
@@ -55,6 +58,8 @@ def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
     headings = ["material", "model", "kind", "terms", "fit ΔE94 p99", "under", "L*", "a*", "b*"]
     if args.near is not None:
         headings.append(f"ΔE{args.formula}")
+    over = any(map(misses_budget, found))
+    headings += ["over budget"] if over else []
     rows = []
     for one in found:
         terms = " + ".join(f"{count} {frame}" for count, frame in one.terms)
@@ -64,7 +69,7 @@ def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
         row += [f"{value:.1f}" for value in one.lab] if one.lab else ["", "", ""]
         if args.near is not None:
             row.append("" if one.distance is None else f"{one.distance:.2f}")
-        rows.append(row)
+        rows.append([*row, missed_figures(one)] if over else row)
     print(columns(headings, rows, left=3))
 
 

@@ -68,6 +68,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
     from ..materials.gloss import shown_gloss
     from ..materials.records.record_colour import record_colour
     from ..materials.records.shown import shown_values
+    from ..materials.records.standing import missed_words
 
     said, colour = record.provenance, record_colour(record)
     shown = _SENTENCES if record.model == "scattered" else ()
@@ -101,6 +102,8 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         if error.lights:
             words = (f"{one.light} {one.p99:.3f}{_highlight(one)}" for one in error.lights)
             lines.append(("p99 by light", ", ".join(words)))
+        if missed := missed_words(error):
+            lines.append(("budget", missed))
         lines.append(("protocol", error.protocol))
     if record.fast is not None and (texels := record.fast.texel_error):
         figures = f"mean {texels.mean:.3f}, p95 {texels.p95:.3f}, p99 {texels.p99:.3f}, max {texels.maximum:.3f}"

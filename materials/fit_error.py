@@ -35,6 +35,9 @@ class FitError:
     light is 1). largest : their largest, over the original's largest anywhere at the same wavelength; None where nobody
     looked. Nothing is clipped. lights : the figures of every light judged, the worst included; empty where there was
     one.
+    budget, score : ΔE94 that a fit aimed at, and the figure that was held against it (`fitting.fit.Fit.score`); None
+    where nothing was fitted. more_terms, more_score : the terms of one more step, and the score that they would about
+    have led to; None where no terms were added.
     """
 
     mean: float
@@ -48,6 +51,10 @@ class FitError:
     most_negative: float = 0.0
     largest: float | None = None
     lights: tuple[LightError, ...] = ()
+    budget: float | None = None
+    score: float | None = None
+    more_terms: int | None = None
+    more_score: float | None = None
 
     def stored(self) -> dict[str, Any]:
         """What a form keeps of an error of its own: text, numbers and arrays."""

@@ -23,6 +23,7 @@ from .candidates import Candidate, FitSettings
 from .half import HalfStorage, half_storage, single_storage
 from .judging import Judge, Trial
 from .lobe_table import METHODS, Method
+from .outlook import one_more_step
 from .search import RIVALLED, TABLE_TERMS, Search
 
 __all__ = ["METHODS", "Fit", "FitError", "Method", "Trial", "fit"]
@@ -139,7 +140,16 @@ def _stored(best: Candidate, judge: Judge, bounds: Bounds, precision: str, budge
             storage, judgement, extremes = half, after, rounded
         else:
             storage = replace(storage, reason="kept single: half precision would leave the bounds of shading")
-    error = replace(judgement.error, most_negative=extremes.lowest, largest=extremes.ratio)
+    terms, score = one_more_step(judge.trials, best.name, best.rank, judgement.score) or (None, None)
+    error = replace(
+        judgement.error,
+        most_negative=extremes.lowest,
+        largest=extremes.ratio,
+        budget=budget,
+        score=judgement.score,
+        more_terms=terms,
+        more_score=score,
+    )
     return Fit(
         FactoredBrdf(storage.packs, error),
         error,

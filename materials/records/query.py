@@ -31,6 +31,7 @@ class Summary:
     terms : (number of terms, frame) of each pack; precision : "single", "half" or "" without packs.
     mean, p95, p99, maximum : measured ΔE94 of the packs, under `light` for `observer`; None where there is none.
     lab, xyz : colour at 45:0 under D65, 1931 2 degrees (XYZ: Y of the perfect diffuser = 1); None where there is none.
+    budget, score, more_terms, more_score : of the fit, see `FitError`; None where there is none.
     bytes : of the arrays before compression. distance : from the colour that was asked for.
     """
 
@@ -54,6 +55,10 @@ class Summary:
     bytes: int
     source_hash: str
     checksum: str
+    budget: float | None = None
+    score: float | None = None
+    more_terms: float | None = None
+    more_score: float | None = None
     distance: float | None = None
 
     @property
@@ -100,7 +105,8 @@ def _summary(head: dict[str, Any], file: str | Path) -> Summary:
     error, colour = head["error"] or {}, head["colour"] or {}
     words = ("id", "family", "model", "kind", "quantity", "licence", "precision", "source_hash", "checksum")
     fields: dict[str, Any] = {name: _text(head[name]) for name in words}
-    fields |= {name: _number(error.get(name)) for name in ("mean", "p95", "p99", "maximum")}
+    figures = ("mean", "p95", "p99", "maximum", "budget", "score", "more_terms", "more_score")
+    fields |= {name: _number(error.get(name)) for name in figures}
     return Summary(
         path=os.fspath(file),
         terms=tuple((int(count), _text(frame)) for count, frame in head["terms"]),

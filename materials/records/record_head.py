@@ -41,6 +41,8 @@ def head_of(record: MaterialRecord, checksum: str, *, colour: bool = True) -> di
         figures = {name: _figure(getattr(error, name)) for name in ("mean", "p95", "p99", "maximum")}
         lights = {one.light: _figure(one.p99) for one in error.lights}
         stated = {**figures, "light": error.light, "observer": error.observer, "lights": lights}
+        aims = ((name, getattr(error, name)) for name in ("budget", "score", "more_terms", "more_score"))
+        stated |= {name: _figure(value) for name, value in aims if value is not None}
     return {
         "format": FORMAT,
         "schema": SCHEMA,

@@ -1,6 +1,7 @@
 """`metamer catalogue`: what a person reads, and the exit codes."""
 
 import argparse
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -84,6 +85,25 @@ def test_failure_is_said_with_its_reason_and_exit_code(source, tmp_path, capsys)
 def test_missed_budget_is_said(source, tmp_path, capsys):
     assert metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1, "--budget", 0.1) == 0
     assert "2 of 2 fits miss the budget of ΔE94 0.1" in capsys.readouterr().out
+
+
+def test_fits_that_miss_their_budget_are_named_with_what_one_more_step_would_have_paid(
+    source, tmp_path, capsys, monkeypatch
+):
+    known = importing.fit_material
+
+    def fit_one(material, budget, say=None):
+        found = known(material, budget)
+        score = 0.9 if material.id == "grey/dark" else 0.2
+        aims = {"budget": budget, "score": score, "more_terms": 8, "more_score": 0.7 * score}
+        return replace(found, fast=replace(found.fast, error=replace(found.fast.error, **aims)))
+
+    monkeypatch.setattr(importing, "fit_material", fit_one)
+    assert metamer("import", source, "--into", tmp_path / "cat", "--jobs", 1, "--budget", 0.25) == 0
+    out = capsys.readouterr().out
+    assert "1 of 2 fits miss the budget of ΔE94 0.25" in out
+    words = "misses the budget of ΔE94 0.25 by 0.65; 8 more terms would have led to about 0.63"
+    assert [line for line in out.splitlines() if "its fit" in line] == [f"grey/dark: its fit {words}"]
 
 
 def test_dry_run_says_what_it_would_do(source, tmp_path, capsys):

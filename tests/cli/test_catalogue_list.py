@@ -1,9 +1,11 @@
 """`metamer catalogue list`: filters, order, what a person and what a program reads."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.materials.catalogue import Catalogue
 
 
 @pytest.fixture
@@ -86,3 +88,38 @@ def test_unusable_file_is_said_and_the_rest_listed(metamer, folder):
 def test_wrong_words_are_wrong_usage(metamer, folder, words, said):
     code, _, err = metamer("catalogue", "list", folder, *words)
     assert code == 64 and said in err
+
+
+@pytest.mark.parametrize(
+    ("aims", "figures", "words"),
+    [
+        (
+            {"budget": 0.5, "score": 0.84, "more_terms": 16, "more_score": 0.77},
+            "0.84 > 0.5, +16: 0.77",
+            "misses the budget of ΔE94 0.5 by 0.34; 16 more terms would have led to about 0.77",
+        ),
+        (
+            {"budget": 0.3, "score": 3.0, "more_terms": 1, "more_score": 3.0},
+            "3.00 > 0.3, +1: 3.00",
+            "misses the budget of ΔE94 0.3 by 2.70; 1 more term would have gained nothing",
+        ),
+        ({"budget": 0.25, "score": 0.75}, "0.75 > 0.25", "misses the budget of ΔE94 0.25 by 0.50"),
+    ],
+)
+def test_a_budget_that_is_missed_is_said_with_what_one_more_step_would_have_paid(
+    metamer, folder, write_matt, aims, figures, words
+):
+    declared = Catalogue.open(folder)["paint/dark"].error
+    write_matt(folder, "paint/over", 0.3, error=replace(declared, **aims))
+    write_matt(folder, "paint/met", 0.3, error=replace(declared, budget=0.5, score=0.5, more_terms=8, more_score=0.4))
+    table = metamer("catalogue", "list", folder)[1].splitlines()
+    assert table[0].rstrip().endswith("over budget")
+    assert [line.split()[0] for line in table if figures in line] == ["paint/over"]
+    assert "1 fit over budget" in "\n".join(table)
+    shown, met = (metamer("catalogue", "show", name, folder)[1].splitlines() for name in ("paint/over", "paint/met"))
+    assert [" ".join(line.split()) for line in shown if line.startswith("budget")] == [f"budget {words}"]
+    assert not any(line.startswith("budget") for line in met)
+    code, _, _ = metamer("catalogue", "show", "paint/over", folder, "--html", folder / "page.html")
+    assert code == 0 and words in (folder / "page.html").read_text()
+    (document,) = json.loads(metamer("catalogue", "list", folder, "--match", "paint/over", "--json")[1])["materials"]
+    assert {name: document[name] for name in aims} == aims

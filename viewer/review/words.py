@@ -11,6 +11,7 @@ from ...lighting.geometry import VisibleGeometry
 from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
 from ...materials.records.material import MaterialRecord
+from ...materials.records.standing import missed_words
 from ...materials.surface import Surface
 from ...spectral.spectrum import Spectrum
 from ..display.state import display_words
@@ -34,6 +35,8 @@ def provenance_words(record: MaterialRecord) -> dict[str, str]:
         under = ", ".join(f"{one.light} {one.p99:.2f}" for one in error.lights)
         others = f"; p99 by light: {under}" if under else ""
         words["Fit"] = f"ΔE94 mean {error.mean:.2f}, p99 {error.p99:.2f} under {error.light}{others} ({error.protocol})"
+        if missed := missed_words(error):
+            words["Budget"] = missed
     return words
 
 

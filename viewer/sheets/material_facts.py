@@ -23,6 +23,7 @@ from ...materials.records.shown import (
     shown_values,
     two_decimals,
 )
+from ...materials.records.standing import missed_words
 from ...spectral.errors import InputError
 from ..picture import display_for, display_pass, material_picture
 from ..render.session import RenderSession
@@ -74,6 +75,8 @@ def _facts(record: MaterialRecord) -> dict[str, str]:
         facts["Fit, ΔE94 mean"] = f"{error.mean:.3f}"
         facts["Fit, ΔE94 p99"] = f"{error.p99:.3f} ({error.light}, {error.observer})"
         facts["Fit, ΔE94 max"] = f"{error.maximum:.3f}"
+        if missed := missed_words(error):
+            facts["Budget"] = missed
     if colour is not None:
         space = "Lab" if "Lab" in colour else "XYZ"
         facts[space] = f"{two_decimals(colour[space])} ({shown_conditions(colour)})"
