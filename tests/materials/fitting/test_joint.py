@@ -124,6 +124,18 @@ def test_samples_are_never_the_protocol_s_own_and_show_what_it_shows():
     assert np.average(wo[ahead, 2], weights=importance[ahead]) == pytest.approx(2 / 3, abs=0.03)
 
 
+@pytest.mark.parametrize("count", [4000, 57_000])
+@pytest.mark.parametrize("isotropic", [True, False])
+def test_errors_that_rise_as_radiance_does_at_the_edge_of_a_sphere_do_not_rule(count, isotropic):
+    """Errors of 1 / cos(theta_o) in the outermost 0.25 % count as its area does at the error where it begins."""
+    _, wo, importance = seen_pairs(count, 0, isotropic)
+    cosine = wo[:, 2]
+    edge = cosine < 0.05
+    assert edge.sum() > 50 * count / 4000
+    counted = np.sum((importance * (0.05 / cosine) ** 2)[edge])
+    assert counted == pytest.approx(0.05**2 * importance.sum(), rel=0.2)
+
+
 def summed(axis, curvature):
     """Curvature (N, R, R) summed over each interval, times powers 0 to 2 of the samples' fractions."""
     sums = np.zeros((axis.size - 1, 3, *curvature.shape[1:]))
