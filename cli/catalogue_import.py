@@ -69,8 +69,8 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     bring.add_argument(
         "--angles",
         choices=("matt",),
-        help="make a matt material of each reading of a paint at several angles, which are refused otherwise; --as "
-        "radiance-factor keeps them as readings",
+        help="make a matt material of each reading of a paint at several angles, in place of one reconstructed from "
+        "all of them; --as radiance-factor keeps them as readings",
     )
     bring.add_argument(
         "--decimal", choices=("comma", "point"), help="the decimal mark, of tables whose rows can be read in two ways"

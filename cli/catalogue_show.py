@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
 def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
     from ..materials.gloss import shown_gloss
     from ..materials.records.record_colour import record_colour
-    from ..materials.records.shown import shown_values
+    from ..materials.records.shown import shown_reconstruction, shown_values
     from ..materials.records.standing import missed_words
 
     said, colour = record.provenance, record_colour(record)
@@ -95,6 +95,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         lines.append(("colour", colour_words(colour)))
         if words := shown_gloss(record, colour):
             lines.append(("gloss", words))
+    lines += [(label.lower(), text) for label, text in shown_reconstruction(record).items()]
     if record.error:
         error = record.error
         figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"

@@ -11,9 +11,9 @@ from ..analytic.cook_torrance import beckmann, fresnel, ggx, smith_ggx
 
 #: Refractive index of the clear coat.
 COAT_INDEX = 1.5
-# Exponent of cos(theta_i) cos(theta_o) on the body, found on measured paints: without it metallics are too dark at
-# grazing angles.
-_COSINE_POWER = -0.17
+#: Exponent of cos(theta_i) cos(theta_o) on the body, found on measured paints: without it metallics are too dark at
+#: grazing angles.
+GRAZING = -0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,14 +23,13 @@ class CoatedPair:
     tilt : angle between the normal and the half vector within the coat, radians: how far a flake has to lean.
     incidence : half the angle between both directions within the coat, radians: the incidence on that flake.
     cosines : cos(theta_i) + cos(theta_o) within the coat.
-    body : transmission into the coat and out of it, (1 - F(theta_i)) (1 - F(theta_o)) / n^2, times
-        (cos(theta_i) cos(theta_o))^-0.17 outside.
+    through : transmission into the coat and out of it, (1 - F(theta_i)) (1 - F(theta_o)) / n^2.
     """
 
     tilt: Float[np.ndarray, " N"]
     incidence: Float[np.ndarray, " N"]
     cosines: Float[np.ndarray, " N"]
-    body: Float[np.ndarray, " N"]
+    through: Float[np.ndarray, " N"]
     wi: Float[np.ndarray, "N 3"]
     wo: Float[np.ndarray, "N 3"]
 
@@ -39,25 +38,27 @@ class CoatedPair:
         """Refract both directions into the coat."""
         inside_i, inside_o = _refracted(wi), _refracted(wo)
         half, across = inside_i + inside_o, inside_i - inside_o
-        entering = _transmitted(wi) * _transmitted(wo) / COAT_INDEX**2
         return cls(
             tilt=np.arctan2(np.hypot(half[:, 0], half[:, 1]), half[:, 2]),
             # Half and difference are the diagonals of a rhombus.
             incidence=np.arctan2(np.sqrt(np.sum(across**2, axis=1)), np.sqrt(np.sum(half**2, axis=1))),
             cosines=half[:, 2],
-            body=entering * (wi[:, 2] * wo[:, 2]) ** _COSINE_POWER,
+            through=_transmitted(wi) * _transmitted(wo) / COAT_INDEX**2,
             wi=wi,
             wo=wo,
         )
 
-    @property
-    def diffuse(self) -> Float[np.ndarray, " N"]:
-        """A white matt body under the coat, 1/sr."""
-        return self.body * COAT_INDEX**2 / np.pi
+    def matt(self, grazing: float = GRAZING) -> Float[np.ndarray, " N"]:
+        """A white matt body under the coat, 1/sr; `grazing` : exponent of the cosines outside."""
+        return self._body(grazing) * COAT_INDEX**2 / np.pi
 
-    def flakes(self, spread: float) -> Float[np.ndarray, " N"]:
+    def flakes(self, spread: float, grazing: float = GRAZING) -> Float[np.ndarray, " N"]:
         """Mirror flakes whose tilts are distributed by GGX of that roughness, 1/sr."""
-        return self.body * ggx(np.cos(self.tilt) ** 2, np.sin(self.tilt) ** 2, spread) / (4.0 * self.cosines)
+        density = ggx(np.cos(self.tilt) ** 2, np.sin(self.tilt) ** 2, spread)
+        return self._body(grazing) * density / (4.0 * self.cosines)
+
+    def _body(self, grazing: float) -> Float[np.ndarray, " N"]:
+        return self.through * (self.wi[:, 2] * self.wo[:, 2]) ** grazing
 
     def coat(self, roughness: float, needle: bool) -> Float[np.ndarray, " N"]:
         """The coat's own reflection, F D G / (4 cos cos), 1/sr; D by Beckmann for a needle, which ends, else by GGX."""

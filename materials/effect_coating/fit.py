@@ -13,7 +13,7 @@ from ...spectral.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ..directions import spherical
-from .coated_pair import CoatedPair
+from .coated_pair import GRAZING, CoatedPair
 from .flake_tilt import FLOOR, FlakeTilt, coordinates, covariance, shift, stretched
 
 #: Fewer geometries are judged one by one, and tell of no BRDF.
@@ -106,7 +106,11 @@ class _Body:
 
 
 def reconstructed(
-    readings: AngleReadings, *, needle: float | None = None, interference: float | None = None
+    readings: AngleReadings,
+    *,
+    needle: float | None = None,
+    interference: float | None = None,
+    grazing: float = GRAZING,
 ) -> FlakeTilt:
     """Fit a flake-tilt BRDF to readings.
 
@@ -116,35 +120,45 @@ def reconstructed(
         no wider one, else that.
     interference : q; None: as readings at one tilt and two incidences tell, 0 where there are none or they agree. Of
         spectra that were made up from colours it means nothing, and is to be 0.
+    grazing : exponent of the cosines on the body.
 
     Raises
     ------
     InputError : readings that cannot be used.
     """
-    coats = [(ASSUMED_NEEDLE if needle is None else needle, True)]
-    coats += [(float(width), False) for width in _COATS] if needle is None else []
-    body = _body(readings, coats, interference or 0.0)
+    coats = _coats(ASSUMED_NEEDLE if needle is None else needle, alone=needle is not None)
+    body = _body(readings, coats, interference or 0.0, grazing)
     if interference is None and readings.tell_interference:
-        moved = min((_body(readings, coats, float(q)) for q in _INTERFERENCES), key=_evidence)
+        moved = min((_body(readings, coats, float(q), grazing) for q in _INTERFERENCES), key=_evidence)
         near = (moved.interference - 0.5 * _STEP, moved.interference + 0.5 * _STEP)
-        moved = min((moved, *(_body(readings, coats, q) for q in near)), key=_evidence)
+        moved = min((moved, *(_body(readings, coats, q, grazing) for q in near)), key=_evidence)
         if moved.evidence < (1.0 - _SPARES) * body.evidence:
             body = moved
-    return _scaled(_corrected(readings, body))
+    return _scaled(_corrected(readings, body, grazing))
+
+
+def evidence(readings: AngleReadings, interference: float) -> float:
+    """Measure how much of readings the best coat, body and flakes leave to be corrected."""
+    return _body(readings, _coats(ASSUMED_NEEDLE), interference, GRAZING).evidence
+
+
+def _coats(needle: float, alone: bool = False) -> list[tuple[float, bool]]:
+    """Widths of coats to try, narrowest first, and whether they are needles."""
+    return [(needle, True), *(() if alone else ((float(width), False) for width in _COATS))]
 
 
 def _evidence(body: _Body) -> float:
     return body.evidence
 
 
-def _body(readings: AngleReadings, coats: list[tuple[float, bool]], interference: float) -> _Body:
+def _body(readings: AngleReadings, coats: list[tuple[float, bool]], interference: float, grazing: float) -> _Body:
     """The narrowest coat of nearly the best evidence, with its best spread of the flakes."""
-    found = [_with_coat(readings, *coat, interference) for coat in coats]
+    found = [_with_coat(readings, *coat, interference, grazing) for coat in coats]
     best = min(one.evidence for one in found)
     return next(one for one in found if one.evidence <= _AS_GOOD * best)
 
 
-def _with_coat(readings: AngleReadings, roughness: float, needle: bool, interference: float) -> _Body:
+def _with_coat(readings: AngleReadings, roughness: float, needle: bool, interference: float, grazing: float) -> _Body:
     """Least squares, weighted as L* weighs, of matt and flakes at every wavelength, none below 0 (ridge regression).
 
     The spread is that which leaves least to correct: y^T (K + noise)^-1 y of the logarithms that are left, which is the
@@ -153,10 +167,10 @@ def _with_coat(readings: AngleReadings, roughness: float, needle: bool, interfer
     pair, nm = readings.pair, readings.wavelengths_nm
     coat = pair.coat(roughness, needle)
     c = shift(interference, pair.incidence)
-    rest, whole = (stretched(one, nm, c) for one in (_beside(readings, coat), readings.lifted))
+    rest, whole = (stretched(one, nm, c) for one in (beside_coat(readings, coat), readings.lifted))
     weight = (np.pi * readings.lifted @ _luminous(nm) + 0.01) ** (-2.0 / 3.0)
-    flat = pair.diffuse
-    leaning = np.stack([pair.flakes(spread) for spread in _SPREADS])
+    flat = pair.matt(grazing)
+    leaning = np.stack([pair.flakes(spread, grazing) for spread in _SPREADS])
     matt, flakes = _two_part_least_squares(weight * flat, weight * leaning, weight[:, None] * rest)
     model = flat[:, None] * matt[:, None] + leaning[..., None] * flakes[:, None]
     left = np.log((whole + FLOOR) / (model + coat[:, None] + FLOOR))
@@ -186,10 +200,10 @@ def _two_part_least_squares(
     return np.where(b < 0.0, alone_a, np.maximum(a, 0.0)), np.where(a < 0.0, alone_b, np.maximum(b, 0.0))
 
 
-def _corrected(readings: AngleReadings, body: _Body) -> FlakeTilt:
+def _corrected(readings: AngleReadings, body: _Body, grazing: float) -> FlakeTilt:
     """The BRDF of a body, corrected to go through the readings: first the body, then the sum."""
     pair, nm = readings.pair, readings.wavelengths_nm
-    rest = stretched(_beside(readings, body.coat), nm, shift(body.interference, pair.incidence))
+    rest = stretched(beside_coat(readings, body.coat), nm, shift(body.interference, pair.incidence))
     left = np.log((rest + FLOOR) / (body.model + FLOOR))
     brdf = FlakeTilt(
         wavelengths_nm=nm,
@@ -203,6 +217,7 @@ def _corrected(readings: AngleReadings, body: _Body) -> FlakeTilt:
         incidences=pair.incidence,
         body_weights=np.linalg.solve(_gram(pair, _BODY_NOISE), left),
         whole_weights=np.zeros_like(left),
+        grazing=grazing,
     )
     left = np.log((readings.lifted + FLOOR) / (brdf.eval(readings.wi, readings.wo) + FLOOR))
     return replace(brdf, whole_weights=np.linalg.solve(_gram(pair, _WHOLE_NOISE), left))
@@ -228,8 +243,8 @@ def body_albedo(brdf: FlakeTilt) -> Float[np.ndarray, "I L"]:
     return np.stack([weights @ brdf.body(np.broadcast_to(one, wo.shape), wo) for one in wi])
 
 
-def _beside(readings: AngleReadings, coat: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n L"]:
-    """What readings leave for the body beside the coat."""
+def beside_coat(readings: AngleReadings, coat: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n L"]:
+    """Take the coat's reflection off the readings; a share is left for the body."""
     return np.maximum(readings.lifted - coat[:, None], _LEAST_BODY * readings.lifted)
 
 

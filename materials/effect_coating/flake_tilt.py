@@ -22,12 +22,12 @@ from jaxtyping import Float
 
 from ...spectral.errors import InputError
 from ..brdf import Brdf, Lobe, eval_lit
-from .coated_pair import CoatedPair
+from .coated_pair import GRAZING, CoatedPair
 
 #: Added to f_r before its logarithm, 1/sr: below it, 0.6 % of a white diffuser, corrections add rather than multiply.
 FLOOR = 0.002
 # Lengths of the Gaussian process: of sqrt(tilt), and of the incidence.
-_TILT, _INCIDENCE = np.radians(3.0), np.radians(22.0)
+_TILT, _INCIDENCE = np.radians(3.0), np.radians(23.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class FlakeTilt(Brdf):
     matt, flakes : (L,) of the body at normal incidence.
     tilts, incidences : (n,) of the readings, radians.
     body_weights, whole_weights : (n,L) of the Gaussian process that corrects the body, and of that which corrects all.
-    scale : factor on the body, below 1 where it would reflect more than it receives.
+    scale : factor on the body, below 1 where it would reflect more than it receives. grazing : exponent of the cosines.
     """
 
     NAME: ClassVar[str] = "flake_tilt"
@@ -61,6 +61,7 @@ class FlakeTilt(Brdf):
     body_weights: Float[np.ndarray, "n L"]
     whole_weights: Float[np.ndarray, "n L"]
     scale: float = 1.0
+    grazing: float = GRAZING
 
     def parameters(self) -> dict[str, Any]:
         """Everything that `from_parameters` rebuilds this BRDF from, bit for bit."""
@@ -106,7 +107,8 @@ class FlakeTilt(Brdf):
     def _parts(self, pair: CoatedPair) -> tuple[Float[np.ndarray, "N L"], Float[np.ndarray, "N L"]]:
         """The body with both corrections, and the factor of the second one, which the coat has, too."""
         near = covariance(coordinates(pair.tilt, pair.incidence), coordinates(self.tilts, self.incidences))
-        body = np.outer(pair.diffuse, self.matt) + np.outer(pair.flakes(self.flake_spread), self.flakes)
+        body = np.outer(pair.matt(self.grazing), self.matt)
+        body += np.outer(pair.flakes(self.flake_spread, self.grazing), self.flakes)
         body = np.maximum((body + FLOOR) * np.exp(near @ self.body_weights) - FLOOR, 0.0)
         if self.interference > 0.0:
             body = stretched(body, self.wavelengths_nm, 1.0 / shift(self.interference, pair.incidence))

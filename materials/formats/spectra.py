@@ -1,6 +1,7 @@
 """Files of measured spectra as materials: one a spectrum, whatever the format (`spectral.formats.reading`).
 
-A reflectance becomes a perfectly diffuse surface, and the record says so; a transmittance, an emission or a radiance
+A reflectance becomes a perfectly diffuse surface, and the record says so; readings of one coating at several angles
+become one surface (`spectra_at_angles`); a transmittance, an emission or a radiance
 factor is kept as a spectrum without a surface. The measurement as it came (wavelengths, values, stated colours, what
 else the file says) is in the record's `original`, so that nothing is lost to the working wavelengths.
 """
@@ -14,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ...spectral.angles import Reading, things
+from ...spectral.angles import Reading, Thing, things
 from ...spectral.errors import InputError
 from ...spectral.formats import csv, spectral_exr
 from ...spectral.formats.answer import NO_ANSWER, Answer
@@ -33,11 +34,13 @@ from ...spectral.sample import check_range
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import material_wavelengths
 from ..analytic.lambert import Lambert
+from ..effect_coating.flake_tilt import FlakeTilt
 from ..records.material import Provenance
 from ..source import MaterialSource, Rejected
 from .measured import sha256_of
 from .naming import id_word
 from .reading_cost import Cost, cost_of_bytes, cost_of_picture
+from .spectra_at_angles import reconstruction, refusal_at_angles
 
 NAME = "measured spectra"
 ASKS = True
@@ -85,8 +88,16 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
     for name, reason in file.rejected:
         yield Rejected(f"{family}/{name}", reason)
     taken: set[str] = set()
-    refused, aspecular = _at_angles(file, path, family, answer)
-    yield from refused
+    made, aspecular = _at_angles(file, path, answer)
+    for thing in made:
+        name = _free(id_word(thing.name or path.stem), taken)
+        taken.add(name)
+        try:
+            if (refusal := refusal_at_angles(thing, path)) is not None:
+                raise refusal
+            yield _coating(path, family, name, thing, file, [f"{path.name}: SHA-256 {content}"])
+        except InputError as reason:
+            yield Rejected(f"{family}/{name}", reason.at(file=reason.file or path, field=reason.field or thing.name))
     for number, entry in enumerate(file.entries, 1):
         if entry.name in aspecular and aspecular[entry.name] is None:
             continue
@@ -102,10 +113,10 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
 
 
 def _at_angles(
-    file: SpectralFile, path: Path, family: str, answer: Answer
-) -> tuple[list[Rejected], dict[str, str | None]]:
-    """Refusals of paints that were read at several angles, one a paint, and what is made of their readings by name:
-    "lambert" or "radiance factor" as the answer says, else None. What is beside a mirror direction is no matt surface.
+    file: SpectralFile, path: Path, answer: Answer
+) -> tuple[list[Thing[SpectralEntry]], dict[str, str | None]]:
+    """Coatings that were read at several angles, one a material, and what is made of each of their readings by name:
+    "lambert" or "radiance factor" as the answer says, else None, and the coatings are the materials.
     """
     beside = details_of_readings(file)
     readings = [
@@ -118,26 +129,44 @@ def _at_angles(
         for one in file.entries
         if one.spectrum.quantity != "emission"
     ]
-    made = "radiance factor" if answer.quantity == "radiance factor" else "lambert" if answer.angles else None
-    refused, found = [], {}
-    for thing in things(readings):
-        if not thing.angles:
-            continue
-        found |= {one.name: made for one in thing.readings}
-        if made is None:
-            name = thing.name or path.stem
-            several = f"read at {len(thing.angles)} angles" if len(thing.angles) > 1 else "read at an aspecular angle"
-            reason = InputError(
-                f"one paint, {several}, is no matt surface",
-                file=path,
-                field=name,
-                found=", ".join(one.notation for one in thing.angles),
-                expected="readings at one geometry such as 45:0 or d:8, or a measured BRDF",
-                hint="--as radiance-factor keeps each reading as it is, without a surface; --angles matt makes a matt "
-                "material of each, and the record says so",
-            )
-            refused.append(Rejected(f"{family}/{id_word(name)}", reason))
-    return refused, found
+    each = "radiance factor" if answer.quantity == "radiance factor" else "lambert" if answer.angles else None
+    found = [thing for thing in things(readings) if thing.angles]
+    return ([] if each else found), {one.name: each for thing in found for one in thing.readings}
+
+
+def _coating(
+    path: Path, family: str, name: str, thing: Thing[SpectralEntry], file: SpectralFile, notes: list[str]
+) -> MaterialSource:
+    """One material of readings at several angles: these, and a BRDF fitted to them."""
+    for one in thing.readings:
+        _check_visible(one.item.spectrum, path, one.name)
+    first = thing.readings[0].item
+    found = reconstruction(thing)
+    ranges = [note for one in thing.readings if (note := one.item.spectrum.range_note(WORKING_WAVELENGTHS_NM))]
+    said = dict.fromkeys([*found.notes, *(one.item.taken for one in thing.readings), *file.notes, *ranges, *notes])
+    provenance = Provenance(
+        source=f"{path.name} ({file.format}): {_text(thing.name).strip() or name}",
+        licence=_stated(file.details, "licence", "license", "copyright") or "not stated in the file",
+        kind=found.kind,
+        geometry=found.geometry,
+        notes=" + ".join(note for note in said if note),
+    )
+    alike = {
+        key: text
+        for key, text in first.details.items()
+        if key != "geometry" and all(one.item.details.get(key) == text for one in thing.readings)
+    }
+    original = {
+        "file": path.name,
+        "format": file.format,
+        "name": _text(thing.name),
+        **found.original,
+        **{f"details.{key}": _text(value) for key, value in alike.items()},
+        **{f"file.{key}": _text(value) for key, value in file.details.items()},
+    }
+    return MaterialSource(
+        f"{family}/{name}", family, FlakeTilt.NAME, found.brdf.parameters(), provenance, path, original, found.kind
+    )
 
 
 def _free(word: str, taken: set[str]) -> str:

@@ -17,7 +17,13 @@ if TYPE_CHECKING:
 # Seconds of one core that a fit takes by the kind of its material, until some of that kind are done here; formulas take
 # seconds, tables of measurements a minute. Measured over the shipped materials and some measured ones.
 _MEASURED_S, _FORMULA_S = 90.0, 2.0
-_FIRST_GUESS_S = {"scattered": _MEASURED_S, "merl": _MEASURED_S, "rgl": _MEASURED_S, "lambert": 0.1}
+_FIRST_GUESS_S = {
+    "scattered": _MEASURED_S,
+    "merl": _MEASURED_S,
+    "rgl": _MEASURED_S,
+    "flake_tilt": _MEASURED_S,
+    "lambert": 0.1,
+}
 # What tables and the growth of packs take of a fit that does not end with tables, about; the rest brings packs within
 # the bounds of shading. Where the budget is met, little of that is left.
 _OF_TABLES, _OF_GROWTH, _MET = 0.1, 0.6, 0.9

@@ -82,6 +82,26 @@ def two_decimals(values: Iterable[float]) -> str:
     return " ".join(f"{value:.2f}" for value in values)
 
 
+def shown_reconstruction(record: MaterialRecord) -> dict[str, str]:
+    """Say how far off a record is whose BRDF was reconstructed from readings at a few angles; nothing of any other."""
+    from ..effect_coating.stated_error import FLARE, StatedError
+
+    error = StatedError.from_stored(record.original)
+    if error is None:
+        return {}
+    means, bounds = (
+        ", ".join(f"{light} {value:.1f}" for light, value in zip(error.lights, each, strict=True))
+        for each in (error.mean, error.bound)
+    )
+    again = np.asarray(record.original["reread_delta_e94"])
+    angles = ", ".join(f"{value:.2f}" for value in again)
+    return {
+        "In between": f"about ΔE94 {means}, within a factor of 2; nine tenths below some {bounds}",
+        "At readings": f"ΔE94 {angles}",
+        "Not stated": f"within {FLARE:g}° of the mirror direction, where nothing was read",
+    }
+
+
 def shown_trials(record: MaterialRecord) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
     """Headings and rows of what the fit tried: every plain field of `Trial`, and of its error the ΔE94.
 

@@ -148,7 +148,15 @@ def object_details(
     for name in ("PhysicalAttributes", "DeviceColorValues", "ColorDifferenceValues"):
         if (element := known.child(item, name)) is not None:
             details[name] = words(element)
+    glosses = list(known.children(known.child(item, "PhysicalAttributes"), "Gloss"))
+    details["gloss"] = "; ".join(_gloss(one) for one in glosses)
     return kept(details)
+
+
+def _gloss(element: Element) -> str:
+    """Gloss units and how they were measured, such as "87.5 (60°)"."""
+    units, method = (element.text or "").strip(), element.get("Method", "").strip()
+    return f"{units} ({method})" if method else units
 
 
 def _tags(group: Element, known: Vocabulary, prefix: str) -> dict[str, str]:

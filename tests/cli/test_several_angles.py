@@ -1,4 +1,4 @@
-"""One paint that was read at several angles: one sample, a verdict an angle, and no matt material."""
+"""One paint that was read at several angles: one sample, a verdict an angle, and no matt material of its readings."""
 
 from __future__ import annotations
 
@@ -188,9 +188,10 @@ def test_a_file_that_does_not_tell_its_angles_is_refused(metamer, tmp_path, list
 
 @pytest.mark.parametrize("form", ["names", "specifications", "objects"])
 def test_no_reading_at_an_angle_becomes_a_matt_material_unless_somebody_says_so(metamer, tmp_path, form):
-    path = cxf(tmp_path / "silver.cxf", form)
+    path = cxf(tmp_path / "silver.cxf", form, angles=(15, 110))
     code, out, _ = metamer("catalogue", "import", path, "--into", tmp_path / "none", "--jobs", 1)
     assert code == 4 and "is no matt surface" in out and "45as110" in out and "1 failed" in out
+    path = cxf(tmp_path / "silver.cxf", form)
     matt = tmp_path / "matt"
     assert metamer("catalogue", "import", path, "--into", matt, "--jobs", 1, "--angles", "matt")[0] == 0
     _, out, _ = metamer("catalogue", "show", "silver/silver-45as15", matt)

@@ -11,6 +11,7 @@ from ...lighting.geometry import VisibleGeometry
 from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
 from ...materials.records.material import MaterialRecord
+from ...materials.records.shown import shown_reconstruction
 from ...materials.records.standing import missed_words
 from ...materials.surface import Surface
 from ...spectral.spectrum import Spectrum
@@ -29,6 +30,7 @@ def provenance_words(record: MaterialRecord) -> dict[str, str]:
         words["Geometry"] = said.geometry
     if said.notes:
         words["Notes"] = "; ".join(said.notes.split(" + "))
+    words |= shown_reconstruction(record)
     words["Terms"] = str(sum(one.rank for one in record.summands))
     if record.error is not None:
         error = record.error

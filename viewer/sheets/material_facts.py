@@ -18,6 +18,7 @@ from ...materials.records.record_colour import record_colour
 from ...materials.records.shown import (
     shown_colours,
     shown_conditions,
+    shown_reconstruction,
     shown_spectrum,
     shown_trials,
     shown_values,
@@ -69,6 +70,7 @@ def _picture(record: MaterialRecord, scene: Scene, renderer: RenderSession) -> t
 def _facts(record: MaterialRecord) -> dict[str, str]:
     colour, error = record_colour(record), record.error
     facts = {"Model": record.model, "Quantity": record.quantity, "Standing": record.provenance.kind}
+    facts |= shown_reconstruction(record)
     if record.summands:
         facts["Terms"] = " + ".join(f"{one.rank} in {one.frame}" for one in record.summands)
     if error is not None:

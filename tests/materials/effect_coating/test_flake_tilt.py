@@ -84,7 +84,7 @@ def pearl(index, thickness_nm, base=0.03, width=0.15):
         pair = CoatedPair.of(wi, wo)
         within = np.sqrt(1.0 - (1.5 / index * np.sin(pair.incidence)) ** 2)
         phase = 4.0 * np.pi * index * thickness_nm * within[:, None] / NM
-        return pair.flakes(width)[:, None] * (0.52 - 0.5 * np.cos(phase)) + np.outer(pair.diffuse, base + 0.0 * NM)
+        return pair.flakes(width)[:, None] * (0.52 - 0.5 * np.cos(phase)) + np.outer(pair.matt(), base + 0.0 * NM)
 
     return evaluate
 

@@ -1,0 +1,56 @@
+"""Whether readings belong to the angles that they stand at, by how well they fit in other orders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations, groupby
+
+import numpy as np
+
+from ...spectral.measurement import ALIKE_DEGREES, Geometry
+from .fit import AngleReadings, evidence
+from .flake_tilt import FlakeTilt
+
+# On 19 measured paints, exchanging the angles on both sides of the mirror, or turning the list round, leaves twice to
+# two hundred times as much to be corrected.
+_FAR_BETTER = 0.5
+
+
+def better_order(readings: AngleReadings, geometries: Sequence[Geometry], brdf: FlakeTilt) -> str:
+    """Words for an order of the angles in which the readings fit far better; "" where there is none.
+
+    geometries : (n) of the readings. brdf : fitted to them as they are.
+    """
+    found = [
+        (evidence(replace(readings, values=readings.values[order]), brdf.interference), words)
+        for order, words in _orders(geometries)
+    ]
+    best, words = min(found, default=(np.inf, ""))
+    return words if best < _FAR_BETTER * evidence(readings, brdf.interference) else ""
+
+
+def _orders(geometries: Sequence[Geometry]) -> Iterator[tuple[list[int], str]]:
+    """Orders that people make by mistake, with words for them."""
+    for one, two in combinations(range(len(geometries)), 2):
+        first, second = geometries[one], geometries[two]
+        if first._replace(second=-(first.second or 0.0)).matches(second) and abs(first.second or 0.0) > ALIKE_DEGREES:
+            order = list(range(len(geometries)))
+            order[one], order[two] = two, one
+            yield order, f"with {first.notation} and {second.notation} exchanged"
+
+    def light(at: int) -> tuple[float, float]:
+        return geometries[at].first or 0.0, geometries[at].azimuth
+
+    def away(at: int) -> float:
+        return geometries[at].second or 0.0
+
+    for _, group in groupby(sorted(range(len(geometries)), key=light), light):
+        ascending = sorted(group, key=away)
+        for turned in (ascending, [at for at in ascending if away(at) > 0.0]):
+            if len(turned) > 1:
+                order = list(range(len(geometries)))
+                for at, other in zip(turned, reversed(turned), strict=True):
+                    order[at] = other
+                names = ", ".join(geometries[at].notation for at in turned)
+                yield order, f"with {names} in reverse"

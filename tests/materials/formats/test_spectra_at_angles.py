@@ -1,0 +1,254 @@
+"""Readings of one paint at several angles in a file of spectra: one material, and what its record says of itself."""
+
+import re
+
+import numpy as np
+import pytest
+from metamer.materials.effect import light_and_detector
+from metamer.materials.effect_coating.coated_pair import CoatedPair
+from metamer.materials.intake.sources import read_sources
+from metamer.materials.records.material import MaterialRecord
+from metamer.materials.records.models import rebuild
+from metamer.materials.records.record import read_record, write_record
+from metamer.materials.records.shown import shown_reconstruction
+from metamer.materials.source import Rejected
+from metamer.spectral.formats.answer import Answer
+from metamer.spectral.measurement import geometry_in
+
+NM = np.arange(400, 701, 10)
+SIX = tuple(f"45as{away}" for away in (-15, 15, 25, 45, 75, 110))
+BLUE = 0.05 + 0.3 * np.exp(-(((NM - 450.0) / 40.0) ** 2))
+
+
+def paint(notation, base=BLUE, flakes=0.4, width=0.2):
+    """Radiance factors of a metallic paint at one angle."""
+    pair = CoatedPair.of(*light_and_detector([geometry_in(notation)]))
+    leaning = np.exp(-((pair.tilt / width) ** 2)) / (4.0 * width**2 * pair.cosines) * pair.through
+    return base + flakes * float(leaning[0]) * (0.4 + 0.6 * base)
+
+
+def film(notation):
+    """Flakes of mica with 120 nm of titania."""
+    pair = CoatedPair.of(*light_and_detector([geometry_in(notation)]))
+    within = np.sqrt(1.0 - (0.6 * np.sin(pair.incidence[0])) ** 2)
+    phase = 4.0 * np.pi * 2.5 * 120.0 * within / NM
+    return 0.02 + 2.0 * float(pair.flakes(0.15)[0]) * (0.52 - 0.5 * np.cos(phase))
+
+
+def written(path, columns):
+    """A table of radiance factors, a column a name."""
+    lines = ["Radiance factor, fraction", "nm," + ",".join(columns)]
+    rows = [f"{nm}," + ",".join(f"{values[at]:.5f}" for values in columns.values()) for at, nm in enumerate(NM)]
+    path.write_text("\n".join([*lines, *rows, ""]), encoding="utf-8")
+    return path
+
+
+def table(path, angles=SIX, colours=paint, name="Blue {}"):
+    return written(path, {name.format(one): colours(one) for one in angles})
+
+
+def one(path, answer=None):
+    (found,) = read_sources(path, answer=answer or Answer())
+    return found
+
+
+def cxf(path, angles=SIX, colours=paint, form="names", gloss="", condition="", prefix="c"):
+    """The paint in each of the forms that CxF3 allows."""
+
+    def angle(notation):
+        geometry = geometry_in(notation)
+        return (
+            f'<c:BRDFAngle Notation="{notation}"><c:IlluminationAngle>{geometry.first:g}</c:IlluminationAngle>'
+            f"<c:Aspecular>{geometry.second:g}</c:Aspecular></c:BRDFAngle>"
+        )
+
+    def specification(ident, inside):
+        light = f"<c:Device><c:DeviceIllumination>{condition}</c:DeviceIllumination></c:Device>" if condition else ""
+        return (
+            f'<c:ColorSpecification Id="{ident}"><c:MeasurementSpec><c:MeasurementType>Spectrum_Reflectance'
+            f"</c:MeasurementType><c:GeometryChoice><c:MultiAngle>{inside}</c:MultiAngle></c:GeometryChoice>"
+            f'<c:WavelengthRange StartWL="400" Increment="10"/>{light}</c:MeasurementSpec></c:ColorSpecification>'
+        )
+
+    def spectrum(notation, spec, named):
+        label = f' Name="{notation}"' if named else ""
+        numbers = " ".join(f"{value:.5f}" for value in colours(notation))
+        return f'<c:ReflectanceSpectrum ColorSpecification="{spec}"{label}>{numbers}</c:ReflectanceSpectrum>'
+
+    if form == "names":
+        objects = {"Blue": "".join(spectrum(one, "all", True) for one in angles)}
+        specifications = specification("all", "".join(map(angle, angles)))
+    else:
+        each = {one: spectrum(one, f"s{at}", False) for at, one in enumerate(angles)}
+        objects = (
+            {"Blue": "".join(each.values())} if form == "specifications" else {f"Blue {k}": v for k, v in each.items()}
+        )
+        specifications = "".join(specification(f"s{at}", angle(one)) for at, one in enumerate(angles))
+    physical = f"<c:PhysicalAttributes>{gloss}</c:PhysicalAttributes>" if gloss else ""
+    items = "".join(
+        f'<c:Object Id="o{at}" Name="{name}" ObjectType="Standard"><c:ColorValues>{read}</c:ColorValues>{physical}'
+        "</c:Object>"
+        for at, (name, read) in enumerate(objects.items())
+    )
+    text = (
+        f'<c:CxF xmlns:c="http://colorexchangeformat.com/CxF3-core"><c:Resources><c:ObjectCollection>{items}'
+        f"</c:ObjectCollection><c:ColorSpecificationCollection>{specifications}</c:ColorSpecificationCollection>"
+        "</c:Resources></c:CxF>"
+    )
+    text = re.sub(r"(?<=[</])c:", f"{prefix}:" if prefix else "", text)
+    path.write_text(text.replace("xmlns:c=", f"xmlns:{prefix}=" if prefix else "xmlns="), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("prefix", ["c", "cc", ""])
+@pytest.mark.parametrize("form", ["names", "specifications", "objects"])
+def test_one_paint_at_several_angles_is_one_material_in_every_form(tmp_path, form, prefix):
+    found = one(cxf(tmp_path / "paint.cxf", form=form, prefix=prefix))
+    assert (found.id, found.model) == ("paint/blue", "flake_tilt")
+    assert found.provenance.geometry == ", ".join(SIX)
+    assert re.fullmatch(r"reconstructed\(6 angles, about ΔE94 \d+\.\d\)", found.provenance.kind)
+    assert found.original["aspecular_deg"].tolist() == [-15.0, 15.0, 25.0, 45.0, 75.0, 110.0]
+    assert found.original["readings"] == pytest.approx(np.stack([paint(one) for one in SIX]), abs=1e-5)
+    assert ("differ by the angle alone" in found.provenance.notes) == (form == "objects")
+    again = rebuild(found.model, found.parameters)
+    wi, wo = light_and_detector([geometry_in(one) for one in SIX])
+    at = np.isin(again.wavelengths_nm, NM)
+    assert np.pi * again.eval(wi, wo)[:, at] == pytest.approx(found.original["readings"], rel=0.02, abs=0.002)
+
+
+def test_columns_of_a_table_are_the_angles_of_one_paint(tmp_path):
+    found = one(table(tmp_path / "paint.csv"))
+    assert (found.id, found.model) == ("paint/blue", "flake_tilt")
+    assert "differ by the angle alone" in found.provenance.notes
+
+
+def test_every_paint_of_a_file_is_a_material_of_its_own(tmp_path):
+    columns = {f"{name} {one}": factor * paint(one) for name, factor in (("Sky", 1.0), ("Sea", 0.5)) for one in SIX}
+    columns["Card"] = 0.0 * paint("45as45") + 0.4
+    found = read_sources(written(tmp_path / "paints.csv", columns))
+    assert sorted((one.id, one.model) for one in found if not isinstance(one, Rejected)) == [
+        ("paints/card", "radiance_factor"),
+        ("paints/sea", "flake_tilt"),
+        ("paints/sky", "flake_tilt"),
+    ]
+
+
+@pytest.mark.parametrize("angles", [SIX[1:3], SIX[1:2], ("45as2", "45as-3", "45as5", "45as15")])
+def test_too_few_angles_make_no_material(tmp_path, angles):
+    (found,) = read_sources(table(tmp_path / "paint.csv", angles))
+    assert isinstance(found, Rejected) and "no matt surface" in str(found.reason)
+    assert angles[0] in str(found.reason) and "metamer match" in str(found.reason)
+
+
+def test_a_detector_below_the_surface_is_refused(tmp_path):
+    (found,) = read_sources(cxf(tmp_path / "paint.cxf", (*SIX[1:], "45as-50"), lambda one: 0.0 * NM + 0.3))
+    assert isinstance(found, Rejected) and "above the surface" in str(found.reason) and "45as-50" in str(found.reason)
+
+
+@pytest.mark.parametrize(
+    ("asked", "model"), [({"angles": "matt"}, "lambert"), ({"quantity": "radiance-factor"}, "radiance_factor")]
+)
+def test_readings_stay_apart_where_somebody_asks_for_it(tmp_path, asked, model):
+    found = read_sources(
+        cxf(tmp_path / "paint.cxf", colours=lambda one: np.minimum(paint(one), 1.0)), answer=Answer(**asked)
+    )
+    assert [one.model for one in found] == [model] * 6
+
+
+def test_interference_is_told_or_said_to_be_untold(tmp_path):
+    notes = one(table(tmp_path / "six.csv", colours=film)).provenance.notes
+    assert re.search(r"flakes change colour .*: q = 0\.\d+", notes)
+    assert "cannot be told" in one(table(tmp_path / "five.csv", SIX[1:], film)).provenance.notes
+    assert "q = 0" in one(table(tmp_path / "metallic.csv")).provenance.notes
+
+
+def exchanged(first, second):
+    return lambda notation: paint({first: second, second: first}.get(notation, notation))
+
+
+@pytest.mark.parametrize(
+    ("colours", "said"),
+    [
+        (exchanged("45as-15", "45as15"), "45as-15 and 45as15 exchanged"),
+        (lambda notation: paint(SIX[5 - SIX.index(notation)]), "L* rises"),
+        (exchanged("45as110", "45as15"), "L* rises"),
+    ],
+)
+def test_readings_at_wrong_angles_are_noticed(tmp_path, colours, said):
+    assert said in one(table(tmp_path / "paint.csv", colours=colours)).provenance.notes
+    usual = one(table(tmp_path / "usual.csv")).provenance.notes
+    assert "exchanged" not in usual and "L* rises" not in usual and "in reverse" not in usual
+
+
+def test_repeated_readings_count_by_their_mean_and_their_scatter_is_told(tmp_path):
+    random = np.random.default_rng(2)
+    columns = {}
+    for at in range(3):
+        columns |= {f"Blue {one}{' ' * at}": paint(one) * (1.0 + 0.02 * random.standard_normal()) for one in SIX}
+    text = cxf(tmp_path / "once.cxf").read_text(encoding="utf-8")
+    spectra = re.findall(r"<c:ReflectanceSpectrum.*?</c:ReflectanceSpectrum>", text)
+    doubled = text.replace("".join(spectra), "".join(spectra) * 2)
+    (tmp_path / "twice.cxf").write_text(doubled, encoding="utf-8")
+    found = one(tmp_path / "twice.cxf")
+    assert "count by their mean" in found.provenance.notes and "45as15 0.00" in found.provenance.notes
+    assert len(found.original["aspecular_deg"]) == 12
+    assert found.provenance.kind == one(tmp_path / "once.cxf").provenance.kind
+
+
+@pytest.mark.parametrize(
+    ("gloss", "said"),
+    [
+        ('<c:Gloss Method="60°">80</c:Gloss>', "that of its gloss, 80 at 60"),
+        ("<c:Gloss>80</c:Gloss>", "that of its gloss, 80 at 60"),
+        ('<c:Gloss Method="20 degree">80</c:Gloss>', "assumed to be glossy"),
+        ('<c:Gloss Method="20°">70</c:Gloss><c:Gloss Method="60°">85</c:Gloss>', "that of its gloss, 85 at 60"),
+        ("", "assumed to be glossy"),
+    ],
+)
+def test_the_coat_has_the_gloss_of_the_file_or_an_assumed_one(tmp_path, gloss, said):
+    found = one(cxf(tmp_path / "paint.cxf", gloss=gloss))
+    assert said in found.provenance.notes
+    assert ("was not used" in found.provenance.notes) == ("20 degree" in gloss)
+
+
+def test_lower_gloss_is_a_wider_coat(tmp_path):
+    widths = [
+        one(cxf(tmp_path / "paint.cxf", gloss=f"<c:Gloss>{units}</c:Gloss>")).parameters["coat_roughness"]
+        for units in (85, 60, 40)
+    ]
+    assert widths == sorted(widths) and widths[0] < 0.02 < widths[-1]
+
+
+@pytest.mark.parametrize(
+    ("condition", "told"), [("M0_Incandescent", True), ("M1_Daylight", True), ("M2_Incandescent", False), ("", False)]
+)
+def test_ultraviolet_in_the_light_is_told(tmp_path, condition, told):
+    found = one(cxf(tmp_path / "paint.cxf", condition=condition))
+    assert ("ultraviolet" in found.provenance.notes) == told
+
+
+def test_readings_within_the_flare_are_kept_and_not_fitted(tmp_path):
+    found = one(table(tmp_path / "paint.csv", ("45as3", *SIX)))
+    assert "are kept, and not fitted" in found.provenance.notes and len(found.original["aspecular_deg"]) == 7
+    assert len(found.parameters["tilts"]) == 6
+
+
+def test_a_record_says_how_far_off_it_may_be(tmp_path):
+    found = one(table(tmp_path / "paint.csv"))
+    record = MaterialRecord(
+        found.id, found.family, found.model, found.parameters, found.provenance, None, "", found.original
+    )
+    write_record(record, tmp_path / "paint.h5")
+    again = read_record(tmp_path / "paint.h5")
+    assert again.provenance.standing == "reconstructed"
+    said = shown_reconstruction(again)
+    assert "within a factor of 2" in said["In between"] and "D65" in said["In between"]
+    assert len(said["At readings"].split(", ")) == 6 and "mirror" in said["Not stated"]
+    matt = one(written(tmp_path / "card.csv", {"Card": 0.0 * NM + 0.4}))
+    plain = MaterialRecord(matt.id, matt.family, matt.model, matt.parameters, matt.provenance, None, "", matt.original)
+    assert shown_reconstruction(plain) == {}
+
+
+def test_equal_files_give_equal_materials(tmp_path):
+    path = table(tmp_path / "paint.csv", colours=film)
+    assert one(path).content_hash == one(path).content_hash
