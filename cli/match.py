@@ -36,9 +36,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--formulas",
         type=comma_separated,
         action=Added,
-        default=("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976"),
         metavar="X,Y",
-        help="ΔE by these (default: CIE 2000,CMC 2:1,CIE 1994,CIE 1976); also CMC l:c, CAM16-UCS",
+        help="ΔE by these (default: CIE 2000,CMC 2:1,CIE 1994,CIE 1976, and at angles DIN 6175-2); also CMC l:c, "
+        "CAM16-UCS",
     )
     match.add_argument(
         "--illuminants",
@@ -226,10 +226,17 @@ def _print_angles(report: MatchReport) -> None:
                 [one.sample.name, one.angles.worst, *numbers, *("-" if v is None else f"{v:.2f}" for v in flop)]
             )
     if rows:
-        name = next(iter(report.samples[0].differences[0].delta_e))
-        print(f"\nOver the angles, {name}, of each the worst light; flop index (D65, 1964_10):")
+        name_of_first = next(iter(report.samples[0].differences[0].delta_e))
+        print(f"\nOver the angles, {name_of_first}, of each the worst light; flop index (D65, 1964_10):")
         headings = ["sample", "worst angle", "largest", "mean", "flop, standard", "flop, sample", "difference"]
         print(columns(headings, rows, left=2))
+        more = [name for name in report.samples[0].differences[0].delta_e if name != name_of_first]
+        for one in report.samples:
+            told = one.angles.by_formula if one.angles is not None else {}
+            words = (
+                f"{other}: largest {told[other][1]:.2f}, mean {told[other][0]:.2f}" for other in more if other in told
+            )
+            print(f"{one.sample.name}, {'; '.join(words)}")
 
 
 def _print_whites(report: MatchReport) -> None:

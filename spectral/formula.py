@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from .axis_letters import XYZ, White
 from .difference import delta_e, delta_e_cmc, lab_from_xyz
-from .errors import InputError, UnknownNameError
+from .effect_difference import DIN_6175_2, delta_e_din_6175_2
+from .errors import ComparisonError, InputError, UnknownNameError
+from .measurement import geometry_in
 
 #: What is written for each, beside CMC of any l:c.
 NAMES = ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1", "CAM16-UCS")
+#: What is written for those of samples that were read at several angles alone.
+NAMES_AT_ANGLES = ("DIN 6175-2",)
 #: What CAM16 is asked for: a grey surround of 20 % in a booth of 1000 lx, cd/m^2 as C. Li et al. 2017 take it.
 ADAPTING_LUMINANCE, BACKGROUND = 1000.0 / np.pi * 0.2, 20.0
 # As people write them, folded and without what stands between.
@@ -27,7 +31,11 @@ _ALSO = {
     "2000": "CIE 2000",
     "cam16ucs": "CAM16-UCS",
     "cam16": "CAM16-UCS",
+    "din6175": DIN_6175_2,
+    "din61752": DIN_6175_2,
 }
+# What a name ends in that a report gives and a person may hand back.
+_AS_PUBLISHED = "(as published in software)"
 # Pairs at once in CAM16: some 30 MB.
 _BLOCK = 1 << 16
 
@@ -36,21 +44,38 @@ _BLOCK = 1 << 16
 class Formula:
     """A colour difference formula.
 
-    name : as colour-science has it; of CMC with its l:c. cmc : l and c.
+    name : as colour-science has it; of CMC with its l:c. cmc : l and c. aspecular : the angle in degrees at which both
+    sides were read, of formulas that depend on it.
     """
 
     name: str
     cmc: tuple[float, float] | None = None
+    aspecular: float | None = None
+
+    def at(self, geometry: str) -> Formula:
+        """The formula for a pair that was read at an angle, such as "45as15"; itself where none matters."""
+        if self.name != DIN_6175_2:
+            return self
+        angle = geometry_in(geometry) if geometry else None
+        return replace(self, aspecular=None if angle is None or angle.kind != "multi-angle" else angle.second)
 
     def __call__(self, reference_xyz: XYZ, sample_xyz: XYZ, white_xyz: White) -> Float[np.ndarray, "*batch"]:
         """ΔE (...) of pairs (...,3), Y of the white (3,) being 1; NaN where a pixel holds no colour.
 
         CIE 1994 and CMC weigh by the reference and are not symmetric.
+
+        Raises
+        ------
+        ComparisonError : the formula depends on an angle, and the pair was read at none.
         """
         if self.name == "CAM16-UCS":
             off = _cam16_ucs(sample_xyz, white_xyz) - _cam16_ucs(reference_xyz, white_xyz)
             return np.asarray(np.linalg.norm(off, axis=-1))
         reference, sample = lab_from_xyz(reference_xyz, white_xyz), lab_from_xyz(sample_xyz, white_xyz)
+        if self.name == DIN_6175_2:
+            if self.aspecular is None:
+                raise ComparisonError(f"{self.name} is for samples that were read at several angles")
+            return delta_e_din_6175_2(reference, sample, self.aspecular)
         if self.cmc is not None:
             return delta_e_cmc(reference, sample, *self.cmc)
         return delta_e(reference, sample, self.name)  # type: ignore[arg-type]
@@ -75,13 +100,13 @@ def formula(text: str) -> Formula:
     >>> formula("ΔE00").name, formula("cmc (2:1)").name
     ('CIE 2000', 'CMC 2:1')
     """
-    folded = re.sub(r"[\s_*()-]", "", text.casefold())
+    folded = re.sub(r"[\s_*()-]", "", text.casefold().removesuffix(_AS_PUBLISHED))
     if folded.startswith("cmc"):
         return _cmc(text, folded[3:])
     for before in ("cie", "deltae", "δe", "de"):
         folded = folded.removeprefix(before)
     if folded not in _ALSO:
-        raise UnknownNameError("colour difference", text, NAMES)
+        raise UnknownNameError("colour difference", text, (*NAMES, *NAMES_AT_ANGLES))
     return Formula(_ALSO[folded])
 
 

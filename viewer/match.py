@@ -30,6 +30,7 @@ from ..spectral.whiteness import WhitenessMethod
 
 #: What is told where nobody asks for anything else.
 FORMULAS = ("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976")
+AT_ANGLES = ("DIN 6175-2",)
 ILLUMINANTS, OBSERVERS = ("D65", "A", "TL84"), ("1964_10",)
 
 
@@ -38,7 +39,7 @@ def match(
     samples: Iterable[str | Path | Sample],
     tolerance: str | None = None,
     *,
-    formulas: Sequence[str] = FORMULAS,
+    formulas: Sequence[str] | None = None,
     illuminants: Sequence[str] | None = None,
     observers: Sequence[str] | None = None,
     repeatability: float | None = None,
@@ -57,7 +58,7 @@ def match(
     ----------
     standard, samples : what `samples_of` names, or samples themselves.
     tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
-    formulas : that ΔE is told by, after that of the tolerance.
+    formulas : that ΔE is told by, after that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
     illuminants, observers : None: D65, A and TL84, 10 degrees; where colours without spectra are among them, what
         these are stated for.
     repeatability : ΔE*ab that readings of the instrument scatter by. repeated : a file of readings that tells it.
@@ -93,6 +94,8 @@ def match(
     shared, notes = shared_angles(first, found, angles)
     if shared:
         conditions = tuple(replace(where, geometry=angle.notation) for angle in shared for where in conditions)
+    if formulas is None:
+        formulas = (*FORMULAS, *AT_ANGLES) if shared else FORMULAS
     asked = replace(
         _asked(tolerance, formulas, conditions, known, _scales(whites)), across=_crossings(across), notes=notes
     )

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,7 +21,7 @@ class OverAngles:
     """Figures of one sample over its angles, by the first formula, of each angle the worst light.
 
     worst : the angle at which it is farthest off. mean, largest : ΔE over the angles. standard_flop, sample_flop : flop
-    index of each; None where 45as15, 45as45 or 45as110 is missing.
+    index of each; None where 45as15, 45as45 or 45as110 is missing. by_formula : mean and largest of each formula.
     """
 
     worst: str
@@ -29,6 +29,7 @@ class OverAngles:
     largest: float
     standard_flop: float | None
     sample_flop: float | None
+    by_formula: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def flop_difference(self) -> float | None:
@@ -87,15 +88,22 @@ def shared_angles(
     return shared, tuple(notes)
 
 
-def over_angles(standard: Sample, sample: Sample, by_angle: Sequence[tuple[str, float]]) -> OverAngles | None:
-    """Figures over angles of pairs of a notation and a ΔE; None where there are none."""
-    worst: dict[str, float] = {}
+def over_angles(
+    standard: Sample, sample: Sample, by_angle: Sequence[tuple[str, Mapping[str, float]]]
+) -> OverAngles | None:
+    """Figures over angles of pairs of a notation and its ΔE by formula; None where there are none."""
+    worst: dict[str, dict[str, float]] = {}
     for angle, delta_e in by_angle:
-        worst[angle] = max(worst.get(angle, 0.0), delta_e)
-    if "" in worst:
+        for name, value in delta_e.items():
+            found = worst.setdefault(name, {})
+            found[angle] = max(found.get(angle, 0.0), value)
+    first = next(iter(worst.values()))
+    if "" in first:
         return None
-    name = max(worst, key=lambda angle: worst[angle])
-    return OverAngles(name, float(np.mean(list(worst.values()))), worst[name], _flop(standard), _flop(sample))
+    farthest = max(first, key=lambda angle: first[angle])
+    figures = {name: (float(np.mean(list(one.values()))), max(one.values())) for name, one in worst.items()}
+    mean, largest = next(iter(figures.values()))
+    return OverAngles(farthest, mean, largest, _flop(standard), _flop(sample), figures)
 
 
 def _flop(side: Sample) -> float | None:

@@ -51,7 +51,7 @@ def batch(found: Sequence[Difference], formula: Formula) -> Batch | None:
     labs = np.array([one.sample_lab for one in found])
     off = labs - found[0].standard_lab
     mean = labs.mean(axis=0)
-    white = found[0].white
+    white, formula = found[0].white, formula.at(found[0].conditions.geometry)
     xyz = xyz_from_lab(labs, white)
     scatter = float(np.mean(formula(np.broadcast_to(xyz_from_lab(mean, white), xyz.shape), xyz, white)))
     slope, known = _trend(off) if len(found) >= FEWEST else (None, None)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...spectral.sample import Sample
+from .angles import OverAngles
 from .batch import Batch
 from .page import MatchReport
 from .pairs import Difference, Matched
@@ -54,8 +55,13 @@ def _matched(one: Matched) -> dict[str, Any]:
         "differences": [_difference(found) for found in one.differences],
         "indices": [asdict(index) for index in one.indices],
         "whites": [asdict(index) for index in one.whites],
-        "angles": None if one.angles is None else asdict(one.angles) | {"flop_difference": one.angles.flop_difference},
+        "angles": None if one.angles is None else _over_angles(one.angles),
     }
+
+
+def _over_angles(found: OverAngles) -> dict[str, Any]:
+    by_formula = {name: {"mean": mean, "largest": largest} for name, (mean, largest) in found.by_formula.items()}
+    return asdict(found) | {"flop_difference": found.flop_difference, "by_formula": by_formula}
 
 
 def _difference(found: Difference) -> dict[str, Any]:

@@ -308,9 +308,9 @@ def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str
         ("Δa*", "Δb*", a, b, [(float(one.off.a), float(one.off.b)) for one in found]),
         ("ΔC*", "ΔL*", along, lightness, [(float(one.off.chroma), float(one.off.lightness)) for one in found]),
     )
-    drawn = []
+    drawn, geometry = [], found[0].conditions.geometry
     for across, up, x, y, points in planes:
-        outline = np.zeros((0, 2)) if tolerance is None else tolerance.outline(lab, white, x, y)
+        outline = np.zeros((0, 2)) if tolerance is None else tolerance.at(geometry).outline(lab, white, x, y)
         drawn.append(_drawing(across, up, np.reshape(points, (-1, 2)), outline))
     return {
         "conditions": found[0].conditions,

@@ -143,10 +143,7 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[
             for where in asked.conditions
         )
         white = white_indices(standard, sample, asked.whites, asked.conditions, asked.repeatability)
-        by_angle = [
-            (where.geometry, next(iter(one.delta_e.values())))
-            for where, one in zip(asked.conditions, told, strict=True)
-        ]
+        by_angle = [(where.geometry, one.delta_e) for where, one in zip(asked.conditions, told, strict=True)]
         found.append(
             Matched(sample, told, _indices(standard, sample, asked), white, over_angles(standard, sample, by_angle))
         )
@@ -183,12 +180,13 @@ def _difference(standard: Sample, sample: Sample, where: Conditions, asked: Aske
                 "not a colour", file=side.source, field=side.name, found=str(lab), expected="finite numbers"
             )
     off = differences(first, second)
-    delta_e = {one.name: float(one(one_xyz, other_xyz, white)) for one in asked.formulas}
+    formulas = tuple(one.at(where.geometry) for one in asked.formulas)
+    delta_e = {one.name: float(one(one_xyz, other_xyz, white)) for one in formulas}
     known, least = None, 0.0
     verdict: Verdict = "not judged"
     if asked.repeatability is not None:
         covariance = scatter(standard, sample, asked.repeatability, where.illuminant, where.observer)
-        known = spread(first, second, white, covariance, asked.formulas)
+        known = spread(first, second, white, covariance, formulas)
         least = max(known.lightness, known.chroma, known.hue)
     if asked.tolerance is not None:
         name = asked.tolerance.formula.name
@@ -201,7 +199,7 @@ def _indices(standard: Sample, sample: Sample, asked: Asked) -> tuple[Index, ...
     for geometry in dict.fromkeys(one.geometry for one in asked.conditions):
         # No index tells of a change of angle.
         alike = tuple(one for one in asked.conditions if one.geometry == geometry)
-        found += _indices_at(standard.at(geometry), sample.at(geometry), alike, asked.judging)
+        found += _indices_at(standard.at(geometry), sample.at(geometry), alike, asked.judging.at(geometry))
     return tuple(found)
 
 

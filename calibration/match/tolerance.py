@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -57,6 +57,10 @@ class Tolerance:
     def words(self) -> str:
         """Such as "CMC 2:1 ≤ 1"."""
         return f"{self.formula.name} ≤ {self.limit:g}"
+
+    def at(self, geometry: str) -> Tolerance:
+        """The tolerance of a pair that was read at an angle, such as "45as15"."""
+        return replace(self, formula=self.formula.at(geometry))
 
     def verdict(self, delta_e: float, uncertainty: float | None) -> Verdict:
         """Whether a difference keeps to it; "not resolved" where the limit lies within its uncertainty."""

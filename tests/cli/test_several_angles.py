@@ -211,3 +211,21 @@ def test_a_surface_of_the_catalogue_is_read_at_the_angles_of_the_file(metamer, t
     assert len(seen) == 6 and seen["45as15"] > seen["45as25"] > seen["45as45"]
     face = cxf(tmp_path / "one.cxf", angles=(45,))
     assert metamer("match", "tiny/matt-red", face, "--catalogue", tiny_catalogue)[0] == 3
+
+
+def test_din_6175_2_stands_beside_the_others_at_angles_alone(metamer, tmp_path):
+    master, lot = cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.05)
+    code, out, _ = metamer("match", master, lot, "--json", "-", "--illuminants", "D65")
+    said = json.loads(out)
+    (name,) = [one for one in said["formulas"] if "DIN 6175-2" in one]
+    assert "as published in software" in name
+    by_angle = [one["delta_e"][name] for one in said["samples"][0]["differences"]]
+    over = said["samples"][0]["angles"]["by_formula"][name]
+    assert over["mean"] == pytest.approx(np.mean(by_angle)) and over["largest"] == max(by_angle)
+    html = tmp_path / "page.html"
+    code, out, _ = metamer("match", master, lot, "--tolerance", f"DIN 6175-2 {max(by_angle) + 0.1:.3f}", "--html", html)
+    assert code == 0 and "DIN 6175-2" in out and "DIN 6175-2" in html.read_text(encoding="utf-8")
+    code, _, err = metamer("match", "lab:50,0,0@D65/1964_10", "lab:51,0,0@D65/1964_10", "--formulas", "DIN 6175-2")
+    assert code == 3 and "several angles" in err
+    code, out, _ = metamer("match", "lab:50,0,0@D65/1964_10", "lab:51,0,0@D65/1964_10")
+    assert code == 0 and "DIN" not in out
