@@ -30,8 +30,9 @@ from scipy.stats import spearmanr
 from ..materials.brdf import Brdf
 from ..materials.directions import spherical
 from ..materials.effect import light_and_detector
+from ..materials.effect_coating.coated_pair import aspecular
 from ..materials.effect_coating.fit import AngleReadings, body_albedo, reconstructed
-from ..materials.effect_coating.stated_error import FLARE, aspecular, expected_errors
+from ..materials.effect_coating.stated_error import FLARE, expected_errors
 from ..materials.intake.sources import read_sources
 from ..materials.measured.scattered import ScatteredBrdf
 from ..materials.protocol import sphere_protocol

@@ -16,7 +16,7 @@ from ..spectral.formats.colours_only import colour_in, read_colours
 from ..spectral.formats.reading import details_of_readings, read_filling_gaps
 from ..spectral.measurement import MUST, Geometry, Measurement, refusal
 from ..spectral.sample import Sample, check_covers
-from ..spectral.spectrum import Quantity, Spectrum
+from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum
 from .catalogue import Catalogue
 from .effect import effect_of, light_and_detector
 from .material import Material
@@ -182,6 +182,8 @@ def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sam
         notes = (
             f"Taken as readings of one thing, {thing.name}, for their names differ by their angle alone: {names}.",
         )
+    if doubt := _doubtful(parts):
+        notes = (*notes, f"{thing.name or path.stem} of {path}: {doubt}.")
     return Sample(
         thing.name or path.stem,
         first.source,
@@ -191,6 +193,24 @@ def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sam
         angles=tuple(parts),
         notes=notes,
     )
+
+
+def _doubtful(parts: list[Sample]) -> str:
+    """Why readings hardly belong to their angles, in words; "" of too few, or where nothing speaks against it."""
+    from .effect_coating.fit import FEWEST, AngleReadings, reconstructed
+    from .effect_coating.reading_order import doubtful_order
+
+    read = [(angle, one) for one in parts if (angle := one.measurement.geometry) is not None and one.readings]
+    if len(read) < FEWEST:
+        return ""
+    try:
+        wi, wo = light_and_detector([angle for angle, _ in read])
+    except InputError:
+        # An angle that no light or detector can have is refused where a BRDF is made of it.
+        return ""
+    values = np.stack([one.factor(WORKING_WAVELENGTHS_NM) for _, one in read]) / np.pi
+    readings = AngleReadings(WORKING_WAVELENGTHS_NM, wi, wo, values)
+    return doubtful_order(readings, [angle for angle, _ in read], reconstructed(readings).interference)
 
 
 def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:

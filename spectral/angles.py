@@ -79,19 +79,21 @@ def things(readings: Iterable[Reading[_One]]) -> tuple[Thing[_One], ...]:
             continue
         name = without_angle(first.thing or first.name)
         others = [kind for kind in groups[name] if kind is not group]
-        parts = [part for part in MUST if any(_differs(first, kind[0], part) for kind in others)]
+        parts = [part for part in (*MUST, "data mode") if any(_differs(first, kind[0], part) for kind in others)]
         label = ", ".join([name, *(first.measurement.parts[part].words for part in parts)])
         found.append(Thing(label, tuple(group), len({one.thing or one.name for one in group}) > 1))
     return tuple(found)
 
 
 def _otherwise(one: Reading, other: Reading) -> bool:
-    """Whether two readings differ in more than their angle."""
-    return any(part != "geometry" for part in one.measurement.unlike(other.measurement))
+    """Whether two readings differ in more than their angle; of another data mode, one is no repeat of the other."""
+    parts = (*one.measurement.unlike(other.measurement), *one.measurement.noted(other.measurement))
+    return any((part in MUST and part != "geometry") or part == "data mode" for part in parts)
 
 
 def _differs(one: Reading, other: Reading, part: str) -> bool:
-    return part != "geometry" and part in one.measurement.unlike(other.measurement)
+    parts = (*one.measurement.unlike(other.measurement), *one.measurement.noted(other.measurement))
+    return part != "geometry" and part in parts
 
 
 def without_angle(name: str) -> str:

@@ -32,7 +32,7 @@ MUST: dict[str, Crossing | None] = {
     "film": "condition",
 }
 #: Parts that a note is made of where they are not alike.
-NOTED = ("configuration", "material", "calibration standard", "aperture", "instrument")
+NOTED = ("configuration", "material", "calibration standard", "aperture", "instrument", "data mode")
 #: Degrees within which two angles are one.
 ALIKE_DEGREES = 0.5
 
@@ -51,6 +51,8 @@ _LABELS: tuple[tuple[str, re.Pattern[str]], ...] = (
     ("calibration standard", re.compile(r"calibration(?: standard)?")),
     ("aperture", re.compile(r"(?:measuring )?(?:aperture|area|spot)(?: size)?")),
     ("instrument", re.compile(r"(?:target )?instrument(?:ation)?|device model")),
+    # Readings as another instrument would give them.
+    ("data mode", re.compile(r".*\bdata ?mode")),
 )  # fmt: skip
 # What the parts are called in CxF3.
 _CXF = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -143,7 +144,23 @@ class MatchReport:
         held = dict.fromkeys(f"{side.name}: {side.held}" for side in sides if side.held)
         told = dict.fromkeys(words for one in self.samples for words in remarks(self.standard.side, one.sample.side))
         said = dict.fromkeys(words for side in sides for words in side.notes)
-        return (*self.crossed, *found, *(f"{words}." for words in held), *told, *said, *self.asked.notes)
+        early = dict.fromkeys(words for one in self.samples if (words := _earlier(self.standard, one.sample)))
+        return (*self.crossed, *found, *(f"{words}." for words in held), *told, *early, *said, *self.asked.notes)
+
+
+def _earlier(standard: Sample, sample: Sample) -> str:
+    """A sentence on a sample that was measured before its standard; "" where both dates do not say so."""
+    first, second = (side.details.get("measured", "") for side in (standard, sample))
+    try:
+        dates = [datetime.fromisoformat(text).replace(tzinfo=None) for text in (first, second)]
+    except ValueError:
+        return ""
+    if dates[1] >= dates[0]:
+        return ""
+    return (
+        f"{sample.name} of {sample.source} was measured before its standard, at {second} and {first}: check which of "
+        "the two is the standard."
+    )
 
 
 def render_match_page(report: MatchReport) -> str:

@@ -70,6 +70,13 @@ class CoatedPair:
         return _fresnel(cos2_d, sin2_d) * density * smith_ggx(self.wi, roughness) * smith_ggx(self.wo, roughness)
 
 
+def aspecular(wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
+    """Angle between the viewer and the mirror direction, radians."""
+    mirror = wi * (-1.0, -1.0, 1.0)
+    along, across = mirror + wo, mirror - wo
+    return 2.0 * np.arctan2(np.sqrt(np.sum(across**2, axis=1)), np.sqrt(np.sum(along**2, axis=1)))
+
+
 def _refracted(w: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
     """Directions within the coat (Snell)."""
     flat = w[:, :2] / COAT_INDEX

@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
+from ...spectral.difference import lab_from_xyz
 from ...spectral.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
@@ -75,6 +76,12 @@ class AngleReadings:
     def lifted(self) -> Float[np.ndarray, "n L"]:
         """`values` from 0 upwards."""
         return np.maximum(self.values, 0.0)
+
+    @property
+    def lab(self) -> Float[np.ndarray, "n 3"]:
+        """CIELAB of their radiance factors under D65 for 10 degrees."""
+        weights = observer("1964_10").weights(illuminant("D65"), self.wavelengths_nm)
+        return lab_from_xyz(np.pi * self.lifted @ weights.T, weights.sum(axis=1))
 
     @property
     def tell_interference(self) -> bool:

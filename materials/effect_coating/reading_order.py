@@ -9,25 +9,37 @@ from itertools import combinations, groupby
 import numpy as np
 
 from ...spectral.measurement import ALIKE_DEGREES, Geometry
+from .coated_pair import aspecular
 from .fit import AngleReadings, evidence
-from .flake_tilt import FlakeTilt
 
 # On 19 measured paints, exchanging the angles on both sides of the mirror, or turning the list round, leaves twice to
 # two hundred times as much to be corrected.
 _FAR_BETTER = 0.5
+# L* by which the farthest angle may be lighter than the nearest.
+_RISE = 2.0
 
 
-def better_order(readings: AngleReadings, geometries: Sequence[Geometry], brdf: FlakeTilt) -> str:
-    """Words for an order of the angles in which the readings fit far better; "" where there is none.
+def doubtful_order(readings: AngleReadings, geometries: Sequence[Geometry], interference: float) -> str:
+    """Say why readings hardly belong to the angles that they stand at; "" where nothing speaks against it.
 
-    geometries : (n) of the readings. brdf : fitted to them as they are.
+    geometries : (n) of the readings. interference : q of the BRDF that was fitted to them as they are.
     """
+    away = aspecular(readings.wi, readings.wo)
+    near, far = int(np.argmin(away)), int(np.argmax(away))
+    lightness = readings.lab[:, 0]
+    if lightness[far] > lightness[near] + _RISE:
+        return (
+            f"L* rises away from the mirror direction, from {lightness[near]:.1f} to {lightness[far]:.1f}: "
+            "check the order of the angles, and their signs"
+        )
     found = [
-        (evidence(replace(readings, values=readings.values[order]), brdf.interference), words)
+        (evidence(replace(readings, values=readings.values[order]), interference), words)
         for order, words in _orders(geometries)
     ]
     best, words = min(found, default=(np.inf, ""))
-    return words if best < _FAR_BETTER * evidence(readings, brdf.interference) else ""
+    if best < _FAR_BETTER * evidence(readings, interference):
+        return f"the readings fit far better {words}: check which reading is of which angle"
+    return ""
 
 
 def _orders(geometries: Sequence[Geometry]) -> Iterator[tuple[list[int], str]]:

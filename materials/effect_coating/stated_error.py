@@ -20,7 +20,7 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ..protocol import LIGHTS, sphere_protocol
-from .coated_pair import CoatedPair
+from .coated_pair import CoatedPair, aspecular
 from .fit import AngleReadings, beside_coat, reconstructed
 from .flake_tilt import FLOOR, FlakeTilt
 
@@ -134,13 +134,6 @@ def alternatives(readings: AngleReadings, brdf: FlakeTilt) -> tuple[Evaluate, ..
     three_spectra = coated(lambda at: by_amount(at.tilt) @ spectra)
     others = (reconstructed(readings, interference=brdf.interference, grazing=power).eval for power in _GRAZING)
     return (aspecular_curve, tilt_curve, three_spectra, *others)
-
-
-def aspecular(wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-    """Angle between the viewer and the mirror direction, radians."""
-    mirror = wi * (-1.0, -1.0, 1.0)
-    along, across = mirror + wo, mirror - wo
-    return 2.0 * np.arctan2(np.sqrt(np.sum(across**2, axis=1)), np.sqrt(np.sum(along**2, axis=1)))
 
 
 def _mirrors(pair: CoatedPair) -> Float[np.ndarray, " N"]:

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.angles import Thing
-from ...spectral.difference import delta_e_xyz, lab_from_xyz
+from ...spectral.difference import delta_e_xyz
 from ...spectral.errors import InputError
 from ...spectral.formats.reading import SpectralEntry
 from ...spectral.illuminants import illuminant
@@ -21,16 +21,15 @@ from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import material_wavelengths
 from ..coat_gloss import needle_for
 from ..effect import light_and_detector
+from ..effect_coating.coated_pair import aspecular
 from ..effect_coating.fit import FEWEST, AngleReadings, reconstructed
 from ..effect_coating.flake_tilt import FlakeTilt
-from ..effect_coating.reading_order import better_order
-from ..effect_coating.stated_error import FLARE, aspecular, stated_error
+from ..effect_coating.reading_order import doubtful_order
+from ..effect_coating.stated_error import FLARE, stated_error
 
 # "87.5", "87.5 (60°)", as `cxf_metadata` has it.
 _GLOSS = re.compile(r"(?<![\d.])(\d+(?:\.\d+)?)(?: \(([^)]*)\))?(?:;|$)")
 _SIXTY = re.compile(r"(?<!\d)60(?!\d)")
-# L* by which the farthest angle may be lighter than the nearest, of any paint that somebody measured.
-_RISE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,16 +153,8 @@ def _notes(
         ]
         said = ", ".join(f"{one.notation} {off:.2f}" for one, off in zip(thing.angles, scatter, strict=True))
         notes.append(f"several readings of an angle count by their mean; from it they are ΔE94 {said}")
-    away = aspecular(readings.wi, readings.wo)
-    near, far = int(np.argmin(away)), int(np.argmax(away))
-    lightness = _lab(nm, np.pi * readings.lifted)[:, 0]
-    if lightness[far] > lightness[near] + _RISE:
-        notes.append(
-            f"L* rises away from the mirror direction, from {lightness[near]:.1f} to {lightness[far]:.1f}: "
-            "check the order of the angles, and their signs"
-        )
-    elif order := better_order(readings, used, brdf):
-        notes.append(f"the readings fit far better {order}: check which reading is of which angle")
+    if doubt := doubtful_order(readings, used, brdf.interference):
+        notes.append(doubt)
     if brdf.scale < 1.0:
         notes.append(f"made darker, by {brdf.scale:.3f}, so as not to reflect more light than it receives")
     conditions = {one.measurement.parts.get("measurement condition") for one in thing.readings}
@@ -197,8 +188,3 @@ def _differences(
     """ΔE94 of radiance factors under D65 for 10 degrees."""
     weights = observer("1964_10").weights(illuminant("D65"), nm)
     return delta_e_xyz(one @ weights.T, other @ weights.T, weights.sum(axis=1))
-
-
-def _lab(nm: Float[np.ndarray, " L"], values: Float[np.ndarray, "n L"]) -> Float[np.ndarray, "n 3"]:
-    weights = observer("1964_10").weights(illuminant("D65"), nm)
-    return lab_from_xyz(values @ weights.T, weights.sum(axis=1))

@@ -7,6 +7,8 @@ import re
 
 import numpy as np
 import pytest
+from metamer.spectral.angles import Reading, things
+from metamer.spectral.measurement import Measurement
 
 NM = np.arange(400, 701, 10)
 #: Aspecular angles, and how bright a flake paint is there.
@@ -229,3 +231,64 @@ def test_din_6175_2_stands_beside_the_others_at_angles_alone(metamer, tmp_path):
     assert code == 3 and "several angles" in err
     code, out, _ = metamer("match", "lab:50,0,0@D65/1964_10", "lab:51,0,0@D65/1964_10")
     assert code == 0 and "DIN" not in out
+
+
+def rearranged(path, order):
+    """A file whose readings stand at other angles than they were read at."""
+    text = path.read_text(encoding="utf-8")
+    numbers = re.findall(r"(?<=>)[\d. ]+(?=</c:ReflectanceSpectrum>)", text)
+    for at, one in enumerate(numbers):
+        text = text.replace(f">{one}</c:Ref", f">@{at}@</c:Ref", 1)
+    for at, other in enumerate(order):
+        text = text.replace(f"@{at}@", numbers[other])
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_readings_that_stand_at_wrong_angles_are_noted(metamer, tmp_path):
+    master, lot = cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.03)
+    assert not any("away from the mirror" in note for note in told(metamer, master, lot)["notes"])
+    turned = told(metamer, master, rearranged(lot, (5, 4, 3, 2, 1, 0)))["notes"]
+    assert any("L* rises away from the mirror direction" in note and "lot.cxf" in note for note in turned)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "noted"),
+    [
+        ("2024-03-01T10:00:00Z", "2024-02-01T10:00:00Z", True),
+        ("2024-03-01T10:00:00+01:00", "2024-03-01T11:00:00", False),
+        ("2024-02-01T10:00:00", "2024-03-01T10:00:00Z", False),
+        ("in March", "2024-02-01T10:00:00Z", False),
+        ("", "2024-02-01T10:00:00Z", False),
+    ],
+)
+def test_a_sample_that_is_older_than_its_standard_is_noted(metamer, tmp_path, first, second, noted):
+    sides = []
+    for name, date, factor in (("m", first, 1.0), ("lot", second, 1.03)):
+        path = cxf(tmp_path / f"{name}.cxf", factor=factor)
+        dated = path.read_text(encoding="utf-8").replace(
+            "<c:ReflectanceSpectrum ",
+            f'<c:ReflectanceSpectrum MeasureDate="{date}" ' if date else "<c:ReflectanceSpectrum ",
+        )
+        path.write_text(dated, encoding="utf-8")
+        sides.append(path)
+    assert any("measured before its standard" in note for note in told(metamer, *sides)["notes"]) == noted
+
+
+def with_mode(path, mode):
+    """A file whose readings are of one data mode."""
+    tag = f'<c:TagCollection Name="X-Rite"><c:Tag Name="DataMode" Value="{mode}"/></c:TagCollection>'
+    path.write_text(path.read_text(encoding="utf-8").replace("</c:Object>", f"{tag}</c:Object>"), encoding="utf-8")
+    return path
+
+
+def test_another_data_mode_is_another_measurement_and_is_noted(metamer, tmp_path):
+    master, lot = with_mode(cxf(tmp_path / "m.cxf"), "mat"), with_mode(cxf(tmp_path / "lot.cxf", factor=1.03), "byk")
+    notes = told(metamer, master, lot)["notes"]
+    assert any("data mode" in note and "'mat'" in note and "'byk'" in note for note in notes)
+    readings = [
+        Reading(one, f"Silver {one}", "", Measurement.of("reflectance", {"geometry": one, "data mode": mode}))
+        for mode in ("mat", "byk")
+        for one in ("45as15", "45as45", "45as110")
+    ]
+    assert [(one.name, len(one.readings)) for one in things(readings)] == [("Silver, mat", 3), ("Silver, byk", 3)]
