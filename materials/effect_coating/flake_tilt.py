@@ -26,8 +26,8 @@ from .coated_pair import GRAZING, CoatedPair
 
 #: Added to f_r before its logarithm, 1/sr: below it, 0.6 % of a white diffuser, corrections add rather than multiply.
 FLOOR = 0.002
-# Lengths of the Gaussian process: of sqrt(tilt), and of the incidence.
-_TILT, _INCIDENCE = np.radians(3.0), np.radians(23.0)
+#: Lengths of the Gaussian process, radians: of the tilt, by its root, and of the incidence.
+TILT_LENGTH, INCIDENCE_LENGTH = np.radians(3.0), np.radians(23.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +44,8 @@ class FlakeTilt(Brdf):
     tilts, incidences : (n,) of the readings, radians.
     body_weights, whole_weights : (n,L) of the Gaussian process that corrects the body, and of that which corrects all.
     scale : factor on the body, below 1 where it would reflect more than it receives. grazing : exponent of the cosines.
+    floor, tilt_length, incidence_length : of the corrections (`FLOOR`, `TILT_LENGTH`, `INCIDENCE_LENGTH`), kept so that
+        a record does not change with the constants of a version.
     """
 
     NAME: ClassVar[str] = "flake_tilt"
@@ -62,6 +64,9 @@ class FlakeTilt(Brdf):
     whole_weights: Float[np.ndarray, "n L"]
     scale: float = 1.0
     grazing: float = GRAZING
+    floor: float = FLOOR
+    tilt_length: float = float(TILT_LENGTH)
+    incidence_length: float = float(INCIDENCE_LENGTH)
 
     def parameters(self) -> dict[str, Any]:
         """Everything that `from_parameters` rebuilds this BRDF from, bit for bit."""
@@ -106,19 +111,26 @@ class FlakeTilt(Brdf):
 
     def _parts(self, pair: CoatedPair) -> tuple[Float[np.ndarray, "N L"], Float[np.ndarray, "N L"]]:
         """The body with both corrections, and the factor of the second one, which the coat has, too."""
-        near = covariance(coordinates(pair.tilt, pair.incidence), coordinates(self.tilts, self.incidences))
+        lengths = (self.tilt_length, self.incidence_length)
+        near = covariance(
+            coordinates(pair.tilt, pair.incidence, lengths), coordinates(self.tilts, self.incidences, lengths)
+        )
         body = np.outer(pair.matt(self.grazing), self.matt)
         body += np.outer(pair.flakes(self.flake_spread, self.grazing), self.flakes)
-        body = np.maximum((body + FLOOR) * np.exp(near @ self.body_weights) - FLOOR, 0.0)
+        body = np.maximum((body + self.floor) * np.exp(near @ self.body_weights) - self.floor, 0.0)
         if self.interference > 0.0:
             body = stretched(body, self.wavelengths_nm, 1.0 / shift(self.interference, pair.incidence))
         factor = np.exp(near @ self.whole_weights)
-        return (body + FLOOR) * factor - FLOOR, factor
+        return (body + self.floor) * factor - self.floor, factor
 
 
-def coordinates(tilt: Float[np.ndarray, " N"], incidence: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 2"]:
-    """Where a pair lies for the Gaussian process, in its lengths."""
-    return np.stack([np.sqrt(tilt / _TILT), incidence / _INCIDENCE], axis=1)
+def coordinates(
+    tilt: Float[np.ndarray, " N"],
+    incidence: Float[np.ndarray, " N"],
+    lengths: tuple[float, float] = (float(TILT_LENGTH), float(INCIDENCE_LENGTH)),
+) -> Float[np.ndarray, "N 2"]:
+    """Place pairs for the Gaussian process, in its lengths."""
+    return np.stack([np.sqrt(tilt / lengths[0]), incidence / lengths[1]], axis=1)
 
 
 def covariance(one: Float[np.ndarray, "N 2"], other: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "N n"]:

@@ -127,7 +127,7 @@ def _interference_note(readings: AngleReadings, brdf: FlakeTilt) -> str:
     if brdf.interference > 0.0:
         return f"flakes change colour with the angle of light on them: q = {brdf.interference:.2f}"
     if readings.tell_interference:
-        return "flakes keep their colour at any angle of light on them: q = 0"
+        return "no interference shows in the readings: q = 0"
     return (
         "whether flakes change colour by interference cannot be told without readings at one tilt under two "
         "incidences, such as 45as15 and 45as-15: if they do, colours are off by far more than stated"

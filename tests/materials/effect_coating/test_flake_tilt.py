@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from metamer.materials.directions import spherical
 from metamer.materials.effect import light_and_detector
+from metamer.materials.effect_coating import flake_tilt
 from metamer.materials.effect_coating.coated_pair import CoatedPair
 from metamer.materials.effect_coating.fit import AngleReadings, body_albedo, reconstructed
 from metamer.materials.effect_coating.flake_tilt import FlakeTilt
@@ -246,6 +247,15 @@ def test_it_is_rebuilt_from_its_parameters_bit_for_bit():
     del kept["tilts"]
     with pytest.raises(InputError, match="not complete"):
         FlakeTilt.from_parameters(kept)
+
+
+def test_a_record_does_not_change_with_the_constants_of_another_version(monkeypatch):
+    brdf = reconstructed(read(PAINTS["blue metallic"]))
+    kept, wi, wo = brdf.parameters(), *hemisphere()
+    before = brdf.eval(wi, wo)
+    for name in ("FLOOR", "TILT_LENGTH", "INCIDENCE_LENGTH"):
+        monkeypatch.setattr(flake_tilt, name, 0.1)
+    assert np.array_equal(FlakeTilt.from_parameters(kept).eval(wi, wo), before)
 
 
 def test_a_fit_takes_a_tenth_of_a_second():

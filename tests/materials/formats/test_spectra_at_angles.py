@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from metamer.materials.effect import light_and_detector
 from metamer.materials.effect_coating.coated_pair import CoatedPair
+from metamer.materials.effect_coating.stated_error import StatedError
+from metamer.materials.fitting.fit import fit
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
@@ -252,3 +254,13 @@ def test_a_record_says_how_far_off_it_may_be(tmp_path):
 def test_equal_files_give_equal_materials(tmp_path):
     path = table(tmp_path / "paint.csv", colours=film)
     assert one(path).content_hash == one(path).content_hash
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("colours", [paint, film])
+def test_the_fast_form_adds_little_to_what_is_stated(tmp_path, colours):
+    found = one(table(tmp_path / "paint.csv", colours=colours))
+    error = StatedError.from_stored(found.original)
+    drawn = fit(rebuild(found.model, found.parameters)).error
+    by_light = {one.light: one.mean for one in drawn.lights}
+    assert all(by_light[light] <= 0.3 * mean for light, mean in zip(error.lights, error.mean, strict=True))
