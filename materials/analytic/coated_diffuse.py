@@ -8,7 +8,6 @@ from typing import ClassVar
 import numpy as np
 
 from ...spectral.errors import InputError
-from ...spectral.measurement import Measurement
 from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
 from ..domain import in_domain
@@ -107,6 +106,9 @@ class CoatedDiffuse(AnalyticBrdf):
 
     def _read_at(self, geometry: str) -> tuple[float, float]:
         """What an instrument reads of the coat alone, and what it reads of a body of q = 1."""
+        # No fit and no picture asks for it.
+        from ...spectral.measurement import Measurement
+
         measurement = Measurement.of("reflectance", {"geometry": geometry})
         found = measurement.geometry
         specular = measurement.parts.get("specular component")
