@@ -242,6 +242,9 @@ def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
         say("largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
         errors = [outcome.error for outcome in report.outcomes if outcome.error]
         missed = sum(misses_budget(error) or (error.score is None and error.p99 > budget) for error in errors)
+        for outcome in report.outcomes:
+            if outcome.error and (words := outcome.error.far_off(budget)):
+                say(f"{outcome.id}: {words}")
         if missed:
             say(f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
         said = [f"{one.id}: its fit {missed_words(one.error)}" for one in report.outcomes if one.error]

@@ -15,6 +15,9 @@ from .shared import counted
 if TYPE_CHECKING:
     from ..materials.records.query import Summary
 
+# Maxima above ten budgets that are listed with their places.
+_MOST_FAR = 10
+
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add `list`."""
@@ -43,6 +46,13 @@ def run(args: argparse.Namespace) -> int:
         for observer in sorted({one.observer for one in found if one.light and one.observer}):
             said = "on a sphere under the light that shows it most"
             print(f"fit ΔE94 p99: factored against original data, {said}, observer {observer}; show ID says more")
+        far = sorted((one for one in found if one.far_off), key=lambda one: -(one.maximum or 0.0))
+        for one in far[:_MOST_FAR]:
+            print(f"{one.id}: {one.far_off}")
+        if len(far) > _MOST_FAR:
+            print(
+                f"{counted(len(far) - _MOST_FAR, 'material')} more of a maximum above ten budgets; show ID says where"
+            )
         if doubtful := sum(one.standing in ("uplifted", "reconstructed") for one in found):
             print(f"{counted(doubtful, 'material')} uplifted or reconstructed: a small fit is no small error of colour")
         if missed := sum(map(misses_budget, found)):

@@ -100,6 +100,8 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         error = record.error
         figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"
         lines.append(("fit, ΔE94", f"{figures} ({error.light}, {error.observer})"))
+        if words := error.far_off():
+            lines.append(("far off", words))
         if error.lights:
             words = (f"{one.light} {one.p99:.3f}{_highlight(one)}" for one in error.lights)
             lines.append(("p99 by light", ", ".join(words)))

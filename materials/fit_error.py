@@ -10,6 +10,10 @@ import numpy as np
 
 # Of each light, in the order of `LightError`.
 _FIGURES = ("mean", "p95", "p99", "maximum")
+#: Of an import, ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
+DEFAULT_BUDGET = 0.5
+# A maximum so many times over the budget is said with its place.
+_FAR = 10.0
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class FitError:
     packs shade to at any wavelength, all over the hemispheres (0 where none is negative; a white diffuser facing the
     light is 1). largest : their largest, over the original's largest anywhere at the same wavelength; None where nobody
     looked. Nothing is clipped. lights : the figures of every light judged, the worst included; empty where there was
-    one.
+    one. where : directions of light and view at the maximum, in words; None where nobody noted them.
     budget, score : ΔE94 that a fit aimed at, and the figure that was held against it (`fitting.fit.Fit.score`); None
     where nothing was fitted. more_terms, more_score : the terms of one more step, and the score that they would about
     have led to; None where no terms were added.
@@ -55,6 +59,7 @@ class FitError:
     score: float | None = None
     more_terms: int | None = None
     more_score: float | None = None
+    where: str | None = None
 
     def stored(self) -> dict[str, Any]:
         """What a form keeps of an error of its own: text, numbers and arrays."""
@@ -74,7 +79,22 @@ class FitError:
         figures = {name: kept[name] for name in cls.__dataclass_fields__ if name != "lights" and name in kept}
         return cls(**figures, lights=lights)
 
+    def far_off(self, budget: float | None = None) -> str:
+        """Say where the maximum is, if it is more than ten budgets (the fit's own without `budget`); else "".
+
+        >>> FitError(0.1, 0.2, 0.4, 56.0, "A", "1931_2", "sphere", 0.0, where="light at 80.0°, 0°").far_off()
+        'up to ΔE94 56.0 under A: light at 80.0°, 0°'
+        """
+        return far_off(self.maximum, self.light, self.where, budget or self.budget or DEFAULT_BUDGET)
+
     @property
     def highlight(self) -> float | None:
         """The worst p99 of the highlight's own pixels under any light; None where the surface has no highlight."""
         return max((one.highlight for one in self.lights if one.highlight is not None), default=None)
+
+
+def far_off(maximum: float | None, light: str | None, where: str | None, budget: float = DEFAULT_BUDGET) -> str:
+    """Say where a maximum is that is more than ten budgets, as far as it is known; "" of a smaller one."""
+    if maximum is None or maximum <= _FAR * budget:
+        return ""
+    return f"up to ΔE94 {maximum:.1f} under {light}" + (f": {where}" if where else "")

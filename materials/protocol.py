@@ -20,6 +20,7 @@ from ..spectral.folding import Folding
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from .directions import angles
 from .fast import Fast
 from .fit_error import FitError, LightError
 from .points import Points
@@ -109,7 +110,9 @@ class SphereProtocol:
         difference = self.differences(reference_xyz, sample_xyz)
         p95, p99 = np.percentile(difference, [95, 99])
         mean, most = float(difference.mean()), float(difference.max())
-        return FitError(mean, float(p95), float(p99), most, self.light, self.observer, self.text, 0.0)
+        worst = int(np.argmax(difference))
+        where = f"light {_placed(self.wi[worst])}; view {_placed(self.wo[worst])}"
+        return FitError(mean, float(p95), float(p99), most, self.light, self.observer, self.text, 0.0, where=where)
 
     def compare_lights(
         self,
@@ -139,6 +142,12 @@ class SphereProtocol:
         """ΔE94 of every sample."""
         white = self.weights(WORKING_WAVELENGTHS_NM).sum(axis=0)
         return delta_e_xyz(reference_xyz, sample_xyz, white)
+
+
+def _placed(w: Float[np.ndarray, "3"]) -> str:
+    """Put a direction in a surface's frame into words."""
+    polar, azimuth = np.degrees(angles(w))
+    return f"{polar:.1f}° from the normal, azimuth {azimuth:.1f}°"
 
 
 def _by_light(xyz: Float[np.ndarray, "N M3"]) -> Float[np.ndarray, "M N 3"]:

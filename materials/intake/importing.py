@@ -14,7 +14,7 @@ from ...spectral.errors import InputError, NoRoomError
 from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.processes import Lost, Task, supervised
 from ...spectral.upsampling import DEFAULT_METHOD
-from ..fit_error import FitError
+from ..fit_error import DEFAULT_BUDGET, FitError
 from ..records.material import MaterialRecord
 from ..records.record import material_path, write_record
 from ..source import MaterialSource
@@ -26,9 +26,6 @@ from .inputs import inputs_of
 from .known import Known
 from .sources import check_uplift, nothing_to_import
 from .work import Fitted, fit_material
-
-# ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
-DEFAULT_BUDGET = 0.5
 
 
 @dataclass(frozen=True)

@@ -30,6 +30,7 @@ class Summary:
     kind : of the provenance; quantity : "reflectance", "bispectral", "emission", "transmittance", "radiance factor".
     terms : (number of terms, frame) of each pack; precision : "single", "half" or "" without packs.
     mean, p95, p99, maximum : measured ΔE94 of the packs, under `light` for `observer`; None where there is none.
+    where : directions of light and view at the maximum, in words; None where nobody noted them.
     lab, xyz : colour at 45:0 under D65, 1931 2 degrees (XYZ: Y of the perfect diffuser = 1); None where there is none.
     budget, score, more_terms, more_score : of the fit, see `FitError`; None where there is none.
     bytes : of the arrays before compression. distance : from the colour that was asked for.
@@ -60,6 +61,14 @@ class Summary:
     more_terms: float | None = None
     more_score: float | None = None
     distance: float | None = None
+    where: str | None = None
+
+    @property
+    def far_off(self) -> str:
+        """Where the maximum is, if it is more than ten budgets; else ""."""
+        from ..fit_error import far_off
+
+        return far_off(self.maximum, self.light, self.where)
 
     @property
     def standing(self) -> str:
@@ -115,6 +124,7 @@ def _summary(head: dict[str, Any], file: str | Path) -> Summary:
         bytes=sum(map(int, head["sizes"].values())),
         light=_text(error["light"]) if error else None,
         observer=_text(error["observer"]) if error else None,
+        where=_text(error["where"]) if "where" in error else None,
         **fields,
     )
 

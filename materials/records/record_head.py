@@ -43,6 +43,7 @@ def head_of(record: MaterialRecord, checksum: str, *, colour: bool = True) -> di
         stated = {**figures, "light": error.light, "observer": error.observer, "lights": lights}
         aims = ((name, getattr(error, name)) for name in ("budget", "score", "more_terms", "more_score"))
         stated |= {name: _figure(value) for name, value in aims if value is not None}
+        stated |= {} if error.where is None else {"where": error.where}
     return {
         "format": FORMAT,
         "schema": SCHEMA,

@@ -32,13 +32,19 @@ def source(tmp_path):
 def fast_fit(monkeypatch):
     def fit_material(material, budget, say=None):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
-        error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
+        error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0, where="light there; view here")
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, Palette.of(np.ones((1, 81))))
         return importing.Fitted(FactoredBrdf((pack,), error), 0.5)
 
     monkeypatch.setattr(importing, "fit_material", fit_material)
     # Here, too, what stands in for the fit: another process would not know it.
     monkeypatch.setattr(importing, "supervised", lambda work, tasks, *_: ((t.key, work(*t.arguments)) for t in tasks))
+
+
+@pytest.mark.parametrize(("budget", "said"), [("0.03", True), ("0.5", False)])
+def test_the_report_says_where_a_maximum_of_ten_budgets_is(metamer, source, tmp_path, budget, said):
+    _, out, _ = metamer("catalogue", "import", source, "--into", tmp_path / "cat", "--jobs", 1, "--budget", budget)
+    assert ("chart/red: up to ΔE94 0.4 under D65: light there; view here" in out) == said
 
 
 def test_plan_is_a_table_of_files(metamer, source, tmp_path):

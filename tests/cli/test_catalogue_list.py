@@ -1,11 +1,18 @@
 """`metamer catalogue list`: filters, order, what a person and what a program reads."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.materials.analytic import Lambert
 from metamer.materials.catalogue import Catalogue
+from metamer.materials.directions import spherical
+from metamer.materials.fit_error import FitError
+from metamer.materials.protocol import sphere_protocol
+from metamer.materials.records.record_head import read_head
+from metamer.spectral.spectrum import Spectrum
 
 
 @pytest.fixture
@@ -123,3 +130,54 @@ def test_a_budget_that_is_missed_is_said_with_what_one_more_step_would_have_paid
     assert code == 0 and words in (folder / "page.html").read_text()
     (document,) = json.loads(metamer("catalogue", "list", folder, "--match", "paint/over", "--json")[1])["materials"]
     assert {name: document[name] for name in aims} == aims
+
+
+WHERE = "light 80.0° from the normal, azimuth 0.0°; view 79.5° from the normal, azimuth 180.0°"
+
+
+def far(maximum, where=WHERE):
+    return FitError(0.1, 0.2, 0.4, maximum, "A", "1931_2", "sphere", 0.0, where=where)
+
+
+@pytest.mark.parametrize(
+    ("maximum", "where", "said"),
+    [
+        (56.0, WHERE, f"paint/far: up to ΔE94 56.0 under A: {WHERE}"),
+        (5.1, WHERE, f"paint/far: up to ΔE94 5.1 under A: {WHERE}"),
+        # Of a file of before such places were noted.
+        (56.0, None, "paint/far: up to ΔE94 56.0 under A"),
+        (5.0, WHERE, None),
+        (0.6, WHERE, None),
+    ],
+)
+def test_a_maximum_above_ten_budgets_is_said_with_its_place(metamer, tmp_path, write_matt, maximum, where, said):
+    write_matt(tmp_path / "cat", "paint/far", 0.1, error=far(maximum, where))
+    listed = metamer("catalogue", "list", tmp_path / "cat")[1].splitlines()
+    shown = metamer("catalogue", "show", "paint/far", tmp_path / "cat")[1].splitlines()
+    of_one = said and said.partition(": ")[2]
+    assert [line for line in listed if "up to ΔE94" in line] == ([said] if said else [])
+    assert [line for line in shown if line.startswith("far off")] == ([f"far off       {of_one}"] if said else [])
+    assert (where is None) == ("where" not in read_head(tmp_path / "cat" / "paint" / "far.h5")["error"])
+
+
+def test_of_many_such_maxima_the_largest_are_said(metamer, tmp_path, write_matt):
+    for number in range(13):
+        write_matt(tmp_path / "cat", f"paint/far-{number}", 0.1, error=far(10.0 + number))
+    out = metamer("catalogue", "list", tmp_path / "cat")[1]
+    assert "paint/far-12: up to ΔE94 22.0" in out and "paint/far-2:" not in out
+    assert "3 materials more of a maximum above ten budgets" in out
+
+
+def test_the_place_is_where_light_and_view_make_the_difference():
+    """A fast form that is off about one pair of directions has its maximum there."""
+    matt = Lambert(Spectrum.sampled([400.0, 700.0], [0.2, 0.2]))
+    sphere = sphere_protocol(24)
+    truth = sphere.reference(matt)
+    for worst in (0, 100, len(truth) - 1):
+        wrong = truth.copy()
+        wrong[worst] *= 3.0
+        where = sphere.compare(truth, wrong).where
+        numbers = np.radians([float(one) for one in re.findall(r"[\d.]+(?=°)", where)])
+        assert where.startswith("light ") and "; view " in where
+        found = [spherical(*numbers[:2]), spherical(*numbers[2:])]
+        np.testing.assert_allclose(found, [sphere.wi[worst], sphere.wo[worst]], atol=2e-3)

@@ -76,7 +76,7 @@ def _facts(record: MaterialRecord) -> dict[str, str]:
     if error is not None:
         facts["Fit, ΔE94 mean"] = f"{error.mean:.3f}"
         facts["Fit, ΔE94 p99"] = f"{error.p99:.3f} ({error.light}, {error.observer})"
-        facts["Fit, ΔE94 max"] = f"{error.maximum:.3f}"
+        facts["Fit, ΔE94 max"] = error.far_off() or f"{error.maximum:.3f}"
         if missed := missed_words(error):
             facts["Budget"] = missed
     if colour is not None:
