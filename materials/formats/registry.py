@@ -59,6 +59,10 @@ def reading_cost(reader: Format, path: Path) -> Cost:
     return of_its_own(path) if of_its_own is not None else cost_of_bytes(path)
 
 
+# Meshes without materials of their own; scenes read them.
+_MESHES = (".obj", ".ply", ".off", ".stl")
+
+
 @cache
 def formats() -> tuple[Format, ...]:
     """The readers, in the order in which they are asked."""
@@ -127,6 +131,15 @@ def _part_of_another(file: InputFile | Rejected, parts: set[Path]) -> bool:
 def not_a_source(path: Path) -> InputError:
     """The refusal of a file that no format knows."""
     start = head_of(path)[:16]
+    if start and path.suffix.lower() in _MESHES:
+        return InputError(
+            "a mesh, not a material",
+            file=path,
+            found=path.suffix,
+            expected="a measurement, texture maps or a family description",
+            hint=f'give it a material in a scene.toml, [[part]] with mesh = "{path.name}" and material = "ID" '
+            "(docs/scene.md), and draw that: metamer render scene.toml",
+        )
     return InputError(
         "not a material source" if start else "the file is empty",
         file=path,

@@ -34,9 +34,9 @@ SUFFIXES = (".csv", ".tsv", ".txt", ".dat", ".asc")
 
 # Lines that a table is recognised by.
 _FEW_LINES = 4
-# Columns of numbers that are known for something else: colour look-up tables, photometric files of lamps.
+# Columns of numbers that are known for something else: colour look-up tables, photometric files of lamps, meshes.
 _OTHER = re.compile(r"\A(?:[^\0]{0,2000}\n)?\s*(?:LUT_[13]D_SIZE|CSPLUTV100|SPILUT 1\.0|IESNA|TILT=)")
-_OTHERS = (".cube", ".csp", ".spi1d", ".spi3d", ".3dl", ".mga", ".look", ".ies", ".ldt")
+_OTHERS = (".cube", ".csp", ".spi1d", ".spi3d", ".3dl", ".mga", ".look", ".ies", ".ldt", ".obj", ".ply", ".off", ".stl")
 
 
 def recognises(path: Path, head: bytes) -> bool:

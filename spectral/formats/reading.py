@@ -199,7 +199,8 @@ def read_filling_gaps(path: str | Path, answer: Answer) -> tuple[SpectralFile, s
 
 
 def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
-    """Read a file by one reader; spectra whose format says another quantity than the answer are among `rejected`.
+    """Read a file by one reader; spectra whose format says another quantity than the answer are among `rejected`, or
+    are taken as answered where the answer is about this file alone.
 
     Raises
     ------
@@ -215,8 +216,30 @@ def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
         quantity = entry.spectrum.quantity
         if answer.allows(quantity) or answer.against == "kept":
             entries.append(entry if entry.taken else replace(entry, taken=f"{quantity}, by {said}"))
+        elif answer.against == "overruled":
+            try:
+                entries.append(_overruled(entry, answer, said))
+            except InputError as reason:
+                rejected.append((entry.name, reason.at(file=path, field=entry.name)))
         else:
             rejected.append((entry.name, contradiction(answer, quantity, said, file=path, field=entry.name)))
     if file.entries and not entries:
         raise rejected[len(file.rejected)][1]
-    return replace(file, entries=tuple(entries), rejected=tuple(rejected))
+    notes = file.notes
+    if any(entry.stated for entry in file.entries) and not any(entry.stated for entry in entries):
+        notes = (*notes, "colours beside the spectra are of another quantity than --as says, and are left out")
+    return replace(file, entries=tuple(entries), rejected=tuple(rejected), notes=notes)
+
+
+def _overruled(entry: SpectralEntry, answer: Answer, said: str) -> SpectralEntry:
+    """The spectrum as the answer says; the colours beside it are those of what the format says, and are left out."""
+    assert answer.quantity is not None
+    spectrum, percent = entry.spectrum, answer.scale == "percent"
+    values = spectrum.samples / 100.0 if percent else spectrum.samples
+    scale = "" if answer.scale is None else f" in {'percent' if percent else 'fractions'}"
+    return replace(
+        entry,
+        spectrum=Spectrum.sampled(spectrum.wavelengths_nm, values, answer.quantity),
+        stated=(),
+        taken=f"{answer.quantity}{scale}, by --as, against {said}",
+    )

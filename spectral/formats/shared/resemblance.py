@@ -31,14 +31,13 @@ _ALIKE = 0.005
 _FLAT = 0.05
 _SAME_SCALE = 1e-3
 # Lines of mercury in every fluorescent lamp, nm, and others that lamps have; how near a line's samples are, and how far
-# what is beside it goes. Finer samples are averaged over the width of a lamp's line in a spectrometer.
+# what a line may reach. Finer samples are averaged over the width of a lamp's line in a spectrometer.
 _MERCURY, _OTHERS = (435.8, 546.1), (404.7, 488.0, 543.0, 578.0, 587.0, 611.0, 631.0, 650.0, 707.0)
-_NEAR, _BESIDE, _LINE_WIDTH = 6.0, 20.0, 5.0
-# Of 10,000 noises, fewer than one may have such lines; what is estimated of a file's own noise costs a factor of ten.
-_CHANCE = 1e-5
-# The kurtosis of noise with outliers; that of a Laplace distribution is 6.
-_OUTLIERS = 8.0
-_MOST_PLACES = 160
+_NEAR, _REACH, _LINE_WIDTH = 6.0, 12.0, 5.0
+# Both lines stand out so many times as much as anything far from all lines. So does noise in fewer than 1 of 10,000
+# spectra, also where its logarithm has a standard deviation of 1.5; a lamp's, at 5 nm, at least 22 times as much.
+_STANDS_OUT = 10.0
+_FEWEST_PLACES = 10
 # Where luminances are compared.
 _GRID_NM = np.arange(400.0, 701.0, 10.0)
 
@@ -155,77 +154,58 @@ def _tables() -> tuple[tuple[Kind, str, np.ndarray, np.ndarray], ...]:
 def has_mercury_lines(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]) -> Bool[np.ndarray, "N"]:
     """Tell which spectra peak where mercury shines, at 436 and at 546 nm, as only a fluorescent lamp's do.
 
-    A sign of light, and so one that fewer than 1 in 10,000 noises of a file's own statistics may have: its mean, its
-    standard deviation and its outliers away from all lines of lamps, whether neighbouring samples are correlated or
-    not. The height of a line is that over the higher of the means beside it. Noise whose tails are no heavier than
-    those of a Laplace distribution reaches t standard deviations with a probability of exp(-t sqrt 2) / 2 a sample,
-    and what is as high elsewhere counts as often as it is there. Both lines count together, by Fisher's product of
-    probabilities p: p (1 - ln p). Spectra with more outliers than that have no lines.
+    A sign of light, and so one that fewer than 1 in 10,000 noises may have, also those with heavy tails (Student's t of
+    two degrees, lognormal up to a standard deviation of 1.5) and whether neighbouring samples are correlated or not.
+    What is compared is how far a sample is from the straight line between its neighbours: at both lines above it,
+    several times as far as the farthest of all places away from lines of lamps. Between its lines a lamp is smooth, and
+    noise is as rough everywhere. Nothing but a few spikes is no lamp; on something smooth they may fall on both lines
+    alone.
     """
     placed = _places(np.ascontiguousarray(grid_nm, dtype=np.float64).tobytes())
     values = np.asarray(values, dtype=np.float64)
     if placed is None:
         return np.zeros(len(values), dtype=bool)
-    inside, here, before, after, counts = placed
-    seen = values[:, inside]
-    largest = np.abs(seen).max(axis=1, keepdims=True)
-    seen = seen / np.where(largest > 0.0, largest, 1.0)
-    left, right, at = seen @ before.T, seen @ after.T, seen @ here.T
-    # Of a slope, the mean of both sides is no height.
-    away = (at - 0.5 * (left + right))[:, : counts[0]]
-    heights = at - np.maximum(left, right)
-    middle = away.mean(axis=1)
-    variance = away.var(axis=1)
-    variance = np.where(variance > 0.0, variance, np.inf)
-    calm = ((away - middle[:, None]) ** 4).mean(axis=1) <= _OUTLIERS * variance**2
-    chance, start = np.ones(len(values)), counts[0]
-    for count in counts[1:]:
-        highest = heights[:, start : start + count].max(axis=1)
-        start += count
-        in_tail = 0.5 * np.exp(-np.sqrt(2.0 / variance) * np.maximum(highest - middle, 0.0))
-        as_high = (away >= highest[:, None]).mean(axis=1)
-        chance *= np.minimum(1.0, count * np.maximum(in_tail, as_high))
-    smallest = np.finfo(np.float64).tiny
-    return calm & (chance * (1.0 - np.log(np.maximum(chance, smallest))) < _CHANCE)
+    largest = np.abs(values).max(axis=1, keepdims=True)
+    standing = (values / np.where(largest > 0.0, largest, 1.0)) @ placed.weights.T
+    lines = [standing[:, at].max(axis=1) for at in placed.lines]
+    away = standing[:, placed.away]
+    smooth = np.minimum(*lines) > _STANDS_OUT * np.maximum(away.max(axis=1), 0.0)
+    return smooth & (np.median(np.abs(away), axis=1) > 0.0)
 
 
 class _Places(NamedTuple):
-    """Samples in the visible (L,), and weights (P,l) of these: at each place, before it and after it.
-
-    counts : places away from lines, then those at each line of mercury.
+    """Weights (P,L) of what a sample stands out from its neighbours; the places at each line of mercury, and those away
+    from all lines.
     """
 
-    inside: Bool[np.ndarray, "L"]
-    here: Float[np.ndarray, "P l"]
-    before: Float[np.ndarray, "P l"]
-    after: Float[np.ndarray, "P l"]
-    counts: tuple[int, ...]
+    weights: Float[np.ndarray, "P L"]
+    lines: tuple[Bool[np.ndarray, "P"], Bool[np.ndarray, "P"]]
+    away: Bool[np.ndarray, "P"]
 
 
 @lru_cache(maxsize=16)
 def _places(grid: bytes) -> _Places | None:
-    """Where heights are taken on this grid; None where it does not reach or resolve both lines."""
+    """Where samples are compared with their neighbours on this grid; None where it does not reach or resolve both
+    lines.
+    """
     nodes = np.frombuffer(grid)
-    inside = (nodes >= 380.0) & (nodes <= 780.0)
-    nm = nodes[inside]
-    if not 12 <= nm.size <= 5000:
+    inside = np.flatnonzero((nodes >= 380.0) & (nodes <= 780.0))
+    if not 12 <= inside.size <= 5000:
         return None
-    distance = np.abs(nm[:, None] - np.array(_MERCURY + _OTHERS))
-    away = nm[(distance > _NEAR).all(axis=1)]
-    at_lines = [nm[distance[:, line] <= _NEAR] for line in range(len(_MERCURY))]
-    groups = [away[:: -(-away.size // _MOST_PLACES)] if away.size else away, *at_lines]
-    kept, counts = [], []
-    for places in groups:
-        beside = nm[None, :] - places[:, None]
-        sides = np.abs(beside) <= _LINE_WIDTH / 2.0, (beside < -_NEAR) & (beside >= -_BESIDE)
-        sides += ((beside > _NEAR) & (beside <= _BESIDE),)
-        usable = np.logical_and.reduce([side.any(axis=1) for side in sides])
-        counts.append(int(np.count_nonzero(usable)))
-        kept.append([side[usable] / side[usable].sum(axis=1, keepdims=True) for side in sides])
-    if min(counts) == 0:
+    # Finer samples in cells of a line's width, coarser ones each in its own.
+    cells = np.round((nodes[inside] - _MERCURY[0]) / _LINE_WIDTH)
+    of_cells = np.equal.outer(np.unique(cells), cells)
+    averages = np.zeros((len(of_cells), nodes.size))
+    averages[:, inside] = of_cells / of_cells.sum(axis=1, keepdims=True)
+    nm = averages @ nodes
+    share = (nm[1:-1] - nm[:-2]) / (nm[2:] - nm[:-2])
+    weights = averages[1:-1] - (1.0 - share)[:, None] * averages[:-2] - share[:, None] * averages[2:]
+    distance = np.abs(nm[1:-1, None] - np.array(_MERCURY + _OTHERS))
+    first, second = distance[:, 0] <= _NEAR, distance[:, 1] <= _NEAR
+    away = (distance > _REACH).all(axis=1)
+    if not (first.any() and second.any() and np.count_nonzero(away) >= _FEWEST_PLACES):
         return None
-    here, before, after = (np.concatenate(sides) for sides in zip(*kept, strict=True))
-    return _Places(inside, here, before, after, tuple(counts))
+    return _Places(weights, (first, second), away)
 
 
 class Luminances(NamedTuple):

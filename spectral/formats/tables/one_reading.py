@@ -27,6 +27,13 @@ _MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
 # Digits behind a decimal comma: no program writes a whole number with a zero before it.
 _CUT_OFF = re.compile(r"0\d+")
 _WHOLE = re.compile(r"\d+")
+# Headings of columns that hold words about a row, which most rows have none of.
+_ASIDE = re.compile(
+    r"\W*(?:(?:re)?mark(?:s|ed)?|comments?|notes?|annotations?|flags?|status|state|quality|valid|error|warnings?|operator|user|"
+    r"date|time|bemerkung(?:en)?|anmerkung(?:en)?|kommentare?|hinweise?|notizen?|remarques?|commentaires?|"
+    r"observa(?:tions?|ciones)|comentarios?|notas?|osservazion[ei]|opmerkingen?|n\.?b\.?|)\W*",
+    re.I,
+)
 _IN_THOUSANDS = {mark: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+") for mark in ".,"}
 _BELOW_A_THOUSAND = re.compile(r"[-+]?[1-9]\d{0,2}")
 _SETTLED = "say which mark is the decimal one: --decimal comma or --decimal point"
@@ -129,17 +136,22 @@ def _another(chosen: Way, explained: Sequence[Way]) -> tuple[int, str] | None:
 
 
 def _torn_at_commas(way: Way) -> tuple[int, str] | None:
-    """A row of whole numbers that commas part, below no headings: each pair of them may be one number."""
-    if way.text.dialect.delimiter != "," or way.layout.way != "down" or _headed(way):
+    """A row of whole numbers that commas part: each pair of them may be one number, below no headings, or where only
+    headings such as "Remark" would be left without a cell.
+    """
+    if way.text.dialect.delimiter != "," or way.layout.way != "down":
         return None
-    row = None
+    headings, row = _headings(way), None
     for line, cells in way.rows():
         if len(cells) < 2 or not all(map(_WHOLE.fullmatch, cells)) or '"' in _line(way, line):
             return None
+        odd = len(cells) % 2
+        paired = [*cells[:odd], *map(",".join, zip(cells[odd::2], cells[odd + 1 :: 2], strict=True))]
+        without = headings[len(paired) :]
+        if headings and not (without and all(map(_ASIDE.fullmatch, without))):
+            return None
         if row is None and len(cells) > 2:
-            odd = len(cells) % 2
-            pairs = map(",".join, zip(cells[odd::2], cells[odd + 1 :: 2], strict=True))
-            row = line, _shown([*cells[:odd], *pairs])
+            row = line, _shown(paired)
     return row
 
 
@@ -151,13 +163,14 @@ def _check_cut_off(way: Way) -> None:
                 check_whole(cells, way.text.dialect, line)
 
 
-def _headed(way: Way) -> bool:
-    """Whether a row, or the comment above the numbers, has a heading for each of their columns."""
+def _headings(way: Way) -> list[str]:
+    """The headings of the columns, of a row or of the comment above the numbers; empty where there is none for each."""
     if way.layout.header is not None:
-        return True
+        return list(way.shown[way.layout.header][1])
     line, cells = way.shown[way.layout.first]
-    above = way.text.said(0, line)
-    return way.layout.first == 0 and bool(above) and len(way.text.dialect.cells(above[-1])) == len(cells)
+    above = way.text.said(0, line) if way.layout.first == 0 else []
+    said = way.text.dialect.cells(above[-1]) if above else []
+    return said if len(said) == len(cells) else []
 
 
 def _thousands(way: Way) -> tuple[int, str] | None:

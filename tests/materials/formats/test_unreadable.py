@@ -129,3 +129,29 @@ def test_real_files_are_nobody_s_mistake(shared_data):
         if path.is_file() and path.suffix not in (".md", ".py"):
             with path.open("rb") as file:
                 assert not unreadable.recognises(path, file.read(4096)), path
+
+
+MESHES = {
+    "a.obj": "# a cube\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1 2 3\n",
+    "like_a_table.OBJ": "v 400 0.1 0\nv 410 0.2 0\nv 420 0.3 0\nv 430 0.3 0\nf 1 2 3\n",
+    "a.ply": "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nend_header\n0\n1\n2\n",
+    "a.off": "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    "a.stl": "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n",
+    "b.stl": "\0" * 134,
+}
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_a_mesh_that_is_named_is_told_where_it_goes(tmp_path, name):
+    path = tmp_path / name
+    path.write_text(MESHES[name])
+    with pytest.raises(InputError, match="a mesh, not a material") as caught:
+        read_sources(path)
+    assert f'mesh = "{name}"' in str(caught.value) and "metamer render" in str(caught.value)
+
+
+def test_meshes_in_a_folder_are_passed_over(tmp_path):
+    for name, text in MESHES.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "red.csv").write_text("nm,reflectance (%)\n400,10\n500,20\n600,30\n700,40\n")
+    assert [found.id for found in read_sources(tmp_path)] == ["red/red"]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats import cxf
+from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.reading import format_of, read_spectra
 
 SPEC = """
@@ -155,6 +156,36 @@ def test_a_custom_spectrum_is_what_its_specification_measures(written, kind, geo
     np.testing.assert_array_equal(entry.spectrum.samples, [0.1, 0.3])
     assert any("sorted" in note for note in file.notes)
     assert any("after its geometry" in note for note in file.notes) == (kind == "Spectrum_Custom")
+
+
+@pytest.mark.parametrize(
+    ("quantity", "scale", "first", "said"),
+    [
+        ("transmittance", None, 0.05, "transmittance, by --as"),
+        ("emission", None, 0.05, "emission, by --as"),
+        ("transmittance", "fraction", 0.05, "transmittance in fractions, by --as"),
+        ("transmittance", "percent", 0.0005, "transmittance in percent, by --as"),
+    ],
+)
+def test_an_answer_about_this_file_alone_counts_for_more_than_its_words(written, quantity, scale, first, said):
+    path = written(document(item(RED)))
+    (entry,) = read_spectra(path, Answer(quantity, scale, against="overruled")).entries
+    assert entry.spectrum.quantity == quantity and entry.spectrum.samples[0] == pytest.approx(first)
+    assert entry.taken == f"{said}, against the format (CxF3)"
+    (kept,) = read_spectra(path, Answer(quantity, scale, against="kept")).entries
+    assert kept.spectrum.quantity == "reflectance" and kept.taken == "reflectance, by the format (CxF3)"
+    with pytest.raises(InputError, match="--as another"):
+        read_spectra(path, Answer(quantity, scale))
+
+
+def test_an_answer_that_the_numbers_of_a_format_cannot_be_is_refused(written):
+    lamp = '<cc:EmissiveSpectrum ColorSpecification="M1">5.1 40 75 80</cc:EmissiveSpectrum>'
+    path = written(document(item(lamp), kind="Spectrum_Emissive"))
+    with pytest.raises(InputError) as caught:
+        read_spectra(path, Answer("reflectance", against="overruled"))
+    assert caught.value.field == "red" and caught.value.file == path
+    (entry,) = read_spectra(path, Answer("reflectance", "percent", against="overruled")).entries
+    np.testing.assert_allclose(entry.spectrum.samples, [0.051, 0.4, 0.75, 0.8])
 
 
 def test_a_custom_spectrum_under_a_sphere_could_be_two_things(written):

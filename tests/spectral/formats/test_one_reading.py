@@ -99,6 +99,37 @@ DOUBTFUL = {
 }
 
 
+#: Headings that leave whole numbers between commas in doubt, with the second way to read them, and such that do not.
+_ROWS = "400,7,1\n410,7,8\n420,8,7\n"
+_LONG = "400,7,1,8,2\n410,7,8,8,2\n420,8,7,8,3\n"
+DOUBTFUL |= {
+    f"whole numbers below {heads!r}": (f"{heads}\n{rows}", shown)
+    for heads, rows, shown in (
+        ("nm,A,Remark", _ROWS, "400 | 7 | 1, or 400 | 7,1"),
+        ("nm,A,Bemerkung", _ROWS, "400 | 7 | 1, or 400 | 7,1"),
+        ("wavelength,power,Comments", _ROWS, "400 | 7 | 1, or 400 | 7,1"),
+        ("# nm,A,Remark", _ROWS, "400 | 7 | 1, or 400 | 7,1"),
+        ("nm,A,Remark,Flag", _ROWS, "400 | 7 | 1, or 400 | 7,1"),
+        ("nm,A,B,Notes,Status", _LONG, "400 | 7 | 1 | 8 | 2, or 400 | 7,1 | 8,2"),
+    )
+}
+
+
+@pytest.mark.parametrize(
+    ("heads", "rows", "first"),
+    [
+        ("nm,A,B", _ROWS, [[7.0, 7.0, 8.0], [1.0, 8.0, 7.0]]),
+        ("nm,A,Remark", "400,7,ok\n410,7,bad\n420,8,ok\n", [[7.0, 7.0, 8.0]]),
+        ("nm,A,Remark", "400,7.5,1\n410,7.0,8\n420,8.5,7\n", [[7.5, 7.0, 8.5]]),
+        ("nm,A,Remark", '400,"7",1\n410,"7",8\n420,"8",7\n', [[7.0, 7.0, 8.0]]),
+        ("nm,A,B,C,Remark", _LONG, [[7.0, 7.0, 8.0], [1.0, 8.0, 7.0]]),
+    ],
+)
+def test_headings_with_a_cell_each_are_read(written, heads, rows, first):
+    entries = read_spectra(written(f"{heads}\n{rows}"), Answer("emission")).entries
+    assert [entry.spectrum.samples.tolist() for entry in entries][: len(first)] == first
+
+
 @pytest.mark.parametrize("kind", DOUBTFUL)
 def test_two_ways_to_read_a_table_are_both_shown(written, kind):
     content, shown = DOUBTFUL[kind]
