@@ -17,10 +17,11 @@ the cosine's times the illuminance over pi.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, lru_cache
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ...spectral.difference import delta_e_xyz
 from ...spectral.folding import Folding
@@ -59,22 +60,11 @@ def references(surface: Surface) -> Float[np.ndarray, "M N 3"]:
     """XYZ of every point of the sphere from the surface at its own wavelengths, under each of `LIGHTS`."""
     found = []
     folding = _folding()
-    for wo, frames in _slices(surface.isotropic):
-        to, angles = slice_directions(wo, _GRIDS)
-        sent = _sent(surface, to, wo, folding)
-        sun_share = fading(half_angles(to, wo), _SUN_FADE)
-        rays, illuminance = _rays()
-        local = np.einsum("sj,nkj->nsk", rays, frames)
-        rest = illuminance * (1.0 - fading(half_angles(local.reshape(-1, 3), wo), _SUN_FADE).reshape(local.shape[:2]))
-        lit = (local[..., 2] > 0.0) & (rest > 0.0)
-        beside = np.zeros((*lit.shape, sent.shape[1]))
-        beside[lit] = _sent(surface, local[lit], wo, folding)
-        near = np.flatnonzero(sun_share)
-        arriving = np.empty((len(frames), len(to)))
-        for one, frame in zip(arriving, frames, strict=True):
-            one[:] = sky.without_sun(to @ frame)
-            one[near] += sun_share[near] * sky.sun().value(to[near] @ frame)
-        found.append((arriving * angles) @ sent + np.einsum("ns,nsm->nm", rest, beside))
+    for seen in _lit_slices(surface.isotropic, _GRIDS):
+        sent = _sent(surface, seen.to, seen.wo, folding)
+        beside = np.zeros((*seen.lit.shape, sent.shape[1]))
+        beside[seen.lit] = _sent(surface, seen.beside, seen.wo, folding)
+        found.append(seen.arriving @ sent + np.einsum("ns,nsm->nm", seen.rest, beside))
     return _by_light(np.concatenate(found))
 
 
@@ -112,6 +102,42 @@ def with_error(form: ViewSlices, reference_xyz: Float[np.ndarray, "M N 3"], isot
 def measured_form(form: ViewSlices, surface: Surface) -> ViewSlices:
     """The form with its error against the surface that it stands for."""
     return with_error(form, references(surface), surface.isotropic)
+
+
+class _LitSlice(NamedTuple):
+    """Light on the points that one viewer sees alike, whatever their surface.
+
+    wo (3,) : to the viewer. to (S,3) : from where light comes; arriving (n,S) : how much, at n points, with the solid
+    angle. Of the sun farther off the mirror direction: rest (n,R), the illuminance of each ray; lit (n,R), the rays
+    above the horizon; beside (K,3) : their directions.
+    """
+
+    wo: Float[np.ndarray, "3"]
+    to: Float[np.ndarray, "S 3"]
+    arriving: Float[np.ndarray, "n S"]
+    rest: Float[np.ndarray, "n R"]
+    lit: Bool[np.ndarray, "n R"]
+    beside: Float[np.ndarray, "K 3"]
+
+
+@lru_cache(maxsize=2)
+def _lit_slices(isotropic: bool, grids: Grids) -> tuple[_LitSlice, ...]:
+    return tuple(_lit_slice(wo, frames, grids) for wo, frames in _slices(isotropic))
+
+
+def _lit_slice(wo: Float[np.ndarray, "3"], frames: Float[np.ndarray, "n 3 3"], grids: Grids) -> _LitSlice:
+    to, angles = slice_directions(wo, grids)
+    sun_share = fading(half_angles(to, wo), _SUN_FADE)
+    rays, illuminance = _rays()
+    local = np.einsum("sj,nkj->nsk", rays, frames)
+    rest = illuminance * (1.0 - fading(half_angles(local.reshape(-1, 3), wo), _SUN_FADE).reshape(local.shape[:2]))
+    lit = (local[..., 2] > 0.0) & (rest > 0.0)
+    near = np.flatnonzero(sun_share)
+    arriving = np.empty((len(frames), len(to)))
+    for one, frame in zip(arriving, frames, strict=True):
+        one[:] = sky.without_sun(to @ frame)
+        one[near] += sun_share[near] * sky.sun().value(to[near] @ frame)
+    return _LitSlice(wo, to, arriving * angles, rest, lit, local[lit])
 
 
 @cache

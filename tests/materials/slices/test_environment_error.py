@@ -71,15 +71,27 @@ def test_the_reference_does_not_hang_on_its_grids(alpha, monkeypatch):
     surface = CookTorrance(black, np.full(7, 0.2), ramp, alpha, 1.0, "ggx", "smith")
     monkeypatch.setattr(error, "_ISOTROPIC", (6, 12))
     error._points.cache_clear()
+    error._lit_slices.cache_clear()
     found = error.references(surface)
     monkeypatch.setattr(error, "_GRIDS", error.Grids(error._GRIDS.fade, 64, (60, 120)))
     monkeypatch.setattr(error, "_SUN_GRID", (12, 24))
     error._rays.cache_clear()
     finer = error.references(surface)
     between = error.error_between(finer, found, True)
-    error._points.cache_clear()
-    error._rays.cache_clear()
+    for cached in (error._points, error._rays, error._lit_slices):
+        cached.cache_clear()
     assert between.mean < 0.05 and between.p99 < 0.25
+
+
+def test_the_light_on_a_sphere_is_worked_out_once_for_all_surfaces(monkeypatch):
+    """What a second surface is held against is the same to the bit, and costs no look at the sky."""
+    grey, ramp = (Lambert(Spectrum.sampled(NM, values)) for values in (np.full(7, 0.3), np.linspace(0.1, 0.7, 7)))
+    error._lit_slices.cache_clear()
+    alone = error.references(ramp)
+    error._lit_slices.cache_clear()
+    error.references(grey)
+    monkeypatch.setattr(error.sky, "without_sun", None)
+    np.testing.assert_array_equal(error.references(ramp), alone)
 
 
 def test_the_error_names_every_light_and_the_worst():
