@@ -242,15 +242,14 @@ def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
         say("largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
         errors = [outcome.error for outcome in report.outcomes if outcome.error]
         missed = sum(misses_budget(error) or (error.score is None and error.p99 > budget) for error in errors)
-        for outcome in report.outcomes:
-            if outcome.error and (words := outcome.error.far_off(budget)):
-                say(f"{outcome.id}: {words}")
         if missed:
             say(f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
-        said = [f"{one.id}: its fit {missed_words(one.error)}" for one in report.outcomes if one.error]
-        said = [line for line, error in zip(said, errors, strict=True) if misses_budget(error)]
-        for line in said if verbose else said[:_MANY]:
-            say(line)
+        fits = [(one.id, one.error) for one in report.outcomes if one.error]
+        over = [f"{name}: its fit {missed_words(error)}" for name, error in fits if misses_budget(error)]
+        far = [f"{name}: {words}" for name, error in fits if (words := error.far_off(budget))]
+        for lines in (over, far):
+            for line in lines if verbose else lines[:_MANY]:
+                say(line)
     if report.stopped:
         say(report.stopped)
     say(report.sentence)
