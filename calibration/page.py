@@ -28,7 +28,7 @@ SHOWN_WORST = 6
 
 _PLOT_SIZE = (262.0, 132.0)
 _PAIR_SIZE = (168.0, 62.0)
-# Never the words and signs of a colour's verdict: a small error of the renderer approves of no colour.
+# Never the words and signs of a colour's verdict: a small error of the renderer does not approve a colour.
 _VERDICTS = {
     "pass": ("error within budget", "●"),
     "near": ("error near budget", "▲"),

@@ -35,7 +35,7 @@ def add_query_options(verb: argparse.ArgumentParser) -> None:
     filters.add_argument(
         "--near", type=_lab, metavar="L,A,B", help="sort by ΔE from this CIELAB (45:0, D65, 2 degrees)"
     )
-    filters.add_argument("--within", type=positive_delta_e, metavar="D", help="at most so far from --near")
+    filters.add_argument("--within", type=positive_delta_e, metavar="D", help="maximum ΔE from --near")
     filters.add_argument(
         "--formula", choices=_FORMULAS, default="94", help="ΔE of --near, which is its reference; default: 94"
     )

@@ -275,5 +275,5 @@ def _print_batches(report: MatchReport) -> None:
             rows.append([where.words, *figures, f"{found.scatter:.2f}", drift])
     if rows:
         count = len(report.samples)
-        print(f"\nThe batch of {count}: mean of sample less standard, standard deviation, mean ΔE from their own mean")
+        print(f"\nThe batch of {count}: mean of sample minus standard, standard deviation, mean ΔE from their own mean")
         print(columns(["", "ΔL*", "Δa*", "Δb*", "s L*", "s a*", "s b*", "scatter", "drift"], rows, left=1, words=True))

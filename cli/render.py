@@ -54,7 +54,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "--jobs",
         type=positive_count,
         metavar="N",
-        help="processes for what hides light from all around (default: one a core), and for a missing catalogue's "
+        help="processes for ambient visibility (default: one a core), and for a missing catalogue's "
         "import (default: 1)",
     )
     add_catalogue_option(command)
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
     if args.reference and args.filtering != "linear":
         raise UsageError("--filtering and --reference: the reference has no factors to filter, leave one out")
     if not args.reference and args.noise is not None:
-        raise UsageError("--noise: this is of references, add --reference")
+        raise UsageError("--noise requires --reference")
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
     scene_file(args.scene)

@@ -152,7 +152,7 @@ def relit_lights(scene: Scene, given: Sequence[tuple[str, str]], catalogue: Cata
             if made is not None:
                 lights.append(made)
             if number in numbers:
-                notes.append(f"{light.name}: {change.said}, whatever is said of it above")
+                notes.append(f"{light.name}: {change.said}; this overrides what is said of it above")
         if not lights:
             raise InputError("no light is left", field=f"--light {named}", found=value, expected="one at least")
         scene = replace(scene, lights=tuple(lights))

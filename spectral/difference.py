@@ -101,7 +101,7 @@ def delta_e_xyz(
 
 @dataclass(frozen=True, eq=False)
 class Differences:
-    """In what a sample differs from its standard, sample less standard, each (...) (CIE 015:2018, 8.2.1).
+    """In what a sample differs from its standard, sample minus standard, each (...) (CIE 015:2018, 8.2.1).
 
     lightness, a, b, chroma : ΔL*, Δa*, Δb*, ΔC*ab. hue : ΔH*ab, positive where the sample's hue angle is the larger by
     less than half a turn; lightness, chroma and hue squared add up to ΔE of 1976 squared.

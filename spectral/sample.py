@@ -19,7 +19,7 @@ from .measurement import Geometry, Measurement, Side, geometry_in
 from .observers import Observer, observer
 from .spectrum import Spectrum
 
-#: Part of X, Y or Z of a white under D65 that may come from beyond a measured range, where its end values are held.
+#: Part of X, Y or Z of a white under D65 that may come from beyond a measured range, where its end values are repeated.
 MOST_MISSED = 0.15
 
 
@@ -62,7 +62,7 @@ class Sample:
         spectrum = entry.spectrum
         if spectrum.quantity == "emission" or spectrum.samples.ndim != 1:
             raise InputError(
-                "a light is no sample" if spectrum.quantity == "emission" else "more than one spectrum",
+                "a light source is not a sample" if spectrum.quantity == "emission" else "more than one spectrum",
                 file=source,
                 field=entry.name,
                 expected="one reading of reflectance, radiance factor or transmittance",

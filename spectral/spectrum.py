@@ -147,7 +147,7 @@ class Spectrum:
         low, high = self.wavelengths_nm[[0, -1]]
         if wavelengths_nm[0] >= low and wavelengths_nm[-1] <= high:
             return None
-        how = {"hold": "its end values are held", "zero": "it is taken as zero", "error": "that is an error"}[
+        how = {"hold": "its end values are repeated", "zero": "it is taken as zero", "error": "that is an error"}[
             extrapolation
         ]
         return f"known from {low:g} to {high:g} nm; from {wavelengths_nm[0]:g} to {wavelengths_nm[-1]:g} nm, {how}"

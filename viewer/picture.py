@@ -114,7 +114,7 @@ def lit_by(scene: Scene, name: str | None) -> Scene:
     if name is None:
         return scene
     # What notes say of the lights' own spectra is not true of this scene any more.
-    replaced = f"lit by {name} in place of each light's own spectrum, whatever is said of that above"
+    replaced = f"lit by {name} in place of the spectra that the scene gives its lights"
     lit = scene.with_illuminant(illuminant(name), name)
     return replace(lit, notes=(*lit.notes, replaced))
 

@@ -20,7 +20,7 @@ FEWEST = 5
 class Batch:
     """Under one illuminant for one observer.
 
-    mean, deviation (3,) : of sample less standard, in L*, a* and b*. scatter : mean ΔE of the samples from their mean.
+    mean, deviation (3,) : of sample minus standard, in L*, a* and b*. scatter : mean ΔE of the samples from their mean.
     per_sample, uncertain (3,) : change from each sample to the next, and what it is known to (95 %); None where there
     are fewer than `FEWEST`.
     """

@@ -80,7 +80,7 @@ class Spread:
 
 
 def scatter(standard: Sample, sample: Sample, known: Repeatability, light: str, eye: str) -> Float[np.ndarray, "3 3"]:
-    """Covariance of sample less standard: each side's mean of n readings has 1 / n of a reading's; a colour that is
+    """Covariance of sample minus standard: each side's mean of n readings has 1 / n of a reading's; a colour that is
     only stated is taken as exact.
     """
     shares = sum(1.0 / len(side.readings) for side in (standard, sample) if side.readings)

@@ -26,7 +26,7 @@ class WhiteIndex:
     """One scale under one illuminant and observer.
 
     name, conditions : in words. standard, sample : the index of each; standard_tint, sample_tint : where it has one;
-    None where there is none, and `words` say why. uncertainty : of sample less standard, k = 2; None where nothing is
+    None where there is none, and `words` say why. uncertainty : of sample minus standard, k = 2; None where nothing is
     known of the instrument.
     """
 
@@ -41,7 +41,7 @@ class WhiteIndex:
 
     @property
     def off(self) -> float | None:
-        """Sample less standard."""
+        """Sample minus standard."""
         return None if self.standard is None or self.sample is None else self.sample - self.standard
 
 

@@ -276,7 +276,7 @@ def _why(layers: Mapping[LayerKind, Figures]) -> list[str]:
         return []
     picture, reference = layers["picture"], layers["reference"]
     if reference.moved:
-        return ["The reference moved: material, light or scene is another."]
+        return ["The reference changed: the material, the light or the scene differs."]
     if not picture.moved:
         return []
     if reference.identical:

@@ -21,7 +21,7 @@ STATES: tuple[State, ...] = ("removed", "worse", "changed", "better", "added", "
 
 @dataclass(frozen=True)
 class Figures:
-    """ΔE94 of one layer over the compared pixels, and what rounding and noise may come to by themselves (`floor_*`).
+    """ΔE94 of one layer over the compared pixels, and what rounding and noise alone may reach (`floor_*`).
 
     undefined : compared pixels without a number. shift : mean ΔL*, Δa*, Δb*.
     worst : row and column of the largest, with CIELAB before and after.

@@ -91,7 +91,7 @@
     ["line", "card"].forEach(function (kind) { reveal(kind, MOST[kind]); });
     const alone = rows === all.length, total = all.length + " " + things + (alone ? "" : ", " + rows + " rows");
     const says = order.length + " of " + all.length + " " + things + (alone ? "" : ", " + left + " of " + rows + " rows");
-    shown.textContent = left === rows ? total : left ? says : "Nothing fits.";
+    shown.textContent = left === rows ? total : left ? says : "No matches.";
     if (leftOut) leftOut.textContent = left < rows ? "Only a part is shown: " + says + "." : "";
     settle(links);
     settle(pages);

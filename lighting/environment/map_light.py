@@ -91,7 +91,7 @@ def load_environment(
     if spectrum is not None:
         fields, spectra, notes = luminance[None], (spectrum,), ()
         if found.kind != "luminance":
-            notes = (f"{path.name}: of each texel the luminance alone is looked at",)
+            notes = (f"{path.name}: only each texel's luminance is used",)
     elif found.kind == "spectra":
         if uplift is not None:
             raise InputError("a map of spectra needs no uplift", field="uplift", found=uplift, expected="no uplift")

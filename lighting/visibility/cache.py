@@ -99,7 +99,7 @@ def _file(scene: Scene, folder: Path, before: Before | None) -> Path:
 def _say_cost(scene: Scene, jobs: int, say: Callable[[str], object]) -> None:
     cost = visibility_cost(scene).with_jobs(jobs)
     if cost.seconds >= SAID_FROM_SECONDS:
-        say(f"what hides light from all around, once for these meshes: {cost.words}")
+        say(f"ambient visibility, once for these meshes: {cost.words}")
 
 
 def visibility_key(scene: Scene, before: Before | None = None) -> str:

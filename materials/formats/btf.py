@@ -114,9 +114,9 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
     if survey.negative:
         notes.append(f"{survey.negative} numbers are below 0, and kept so")
     if images.texel_mm is not None:
-        notes.append(f"a texel is {images.texel_mm:g} mm wide: so it was answered")
+        notes.append(f"a texel is {images.texel_mm:g} mm wide: as you said")
     if answer.btf_form is not None:
-        notes.append(f"fast form {answer.btf_form}: so it was answered")
+        notes.append(f"fast form {answer.btf_form}: as you said")
     label = set_name(path)
     views, lights = len(images.views), len(images.lights)
     spectral = basis.is_sampled
@@ -198,15 +198,15 @@ def _coding(found: Sorted, folder: Path, answer: Answer, uplift: str) -> tuple[C
                 "wavelengths in names, and in images", file=first, found=channels[:1], expected="one or the other"
             )
         nm, channels = found.wavelengths_nm, channels[:1]
-    encoding, by = answer.encoding, "so it was answered"
+    encoding, by = answer.encoding, "as you said"
     if nm is not None and head.startswith(MAGIC) and encoding is None:
         encoding, by = "linear", "as OpenEXR of one wavelength a channel is"
     if encoding is None and kind == "xyz":
         encoding, by = "xyz", "by the names of the channels"
-    cosine, by_cosine = answer.includes_cosine, "so it was answered"
+    cosine, by_cosine = answer.includes_cosine, "as you said"
     if cosine is None and kind != "T":
         cosine, by_cosine = True, "as the naming of UBO2003 and UTIA has it, whose images are photographs"
-    white, by_white = answer.white, "so it was answered"
+    white, by_white = answer.white, "as you said"
     if white is None and kind == "T":
         white, by_white = (1.0,), "as channels of reflectance have it"
     numbers = bare_numbers(folder) if nm is None else []

@@ -45,7 +45,7 @@ def surface_of(
     facets = bool(roughness or metallic)
     if answer.specular_map and "specular" in only:
         encoding = only["specular"].encoding
-        notes.append(f"the specular map is F at the normal, the colour of facets, {encoding}: so it was answered")
+        notes.append(f"the specular map is F at the normal, the colour of facets, {encoding}: as you said")
         notes += [] if measured is None else ["its spectra are by mallett-yuksel, of linear sRGB"]
         maps, facets = replace(maps, reflected=Colour(only["specular"])), True
     if facets:
@@ -126,7 +126,7 @@ def _green(role: str, textures: dict[str, list[Texture]], answer: Answer, notes:
             expected="a name that ends in nor_gl, nor_dx, NormalGL or NormalDX",
             hint="say it with --normal-map opengl or directx, or do without it with --maps mean",
         )
-    notes.append(f"the normal map is taken as that of {answer.normal_map}: so it was answered")
+    notes.append(f"the normal map is taken as that of {answer.normal_map}: as you said")
     return answer.normal_map
 
 

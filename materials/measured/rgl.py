@@ -112,7 +112,7 @@ class RglBrdf(Brdf):
             how = f"RGB is taken as {PRIMARIES}, which the file does not state; spectra by {self.method}"
         else:
             ends = f"{measured_nm[0]:g} to {measured_nm[-1]:g} nm"
-            how = f"known from {ends}, linear between; beyond, the end values are held"
+            how = f"known from {ends}, linear between; beyond, the end values are repeated"
         finer = None if measured_nm is None else finer_note(measured_nm)
         kept = f"{negative} of {values.size} values are negative, down to {values.min():.3g}, and kept so"
         kept += ": colours outside sRGB" if measured_nm is None else ""
@@ -120,7 +120,7 @@ class RglBrdf(Brdf):
             how,
             *([finer] if finer else []),
             *([kept] if negative else []),
-            f"light from {theta[0]:.1f} to {theta[-1]:.1f} deg; beyond, the end values are held",
+            f"light from {theta[0]:.1f} to {theta[-1]:.1f} deg; beyond, the end values are repeated",
             "stored values were divided by cos(theta_o), beyond 89.9 deg by that of 89.9 deg",
         )
 

@@ -142,7 +142,7 @@ class ScatteredBrdf(Brdf):
             "but for a lobe's gain towards grazing, f_r stays in its range",
             f"difference angles below {np.degrees(self._smallest):.1f} deg (viewer beside the light) are unmeasured: "
             "f_r settles on the mean around that angle",
-            f"known from {low:g} to {high:g} nm; beyond, the end values are held",
+            f"known from {low:g} to {high:g} nm; beyond, the end values are repeated",
             f"departure from reciprocity: up to {np.max(self.background):.5f} / cos(theta_i) 1/sr, {kept}",
         )
 

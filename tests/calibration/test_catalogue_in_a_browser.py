@@ -57,7 +57,7 @@ def test_words_in_any_order_and_orders(path, opened):
     for words, expected in (("cc0 red", ["paint/red"]), ("red CC0", ["paint/red"]), ("green", [])):
         found.fill("#find", words)
         assert names() == expected, words
-    assert found.inner_text("#shown") == "Nothing fits."
+    assert found.inner_text("#shown") == "No matches."
     found.fill("#find", "")
     found.select_option("#sort", "p99")
     assert names() == ["paint/blue", "paint/red", "metal/gold"]

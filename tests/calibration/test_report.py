@@ -126,7 +126,7 @@ def test_page_is_whole_and_needs_nothing_beside_it(tmp_path):
     words = " ".join("".join(page.text).split())
     for part in (
         "The renderer's error is over its budget",
-        "approves of no colour",
+        "does not approve a colour",
         "1 of 3 rows are within the budget",
         "Bradford, once.",
         "CIE 1931 2°",

@@ -123,7 +123,7 @@ def test_all_words_of_a_search_must_match(told):
         "paint a": [["paint/red", "paint/blue"], "2 of 3 materials, 2 of 6 rows"],
         "over": [["paint/blue"], "1 of 3 materials, 1 of 6 rows"],
         "within gold a": [["metal/gold"], "1 of 3 materials, 1 of 6 rows"],
-        "paint green": [[], "Nothing fits."],
+        "paint green": [[], "No matches."],
     }
 
 

@@ -181,7 +181,7 @@ def test_an_answer_is_written_as_messages_write_it(metamer, tmp_path, quantity):
     code, _, err = metamer("match", one, other)
     assert code == 4 and "radiance-factor" in err
     code, _, err = metamer("match", one, other, "--as", "emission")
-    assert code == 4 and "a light is no sample" in err
+    assert code == 4 and "a light source is not a sample" in err
 
 
 @pytest.mark.parametrize(

@@ -151,7 +151,7 @@ def test_notes_say_that_the_lights_have_another_spectrum(render, scene):
     )
     own, replaced = render("own.png")[1], render("replaced.png", "--illuminant", "A")[1]
     assert "booth D65" in own and "in place of" not in own
-    assert "lit by A in place of each light's own spectrum" in replaced
+    assert "lit by A in place of the spectra that the scene gives its lights" in replaced
     assert replaced.index("booth D65") < replaced.index("lit by A")
 
 

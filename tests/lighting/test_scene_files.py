@@ -351,7 +351,7 @@ def test_a_lamp_beyond_the_middle_counts_from_where_it_stands_and_needs_no_note(
 def test_a_measured_light_says_what_was_assumed_of_it(scene, tmp_path):
     (tmp_path / "booth.csv").write_text("nm,booth\n400,1\n700,1\n")
     notes = scene(BARE + '[[light]]\nspectrum = "booth.csv"\n[[camera]]\n').notes
-    assert notes == ("light 1: booth.csv is known from 400 to 700 nm; from 380 to 780 nm, its end values are held",)
+    assert notes == ("light 1: booth.csv is known from 400 to 700 nm; from 380 to 780 nm, its end values are repeated",)
 
 
 @pytest.mark.parametrize(

@@ -117,7 +117,7 @@ def test_extrapolation_as_an_error():
 def test_range_note_says_what_was_invented():
     assert flat(0.5).range_note(GRID[3:5]) is None
     assert flat(0.5).range_note(WORKING_WAVELENGTHS_NM) == (
-        "known from 400 to 700 nm; from 380 to 780 nm, its end values are held"
+        "known from 400 to 700 nm; from 380 to 780 nm, its end values are repeated"
     )
     assert "taken as zero" in flat(0.5).range_note(WORKING_WAVELENGTHS_NM, "zero")
 

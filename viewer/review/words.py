@@ -74,7 +74,7 @@ def colour_chain(
     observer = scene.observer
     traced = "Reference: Embree rays, the original data of each material at every wavelength, float64"
     if scene.spread_lights:
-        traced += "; of light that spreads, directions are drawn until what that leaves to chance, stated by row, is a "
+        traced += "; of light that spreads, directions are sampled until the noise, stated by row, is a "
         traced += "tenth of the budget (mean)"
     lights = ", ".join(names)
     words = [

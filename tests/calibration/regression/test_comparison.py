@@ -161,7 +161,7 @@ def test_a_picture_moves_from_or_towards_its_reference(p99, state):
 def test_a_reference_that_moved_is_the_material_and_no_merit():
     one, other = pixels(), moved(pixels(), 0.3, 0, 0)
     found = result(row(one, one, p99=0.9), row(other, moved(pixels(), 0.3, 0, 0), p99=0.1)).rows[0]
-    assert found.state == "changed" and found.notes[0].startswith("The reference moved")
+    assert found.state == "changed" and found.notes[0].startswith("The reference changed")
 
 
 def test_a_reference_that_moved_within_its_noise_is_not_called_still():

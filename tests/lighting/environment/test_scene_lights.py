@@ -156,7 +156,7 @@ def test_a_lamp_in_a_file_lights_a_map_and_a_booth(scene, tmp_path):
     for table in (SKY, '[[light]]\nkind = "booth"\n'):
         loaded = scene(table + 'spectrum = "lamp.csv"\n')
         assert loaded.lights[0].spectrum.samples.tolist() == [1, 2, 1]
-        assert any("its end values are held" in note for note in loaded.notes)
+        assert any("its end values are repeated" in note for note in loaded.notes)
 
 
 def seen(light, position=(0, 0, 5), **parts):

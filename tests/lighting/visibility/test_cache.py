@@ -94,7 +94,7 @@ def test_what_takes_long_is_said_before_the_work(scene, tmp_path, monkeypatch, k
     monkeypatch.setattr(cache, "computed_visibility", work)
     scene_visibility(scene, tmp_path if keeps else None, say=said.append)
     ((line,),) = begun
-    assert line.startswith("what hides light from all around, once for these meshes: 568 triangles, 286 vertices, ")
+    assert line.startswith("ambient visibility, once for these meshes: 568 triangles, 286 vertices, ")
     if keeps:
         scene_visibility(scene, tmp_path, say=said.append)
         assert len(said) == 1 and len(begun) == 1

@@ -188,7 +188,7 @@ def test_a_specular_map_is_asked_about_and_drawn_as_it_was_answered(tmp_path):
         np.testing.assert_allclose(texels.facets[0], expected[3, 7], rtol=1e-12)
         np.testing.assert_allclose(texels.body[0], linear_from_srgb(BASE[3, 7] / 255.0), rtol=1e-12)
         np.testing.assert_allclose(texels.through, 1.0 - expected[3, 7].max(), rtol=1e-12)
-        assert "so it was answered" in found.provenance.notes and "not rendered" not in found.provenance.notes
+        assert "as you said" in found.provenance.notes and "not rendered" not in found.provenance.notes
         mean = read(albedo, Answer(maps="mean", specular_map=words))
         colour = surface.spectra(expected.reshape(-1, 3).mean(axis=0)[None])[0]
         np.testing.assert_allclose(mean.parameters["specular"], colour, rtol=1e-6)

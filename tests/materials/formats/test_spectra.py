@@ -55,7 +55,7 @@ def test_reflectance_becomes_a_diffuse_surface_that_says_so(sources):
     said = red.provenance
     assert said.kind == "measured" and said.source == "chart.any (any format): red"
     assert "taken to be perfectly diffuse" in said.notes
-    assert "known from 400 to 700 nm; from 380 to 780 nm, its end values are held" in said.notes
+    assert "known from 400 to 700 nm; from 380 to 780 nm, its end values are repeated" in said.notes
     assert "chart.any: SHA-256 ed7002b4" in said.notes
 
 

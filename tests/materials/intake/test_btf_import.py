@@ -168,7 +168,7 @@ def test_a_fast_form_is_asked_for_by_its_name(wool, tmp_path, monkeypatch, name)
     assert brought(wool, folder, said=replace(SAID, btf_form=name)).count("imported") == 1
     found = Catalogue.open(folder)["btf/wool"]
     assert ("btf" if name.startswith("lpca") else "btf-field") == found.fast.NAME
-    assert f"fast form {name}: so it was answered" in found.provenance.notes
+    assert f"fast form {name}: as you said" in found.provenance.notes
     # Whoever fits again finds the same form, and whoever asks for another imports anew.
     assert found.surface().own_form(0.5).NAME == found.fast.NAME
     assert brought(wool, folder, said=replace(SAID, btf_form=name)).count("skipped") == 1
