@@ -107,4 +107,4 @@ if not TYPE_CHECKING:  # who checks types shall hear of a name that there is not
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *__all__} - {"TYPE_CHECKING", "annotations"})

@@ -39,15 +39,51 @@ from .scene_keys import (
 )
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
+# First bytes of files that people name in a scene's place, and what to do with them.
+_PICTURE = (
+    "write a scene.toml that has it as a map, a light or a material (docs/scene.md); metamer view opens EXR images"
+)
+_NO_SCENES = (
+    (b"PK\x03\x04", "an archive", "unpack it, and name the scene.toml in it"),
+    (b"\x89PNG", "a picture", _PICTURE),
+    (b"\xff\xd8\xff", "a picture", _PICTURE),
+    (b"\x76\x2f\x31\x01", "a picture", _PICTURE),
+    (b"\x89HDF", "a material", 'write a scene.toml with a [[part]] that has its id as material = "ID" (docs/scene.md)'),
+)
 
 
 def scene_file(path: str | Path) -> Path:
-    """Return the path of a scene; raises `InputError` where no file is there, or a mesh, which a scene is to name."""
+    """Return the path of a scene, whose tables are looked at; raises `InputError` for anything that is no scene."""
+    _tables(path)
+    return Path(path)
+
+
+def _tables(path: str | Path) -> dict[str, Any]:
+    """Read the tables of a scene, unchecked but for their names and whether they are repeated."""
     path = existing_file(path)
+    expected = "a scene.toml"
     if path.suffix.lower() in SUFFIXES:
         hint = f'write a scene.toml with a [[part]] that has mesh = "{path.name}" and material = "ID" (docs/scene.md)'
-        raise InputError("a mesh, not a scene", file=path, found=path.suffix, expected="a scene.toml", hint=hint)
-    return path
+        raise InputError("a mesh, not a scene", file=path, found=path.suffix, expected=expected, hint=hint)
+    with path.open("rb") as opened:
+        start = opened.read(8)
+    for magic, kind, hint in _NO_SCENES:
+        if start.startswith(magic):
+            raise InputError(f"{kind}, not a scene", file=path, expected=expected, hint=hint)
+    try:
+        document = tomllib.loads(read_text(path, expected))
+    except tomllib.TOMLDecodeError as reason:
+        hint = 'correct it there; such a file starts with [[part]] and a line like: shape = "sphere"'
+        raise InputError("not a TOML file", file=path, found=str(reason), hint=hint) from reason
+    for key, value in document.items():
+        if key not in TABLES:
+            raise UnknownNameError("table", key, TABLES, file=path, field=key)
+        repeated = key in ("part", "light", "camera")
+        if repeated and not (isinstance(value, list) and all(isinstance(item, dict) for item in value)):
+            raise InputError("not a list of tables", file=path, field=key, expected=f"[[{key}]], in double brackets")
+        if not repeated and not isinstance(value, dict):
+            raise InputError("not a table", file=path, field=key, expected=f"[{key}]")
+    return document
 
 
 def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], None] | None = None) -> Scene:
@@ -67,21 +103,7 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     >>> [part.name for part in load_scene(shipped_scene("patches")).parts]
     ['chips/1', 'chips/2', 'chips/3', 'chips/4', 'chips/5', 'chips/6']
     """
-    path = scene_file(path)
-    try:
-        document = tomllib.loads(read_text(path, "a scene.toml"))
-    except tomllib.TOMLDecodeError as reason:
-        hint = 'correct it there; such a file starts with [[part]] and a line like: shape = "sphere"'
-        raise InputError("not a TOML file", file=path, found=str(reason), hint=hint) from reason
-    for key, value in document.items():
-        if key not in TABLES:
-            raise UnknownNameError("table", key, TABLES, file=path, field=key)
-        repeated = key in ("part", "light", "camera")
-        if repeated and not (isinstance(value, list) and all(isinstance(item, dict) for item in value)):
-            raise InputError("not a list of tables", file=path, field=key, expected=f"[[{key}]], in double brackets")
-        if not repeated and not isinstance(value, dict):
-            raise InputError("not a table", file=path, field=key, expected=f"[{key}]")
-
+    document, path = _tables(path), Path(path)
     known_ids = None if catalogue is None else tuple(catalogue.ids())
     head = taken(document.get("scene", {}), SCENE, path, "scene")
     with placed(path, "scene.observer"):

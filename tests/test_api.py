@@ -39,6 +39,11 @@ def test_every_name_is_what_its_module_has():
     for name in metamer.__all__:
         assert getattr(metamer, name) is getattr(metamer, name) is not None
         assert name in dir(metamer)
+    assert {name for name in dir(metamer) if name[0] != "_"} & {
+        "TYPE_CHECKING",
+        "annotations",
+        "import_module",
+    } == set()
     assert metamer.__version__ == version("metamer")
     assert metamer.Catalogue.__module__ == "metamer.materials.catalogue"
 

@@ -109,7 +109,7 @@ def test_spectral(render):
         ("ball.exr", ["--spectral", "--reference"], "choose one"),
         ("ball.exr", ["--filtering", "mipmapped", "--reference"], "no factors to filter"),
         ("ball.exr", ["--bounces", "some"], "neither a whole number"),
-        ("ball.exr", ["--noise", "0.2"], "add --reference"),
+        ("ball.exr", ["--noise", "0.2"], "--noise requires --reference"),
         ("ball.exr", ["--reference", "--bounces", "-1"], "neither a whole number"),
         ("ball.exr", ["--reference", "--noise", "0"], "above 0"),
     ],
@@ -254,6 +254,15 @@ def test_a_mesh_in_place_of_a_scene_is_told_where_it_goes(metamer, tmp_path):
     code, _, said = metamer("render", path, *words)
     assert code == 4 and "a mesh, not a scene" in said and 'mesh = "ball.glb"' in said
     assert "no such file" in metamer("render", tmp_path / "missing.glb", *words)[2]
+
+
+@pytest.mark.parametrize("text", ["PK\x03\x04", "hi\n", "[prat]\n"])
+def test_no_catalogue_is_made_for_what_is_no_scene(metamer, tmp_path, text, monkeypatch):
+    path = tmp_path / "ball.toml"
+    path.write_text(text, encoding="latin-1")
+    monkeypatch.setenv("METAMER_CATALOGUE", str(tmp_path / "none"))
+    code, _, said = metamer("render", path, "-o", tmp_path / "x.exr")
+    assert code == 4 and "ball.toml" in said and not (tmp_path / "none").exists()
 
 
 def test_a_picture_goes_through_a_link_to_what_it_leads_to(render, tmp_path):

@@ -12,7 +12,7 @@ from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.mesh import Mesh
 from metamer.lighting.mesh_files import SUFFIXES, load_mesh
 from metamer.lighting.scene import Part, Review, Scene, Viewing
-from metamer.lighting.scene_files import load_scene
+from metamer.lighting.scene_files import load_scene, scene_file
 from metamer.materials.intake.sources import read_sources
 from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.formats.exr import write_exr
@@ -408,6 +408,24 @@ def test_a_mesh_in_place_of_a_scene_is_told_where_it_goes(suffix, tmp_path):
     path.write_bytes(b"\0\1")
     with pytest.raises(InputError, match=r"(?s)a mesh, not a scene.*scene\.toml.*mesh = \"ball"):
         load_scene(path)
+
+
+@pytest.mark.parametrize(
+    ("start", "kind"),
+    [
+        (b"PK\x03\x04", "an archive"),
+        (b"\x89PNG\r\n\x1a\n", "a picture"),
+        (b"\xff\xd8\xff\xe0", "a picture"),
+        (b"\x76\x2f\x31\x01", "a picture"),
+        (b"\x89HDF\r\n\x1a\n", "a material"),
+    ],
+)
+def test_other_files_in_place_of_a_scene_are_called_what_they_are(start, kind, tmp_path):
+    path = tmp_path / "ball.toml"
+    path.write_bytes(start + bytes(40))
+    for read in (scene_file, load_scene):
+        with pytest.raises(InputError, match=rf"(?s){kind}, not a scene.*expected: a scene\.toml.*try: "):
+            read(path)
 
 
 def test_a_scene_that_is_no_text_is_refused_for_what_it_should_be(tmp_path):

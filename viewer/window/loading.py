@@ -145,5 +145,4 @@ def subject_of_file(path: str) -> Subject | Session:
         raise InputError("no such file", file=path, expected="a scene.toml, a saved session, or an OpenEXR image")
     if Path(path).suffix.lower() == ".exr":
         return Subject("image", path)
-    scene_file(path)
-    return read_session(path) if is_session(path) else Subject("scene", path)
+    return read_session(path) if is_session(path) else Subject("scene", str(scene_file(path)))
