@@ -202,7 +202,7 @@ def _places(grid: bytes) -> _Places | None:
     weights = averages[1:-1] - (1.0 - share)[:, None] * averages[:-2] - share[:, None] * averages[2:]
     distance = np.abs(nm[1:-1, None] - np.array(_MERCURY + _OTHERS))
     first, second = distance[:, 0] <= _NEAR, distance[:, 1] <= _NEAR
-    away = (distance > _REACH).all(axis=1)
+    away = distance.min(axis=1) > _REACH
     if not (first.any() and second.any() and np.count_nonzero(away) >= _FEWEST_PLACES):
         return None
     return _Places(weights, (first, second), away)
