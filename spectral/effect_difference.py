@@ -28,7 +28,7 @@ def delta_e_din_6175_2(reference: Lab, sample: Lab, aspecular: float) -> Float[n
     ComparisonError : an angle of 0, the mirror direction itself.
 
     >>> round(float(delta_e_din_6175_2(np.array([50.0, 0.0, 0.0]), np.array([51.0, 0.0, 0.0]), 45.0)), 4)
-    0.568
+    0.5663
     """
     gamma = abs(aspecular)
     if gamma == 0.0:

@@ -47,7 +47,7 @@ def test_a_reflective_texture_is_kept_to_the_bit_as_a_surface_beside_its_mean(tm
     average = rebuild(oak.model, oak.parameters).average()
     np.testing.assert_allclose(average.reflectance.samples, mean, rtol=1e-12)
     assert oak.original["exr.spectralLayoutVersion"] == "1.0" and oak.original["exr.EV"] == "1.5"
-    assert "preview" in oak.provenance.notes and "held" in oak.provenance.notes
+    assert "preview" in oak.provenance.notes and "end values are repeated" in oak.provenance.notes
 
 
 def test_a_finer_texture_keeps_its_wavelengths(tmp_path):
