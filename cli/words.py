@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import difflib
 import importlib
+import re
 import sys
 from collections.abc import Iterable
 from typing import Any, NoReturn
@@ -28,6 +29,11 @@ COMMANDS = (
 
 class _Parser(argparse.ArgumentParser):
     """argparse, with the exit code that the command documents for wrong usage, and the nearest word to a wrong one."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        # Lists of numbers that begin with a negative one, as of angles, are no options.
+        self._negative_number_matcher = re.compile(r"-\.?\d[\d.,-]*$")
 
     def error(self, message: str) -> NoReturn:
         self.print_usage(sys.stderr)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -89,6 +90,8 @@ def match(
     for done, one in enumerate(asked_for):
         progress(done, len(asked_for), str(one if not isinstance(one, Sample) else one.name))
         found += named(one)
+    names = Counter(one.name for one in found)
+    found = [replace(one, name=f"{one.name} ({one.source})") if names[one.name] > 1 else one for one in found]
     known = _known(repeatability, repeated, answer)
     conditions = _conditions((first, *found), illuminants, observers)
     shared, notes = shared_angles(first, found, angles)

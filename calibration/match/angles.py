@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from ...spectral.sample import Sample
 
 #: Angles that all sides must have: fewer do not tell of an effect.
 FEWEST = 3
+# ΔE*ab from their mean beyond which repeated readings of one angle are hardly of one angle.
+_SCATTER = 1.0
 
 
 @dataclass(frozen=True)
@@ -50,8 +52,8 @@ def shared_angles(
 
     Raises
     ------
-    ComparisonError : a side has one angle or another geometry only, or too few are shared. UsageError : not an angle,
-        or nothing was read at angles.
+    ComparisonError : a side has one angle or another geometry only, too few are shared, or a sample lacks an angle at
+        which another one can be judged. UsageError : not an angle, or nothing was read at angles.
     """
     sides = (standard, *samples)
     if not any(side.angles for side in sides):
@@ -80,12 +82,48 @@ def shared_angles(
             + f"\n  expected: {FEWEST} angles or more that all sides have"
             + ("\n  try: name them with --angles to judge these alone" if shared else "")
         )
+    if not wanted:
+        _check_none_is_spared(standard, samples, shared)
     notes: list[str] = []
     for side in measured:
         lacking = [name for name in every if not _has(side, name)]
         if lacking and not wanted:
             notes.append(f"Not judged: {', '.join(lacking)}, which {side.name} of {side.source} does not have.")
+        notes += _scattered(side)
     return shared, tuple(notes)
+
+
+def _scattered(side: Sample) -> list[str]:
+    """Say at which angles repeated readings, which count by their mean, differ by more than `_SCATTER`."""
+    notes = []
+    for geometry, part in zip(side.geometries, side.angles, strict=True):
+        labs = np.array([replace(part, readings=(one,)).lab(*FLOP_CONDITIONS) for one in part.readings])
+        off = float(np.linalg.norm(labs - labs.mean(axis=0), axis=1).max())
+        if off > _SCATTER:
+            times = f"{side.name} of {side.source} was read {len(labs)} times at {geometry.notation}"
+            notes.append(
+                f"{times}, up to ΔE*ab {off:.1f} from their mean, which is compared: was it always that angle?"
+            )
+    return notes
+
+
+def _check_none_is_spared(standard: Sample, samples: Sequence[Sample], shared: Sequence[Geometry]) -> None:
+    """Refuse to leave out an angle of one sample because another sample lacks it: the first might fail there alone."""
+    for side in samples:
+        spared = [
+            one.notation
+            for one in side.geometries
+            if not any(one.matches(each) for each in shared) and (standard.angled or _has(standard, one.notation))
+        ]
+        if spared:
+            lacking = next(one for one in samples if one.angles and not _has(one, spared[0]))
+            who, other = (f"{one.name} of {one.source}" for one in (lacking, side))
+            raise ComparisonError(
+                f"{who} lacks {spared[0]}, at which {other} can be judged\n"
+                f"  found: {_listed(lacking.geometries)} of {who}; {_listed(side.geometries)} of {other}\n"
+                "  expected: samples that were read at the same angles\n"
+                "  try: match them apart, or name with --angles those that all are to be judged at"
+            )
 
 
 def over_angles(

@@ -195,16 +195,11 @@ def _difference(standard: Sample, sample: Sample, where: Conditions, asked: Aske
 
 
 def _indices(standard: Sample, sample: Sample, asked: Asked) -> tuple[Index, ...]:
-    found = []
-    for geometry in dict.fromkeys(one.geometry for one in asked.conditions):
-        # No index tells of a change of angle.
-        alike = tuple(one for one in asked.conditions if one.geometry == geometry)
-        found += _indices_at(standard.at(geometry), sample.at(geometry), alike, asked.judging.at(geometry))
-    return tuple(found)
-
-
-def _indices_at(standard: Sample, sample: Sample, conditions: tuple[Conditions, ...], formula: Formula) -> list[Index]:
-    reference, *tests = conditions
+    reference, *tests = asked.conditions
+    if reference.geometry:
+        # Effect coatings have none (ISO 18314-4).
+        return ()
+    formula = asked.judging
     found = []
     for test in tests:
         light, eye = test.illuminant != reference.illuminant, test.observer != reference.observer
@@ -219,7 +214,7 @@ def _indices_at(standard: Sample, sample: Sample, conditions: tuple[Conditions, 
             if light:
                 told = partial(colour_inconstancy, side, reference, test, formula)
                 found.append(_told(f"colour inconstancy of the {who}", test, told))
-    return found
+    return tuple(found)
 
 
 def _told(name: str, test: Conditions, value: Callable[[], float]) -> Index:

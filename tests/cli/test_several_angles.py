@@ -143,6 +143,47 @@ def test_an_angle_that_one_side_lacks_is_named_and_not_judged(metamer, tmp_path)
     assert any("Not judged: 45as-15" in note for note in said["notes"])
 
 
+def test_an_angle_that_one_of_several_samples_lacks_spares_no_other(metamer, tmp_path):
+    """The lot that is off at that angle alone would pass beside one that was not read there."""
+    master, lot = cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.03)
+    five = cxf(tmp_path / "five.cxf", angles=tuple(FLOP)[1:], factor=1.02)
+    for samples in ((lot, five), (five, lot)):
+        code, _, err = metamer("match", master, *samples)
+        assert code == 3 and "lacks 45as-15" in err and "five.cxf" in err and "lot.cxf" in err and "--angles" in err
+    assert metamer("match", master, five, five, *ONE_LIGHT)[0] == 0
+    said = told(metamer, master, lot, five, "--angles", "15,45,110")
+    assert [len(one["differences"]) for one in said["samples"]] == [3, 3]
+
+
+def test_angles_may_begin_with_a_negative_one(metamer, tmp_path):
+    lot = cxf(tmp_path / "lot.cxf", factor=1.03)
+    said = told(metamer, cxf(tmp_path / "m.cxf"), lot, "--angles", "-15,15,45")
+    assert [one["geometry"] for one in said["samples"][0]["differences"]] == ["45as-15", "45as15", "45as45"]
+
+
+def test_samples_of_one_name_are_told_apart_by_their_files(metamer, tmp_path):
+    lots = [cxf(tmp_path / f"lot{one}.cxf", factor=1.0 + 0.1 * one) for one in (1, 2)]
+    said = told(metamer, cxf(tmp_path / "m.cxf"), *lots)
+    names = [one["name"] for one in said["samples"]]
+    assert len(set(names)) == 2 and all(f"lot{one}.cxf" in name for one, name in zip((1, 2), names, strict=True))
+
+
+def test_effect_coatings_have_no_metamerism_index(metamer, tmp_path):
+    master, lot = cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.03)
+    assert "etamerism" not in metamer("match", master, lot)[1]
+
+
+def test_unlike_readings_of_one_angle_are_noted(metamer, tmp_path):
+    master, lot = cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.03)
+    same = spectrum(15, "all", 1.03, "45as15")
+    for other, noted in ((spectrum(15, "all", 1.031, "45as15"), False), (spectrum(25, "all", 1.03, "45as15"), True)):
+        twice = tmp_path / "twice.cxf"
+        twice.write_text(lot.read_text("utf-8").replace(same, same + other), encoding="utf-8")
+        assert twice.read_text("utf-8") != lot.read_text("utf-8")
+        notes = told(metamer, master, twice)["notes"]
+        assert any("2 times at 45as15" in note for note in notes) == noted
+
+
 def test_angles_are_paired_by_their_numbers(metamer, tmp_path):
     listed = "".join(angle(one, notation=f"r45as{one}".replace("-", "_"), aspecular=one + 0.3) for one in FLOP)
     lot = cxf(tmp_path / "lot.cxf", "order", factor=1.03, listed=listed)
