@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import combinations, groupby
+from itertools import combinations, groupby, permutations
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from .fit import AngleReadings, evidence
 # On 19 measured paints, exchanging the angles on both sides of the mirror, or turning the list round, leaves twice to
 # two hundred times as much to be corrected.
 _FAR_BETTER = 0.5
-# L* by which the farthest angle may be lighter than the nearest.
+# L* by which an angle may be lighter than one that is nearer to the mirror direction, or than the same beyond it; of
+# seven measured coatings the first is 0.4 at most, and the second never.
 _RISE = 2.0
 
 
@@ -24,14 +25,11 @@ def doubtful_order(readings: AngleReadings, geometries: Sequence[Geometry], inte
 
     geometries : (n) of the readings. interference : q of the BRDF that was fitted to them as they are.
     """
-    away = aspecular(readings.wi, readings.wo)
-    near, far = int(np.argmin(away)), int(np.argmax(away))
-    lightness = readings.lab[:, 0]
-    if lightness[far] > lightness[near] + _RISE:
-        return (
-            f"L* rises away from the mirror direction, from {lightness[near]:.1f} to {lightness[far]:.1f}: "
-            "check the order of the angles, and their signs"
-        )
+    for near, far in _falling(geometries, aspecular(readings.wi, readings.wo)):
+        first, second = readings.lab[[near, far], 0]
+        if second > first + _RISE:
+            rise = f"from {first:.1f} at {geometries[near].notation} to {second:.1f} at {geometries[far].notation}"
+            return f"L* rises {rise}, where paints get darker: check the order of the angles, and their signs"
     found = [
         (evidence(replace(readings, values=readings.values[order]), interference), words)
         for order, words in _orders(geometries)
@@ -40,6 +38,19 @@ def doubtful_order(readings: AngleReadings, geometries: Sequence[Geometry], inte
     if best < _FAR_BETTER * evidence(readings, interference):
         return f"the readings fit far better {words}: check which reading is of which angle"
     return ""
+
+
+def _falling(geometries: Sequence[Geometry], away: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Pairs of readings of which the second is not the lighter one."""
+    order = np.argsort(away, kind="stable")
+    yield int(order[0]), int(order[-1])
+    angles = [one.second or 0.0 for one in geometries]
+    for near, far in permutations(range(len(geometries)), 2):
+        one, two = geometries[near], geometries[far]
+        in_turn = 0.0 < angles[near] < angles[far]
+        across = angles[near] < 0.0 and abs(angles[near] + angles[far]) <= ALIKE_DEGREES
+        if (one.first, one.azimuth) == (two.first, two.azimuth) and (in_turn or across):
+            yield near, far
 
 
 def _orders(geometries: Sequence[Geometry]) -> Iterator[tuple[list[int], str]]:

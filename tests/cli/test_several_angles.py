@@ -290,7 +290,7 @@ def test_readings_that_stand_at_wrong_angles_are_noted(metamer, tmp_path):
     master, lot = cxf(tmp_path / "m.cxf"), cxf(tmp_path / "lot.cxf", factor=1.03)
     assert not any("away from the mirror" in note for note in told(metamer, master, lot)["notes"])
     turned = told(metamer, master, rearranged(lot, (5, 4, 3, 2, 1, 0)))["notes"]
-    assert any("L* rises away from the mirror direction" in note and "lot.cxf" in note for note in turned)
+    assert any("L* rises from" in note and "lot.cxf" in note for note in turned)
 
 
 @pytest.mark.parametrize(

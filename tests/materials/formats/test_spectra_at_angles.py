@@ -1,6 +1,7 @@
 """Readings of one paint at several angles in a file of spectra: one material, and what its record says of itself."""
 
 import re
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -173,6 +174,7 @@ def exchanged(first, second):
     [
         (exchanged("45as-15", "45as15"), "45as-15 and 45as15 exchanged"),
         (lambda notation: paint(SIX[5 - SIX.index(notation)]), "L* rises"),
+        *((exchanged(*pair), "L* rises") for pair in combinations(("45as15", "45as25", "45as45", "45as75"), 2)),
         (exchanged("45as110", "45as15"), "L* rises"),
     ],
 )
