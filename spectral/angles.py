@@ -11,11 +11,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from .measurement import ANGLE_NOTATION, MUST, Geometry, Measurement
+from .measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT, MUST, Geometry, Measurement, signed
 
 _One = TypeVar("_One")
 #: Aspecular angles of the flop index, lit at 45 degrees, and the conditions that it is for.
 FLOP_ANGLES, FLOP_CONDITIONS = (15.0, 45.0, 110.0), ("D65", "1964_10")
+# Aspecular angles of the instruments there are. Of fewer than three, names with numbers may be of numbered samples.
+_USUAL = frozenset((-15.0, 15.0, 20.0, 25.0, 45.0, 60.0, 75.0, 80.0, 110.0))
+_FEWEST = 3
+# Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature).
+_NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*(°|º|deg(?:rees?)?)?[)\]]?", re.I)
+_ANGLE_COLUMN = re.compile(r"(?!.*(?:hue|screen|raster|phase|contact))(?:.*(?:angle|winkel|aspecular)|geometr).*", re.I)
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,3 +133,44 @@ def flop_index(lightness: Mapping[float, float]) -> float | None:
 def common(sides: Sequence[Sequence[Geometry]]) -> tuple[Geometry, ...]:
     """The angles that all sides have, in the order of the first."""
     return tuple(one for one in sides[0] if all(any(one.matches(other) for other in side) for side in sides[1:]))
+
+
+def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) -> dict[int, str]:
+    """Readings that seem to be at aspecular angles and do not say that of the light: words for it, by their place.
+
+    Parameters
+    ----------
+    names, details : of readings whose geometry is no angle of a multi-angle instrument. Signs are three names or more
+    such as "as15", or with degrees of usual angles; names that are nothing but three usual angles or more, or one word
+    with those of the flop index and usual ones; rows of one name that differ in a column of angles.
+
+    >>> sorted(without_light(["Sky as15", "as45", "as110", "Card"], [{}] * 4)), without_light(["1", "2"], [{}] * 2)
+    ([0, 1, 2], {})
+    """
+    found: dict[int, str] = {}
+    noted = [ANGLE_WITHOUT_LIGHT.search(name) for name in names]
+    told = {at: signed(one[1] or one[2]) for at, one in enumerate(noted) if one}
+    # Angles are multiples of 5; samples called AS 1, AS 2, ... are numbered.
+    if len(set(told.values())) >= _FEWEST and all(angle % 5.0 == 0.0 for angle in told.values()):
+        found |= {at: names[at] for at in told}
+    groups: dict[tuple[str, bool], dict[int, float]] = {}
+    for at, name in enumerate(names):
+        if one := _NUMBERED.fullmatch(name.strip()):
+            groups.setdefault((one[1].strip(" _-@([").casefold(), bool(one[3])), {})[at] = signed(one[2])
+    for (word, degrees), group in groups.items():
+        angles = set(group.values())
+        enough = len(angles) >= _FEWEST and (
+            degrees or (set(FLOP_ANGLES) <= angles if word else len(group) == len(names))
+        )
+        if enough and angles <= _USUAL:
+            found |= {at: names[at] for at in group}
+    columns = dict.fromkeys(label for one in details for label in one if _ANGLE_COLUMN.fullmatch(label))
+    for label in columns:
+        rows: dict[str, dict[int, str]] = {}
+        for at, (name, one) in enumerate(zip(names, details, strict=True)):
+            if _NUMBERED.fullmatch(one.get(label, "").strip()):
+                rows.setdefault("" if "aspecular" in label.casefold() else name, {})[at] = one[label]
+        for row in rows.values():
+            if len(set(row.values())) > 1:
+                found |= {at: f"{names[at]} ({label} {value})" for at, value in row.items() if at not in found}
+    return dict(sorted(found.items()))

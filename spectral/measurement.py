@@ -87,6 +87,11 @@ ANGLE_NOTATION = re.compile(
     rf"(?<![A-Za-z0-9.])r?({_NUMBER})\s*°?\s*[:/]?\s*as\s*({_SIGNED})(?:\s*°?\s*az\s*({_SIGNED}))?(?![A-Za-z0-9])",
     re.I,
 )
+#: An aspecular angle in a name that does not have that of the light, before or behind the word.
+ANGLE_WITHOUT_LIGHT = re.compile(
+    rf"(?<![A-Za-z0-9.])(?:r?as(?:p(?:ecular)?)?\.?\s*({_SIGNED})|((?:-|\u2212)?{_NUMBER})\s*°?\s*as(?:p(?:ecular)?)?)(?![A-Za-z0-9])",
+    re.I,
+)
 _LISTED = re.compile(rf"light (-?{_NUMBER}), aspecular (-?{_NUMBER})(?:, azimuth (-?{_NUMBER}))?(?=;|$)")
 _SPHERE = re.compile(
     r"(?<![a-z])d[ie]?\s*°?\s*[:/]\s*(\d+)|(?<![\d.])(\d+)\s*°?\s*[:/]\s*d[ie]?(?![a-z])|(?<![a-z])d(?:[ie])?([08])(?!\d)|diffuse\s*[:/]\s*(\d+)",
@@ -298,13 +303,14 @@ def geometry_in(words: str) -> Geometry | None:
 
 
 def _several(light: str, aspecular: str, azimuth: str) -> Geometry:
-    one, two = (float(light) if light else None), _signed(aspecular)
-    turned = _signed(azimuth) % 360.0 if azimuth else 180.0
+    one, two = (float(light) if light else None), signed(aspecular)
+    turned = signed(azimuth) % 360.0 if azimuth else 180.0
     # In the plane beyond the mirror direction: a negative angle from it.
     return Geometry("multi-angle", one, -two) if turned == 0.0 else Geometry("multi-angle", one, two, turned)
 
 
-def _signed(text: str) -> float:
+def signed(text: str) -> float:
+    """The number of an angle, with its sign in the forms that a notation has: "-15", "_15", "minus 15"."""
     digits = re.sub(r"^(?:-|_|minus ?|\u2212)\s*", "-", text.strip(), flags=re.I)
     return float(digits)
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from ...spectral.angles import Reading, Thing, things
+from ...spectral.angles import Reading, Thing, things, without_light
 from ...spectral.errors import InputError
 from ...spectral.formats import csv, spectral_exr
 from ...spectral.formats.answer import NO_ANSWER, Answer
@@ -40,13 +40,14 @@ from ..source import MaterialSource, Rejected
 from .measured import sha256_of
 from .naming import id_word
 from .reading_cost import Cost, cost_of_bytes, cost_of_picture
-from .spectra_at_angles import reconstruction, refusal_at_angles
+from .spectra_at_angles import reconstruction, refusal_at_angles, refusal_without_light
 
 NAME = "measured spectra"
 ASKS = True
 SUFFIXES = tuple(dict.fromkeys(suffix for reader in readers() for suffix in reader.SUFFIXES))
 # A light that has fallen below this part of its peak where its samples end is taken to be dark beyond.
 _DARK_END = 0.02
+_FACTORS = ("reflectance", "radiance factor")
 _DIFFUSE = "taken to be perfectly diffuse"
 _AS_MATT = "read at one of several angles and taken for a matt surface, as asked: elsewhere it looks otherwise"
 
@@ -88,7 +89,11 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
     for name, reason in file.rejected:
         yield Rejected(f"{family}/{name}", reason)
     taken: set[str] = set()
-    made, aspecular = _at_angles(file, path, answer)
+    made, aspecular, unlit = _at_angles(file, path, answer)
+    if unlit:
+        yield Rejected(
+            f"{family}/{id_word(file.entries[min(unlit)].name)}", refusal_without_light(unlit.values(), path)
+        )
     for thing in made:
         name = _free(id_word(thing.name or path.stem), taken)
         taken.add(name)
@@ -99,7 +104,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
         except InputError as reason:
             yield Rejected(f"{family}/{name}", reason.at(file=reason.file or path, field=reason.field or thing.name))
     for number, entry in enumerate(file.entries, 1):
-        if entry.name in aspecular and aspecular[entry.name] is None:
+        if number - 1 in unlit or (entry.name in aspecular and aspecular[entry.name] is None):
             continue
         word = id_word(entry.name) if entry.name.strip() else f"sample-{number}"
         name = _free(word, taken)
@@ -114,9 +119,10 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
 
 def _at_angles(
     file: SpectralFile, path: Path, answer: Answer
-) -> tuple[list[Thing[SpectralEntry]], dict[str, str | None]]:
+) -> tuple[list[Thing[SpectralEntry]], dict[str, str | None], dict[int, str]]:
     """Coatings that were read at several angles, one a material, and what is made of each of their readings by name:
-    "lambert" or "radiance factor" as the answer says, else None, and the coatings are the materials.
+    "lambert" or "radiance factor" as the answer says, else None, and the coatings are the materials. Last, by their
+    place, words of readings that seem to be at angles without that of the light, where some would be matt unasked.
     """
     beside = details_of_readings(file)
     readings = [
@@ -131,7 +137,13 @@ def _at_angles(
     ]
     each = "radiance factor" if answer.quantity == "radiance factor" else "lambert" if answer.angles else None
     found = [thing for thing in things(readings) if thing.angles]
-    return ([] if each else found), {one.name: each for thing in found for one in thing.readings}
+    drawn: dict[str, str | None] = {one.name: each for thing in found for one in thing.readings}
+    others = [at for at, one in enumerate(file.entries) if one.spectrum.quantity in _FACTORS and one.name not in drawn]
+    told = [file.entries[at] for at in others]
+    unlit = without_light([one.name for one in told], [{**beside, **one.details} for one in told])
+    if each or not any(told[at].spectrum.quantity == "reflectance" for at in unlit):
+        return ([] if each else found), drawn | ({told[at].name: each for at in unlit} if each else {}), {}
+    return found, drawn, {others[at]: words for at, words in unlit.items()}
 
 
 def _coating(

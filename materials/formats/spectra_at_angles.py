@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from ...spectral.angles import Thing
 from ...spectral.difference import delta_e_xyz
 from ...spectral.errors import InputError
 from ...spectral.formats.reading import SpectralEntry
+from ...spectral.formats.shared.text import shortened
 from ...spectral.illuminants import illuminant
 from ...spectral.measurement import Geometry
 from ...spectral.observers import observer
@@ -58,6 +60,19 @@ def refusal_at_angles(thing: Thing[SpectralEntry], path: Path) -> InputError | N
         expected=f"reflectances at {FEWEST} angles or more, beyond {FLARE:g} degrees from the mirror direction",
         hint="metamer match judges them angle by angle; --as radiance-factor keeps each reading as it is, without a "
         "surface; --angles matt makes a matt material of each, and the record says so",
+    )
+
+
+def refusal_without_light(words: Iterable[str], path: Path) -> InputError:
+    """The refusal of readings that seem to be at aspecular angles and do not say where the light is."""
+    return InputError(
+        "readings at several aspecular angles are no matt surfaces, and the angle of the light is not stated",
+        file=path,
+        field="names",
+        found=shortened(", ".join(words), 200),
+        expected="the angles of the light and of the detector in each name, such as 45as15",
+        hint="write as15 as 45as15 where the light is at 45 degrees (of rows, in a column Geometry); or --angles matt "
+        "takes each reading as a matt surface of its own",
     )
 
 

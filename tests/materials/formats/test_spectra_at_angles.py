@@ -143,6 +143,75 @@ def test_too_few_angles_make_no_material(tmp_path, angles):
     assert angles[0] in str(found.reason) and "metamer match" in str(found.reason)
 
 
+FIVE = ("15", "25", "45", "75", "110")
+UNLIT = {
+    "as": [f"as{one}" for one in FIVE],
+    "AS": [f"AS {one}" for one in FIVE],
+    "behind": [f"{one}as" for one in FIVE],
+    "a word": [f"Silver as{one}" for one in FIVE],
+    "towards the light": ["Silver as-15", "Silver as15", "Silver as45"],
+    "in full": [f"aspecular {one}" for one in FIVE],
+    "degrees": [f"{one}°" for one in FIVE],
+    "degrees of a word": [f"Silver {one} deg" for one in FIVE],
+    "numbers": FIVE,
+    "numbers of a word": [f"Silver {one}" for one in FIVE],
+}
+
+
+def plain(path, names):
+    """A table of fractions below these names."""
+    rows = [f"{nm}," + ",".join(f"0.{at + 1}{nm % 7}" for at, _ in enumerate(names)) for nm in NM]
+    path.write_text("\n".join(["nm," + ",".join(names), *rows, ""]), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("kind", UNLIT)
+def test_aspecular_angles_without_that_of_the_light_are_asked_about(tmp_path, kind):
+    path = plain(tmp_path / "paint.csv", UNLIT[kind])
+    (found,) = read_sources(path, answer=Answer("reflectance", "fraction"))
+    assert isinstance(found, Rejected)
+    assert all(part in str(found.reason) for part in ("paint.csv", *UNLIT[kind], "45as15", "--angles matt"))
+    asked = read_sources(path, answer=Answer("reflectance", "fraction", angles="matt"))
+    assert [one.model for one in asked] == ["lambert"] * len(UNLIT[kind])
+    assert all("as asked" in one.provenance.notes for one in asked)
+
+
+@pytest.mark.parametrize("label", ["Angle", "angle (deg)", "Aspecular angle", "Messwinkel", "Geometry"])
+@pytest.mark.parametrize("unit", ["", "°"])
+def test_rows_at_other_angles_are_asked_about(tmp_path, label, unit):
+    path = tmp_path / "rows.csv"
+    rows = [f"{name},{one}{unit}" + ",0.2" * NM.size for name in ("Silver", "Sky") for one in FIVE]
+    path.write_text("\n".join([f"Sample,{label}," + ",".join(f"{nm}nm" for nm in NM), *rows, ""]), encoding="utf-8")
+    (found,) = read_sources(path, answer=Answer("reflectance", "fraction"))
+    assert isinstance(found, Rejected) and label in str(found.reason) and "--angles matt" in str(found.reason)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("1", "2", "3"),
+        ("15", "16", "17"),
+        ("15",),
+        ("15", "25"),
+        ("15", "25", "45", "red"),
+        ("AS 1", "AS 5", "AS 10", "AS 15"),
+        ("as15", "as45"),
+        ("Texas 15", "Texas 25", "Texas 45"),
+        ("60 °C", "75 °C", "80 °C"),
+        ("Canvas 15", "Canvas 20", "Canvas 25"),
+    ],
+)
+def test_numbered_samples_are_no_angles(tmp_path, names):
+    found = read_sources(plain(tmp_path / "chart.csv", names), answer=Answer("reflectance", "fraction"))
+    assert [one.model for one in found] == ["lambert"] * len(names)
+
+
+def test_samples_beside_angles_without_light_are_read(tmp_path):
+    found = read_sources(plain(tmp_path / "a.csv", [*UNLIT["as"], "Card"]), answer=Answer("reflectance", "fraction"))
+    assert [one.id for one in found if not isinstance(one, Rejected)] == ["a/card"]
+    assert sum(isinstance(one, Rejected) for one in found) == 1
+
+
 def test_a_detector_below_the_surface_is_refused(tmp_path):
     (found,) = read_sources(cxf(tmp_path / "paint.cxf", (*SIX[1:], "45as-50"), lambda one: 0.0 * NM + 0.3))
     assert isinstance(found, Rejected) and "above the surface" in str(found.reason) and "45as-50" in str(found.reason)
