@@ -36,7 +36,6 @@ _ASIDE = re.compile(
 )
 _IN_THOUSANDS = {mark: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+") for mark in ".,"}
 _BELOW_A_THOUSAND = re.compile(r"[-+]?[1-9]\d{0,2}")
-_SETTLED = "say which mark is the decimal one: --decimal comma or --decimal point"
 #: What to do with a table whose decimal commas part its cells, too.
 APART = "export it with semicolons or tabs between the cells, or with decimal points"
 
@@ -114,13 +113,19 @@ def one_reading(
         return None
     _check_cut_off(chosen)
     if (other := _another(chosen, explained)) is not None:
+        known = [chosen, *explained]
+        if _torn_at_commas(chosen) and (paired := _paired(chosen)) is not None:
+            known.append(paired)
+        by_mark = {
+            mark: way for mark, sign in _MARKS.items() for way in known[::-1] if way.text.dialect.decimal == sign
+        }
         if decimal is None:
-            _ask(chosen, *other)
-        if _MARKS[decimal] != chosen.text.dialect.decimal:
-            fitting = [way for way in explained if way.text.dialect.decimal == _MARKS[decimal]]
-            if not fitting:
-                _ask(chosen, *other, f"--decimal {decimal} does not tell its cells apart: {APART}")
-            return fitting[0]
+            # What would be refused next is no advice.
+            options = " or ".join(f"--decimal {mark}" for mark in sorted(by_mark))
+            _ask(chosen, *other, f"say which mark is the decimal one: {options}; or {APART}")
+        if decimal not in by_mark:
+            _ask(chosen, *other, f"--decimal {decimal} does not tell its cells apart: {APART}")
+        return by_mark[decimal]
     return chosen
 
 
@@ -145,14 +150,48 @@ def _torn_at_commas(way: Way) -> tuple[int, str] | None:
     for line, cells in way.rows():
         if len(cells) < 2 or not all(map(_WHOLE.fullmatch, cells)) or '"' in _line(way, line):
             return None
-        odd = len(cells) % 2
-        paired = [*cells[:odd], *map(",".join, zip(cells[odd::2], cells[odd + 1 :: 2], strict=True))]
+        paired = _in_pairs(cells)
         without = headings[len(paired) :]
         if headings and not (without and all(map(_ASIDE.fullmatch, without))):
             return None
         if row is None and len(cells) > 2:
             row = line, _shown(paired)
     return row
+
+
+def _paired(way: Way) -> Way | None:
+    """A table of whole numbers between commas read by decimal commas: each value of two cells, and the wavelength of
+    one, or of two where the second is nothing but zeros. None where its rows are not all of as many cells.
+    """
+    cells_of, rows = way.text.dialect.cells, list(way.rows())
+    counts = {len(cells) for _, cells in rows}
+    odd = min(counts) % 2
+    if len(counts) > 1 or (not odd and any(cells[1].strip("0") for _, cells in rows)):
+        return None
+    (count,) = counts
+    first, columns = rows[0][0], (count + 1) // 2
+    header = way.shown[way.layout.header][0] if way.layout.header is not None else None
+
+    def rewritten(line: int, text: str) -> str:
+        cells = cells_of(text)
+        if line >= first and len(cells) == count and all(map(_WHOLE.fullmatch, cells)):
+            return ";".join(_in_pairs(cells))
+        return ";".join(cells[:columns]) if line == header else text
+
+    plain = [(line, rewritten(line, text)) for line, text in way.text.rows]
+    comments = [
+        (line, ";".join(cells[:columns]) if line < first and len(cells := cells_of(text)) == count else text)
+        for line, text in way.text.comments
+    ]
+    text = Text(Dialect(";", ","), plain, comments)
+    shown = text.cells(0, SHOWN_LINES)
+    layout = layout_of(shown, text.dialect)
+    return None if layout is None else Way(text, shown, layout)
+
+
+def _in_pairs(cells: Sequence[str]) -> list[str]:
+    odd = len(cells) % 2
+    return [*cells[:odd], *map(",".join, zip(cells[odd::2], cells[odd + 1 :: 2], strict=True))]
 
 
 def _check_cut_off(way: Way) -> None:
@@ -209,7 +248,7 @@ def _shown(cells: Sequence[str]) -> str:
     return shortened(" | ".join(cells[:6]), 60)
 
 
-def _ask(chosen: Way, line: int, other: str, hint: str = f"{_SETTLED}; or {APART}") -> NoReturn:
+def _ask(chosen: Way, line: int, other: str, hint: str) -> NoReturn:
     cells = next(cells for at, cells in chosen.rows() if at == line)
     raise InputError(
         "two ways to read the table",

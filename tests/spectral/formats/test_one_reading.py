@@ -102,6 +102,10 @@ DOUBTFUL = {
 #: Headings that leave whole numbers between commas in doubt, with the second way to read them, and such that do not.
 _ROWS = "400,7,1\n410,7,8\n420,8,7\n"
 _LONG = "400,7,1,8,2\n410,7,8,8,2\n420,8,7,8,3\n"
+DOUBTFUL["wavelengths with decimals, or a column"] = (
+    "400,5,7,1\n410,5,7,8\n420,6,8,7\n",
+    "400 | 5 | 7 | 1, or 400,5 | 7,1",
+)
 DOUBTFUL |= {
     f"whole numbers below {heads!r}": (f"{heads}\n{rows}", shown)
     for heads, rows, shown in (
@@ -136,7 +140,17 @@ def test_two_ways_to_read_a_table_are_both_shown(written, kind):
     path = written(content)
     with pytest.raises(InputError, match="two ways to read the table") as caught:
         read_spectra(path, Answer("emission"))
-    assert shown in str(caught.value) and "--decimal comma or --decimal point" in str(caught.value)
+    assert shown in str(caught.value)
+    advised = [mark for mark in ("comma", "point") if f"--decimal {mark}" in str(caught.value)]
+    for mark in ("comma", "point"):
+        answer = Answer("emission", decimal=mark)
+        if mark in advised:
+            assert read_spectra(path, answer).entries
+        else:
+            with pytest.raises(InputError, match="does not tell its cells apart"):
+                read_spectra(path, answer)
+    assert advised
+    assert len(advised) == 2 or "thousand" in kind or "or a column" in kind
 
 
 def test_the_decimal_mark_that_a_person_says_settles_it(written):
@@ -145,9 +159,33 @@ def test_the_decimal_mark_that_a_person_says_settles_it(written):
     decimals = written("nm;W\n400;999\n410;1,001\n420;1,020\n")
     (entry,) = read_spectra(decimals, Answer("emission", decimal="comma")).entries
     assert entry.spectrum.samples.tolist() == [999.0, 1.001, 1.02]
-    for path, mark in ((decimals, "point"), (written("400,7,1\n410,7,8\n420,8,7\n", "b.csv"), "comma")):
-        with pytest.raises(InputError, match=f"--decimal {mark} does not tell its cells apart"):
-            read_spectra(path, Answer("emission", decimal=mark))
+    with pytest.raises(InputError, match="--decimal point does not tell its cells apart"):
+        read_spectra(decimals, Answer("emission", decimal="point"))
+
+
+@pytest.mark.parametrize(
+    ("heads", "rows", "name", "values"),
+    [
+        ("nm,A,Remark", _ROWS, "A", [[7.1, 7.8, 8.7]]),
+        ("# nm,A,Remark", _ROWS, "A", [[7.1, 7.8, 8.7]]),
+        ("nm,A,Remark,Flag", _ROWS, "A", [[7.1, 7.8, 8.7]]),
+        ("", _ROWS, "", [[7.1, 7.8, 8.7]]),
+        ("", "400,0,7,1\n410,0,7,8\n420,0,8,7\n", "", [[7.1, 7.8, 8.7]]),
+        ("nm,A,B,Notes,Status", _LONG, "A", [[7.1, 7.8, 8.7], [8.2, 8.2, 8.3]]),
+    ],
+)
+def test_decimal_commas_between_commas_are_read_where_a_person_says_so(written, heads, rows, name, values):
+    entries = read_spectra(written(f"{heads}\n{rows}"), Answer("emission", decimal="comma")).entries
+    assert [entry.spectrum.samples.tolist() for entry in entries] == values
+    assert entries[0].spectrum.wavelengths_nm.tolist() == [400.0, 410.0, 420.0]
+    assert not name or entries[0].name == name
+
+
+@pytest.mark.parametrize("row", ["430,8", "430,8,7,1", "430,8.5,1"])
+def test_a_row_further_down_that_is_of_no_pairs_is_refused(written, row):
+    rows = "".join(f"{400 + at},7,{at % 10}\n" for at in range(2100))
+    with pytest.raises(InputError):
+        read_spectra(written(f"nm,A,Remark\n{rows}{row.replace('430', '2600')}\n"), Answer("emission", decimal="comma"))
 
 
 def test_a_decimal_mark_leaves_alone_what_a_table_tells_itself(written):
