@@ -17,10 +17,12 @@ import numpy as np
 
 from ..errors import InputError
 from ..spectrum import Quantity
+from .answer import NO_ANSWER, Answer
 from .cxf_angles import angles_of
 from .cxf_metadata import TELLING, Stated, file_details, object_details, shared_out, stated_values
 from .cxf_specification import Specification, specification
 from .reading import SpectralFile, StatedColour, names_its_file
+from .shared.decisions import Values, divisor_of
 from .shared.gathering import Gathering
 from .shared.text import shortened
 from .shared.xml import Vocabulary, number, read_xml, root_name
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
 NAME = "CxF3"
 SUFFIXES = (".cxf",)
 NAMESPACE = "http://colorexchangeformat.com/CxF3-core"
+
+#: A person may say the scale of one file alone, against the format.
+SCALED = True
 
 _LISTS: dict[str, Quantity] = {
     "ReflectanceSpectrum": "reflectance",
@@ -50,14 +55,22 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 @names_its_file
-def read(path: Path) -> SpectralFile:
+def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     """Every spectrum of a file; objects whose spectrum cannot be used are in `rejected`.
+
+    Parameters
+    ----------
+    answer : about this file alone, it may say that its values are percents, against the format.
 
     Raises
     ------
     InputError
-        Not well-formed, not CxF3, or no object has a spectrum: the message lists what is there instead.
+        Not well-formed, not CxF3, or no object has a spectrum: the message lists what is there instead. Values that
+        are no percents, where a person says so.
     """
+    said = f"the format ({NAME})"
+    in_percent = answer.scale == "percent" and answer.against == "overruled"
+    factors: list[np.ndarray] = []
     root, known, specifications, objects = _opened(path)
     gathered = Gathering(path, NAME)
     if known.note:
@@ -92,7 +105,8 @@ def read(path: Path) -> SpectralFile:
                 continue
             bounded = known.name(value) in _LISTS and told.angles is None
             most = _LARGEST_FRACTION if bounded else _LARGEST_FACTOR
-            if quantity != "emission" and (samples >= most).any():
+            divided = in_percent and quantity != "emission"
+            if quantity != "emission" and not divided and (samples >= most).any():
                 percent = percent or _percent(called, f"{samples.max():g}")
                 gathered.rejected.append((called, _percent(called, f"{samples.max():g}")))
                 continue
@@ -101,7 +115,15 @@ def read(path: Path) -> SpectralFile:
                 details["object"] = name
             if quantity == "emission":
                 details["units"] = "W/(sr m^2 nm)"
-            gathered.add(called, grid, samples, quantity, stated=stated, details=details)
+            by, taken = (100.0, f"{quantity} in percent, by --scale, against {said}") if divided else (1.0, "")
+            gathered.add(called, grid, samples, quantity, divisor=by, stated=stated, details=details, taken=taken)
+            factors += [samples[np.isfinite(samples)]] if divided else []
+    if factors:
+        measured_as = answer.quantity or (
+            "reflectance" if not gathered.entries else gathered.entries[0].spectrum.quantity
+        )
+        scale = divisor_of(Values.of(np.concatenate(factors), measured_as, True), "fraction", said, answer)
+        gathered.note(scale.note or "")
     if percent is not None:
         # A dark sample in percent looks like a bright one in fractions: the others tell.
         fractions = [entry for entry in gathered.entries if entry.spectrum.quantity != "emission"]
@@ -171,7 +193,7 @@ def _percent(field: str, found: str) -> InputError:
         field=field,
         found=found,
         expected=f"fractions; CxF3 has 100 % = 1.0, and lists of less than {_LARGEST_FRACTION:g} throughout",
-        hint="divide by 100",
+        hint="divide by 100, or import this file alone with --scale percent",
     )
 
 

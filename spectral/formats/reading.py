@@ -20,7 +20,7 @@ from .answer import AGAINST_QUANTITY, AGAINST_SCALE, NO_ANSWER, Answer, contradi
 
 #: Readers by module name, the most particular first: the first that recognises a file reads it. A reader has NAME,
 #: SUFFIXES, `recognises(path, head)` and `read(path)`; one whose files may leave open what was measured has ASKS = True
-#: and `read(path, answer)`.
+#: and `read(path, answer)`. SCALED = True has that, too, where a person may say the scale against the format.
 FORMATS = (
     "spectral_exr",
     "mat",
@@ -209,7 +209,8 @@ def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
     """
     if getattr(reader, "ASKS", False):
         return reader.read(path, answer)
-    file = reader.read(path)
+    scaled = getattr(reader, "SCALED", False)
+    file = reader.read(path, answer) if scaled else reader.read(path)
     said = f"the format ({reader.NAME})"
     entries, rejected = [], list(file.rejected)
     for entry in file.entries:
@@ -218,7 +219,7 @@ def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
             entries.append(entry if entry.taken else replace(entry, taken=f"{quantity}, by {said}"))
         elif answer.against == "overruled":
             try:
-                entries.append(_overruled(entry, answer, said))
+                entries.append(_overruled(entry, answer, said, scaled and entry.spectrum.quantity != "emission"))
             except InputError as reason:
                 rejected.append((entry.name, reason.at(file=path, field=entry.name)))
         else:
@@ -231,11 +232,14 @@ def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
     return replace(file, entries=tuple(entries), rejected=tuple(rejected), notes=notes)
 
 
-def _overruled(entry: SpectralEntry, answer: Answer, said: str) -> SpectralEntry:
-    """The spectrum as the answer says; the colours beside it are those of what the format says, and are left out."""
+def _overruled(entry: SpectralEntry, answer: Answer, said: str, scaled: bool) -> SpectralEntry:
+    """The spectrum as the answer says; the colours beside it are those of what the format says, and are left out.
+
+    scaled : whether its values are on the scale of the answer already.
+    """
     assert answer.quantity is not None
     spectrum, percent = entry.spectrum, answer.scale == "percent"
-    values = spectrum.samples / 100.0 if percent else spectrum.samples
+    values = spectrum.samples / 100.0 if percent and not scaled else spectrum.samples
     scale = "" if answer.scale is None else f" in {'percent' if percent else 'fractions'}"
     return replace(
         entry,

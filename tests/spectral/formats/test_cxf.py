@@ -178,6 +178,38 @@ def test_an_answer_about_this_file_alone_counts_for_more_than_its_words(written,
         read_spectra(path, Answer(quantity, scale))
 
 
+@pytest.mark.parametrize("quantity", [None, "reflectance", "radiance factor", "transmittance"])
+@pytest.mark.parametrize("values", ["7.1 10 40 80", "0.4 0.5 1.2 2.5", "7.1 10 40 110"])
+def test_percents_are_taken_as_such_where_a_person_says_so_of_this_file_alone(written, quantity, values):
+    numbers = np.array([float(value) for value in values.split()])
+    if quantity == "transmittance" and numbers.max() > 100.0:
+        numbers, values = numbers[:-1], values.rpartition(" ")[0]
+    dark = RED.replace("0.05 0.1 0.4 0.8", "2.1 2.2 2.3 2.4")
+    lamp = item('<cc:EmissiveSpectrum ColorSpecification="M1">5 120.5</cc:EmissiveSpectrum>', "lamp", "o3")
+    path = written(document(item(RED.replace("0.05 0.1 0.4 0.8", values)) + item(dark, "dark", "o2") + lamp))
+    file = read_spectra(path, Answer(quantity, "percent", against="overruled"))
+    by_name = {entry.name: entry for entry in file.entries}
+    np.testing.assert_allclose(by_name["red"].spectrum.samples, numbers / 100.0)
+    np.testing.assert_allclose(by_name["dark"].spectrum.samples, [0.021, 0.022, 0.023, 0.024])
+    if quantity is None:
+        np.testing.assert_array_equal(by_name["lamp"].spectrum.samples, [5, 120.5])
+        assert "in percent, by --scale" in by_name["red"].taken
+    assert any("the import says percent" in note for note in file.notes)
+
+
+@pytest.mark.parametrize("against", ["kept", "refused"])
+def test_percents_are_refused_where_the_answer_is_for_several_files(written, against):
+    path = written(document(item(RED.replace("0.05 0.1 0.4 0.8", "7.1 10 40 80"))))
+    with pytest.raises(InputError, match="alone with --scale percent"):
+        read_spectra(path, Answer("reflectance", "percent", against=against))
+
+
+def test_fractions_are_no_percents_whatever_a_person_says(written):
+    path = written(document(item(RED.replace("0.05", "0.01"))))
+    with pytest.raises(InputError, match="another scale than --scale says"):
+        read_spectra(path, Answer("reflectance", "percent", against="overruled"))
+
+
 def test_an_answer_that_the_numbers_of_a_format_cannot_be_is_refused(written):
     lamp = '<cc:EmissiveSpectrum ColorSpecification="M1">5.1 40 75 80</cc:EmissiveSpectrum>'
     path = written(document(item(lamp), kind="Spectrum_Emissive"))
