@@ -21,6 +21,8 @@ _USUAL = frozenset((-15.0, 15.0, 20.0, 25.0, 45.0, 60.0, 75.0, 80.0, 110.0))
 _FEWEST = 3
 # Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature).
 _NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*(°|º|deg(?:rees?)?)?[)\]]?", re.I)
+# Words before an angle that name no sample.
+_NO_SAMPLE = re.compile(r"r|ρ|refl(?:ectance)?|at|(?:\w+[ _-])?(?:angle|winkel)", re.I)
 _ANGLE_COLUMN = re.compile(r"(?!.*(?:hue|screen|raster|phase|contact))(?:.*(?:angle|winkel|aspecular)|geometr).*", re.I)
 
 
@@ -156,7 +158,10 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
     groups: dict[tuple[str, bool], dict[int, float]] = {}
     for at, name in enumerate(names):
         if one := _NUMBERED.fullmatch(name.strip()):
-            groups.setdefault((one[1].strip(" _-@([").casefold(), bool(one[3])), {})[at] = signed(one[2])
+            word = one[1].strip(" _-@([=:").casefold()
+            # Right behind a word, a hyphen joins them.
+            angle = abs(signed(one[2])) if one[1][-1:].isalnum() else signed(one[2])
+            groups.setdefault(("" if _NO_SAMPLE.fullmatch(word) else word, bool(one[3])), {})[at] = angle
     for (word, degrees), group in groups.items():
         angles = set(group.values())
         enough = len(angles) >= _FEWEST and (

@@ -154,6 +154,9 @@ UNLIT = {
     "degrees": [f"{one}°" for one in FIVE],
     "degrees of a word": [f"Silver {one} deg" for one in FIVE],
     "numbers": FIVE,
+    "numbers behind a hyphen": [f"Silver-{one}" for one in FIVE],
+    "numbers of reflectances": [f"R{one}" for one in FIVE],
+    "numbers of angles": [f"Angle {one}" for one in FIVE],
     "numbers of a word": [f"Silver {one}" for one in FIVE],
 }
 
@@ -197,6 +200,7 @@ def test_rows_at_other_angles_are_asked_about(tmp_path, label, unit):
         ("AS 1", "AS 5", "AS 10", "AS 15"),
         ("as15", "as45"),
         ("Texas 15", "Texas 25", "Texas 45"),
+        ("R15", "R16", "R25", "R45"),
         ("60 °C", "75 °C", "80 °C"),
         ("Canvas 15", "Canvas 20", "Canvas 25"),
     ],
