@@ -58,10 +58,9 @@ def scene_file(path: str | Path) -> Path:
     return Path(path)
 
 
-def _tables(path: str | Path) -> dict[str, Any]:
-    """Read the tables of a scene, unchecked but for their names and whether they are repeated."""
-    path = existing_file(path)
-    expected = "a scene.toml"
+def possible_scene(path: str | Path) -> Path:
+    """Return the path of a file that may be a scene, broken or not; raises `InputError` for files of other kinds."""
+    path, expected = existing_file(path), "a scene.toml"
     if path.suffix.lower() in SUFFIXES:
         hint = f'write a scene.toml with a [[part]] that has mesh = "{path.name}" and material = "ID" (docs/scene.md)'
         raise InputError("a mesh, not a scene", file=path, found=path.suffix, expected=expected, hint=hint)
@@ -70,8 +69,14 @@ def _tables(path: str | Path) -> dict[str, Any]:
     for magic, kind, hint in _NO_SCENES:
         if start.startswith(magic):
             raise InputError(f"{kind}, not a scene", file=path, expected=expected, hint=hint)
+    return path
+
+
+def _tables(path: str | Path) -> dict[str, Any]:
+    """Read the tables of a scene, unchecked but for their names and whether they are repeated."""
+    path = possible_scene(path)
     try:
-        document = tomllib.loads(read_text(path, expected))
+        document = tomllib.loads(read_text(path, "a scene.toml"))
     except tomllib.TOMLDecodeError as reason:
         hint = 'correct it there; such a file starts with [[part]] and a line like: shape = "sphere"'
         raise InputError("not a TOML file", file=path, found=str(reason), hint=hint) from reason

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...lighting.mesh_files import SUFFIXES as MESHES
 from ...lighting.scene import Scene
-from ...lighting.scene_files import load_scene, scene_file, shipped_scene
+from ...lighting.scene_files import load_scene, possible_scene, shipped_scene
 from ...materials.catalogue import Catalogue, default_catalogue
 from ...materials.records.models import SPECTRA
 from ...spectral.errors import InputError
@@ -145,4 +145,4 @@ def subject_of_file(path: str) -> Subject | Session:
         raise InputError("no such file", file=path, expected="a scene.toml, a saved session, or an OpenEXR image")
     if Path(path).suffix.lower() == ".exr":
         return Subject("image", path)
-    return read_session(path) if is_session(path) else Subject("scene", str(scene_file(path)))
+    return read_session(path) if is_session(path) else Subject("scene", str(possible_scene(path)))
