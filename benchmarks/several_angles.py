@@ -1,4 +1,4 @@
-"""How far BRDFs reconstructed from readings at a few angles are from measured ones, and how far they say that they are.
+"""Errors of BRDFs reconstructed from readings at a few angles, measured and as they are stated.
 
     python -m metamer.benchmarks.several_angles [FILE ...] [--json OUT.json]
 
@@ -70,7 +70,7 @@ def truth(path: Path) -> tuple[Brdf, bool]:
 
 
 def read_at(brdf: Brdf, notations: tuple[str, ...]) -> AngleReadings:
-    """What an instrument reads of it.
+    """Read a BRDF as an instrument does.
 
     Of scattered pairs, which have rings at 40 and at 50 degrees, 45as-15 is the mean of both: a single odd pair beyond
     the mirror would be carried over to it.

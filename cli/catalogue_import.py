@@ -30,7 +30,7 @@ BTF_FORMS = (
     *("lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4"),
     *("rfnl-1-separate", "rfnl-2-separate", "rfnl-4-separate"),
 )
-# So many refusals for one reason are said together; so many fits that miss their budget are named.
+# Number of refusals for one reason from which they are said together, and of fits that are named at most.
 _MANY = 3
 
 
@@ -240,11 +240,10 @@ def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
     measured = [(outcome.error.p99, outcome.id) for outcome in report.outcomes if outcome.error]
     if measured:
         say("largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
-        errors = [outcome.error for outcome in report.outcomes if outcome.error]
-        missed = sum(misses_budget(error) or (error.score is None and error.p99 > budget) for error in errors)
+        fits = [(one.id, one.error) for one in report.outcomes if one.error]
+        missed = sum(misses_budget(error) or (error.score is None and error.p99 > budget) for _, error in fits)
         if missed:
             say(f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
-        fits = [(one.id, one.error) for one in report.outcomes if one.error]
         over = [f"{name}: its fit {missed_words(error)}" for name, error in fits if misses_budget(error)]
         far = [f"{name}: {words}" for name, error in fits if (words := error.far_off(budget))]
         for lines in (over, far):

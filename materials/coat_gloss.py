@@ -1,4 +1,4 @@
-"""How wide a coat's reflection is, by what a glossmeter reads of it."""
+"""Width of a coat's reflection from its gloss units."""
 
 from __future__ import annotations
 

@@ -14,11 +14,11 @@ from ..domain import in_domain
 from .cook_torrance import beckmann, smith_beckmann
 from .model import AnalyticBrdf, Part, SumOfTerms
 
-# Of the direction that a sphere lights a sample from, or looks at it, where none is stated (CIE 015:2018, 5).
+# Angle from the normal at which a sphere instrument lights or views, where none is stated (CIE 015:2018, 5).
 _SPHERE_DEG = 8.0
 # Nodes of the albedo of the coat: polar and azimuth of the half vector.
 _TILTS, _TURNS = 64, 64
-#: What `reads` understands, for messages.
+#: Geometries that `reads` knows, for messages.
 GEOMETRIES = "45:0, di:8 (specular component included), de:8 (excluded)"
 
 
@@ -105,7 +105,7 @@ class CoatedDiffuse(AnalyticBrdf):
         return replace(self, diffuse=Spectrum.sampled(reading.wavelengths_nm, rho, "reflectance"))
 
     def _read_at(self, geometry: str) -> tuple[float, float]:
-        """What an instrument reads of the coat alone, and what it reads of a body of q = 1."""
+        """Return the reading of the coat alone, and that of a body of q = 1."""
         # No fit and no picture asks for it.
         from ...spectral.measurement import Measurement
 

@@ -85,8 +85,8 @@ class AngleReadings:
 
     @property
     def tell_interference(self) -> bool:
-        """Whether two of them are at one tilt and at two incidences, as 45as15 and 45as-15 are: one angle alone tells a
-        colour of the flakes from a shift by their incidence."""
+        """True where two of them are at one tilt and at two incidences, as 45as15 and 45as-15 are: one angle alone does
+        not tell a colour of the flakes from a shift by their incidence."""
         tilt, incidence = np.degrees(self.pair.tilt), np.degrees(self.pair.incidence)
         return any(
             abs(tilt[one] - tilt[two]) < _ONE_TILT

@@ -1,4 +1,4 @@
-"""Whether readings belong to the angles that they stand at, by how well they fit in other orders."""
+"""Check of the angles of readings: by lightness, and by the fit of other orders."""
 
 from __future__ import annotations
 

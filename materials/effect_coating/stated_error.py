@@ -1,4 +1,4 @@
-"""How far a reconstruction may be off where nothing was read: by how far other models of its readings are from it.
+"""Error of a reconstruction where nothing was read, estimated from other models of the same readings.
 
 Leaving readings out does not tell it: on measured paints, six angles left out one by one say nothing of which paint is
 the worse one. How far models disagree does, direction by direction (Spearman's rank correlation 0.6 to 0.7 over eleven
@@ -52,7 +52,7 @@ class StatedError:
     bound: tuple[float, ...]
 
     def stored(self) -> dict[str, Any]:
-        """What a record keeps of it."""
+        """Return the parts that a record keeps."""
         return {
             "expected.lights": " ".join(self.lights),
             "expected.mean": np.array(self.mean),
@@ -137,7 +137,7 @@ def alternatives(readings: AngleReadings, brdf: FlakeTilt) -> tuple[Evaluate, ..
 
 
 def _mirrors(pair: CoatedPair) -> Float[np.ndarray, " N"]:
-    """What flakes of any tilt are multiplied by."""
+    """Return the factor on flakes of any tilt, 1/sr."""
     return pair.through / (4.0 * pair.cosines)
 
 

@@ -24,8 +24,8 @@ _FIRST_GUESS_S = {
     "flake_tilt": _MEASURED_S,
     "lambert": 0.1,
 }
-# What tables and the growth of packs take of a fit that does not end with tables, about; the rest brings packs within
-# the bounds of shading. Where the budget is met, little of that is left.
+# Shares of a fit's time that tables and the growth of packs take, about, where it does not end with tables; the rest
+# brings packs within the bounds of shading. Where the budget is met, little of that is left.
 _OF_TABLES, _OF_GROWTH, _MET = 0.1, 0.6, 0.9
 # Terms of a fit, at most: as `fitting` has them, which first words do not wait for; a test holds them together.
 MOST_TERMS = 96

@@ -65,7 +65,7 @@ class Summary:
 
     @property
     def far_off(self) -> str:
-        """Where the maximum is, if it is more than ten budgets; else ""."""
+        """Say where the maximum is, if it is more than ten budgets; else ""."""
         from ..fit_error import far_off
 
         return far_off(self.maximum, self.light, self.where)
