@@ -26,7 +26,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         description="Does this batch match the master? STANDARD and SAMPLE are an id of the catalogue, a file of "
         "readings (CxF3, CGATS, instrument text, tables), FILE#NAME for one reading of it, a folder of such files, or "
         'a colour such as "lab:52.1,10.3,-5.6@D65/1964_10". Readings of one name in one file count as one sample, by '
-        "their mean. Exit code 1 where a verdict is not resolved, 2 where a sample fails, 3 where nothing can be "
+        "their mean. Exit code 1 where a verdict is not resolved, or a tolerance is given and nothing of a sample is "
+        "judged, since a colour was made up and not measured; 2 where a sample fails, 3 where nothing can be "
         "compared, 4 where a file is unusable, 64 where words of the command are.",
     )
     match.add_argument("standard", metavar="STANDARD")
@@ -123,7 +124,9 @@ def run(args: argparse.Namespace) -> int:
         write_xlsx(report, args.xlsx)
     for path in outputs if not quiet else ():
         print(f"Written: {path}")
-    return max(_CODES[one.verdict] for one in report.samples)
+    # Who asks for a verdict is not to take its absence for a pass.
+    codes = _CODES if args.tolerance is None else {**_CODES, "not judged": _CODES["not resolved"]}
+    return max(codes[one.verdict] for one in report.samples)
 
 
 def _check_words(args: argparse.Namespace) -> None:

@@ -14,7 +14,7 @@ from ..spectral.errors import ComparisonError, InputError, UnknownNameError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formats.colours_only import colour_in, read_colours
 from ..spectral.formats.reading import details_of_readings, read_filling_gaps
-from ..spectral.measurement import MUST, Geometry, Measurement, refusal
+from ..spectral.measurement import MUST, Geometry, Measurement, Said, geometry_in, refusal
 from ..spectral.sample import Sample, check_covers
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum
 from .catalogue import Catalogue
@@ -79,13 +79,25 @@ def sample_of(material: Material) -> Sample:
     """
     reading = material.reading()
     details = {"instrument": "", "geometry": _geometry_of(material), "standing": material.provenance.kind}
-    notes = ()
-    if material.provenance.standing in ("uplifted", "reconstructed"):
-        notes = (f"{material.id} of the catalogue is {material.provenance.kind}, not measured: it judges no colour.",)
     measured = measurement_of(material)
+    angles = _readings_of(material, measured)
+    made_up = material.provenance.kind if material.provenance.standing in ("uplifted", "reconstructed") else ""
+    notes = ()
+    if made_up:
+        where = f", but at the angles that it was read at ({', '.join(a.name for a in angles)})" if angles else ""
+        notes = (f"{material.id} of the catalogue is {made_up}, not measured: it judges no colour{where}.",)
     effect = effect_of(material.brdf()) if material.is_surface and material.model != "lambert" else ""
     if reading.brdf is not None:
-        return Sample(material.id, "catalogue", (), (), reading.xyz, effect, details, measurement=measured, notes=notes)
+        return Sample(
+            material.id,
+            "catalogue",
+            seen=reading.xyz,
+            effect=effect,
+            details=details,
+            measurement=measured,
+            made_up=made_up,
+            notes=notes,
+        )
     values = reading.factor
     quantity: Quantity = "radiance factor" if values.max() > 1.0 or values.min() < 0.0 else "reflectance"
     # A fitted BRDF may be a little below zero: what it is there is the colour that pictures show.
@@ -99,8 +111,35 @@ def sample_of(material: Material) -> Sample:
         effect=effect,
         details=details,
         measurement=measured,
+        angles=angles,
         angled=angled,
+        made_up=made_up,
         notes=notes,
+    )
+
+
+def _readings_of(material: MaterialRecord, measured: Measurement) -> tuple[Sample, ...]:
+    """Readings that a BRDF was reconstructed from, a sample an angle; none of other materials."""
+    kept, found = material.original, dict[str, list[Spectrum]]()
+    if material.provenance.standing != "reconstructed" or "aspecular_deg" not in kept:
+        return ()
+    for place, angles in enumerate(zip(kept["light_deg"], kept["aspecular_deg"], kept["azimuth_deg"], strict=True)):
+        geometry = Geometry("multi-angle", *(float(one) for one in angles))
+        if "readings" in kept:
+            nm, values = kept["readings_nm"], kept["readings"][place]
+        else:
+            nm, values = kept[f"reading.{place + 1}.nm"], kept[f"reading.{place + 1}"]
+        known = next((name for name in found if geometry.matches(geometry_in(name) or geometry)), geometry.notation)
+        found.setdefault(known, []).append(Spectrum.sampled(nm, values, "radiance factor"))
+    return tuple(
+        Sample(
+            name,
+            "catalogue",
+            tuple(some),
+            measurement=Measurement({**measured.parts, "geometry": Said(at, name, "geometry")}),
+        )
+        for name, some in found.items()
+        if (at := geometry_in(name)) is not None
     )
 
 
@@ -114,7 +153,9 @@ def _read_at(material: Material, geometry: Geometry) -> Sample:
     values = np.pi * np.asarray(brdf.eval(wi, wo), dtype=np.float64)[0]
     spectrum = Spectrum.sampled(brdf.wavelengths_nm, np.maximum(values, 0.0), "radiance factor")
     measured = Measurement.of("radiance factor", {"geometry": geometry.notation})
-    return Sample(f"{material.id}, {geometry.notation}", "catalogue", (spectrum,), measurement=measured)
+    made_up = material.provenance.kind if material.provenance.standing in ("uplifted", "reconstructed") else ""
+    name = f"{material.id}, {geometry.notation}"
+    return Sample(name, "catalogue", (spectrum,), measurement=measured, made_up=made_up)
 
 
 def measurement_of(material: MaterialRecord) -> Measurement:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -35,8 +35,10 @@ class Sample:
     seen : XYZ under a light for an observer, of what fluoresces: no spectrum of reflectance tells it.
     effect : why its colour depends on the angles beyond its gloss, "" where it does not or is not known to.
     details : instrument, geometry, ..., as the file has them. measurement : the conditions that they state.
-    angles : of one thing that was read at several angles, a sample each, and no readings of its own. angled : its
-        sample at any multi-angle geometry, of a surface whose BRDF is known. notes : what was assumed, a sentence each.
+    angles : of one thing that was read at several angles, a sample each. angled : its sample at any multi-angle
+        geometry, of a surface whose BRDF is known. Where a BRDF was reconstructed from such readings there are both.
+    made_up : the kind of provenance of a colour that was not measured and is no ground for a verdict, such as
+        "uplifted(mallett-yuksel)"; "" of any other. notes : what was assumed, a sentence each.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Sample:
     measurement: Measurement = field(default_factory=Measurement)
     angles: tuple[Sample, ...] = ()
     angled: Callable[[Geometry], Sample] | None = None
+    made_up: str = ""
     notes: tuple[str, ...] = ()
 
     @classmethod
@@ -85,12 +88,18 @@ class Sample:
     @property
     def count(self) -> int:
         """How many readings it is of, at all angles."""
-        return len(self.readings) + sum(len(one.readings) for one in self.angles)
+        return sum(len(one.readings) for one in self.angles or (self,))
 
     @property
     def geometries(self) -> tuple[Geometry, ...]:
         """The angles at which it was read, of one thing that was read at several."""
         return tuple(geometry for one in self.angles if (geometry := one.measurement.geometry) is not None)
+
+    @property
+    def angle_by_angle(self) -> Sample:
+        """The sample where it is compared at several angles: each has its geometry, and the whole has none."""
+        parts = {k: v for k, v in self.measurement.parts.items() if k not in ("geometry", "configuration")}
+        return replace(self, measurement=Measurement(parts))
 
     def at(self, notation: str) -> Sample:
         """Give the sample at one angle, such as "45as15"; itself for "".

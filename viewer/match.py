@@ -96,6 +96,7 @@ def match(
     conditions = _conditions((first, *found), illuminants, observers)
     shared, notes = shared_angles(first, found, angles)
     if shared:
+        first, found = first.angle_by_angle, [one.angle_by_angle for one in found]
         conditions = tuple(replace(where, geometry=angle.notation) for angle in shared for where in conditions)
     if formulas is None:
         formulas = (*FORMULAS, *AT_ANGLES) if shared else FORMULAS

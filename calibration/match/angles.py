@@ -56,12 +56,16 @@ def shared_angles(
         which another one can be judged. UsageError : not an angle, or nothing was read at angles.
     """
     sides = (standard, *samples)
-    if not any(side.angles for side in sides):
+    # A reconstruction has its readings' angles, and is evaluated at those that a file has.
+    measured = [side for side in sides if side.angles and side.angled is None]
+    if not measured and all(side.angled for side in sides):
+        measured = [side for side in sides if side.angles]
+    if not measured:
         if wanted:
             raise UsageError("no side was read at several angles, so there are none to choose from")
         return (), ()
     for side in sides:
-        others = next((other for other in sides if other.angles and other is not side), side)
+        others = next((other for other in measured if other is not side), side)
         if len(side.angles) == 1 or not (side.angles or side.angled):
             has = side.geometries[0].notation if side.angles else side.details.get("geometry") or "one geometry"
             raise ComparisonError(
@@ -70,7 +74,6 @@ def shared_angles(
                 f"  expected: {FEWEST} angles or more that both sides have\n"
                 "  try: measure both at the same angles"
             )
-    measured = [side for side in sides if side.angles]
     shared = common([side.geometries for side in measured])
     every = dict.fromkeys(one.notation for side in measured for one in side.geometries)
     if wanted:
@@ -109,14 +112,15 @@ def _scattered(side: Sample) -> list[str]:
 
 def _check_none_is_spared(standard: Sample, samples: Sequence[Sample], shared: Sequence[Geometry]) -> None:
     """Refuse to leave out an angle of one sample because another sample lacks it: the first might fail there alone."""
+    anywhere = standard.angled is not None and not standard.made_up
     for side in samples:
         spared = [
             one.notation
             for one in side.geometries
-            if not any(one.matches(each) for each in shared) and (standard.angled or _has(standard, one.notation))
+            if not any(one.matches(each) for each in shared) and (anywhere or _has(standard, one.notation))
         ]
-        if spared:
-            lacking = next(one for one in samples if one.angles and not _has(one, spared[0]))
+        lacking = next((one for one in samples if spared and one.angles and not _has(one, spared[0])), None)
+        if lacking is not None:
             who, other = (f"{one.name} of {one.source}" for one in (lacking, side))
             raise ComparisonError(
                 f"{who} lacks {spared[0]}, at which {other} can be judged\n"

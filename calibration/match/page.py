@@ -86,14 +86,22 @@ class MatchReport:
             "fail": "fails" if count == 1 else "fail",
             "not resolved": "is not resolved" if count == 1 else "are not resolved",
             "pass": "passes" if count == 1 else "pass",
-            "not judged": "is not judged: no tolerance" if count == 1 else "are not judged: no tolerance",
+            "not judged": f"{'is' if count == 1 else 'are'} not judged: {self._why_not_judged}",
         }[verdict]
         line = f"{count} of {total} {words}"
-        if verdict in ("pass", "not judged"):
+        if verdict == "not judged":
+            return line
+        if open_ := self.counts.get("not judged"):
+            line += f", {open_} {'is' if open_ == 1 else 'are'} not judged, as {self._why_not_judged}"
+        if verdict == "pass":
             return line
         named = [f"{one.sample.name} under {self.under(one, verdict)}" for one in deciding[:MOST_NAMED]]
         more = f"; and {count - MOST_NAMED} more" if count > MOST_NAMED else ""
         return f"{line}: {'; '.join(named)}{more}"
+
+    @property
+    def _why_not_judged(self) -> str:
+        return "no tolerance" if self.asked.tolerance is None else "a colour that was not measured judges none"
 
     def under(self, one: Matched, verdict: Verdict) -> str:
         """The conditions under which a sample has a verdict, without what all conditions share."""

@@ -188,7 +188,7 @@ def _difference(standard: Sample, sample: Sample, where: Conditions, asked: Aske
         covariance = scatter(standard, sample, asked.repeatability, where.illuminant, where.observer)
         known = spread(first, second, white, covariance, formulas)
         least = max(known.lightness, known.chroma, known.hue)
-    if asked.tolerance is not None:
+    if asked.tolerance is not None and not (standard.made_up or sample.made_up):
         name = asked.tolerance.formula.name
         verdict = asked.tolerance.verdict(delta_e[name], None if known is None else known.delta_e[name])
     return Difference(where, white, first, second, off, delta_e, direction(first, off, least), known, verdict)
