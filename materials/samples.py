@@ -95,6 +95,7 @@ def sample_of(material: Material) -> Sample:
             effect=effect,
             details=details,
             measurement=measured,
+            finish=_finish_of(material),
             made_up=made_up,
             notes=notes,
         )
@@ -113,6 +114,7 @@ def sample_of(material: Material) -> Sample:
         measurement=measured,
         angles=angles,
         angled=angled,
+        finish=_finish_of(material),
         made_up=made_up,
         notes=notes,
     )
@@ -141,6 +143,13 @@ def _readings_of(material: MaterialRecord, measured: Measurement) -> tuple[Sampl
         for name, some in found.items()
         if (at := geometry_in(name)) is not None
     )
+
+
+def _finish_of(material: MaterialRecord) -> str:
+    if not material.is_surface:
+        return ""
+    numbers = (f"{name} {value!r}" for name, value in material.parameters.items() if np.isscalar(value))
+    return ", ".join([material.model, *numbers])
 
 
 def _read_at(material: Material, geometry: Geometry) -> Sample:

@@ -37,6 +37,8 @@ class Sample:
     details : instrument, geometry, ..., as the file has them. measurement : the conditions that they state.
     angles : of one thing that was read at several angles, a sample each. angled : its sample at any multi-angle
         geometry, of a surface whose BRDF is known. Where a BRDF was reconstructed from such readings there are both.
+    finish : model of its surface and that model's numbers beside spectra, such as "coated_diffuse, index 1.5,
+        roughness 0.06"; "" where no surface is known.
     made_up : the kind of provenance of a colour that was not measured and is no ground for a verdict, such as
         "uplifted(mallett-yuksel)"; "" of any other. notes : what was assumed, a sentence each.
     """
@@ -51,6 +53,7 @@ class Sample:
     measurement: Measurement = field(default_factory=Measurement)
     angles: tuple[Sample, ...] = ()
     angled: Callable[[Geometry], Sample] | None = None
+    finish: str = ""
     made_up: str = ""
     notes: tuple[str, ...] = ()
 

@@ -151,17 +151,25 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[
 
 
 def check_another(standard: Sample, sample: Sample) -> None:
-    """Raise `ComparisonError` where both are one and the same: that says nothing of a batch."""
+    """Raise `ComparisonError` where both are one and the same: that says nothing of a batch.
+
+    Surfaces of unlike finish are two, also where bodies under them were found from one reading.
+    """
     if (standard.source, standard.name) == (sample.source, sample.name):
         raise ComparisonError(f"{sample.name} is its own standard: name another sample")
     ours, theirs = (
         [reading for part in (side, *side.angles) for reading in part.readings] for side in (standard, sample)
     )
-    same = len(ours) == len(theirs) > 0 and all(
-        one.wavelengths_nm.shape == other.wavelengths_nm.shape
-        and (one.wavelengths_nm == other.wavelengths_nm).all()
-        and (one.samples == other.samples).all()
-        for one, other in zip(ours, theirs, strict=True)
+    alike = standard.finish == sample.finish or not (standard.finish and sample.finish)
+    same = (
+        alike
+        and len(ours) == len(theirs) > 0
+        and all(
+            one.wavelengths_nm.shape == other.wavelengths_nm.shape
+            and (one.wavelengths_nm == other.wavelengths_nm).all()
+            and (one.samples == other.samples).all()
+            for one, other in zip(ours, theirs, strict=True)
+        )
     )
     if same:
         raise ComparisonError(

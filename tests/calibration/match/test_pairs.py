@@ -10,12 +10,18 @@ from metamer.calibration.match.direction import direction
 from metamer.calibration.match.pairs import Asked, matched
 from metamer.calibration.match.tolerance import Tolerance
 from metamer.calibration.match.uncertainty import Repeatability
+from metamer.materials.analytic.coated_diffuse import CoatedDiffuse
+from metamer.materials.analytic.lambert import Lambert
+from metamer.materials.material import Material
+from metamer.materials.records.material import Provenance
+from metamer.materials.samples import sample_of
 from metamer.spectral.difference import differences, xyz_from_lab
 from metamer.spectral.errors import ComparisonError, InputError
 from metamer.spectral.formats.reading import StatedColour
 from metamer.spectral.formula import formula
 from metamer.spectral.metamerism import Conditions
 from metamer.spectral.sample import Sample
+from metamer.spectral.spectrum import Spectrum
 from orange_batch import NM, ORANGE, metamer_of, sample
 
 D65, A, TL84 = (Conditions(name, "1964_10") for name in ("D65", "A", "TL84"))
@@ -87,6 +93,31 @@ def test_a_standard_is_not_its_own_sample():
         matched(master, [master], asked())
     with pytest.raises(ComparisonError, match="to the last digit"):
         matched(master, [sample("copy", ORANGE)], asked())
+
+
+def paint(name, brdf):
+    """A material of a catalogue, as an instrument reads it."""
+    parameters = {"wavelengths_nm": brdf.wavelengths_nm, **brdf.parameters()}
+    provenance = Provenance("one chart", "none", "analytic")
+    return sample_of(Material(f"paint/{name}", "paint", brdf.NAME, parameters, provenance, None))
+
+
+def coated(roughness, index=1.5):
+    reading = Spectrum.sampled(NM, ORANGE, "reflectance")
+    return CoatedDiffuse(reading, index, roughness).reads(reading, "45:0")
+
+
+def test_finishes_over_one_reading_are_several_materials():
+    """Where the bodies are those with which all read alike, a pair may have one colour to the last digit."""
+    reading = Spectrum.sampled(NM, ORANGE, "reflectance")
+    paints = {"gloss": coated(0.016), "satin": coated(0.06), "other-gloss": coated(0.02), "matt": Lambert(reading)}
+    for name, brdf in paints.items():
+        others = [paint(other, paints[other]) for other in paints if other != name]
+        for found in matched(paint(name, brdf), others, asked()):
+            assert found.worst.delta_e["CIE 2000"] < 1e-6
+    for brdf in paints.values():
+        with pytest.raises(ComparisonError, match="to the last digit"):
+            matched(paint("one", brdf), [paint("two", brdf)], asked())
 
 
 def test_no_sample_is_refused():
