@@ -46,9 +46,9 @@ def test_three_finishes_of_every_patch(materials):
     assert {f"colorchecker/{patch}-{finish}" for patch in patches for finish in ("satin", "gloss")} <= ids
 
 
-@pytest.mark.parametrize("finish", ["satin", "gloss"])
-def test_coated_patches_read_as_the_chart_does(materials, finish):
-    """At its own 45:0: the coat's share of a reading is none of the body's colour."""
+@pytest.mark.parametrize("finish", ["matte", "satin", "gloss"])
+def test_patches_read_as_the_chart_does(materials, finish):
+    """At its own 45:0: neither the coat's share of a reading nor shadows of a rough surface are the body's colour."""
     table = tables_from(TABLES, MANIFEST)["babelcolor"]
     named = {material.id: material for material in materials}
     for column in table.columns:

@@ -12,18 +12,15 @@ from ...spectral.spectrum import Spectrum
 from ..brdf import Lobe
 from ..domain import in_domain
 from .cook_torrance import beckmann, smith_beckmann
+from .instrument import Instrument, ReadBrdf, not_stated
 from .model import AnalyticBrdf, Part, SumOfTerms
 
-# Angle from the normal at which a sphere instrument lights or views, where none is stated (CIE 015:2018, 5).
-_SPHERE_DEG = 8.0
 # Nodes of the albedo of the coat: polar and azimuth of the half vector.
 _TILTS, _TURNS = 64, 64
-#: Geometries that `reads` knows, for messages.
-GEOMETRIES = "45:0, di:8 (specular component included), de:8 (excluded)"
 
 
 @dataclass(frozen=True, eq=False)
-class CoatedDiffuse(AnalyticBrdf):
+class CoatedDiffuse(ReadBrdf):
     """A rough dielectric surface over a Lambertian body, coupled as Saunderson has it.
 
         f_r = F(h.wi) D G / (4 cos(theta_i) cos(theta_o)) + T(theta_i) T(theta_o) q / pi
@@ -48,6 +45,7 @@ class CoatedDiffuse(AnalyticBrdf):
     """
 
     NAME: ClassVar[str] = "coated_diffuse"
+    READ: ClassVar[str] = "diffuse"
     ALBEDO_BOUND: ClassVar[float] = 1.003
     isotropic = True
 
@@ -106,26 +104,15 @@ class CoatedDiffuse(AnalyticBrdf):
 
     def _read_at(self, geometry: str) -> tuple[float, float]:
         """Return the reading of the coat alone, and that of a body of q = 1."""
-        # No fit and no picture asks for it.
-        from ...spectral.measurement import Measurement
-
-        measurement = Measurement.of("reflectance", {"geometry": geometry})
-        found = measurement.geometry
-        specular = measurement.parts.get("specular component")
-        if found is not None and found.kind == "directional" and (found.first, found.second) == (45.0, 0.0):
+        found = Instrument.of(geometry)
+        if found.sphere_deg is None:
             wi, wo = np.sqrt([[0.5, 0.0, 0.5]]), np.array([[0.0, 0.0, 1.0]])
             return float(np.pi * self._facets(wi, wo)[0, 0]), float(self._let_through(wi, wo)[0, 0])
-        if found is not None and found.kind == "sphere" and specular is not None:
-            cosine = np.cos(np.radians(_SPHERE_DEG if found.first is None else found.first))
-            body = float(self._through(cosine) * (1.0 - diffuse_fresnel(self.index)))
-            return (self._coat_albedo(cosine) if specular.value == "included" else 0.0), body
-        raise InputError(
-            "which light the instrument counted is not stated",
-            field="geometry",
-            found=geometry or "nothing",
-            expected=GEOMETRIES,
-            hint='state it with the spectrum, geometry = "45:0", or geometry = "body" where no coat was on the sample',
-        )
+        if found.included is None:
+            raise not_stated(geometry)
+        cosine = np.cos(np.radians(found.sphere_deg))
+        body = float(self._through(cosine) * (1.0 - diffuse_fresnel(self.index)))
+        return (self._coat_albedo(cosine) if found.included else 0.0), body
 
     def _coat_albedo(self, cosine: float) -> float:
         """Share of light from one direction that the coat reflects into the hemisphere.

@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
+from ...spectral.errors import InputError
 from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum
 from ..brdf import eval_lit
+from ..directions import spherical
 from ..domain import in_domain
 from ..points import Points
+from .instrument import Instrument, ReadBrdf
 from .model import AnalyticBrdf
+
+# Nodes of a reading by a sphere, in each of the pieces between which the formula has kinks.
+_NODES = 24
 
 
 @dataclass(frozen=True, eq=False)
-class OrenNayar(AnalyticBrdf):
+class OrenNayar(ReadBrdf):
     """The full model of Oren and Nayar, "Generalization of Lambert's reflectance model", SIGGRAPH 94.
 
     It is the paper's functional approximation for a Gaussian distribution of slopes, not the shorter qualitative
@@ -36,11 +43,12 @@ class OrenNayar(AnalyticBrdf):
 
     Parameters
     ----------
-    reflectance : rho of the walls, (L,) in [0, 1].
+    reflectance : rho of the walls, (L,) in [0, 1]; the whole reads darker, and `reads` has it from a measurement.
     sigma : standard deviation of the slope angle, radians in [0, pi/2]; 0 is Lambert.
     """
 
     NAME: ClassVar[str] = "oren_nayar"
+    READ: ClassVar[str] = "reflectance"
     # White walls of sigma = 0.3 send back 1.051 of grazing light: the approximation is not quite conservative.
     ALBEDO_BOUND: ClassVar[float] = 1.06
     isotropic = True
@@ -57,6 +65,44 @@ class OrenNayar(AnalyticBrdf):
         """From smooth to as rough as can be, for tests of what every model must keep."""
         ramp = Spectrum.sampled(wavelengths_nm, np.linspace(0.0, 1.0, len(wavelengths_nm)))
         return tuple(cls(ramp, sigma) for sigma in (0.0, 0.3, 0.52, 0.5 * np.pi))
+
+    def reads(self, reading: Spectrum, geometry: str) -> OrenNayar:
+        """Find the walls with which an instrument reads a spectrum of the whole: reading = a rho + b rho^2.
+
+        Parameters and errors as of `ReadBrdf.reads`; a matt surface has no specular component to be stated.
+        """
+        a, b = self._read_at(geometry)
+        whitest = a + b
+        if (reading.samples > whitest).any():
+            at = int(np.argmax(reading.samples))
+            raise InputError(
+                "brighter than white walls of this roughness",
+                field="reflectance",
+                found=f"{reading.samples[at]:.4g} at {reading.wavelengths_nm[at]:g} nm, read at {geometry}",
+                expected=f"at most {whitest:.4g} with sigma {self.sigma:g}",
+                hint="a smaller sigma, or the geometry of the instrument that read it",
+            )
+        rho = np.minimum(2.0 * reading.samples / (a + np.sqrt(a * a + 4.0 * b * reading.samples)), 1.0)
+        return replace(self, reflectance=Spectrum.sampled(reading.wavelengths_nm, rho, "reflectance"))
+
+    def _read_at(self, geometry: str) -> tuple[float, float]:
+        """Return readings of direct and of interreflected light, of walls of rho = 1.
+
+        Under 10 degrees from the normal, where spheres view, no wavelength is held at 0.
+        """
+        sphere_deg = Instrument.of(geometry).sphere_deg
+        if sphere_deg is None:
+            wi, wo, share = spherical(np.array([0.25 * np.pi]), 0.0), spherical(np.zeros(1), 0.0), np.ones(1)
+        else:
+            seen = np.radians(sphere_deg)
+            nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+            theta, d_theta = _between(nodes, weights, (0.0, seen, 0.5 * np.pi))
+            phi, d_phi = _between(nodes, weights, (0.0, 0.5 * np.pi, np.pi))
+            theta, phi = (grid.ravel() for grid in np.meshgrid(theta, phi, indexing="ij"))
+            share = np.outer(d_theta, d_phi).ravel() * np.sin(theta) * np.cos(theta) * (2.0 / np.pi)
+            wi, wo = spherical(theta, phi), np.broadcast_to(spherical(seen, 0.0), (theta.size, 3))
+        direct, between = share @ self._terms(wi, wo)
+        return float(direct), float(between)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
         """See `Surface.xyz`: direct and interreflected light times rho and rho^2, folded, wherever no wavelength is
@@ -109,3 +155,10 @@ class OrenNayar(AnalyticBrdf):
         direct = c1 + s2 / (s2 + 0.09) * shape
         between = 0.17 * s2 / (s2 + 0.13) * (1.0 - cos_phi * bend**2)
         return np.stack([direct, between], axis=-1)
+
+
+def _between(nodes: np.ndarray, weights: np.ndarray, ends: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Legendre nodes and weights of [-1, 1] in each piece between ends."""
+    halves = [(0.5 * (high + low), 0.5 * (high - low)) for low, high in pairwise(ends)]
+    points, shares = ([middle + half * nodes for middle, half in halves], [half * weights for _, half in halves])
+    return np.concatenate(points), np.concatenate(shares)

@@ -20,7 +20,7 @@ from ...spectral.files import read_text
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import material_wavelengths
-from ..analytic.coated_diffuse import CoatedDiffuse
+from ..analytic.instrument import ReadBrdf
 from ..records.material import Provenance
 from ..records.models import model_named
 from ..source import MaterialSource, Rejected
@@ -32,7 +32,7 @@ TABLES_FILE = "sources.toml"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 _FAMILY_KEYS = ("family", "kind", "notes", "material")
 _MATERIAL_KEYS = ("name", "model", "notes", "each")
-# In place of a geometry: the spectrum is that of the body, without the coat.
+# In place of a geometry: the spectrum is that of the model's own body, not of the whole.
 _OF_THE_BODY = "body"
 _OURS = re.compile(rb"^\s*(family\s*=|\[\[\s*material\s*\]\])", re.MULTILINE)
 
@@ -108,11 +108,11 @@ class _Entry:
         kinds = {field.name: str(field.type) for field in dataclasses.fields(cast(Any, model)) if field.init}
         _expect_keys(self.values, (*_FAMILY_KEYS, *_MATERIAL_KEYS, *kinds), self.path, self.name)
         used: dict[str, Table] = {}
-        coated = issubclass(model, CoatedDiffuse)
+        read = model.READ if issubclass(model, ReadBrdf) else None
         notes = [str(self.values.get("notes", ""))]
         arguments = {key: self.values[key] for key in kinds if key in self.values}
         spectra = {
-            key: self._spectrum(key, "reflectance" if kinds[key] == "Spectrum" else "index", used, coated)
+            key: self._spectrum(key, "reflectance" if kinds[key] == "Spectrum" else "index", used, key == read)
             for key, value in arguments.items()
             if isinstance(value, dict)
         }
@@ -131,9 +131,9 @@ class _Entry:
             except TypeError as reason:
                 raise InputError("parameters do not make the model", found=str(reason)) from None
             geometry = _joined(table.geometry for table in used.values())
-            if isinstance(brdf, CoatedDiffuse) and (read_at := self._read_at(used)) is not None:
-                brdf, geometry = brdf.reads(brdf.diffuse, read_at), read_at
-                notes.append(f"the body is the one with which coat and body together read diffuse at {read_at}")
+            if isinstance(brdf, ReadBrdf) and (read_at := self._read_at(brdf.READ, used)) is not None:
+                brdf, geometry = brdf.reads(getattr(brdf, brdf.READ), read_at), read_at
+                notes.append(f"{brdf.READ} is the one with which the whole reads as the table does at {read_at}")
         with self._placed():
             provenance = Provenance(
                 source=_joined(table.source for table in used.values()) or "made up for this catalogue",
@@ -145,13 +145,13 @@ class _Entry:
         parameters = {"wavelengths_nm": grid, **brdf.parameters()}
         return MaterialSource(f"{self.family}/{self.name}", self.family, model.NAME, parameters, provenance, self.path)
 
-    def _spectrum(self, key: str, quantity: Kind, used: dict[str, Table], coated: bool) -> Spectrum:
+    def _spectrum(self, key: str, quantity: Kind, used: dict[str, Table], read: bool) -> Spectrum:
         """The spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""
         value, field = self.values[key], f"{self.name}.{key}"
         if set(value) == {"constant"}:
             with self._placed(field):
                 return constant_spectrum(value["constant"], quantity)
-        _expect_keys(value, ("table", "column", *(("geometry",) if coated else ())), self.path, field)
+        _expect_keys(value, ("table", "column", *(("geometry",) if read else ())), self.path, field)
         table = _table(value.get("table"), self.tables, self.path, field)
         if table.quantity != quantity:
             raise InputError(
@@ -160,9 +160,9 @@ class _Entry:
         used[table.name] = table
         return table.spectrum(str(value.get("column")).replace("{column}", self.column))
 
-    def _read_at(self, used: Mapping[str, Table]) -> str | None:
-        """The geometry at which a table's `diffuse` was read of coat and body; None where it is of the body alone."""
-        value = self.values.get("diffuse")
+    def _read_at(self, key: str, used: Mapping[str, Table]) -> str | None:
+        """The geometry at which a table's spectrum was read of the whole; None where it is of the body alone."""
+        value = self.values.get(key)
         if not isinstance(value, dict) or "table" not in value:
             return None
         geometry = str(value.get("geometry", used[str(value["table"])].geometry))

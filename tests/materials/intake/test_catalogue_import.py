@@ -10,7 +10,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
+from metamer.materials.analytic.oren_nayar import OrenNayar
 from metamer.materials.catalogue import Catalogue
+from metamer.materials.directions import spherical
 from metamer.materials.intake import import_plan, importing, known
 from metamer.materials.intake.importing import ImportInterrupted, import_sources
 from metamer.materials.intake.sources import read_sources
@@ -76,8 +78,10 @@ def test_materials_of_a_table_and_single_ones(source):
     assert red.provenance.source == "A chart, measured for this test"
     assert (red.provenance.licence, red.provenance.geometry) == ("CC0 1.0", "45:0")
     assert "known from 400 to 700 nm" in red.provenance.notes
-    at_600 = red.parameters["wavelengths_nm"] == 600
-    assert red.parameters["reflectance"][at_600] == pytest.approx(0.7)
+    whole = rebuild(red.model, red.parameters)
+    assert isinstance(whole, OrenNayar)
+    at_600 = np.pi * whole.eval(*(spherical(np.array([one]), 0.0) for one in (np.pi / 4, 0.0)))[0]
+    assert at_600[whole.wavelengths_nm == 600] == pytest.approx(0.7, abs=1e-12)
 
 
 def test_a_finer_table_stays_the_truth_and_coarser_ones_join_it(tmp_path):
@@ -141,7 +145,7 @@ def test_the_body_of_a_coated_paint_is_found_from_the_geometry_of_its_reading(tm
         body_at_700, abs=1e-4
     )
     assert found.provenance.geometry == (table if entry in ("", "body") else entry)
-    assert ("coat and body together read" in found.provenance.notes) == (entry != "body")
+    assert ("the whole reads as the table" in found.provenance.notes) == (entry != "body")
 
 
 def test_a_coated_paint_of_a_table_that_leaves_its_geometry_open_is_asked_about(tmp_path):
@@ -150,8 +154,19 @@ def test_a_coated_paint_of_a_table_that_leaves_its_geometry_open_is_asked_about(
         assert "paint.toml" in refusal and "red.geometry" in refusal and 'geometry = "45:0"' in refusal
 
 
-def test_only_what_lies_under_a_coat_has_a_geometry_of_its_own(source):
+@pytest.mark.parametrize("geometry", ["", "directional", "45as15"])
+def test_a_rough_paint_of_a_table_that_leaves_its_geometry_open_is_asked_about(tmp_path, geometry):
+    found = refusals(write_source(tmp_path / "source", tables=TABLES.replace('"45:0"', f'"{geometry}"')))
+    assert len(found) == 2 and all("matte.geometry" in words for words in found.values())
+    family = FAMILY.replace('column = "{column}" }', 'column = "{column}", geometry = "body" }')
+    (tmp_path / "source" / "paint.toml").write_text(family)
+    red = next(found for found in read_sources(tmp_path / "source") if found.id == "paint/red-matte")
+    assert red.parameters["reflectance"][red.parameters["wavelengths_nm"] == 600] == pytest.approx(0.7, abs=1e-12)
+
+
+def test_only_what_is_found_from_a_reading_has_a_geometry_of_its_own(source):
     text = FAMILY.replace('column = "{column}" }', 'column = "{column}", geometry = "45:0" }')
+    text = text.replace('model = "oren_nayar"', 'model = "lambert"').replace("sigma = 0.3", "")
     (source / "paint.toml").write_text(text)
     assert all("unknown key" in words for words in refusals(source).values()) and len(refusals(source)) == 2
 
