@@ -239,13 +239,15 @@ def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
     _say_reasons(report, verbose)
     measured = [(outcome.error.p99, outcome.id) for outcome in report.outcomes if outcome.error]
     if measured:
+        from ..materials.fit_error import far_off
+
         say("largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
         fits = [(one.id, one.error) for one in report.outcomes if one.error]
         missed = sum(misses_budget(error) or (error.score is None and error.p99 > budget) for _, error in fits)
         if missed:
             say(f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
         over = [f"{name}: its fit {missed_words(error)}" for name, error in fits if misses_budget(error)]
-        far = [f"{name}: {words}" for name, error in fits if (words := error.far_off(budget))]
+        far = [f"{name}: {words}" for name, error in fits if (words := far_off(error))]
         for lines in (over, far):
             for line in lines if verbose else lines[:_MANY]:
                 say(line)

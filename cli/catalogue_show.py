@@ -65,6 +65,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
+    from ..materials.fit_error import far_off
     from ..materials.gloss import shown_gloss
     from ..materials.records.record_colour import record_colour
     from ..materials.records.shown import shown_reconstruction, shown_values
@@ -100,7 +101,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
         error = record.error
         figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"
         lines.append(("fit, ΔE94", f"{figures} ({error.light}, {error.observer})"))
-        if words := error.far_off():
+        if words := far_off(error):
             lines.append(("far off", words))
         if error.lights:
             words = (f"{one.light} {one.p99:.3f}{_highlight(one)}" for one in error.lights)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -79,22 +79,43 @@ class FitError:
         figures = {name: kept[name] for name in cls.__dataclass_fields__ if name != "lights" and name in kept}
         return cls(**figures, lights=lights)
 
-    def far_off(self, budget: float | None = None) -> str:
-        """Say where the maximum is, if it is more than ten budgets (the fit's own without `budget`); else "".
-
-        >>> FitError(0.1, 0.2, 0.4, 56.0, "A", "1931_2", "sphere", 0.0, where="light at 80.0°, 0°").far_off()
-        'up to ΔE94 56.0 under A: light at 80.0°, 0°'
-        """
-        return far_off(self.maximum, self.light, self.where, budget or self.budget or DEFAULT_BUDGET)
-
     @property
     def highlight(self) -> float | None:
         """The worst p99 of the highlight's own pixels under any light; None where the surface has no highlight."""
         return max((one.highlight for one in self.lights if one.highlight is not None), default=None)
 
 
-def far_off(maximum: float | None, light: str | None, where: str | None, budget: float = DEFAULT_BUDGET) -> str:
-    """Say where a maximum is that is more than ten budgets, as far as it is known; "" of a smaller one."""
-    if maximum is None or maximum <= _FAR * budget:
+class Farthest(Protocol):
+    """The largest error of a fit, and what it aimed at (`FitError`)."""
+
+    @property
+    def maximum(self) -> float | None:
+        """ΔE94."""
+        ...
+
+    @property
+    def light(self) -> str | None:
+        """Under which light."""
+        ...
+
+    @property
+    def where(self) -> str | None:
+        """Directions, in words."""
+        ...
+
+    @property
+    def budget(self) -> float | None:
+        """ΔE94; None where nothing was fitted."""
+        ...
+
+
+def far_off(fit: Farthest) -> str:
+    """Say where a maximum is that is more than ten of the fit's own budgets, as far as it is known; else "".
+
+    >>> far_off(FitError(0.1, 0.2, 0.4, 56.0, "A", "1931_2", "sphere", 0.0, where="light at 80.0°, 0°"))
+    'up to ΔE94 56.0 under A: light at 80.0°, 0°'
+    """
+    budget = DEFAULT_BUDGET if fit.budget is None else fit.budget
+    if fit.maximum is None or fit.maximum <= _FAR * budget:
         return ""
-    return f"up to ΔE94 {maximum:.1f} under {light}" + (f": {where}" if where else "")
+    return f"up to ΔE94 {fit.maximum:.1f} under {fit.light}" + (f": {fit.where}" if fit.where else "")

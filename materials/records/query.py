@@ -65,10 +65,10 @@ class Summary:
 
     @property
     def far_off(self) -> str:
-        """Say where the maximum is, if it is more than ten budgets; else ""."""
+        """Say where the maximum is, if it is more than ten of the fit's own budgets; else ""."""
         from ..fit_error import far_off
 
-        return far_off(self.maximum, self.light, self.where)
+        return far_off(self)
 
     @property
     def standing(self) -> str:

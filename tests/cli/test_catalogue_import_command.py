@@ -32,7 +32,9 @@ def source(tmp_path):
 def fast_fit(monkeypatch):
     def fit_material(material, budget, say=None):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
-        error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0, where="light there; view here")
+        error = FitError(
+            0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0, where="light there; view here", budget=budget
+        )
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, Palette.of(np.ones((1, 81))))
         return importing.Fitted(FactoredBrdf((pack,), error), 0.5)
 

@@ -135,23 +135,28 @@ def test_a_budget_that_is_missed_is_said_with_what_one_more_step_would_have_paid
 WHERE = "light 80.0° from the normal, azimuth 0.0°; view 79.5° from the normal, azimuth 180.0°"
 
 
-def far(maximum, where=WHERE):
-    return FitError(0.1, 0.2, 0.4, maximum, "A", "1931_2", "sphere", 0.0, where=where)
+def far(maximum, where=WHERE, budget=None):
+    return FitError(0.1, 0.2, 0.4, maximum, "A", "1931_2", "sphere", 0.0, where=where, budget=budget, score=budget)
 
 
 @pytest.mark.parametrize(
-    ("maximum", "where", "said"),
+    ("maximum", "where", "said", "budget"),
     [
-        (56.0, WHERE, f"paint/far: up to ΔE94 56.0 under A: {WHERE}"),
-        (5.1, WHERE, f"paint/far: up to ΔE94 5.1 under A: {WHERE}"),
+        (56.0, WHERE, f"paint/far: up to ΔE94 56.0 under A: {WHERE}", None),
+        (5.1, WHERE, f"paint/far: up to ΔE94 5.1 under A: {WHERE}", None),
+        # Of the fit's own budget, not of the one that an import takes unasked.
+        (1.1, WHERE, f"paint/far: up to ΔE94 1.1 under A: {WHERE}", 0.1),
+        (9.9, WHERE, None, 1.0),
         # Of a file of before such places were noted.
-        (56.0, None, "paint/far: up to ΔE94 56.0 under A"),
-        (5.0, WHERE, None),
-        (0.6, WHERE, None),
+        (56.0, None, "paint/far: up to ΔE94 56.0 under A", None),
+        (5.0, WHERE, None, None),
+        (0.6, WHERE, None, None),
     ],
 )
-def test_a_maximum_above_ten_budgets_is_said_with_its_place(metamer, tmp_path, write_matt, maximum, where, said):
-    write_matt(tmp_path / "cat", "paint/far", 0.1, error=far(maximum, where))
+def test_a_maximum_above_ten_budgets_is_said_with_its_place(
+    metamer, tmp_path, write_matt, maximum, where, said, budget
+):
+    write_matt(tmp_path / "cat", "paint/far", 0.1, error=far(maximum, where, budget))
     listed = metamer("catalogue", "list", tmp_path / "cat")[1].splitlines()
     shown = metamer("catalogue", "show", "paint/far", tmp_path / "cat")[1].splitlines()
     of_one = said and said.partition(": ")[2]

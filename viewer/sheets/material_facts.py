@@ -11,6 +11,7 @@ from numpy import ndarray
 from ...calibration.material_page import MaterialFacts, render_material_page
 from ...lighting.scene import Scene
 from ...materials.fast import Summand
+from ...materials.fit_error import far_off
 from ...materials.gloss import shown_gloss
 from ...materials.records.material import MaterialRecord
 from ...materials.records.models import no_surface
@@ -76,7 +77,7 @@ def _facts(record: MaterialRecord) -> dict[str, str]:
     if error is not None:
         facts["Fit, ΔE94 mean"] = f"{error.mean:.3f}"
         facts["Fit, ΔE94 p99"] = f"{error.p99:.3f} ({error.light}, {error.observer})"
-        facts["Fit, ΔE94 max"] = error.far_off() or f"{error.maximum:.3f}"
+        facts["Fit, ΔE94 max"] = far_off(error) or f"{error.maximum:.3f}"
         if missed := missed_words(error):
             facts["Budget"] = missed
     if colour is not None:
