@@ -104,13 +104,14 @@ class InputError(MetamerError):
         expected: str | None = None,
         hint: str | None = None,
         named_in: str | None = None,
+        problem: str | None = None,
     ) -> InputError:
         """The same failure, of the same class, with what its discoverer did not know; what is None here stays."""
         given = {"file": file, "field": field, "found": found, "expected": expected, "hint": hint}
         given |= {"named_in": named_in}
         parts = {name: getattr(self, name) if value is None else value for name, value in given.items()}
         placed = copy(self)
-        InputError.__init__(placed, self.problem, **parts)
+        InputError.__init__(placed, self.problem if problem is None else problem, **parts)
         return placed
 
 

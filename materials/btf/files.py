@@ -18,12 +18,14 @@ from .decoding import Coding
 from .hemisphere import Hemisphere
 from .images import BtfImages
 
-#: What is wrong with an image that is not as large as the others.
-OTHER_SIZE = "an image of another size"
 #: Decoded images that are kept, bytes.
 KEPT_BYTES = 64 << 20
 #: Images that are kept as their files' numbers, a fourth to an eighth of that each, bytes.
 HELD_BYTES = 512 << 20
+
+
+class OtherSizeError(InputError):
+    """An image that is not of the size of the others."""
 
 
 @runtime_checkable
@@ -156,7 +158,7 @@ class BtfFiles(BtfImages):
             one = self.coding.codes(data, file, grey=len(numbers) > 1)
             if one.shape[:2] != (self.height, self.width):
                 size, expected = size_words(*one.shape[:2]), size_words(self.height, self.width)
-                raise InputError(OTHER_SIZE, file=file, found=size, expected=expected)
+                raise OtherSizeError("an image of another size", file=file, found=size, expected=expected)
             found.append(one)
         # Grey stands for every colour; of wavelengths, there are as many as of the other images.
         channels, expected = found[0].shape[2], self.basis.size

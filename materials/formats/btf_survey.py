@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...spectral.errors import InputError
-from ..btf.files import OTHER_SIZE, BtfFiles, size_words
+from ..btf.files import BtfFiles, OtherSizeError, size_words
 from ..btf.registration import MOST_LEANING
 from .btf_names import image_name
 from .naming import printable
@@ -130,7 +130,7 @@ def surveyed(images: BtfFiles, fill: float, folder: Path) -> Survey:
             values = images.image(view, light)
         except InputError as reason:
             name = images.name(view, light)
-            if reason.problem == OTHER_SIZE:
+            if isinstance(reason, OtherSizeError):
                 sizes.setdefault(str(reason.found), []).append(name)
             else:
                 damaged[name] = reason.problem

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 from ..errors import InputError, UnknownNameError
 from ..spectrum import Quantity
@@ -113,9 +113,23 @@ class Answer:
         return self.quantity in (None, quantity) or {self.quantity, quantity} == alike
 
 
-#: What refusals say of a file that states one thing where the answer is another.
-AGAINST_QUANTITY = "the file says one thing, and --as another"
-AGAINST_SCALE = "the file states one scale, and --scale another"
+class AgainstAnswerError(InputError):
+    """A file that states itself what a person answers otherwise; `part` : which part of the answer that is."""
+
+    part: Literal["quantity", "scale"]
+
+    @classmethod
+    def of(cls, part: Literal["quantity", "scale"], **said: Any) -> AgainstAnswerError:
+        """The refusal, with where it is and what was found, as of `InputError`."""
+        made = cls(
+            f"the file {'says one thing' if part == 'quantity' else 'states one scale'}, and "
+            f"--{'as' if part == 'quantity' else 'scale'} another",
+            expected="an answer only where the file leaves the question open",
+            **said,
+        )
+        made.part = part
+        return made
+
 
 #: Leaves everything to the file.
 NO_ANSWER = Answer()
@@ -125,11 +139,10 @@ def contradiction(
     answer: Answer, quantity: str, words: str, *, file: str | Path | None = None, field: str | None = None
 ) -> InputError:
     """The refusal of a file that says another quantity than the person who imports it."""
-    return InputError(
-        AGAINST_QUANTITY,
+    return AgainstAnswerError.of(
+        "quantity",
         file=file,
         field=field,
         found=f"{quantity}, by {words}; --as {str(answer.quantity).replace(' ', '-')}",
-        expected="an answer only where the file leaves the question open",
         hint="import this file without --as; where its words are wrong, correct them in the file",
     )

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from ..errors import InputError
 from ..files import existing_file
 from ..spectrum import Spectrum
-from .answer import AGAINST_QUANTITY, AGAINST_SCALE, NO_ANSWER, Answer, contradiction
+from .answer import NO_ANSWER, AgainstAnswerError, Answer, contradiction
 
 #: Readers by module name, the most particular first: the first that recognises a file reads it. A reader has NAME,
 #: SUFFIXES, `recognises(path, head)` and `read(path)`; one whose files may leave open what was measured has ASKS = True
@@ -185,10 +185,11 @@ def read_filling_gaps(path: str | Path, answer: Answer) -> tuple[SpectralFile, s
             refusals = [reason for _, reason in file.rejected]
         except InputError as reason:
             refusal, refusals = reason, [reason]
-        if given.quantity is not None and any(AGAINST_QUANTITY in reason.problem for reason in refusals):
+        against = {reason.part for reason in refusals if isinstance(reason, AgainstAnswerError)}
+        if given.quantity is not None and "quantity" in against:
             left_out.append(f"--as {given.quantity.replace(' ', '-')}")
             given = replace(given, quantity=None)
-        elif given.scale is not None and any(AGAINST_SCALE in reason.problem for reason in refusals):
+        elif given.scale is not None and "scale" in against:
             left_out.append(f"--scale {given.scale}")
             given = replace(given, scale=None)
         elif refusal is not None:

@@ -27,7 +27,7 @@ from jaxtyping import Float
 
 from ...errors import InputError
 from ...spectrum import Quantity
-from ..answer import AGAINST_SCALE, Answer, Scale, contradiction
+from ..answer import AgainstAnswerError, Answer, Scale, contradiction
 from .resemblance import Likeness, has_mercury_lines, likenesses
 from .text import shortened
 from .words import meant_by
@@ -309,11 +309,11 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Answer)
     if stated is not None and answer.scale != stated and not doubtful and answer.against != "overruled":
         if answer.against == "kept":
             return _divisor(stated, values, words)
-        raise _refusal(
-            AGAINST_SCALE,
-            f"{stated}, by {words}; --scale {answer.scale}",
-            "an answer only where the file leaves the question open",
-            "import this file without --scale; where its words are wrong, correct them in the file",
+        raise AgainstAnswerError.of(
+            "scale",
+            field="values",
+            found=f"{stated}, by {words}; --scale {answer.scale}",
+            hint="import this file without --scale; where its words are wrong, correct them in the file",
         )
     if answer.scale is not None:
         if impossible[answer.scale]:

@@ -225,8 +225,7 @@ class Gathering:
             if len(self.rejected) == 1:
                 raise first
             problem = f"none of {len(self.rejected)} spectra can be used, the first for this: {first.problem}"
-            said = {"field": first.field, "found": first.found, "expected": first.expected, "hint": first.hint}
-            raise InputError(problem, **said)
+            raise first.at(problem=problem)
         names = [entry.name for entry in self.entries]
         if len(set(names)) < len(names):
             self.note("some spectra share a name; they stay apart, in the order of the file")

@@ -1,5 +1,6 @@
 """The list of readers: which takes a file, and that none of them is surprised by what is in it."""
 
+import pickle
 import random
 
 import numpy as np
@@ -8,7 +9,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.spectral.errors import InputError
 from metamer.spectral.formats import cgats, csv, instrument_text, spd
-from metamer.spectral.formats.reading import FORMATS, HEAD, SpectralFile, format_of, read_spectra, readers
+from metamer.spectral.formats.answer import AgainstAnswerError, Answer
+from metamer.spectral.formats.reading import (
+    FORMATS,
+    HEAD,
+    SpectralFile,
+    format_of,
+    read_filling_gaps,
+    read_spectra,
+    readers,
+)
 from metamer.spectral.spectrum import check_values
 
 TEXT = (csv, cgats, instrument_text, spd)
@@ -119,3 +129,34 @@ def test_tables_of_likely_cells_are_read_or_refused(written, rows, mark):
         holds(read_spectra(path))
     except InputError as refusal:
         assert str(path) in str(refusal)
+
+
+CURVE = "\n".join(f"{nm},{0.2 + 0.001 * (nm - 400):.4f},{0.3 + 0.0005 * (nm - 400):.4f}" for nm in range(400, 701, 10))
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+@pytest.mark.parametrize(
+    ("heading", "answer", "part"),
+    [
+        ("Transmittance, fraction", Answer(quantity="reflectance", scale="fraction"), "quantity"),
+        ("Reflectance, fraction", Answer(quantity="reflectance", scale="percent"), "scale"),
+        ("Reflectance, fraction", Answer(quantity="emission"), "quantity"),
+    ],
+)
+def test_a_contradiction_is_told_by_its_kind_and_not_by_its_words(
+    tmp_path, monkeypatch, columns, heading, answer, part
+):
+    """Of one spectrum and of several, in another process, and where the words of the message are others."""
+    rows = [",".join(row.split(",")[: columns + 1]) for row in CURVE.splitlines()]
+    path = tmp_path / "chart.csv"
+    path.write_text("\n".join([heading, "nm,one,two"[: 2 + 4 * columns], *rows, ""]))
+    with pytest.raises(AgainstAnswerError) as refusal:
+        read_spectra(path, answer)
+    for each in (refusal.value, refusal.value.at(hint="another"), pickle.loads(pickle.dumps(refusal.value))):
+        assert isinstance(each, AgainstAnswerError) and each.part == part
+    monkeypatch.setattr(
+        AgainstAnswerError, "__init__", lambda self, problem, **said: InputError.__init__(self, "so", **said)
+    )
+    file, words = read_filling_gaps(path, answer)
+    assert len(file.entries) == columns and "chart.csv says itself" in words
+    assert [entry.spectrum.quantity for entry in file.entries] == [heading.split(",")[0].lower()] * columns
