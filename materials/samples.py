@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..spectral.angles import Reading, Thing, things
+from ..spectral.angles import Reading, Thing, things, without_light
 from ..spectral.errors import ComparisonError, InputError, UnknownNameError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formats.colours_only import colour_in, read_colours
@@ -202,7 +202,15 @@ def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
         )
     if not file.entries:
         raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path, expected="at least one")
-    found = [Sample.of_entry(entry, str(path), details_of_readings(file)) for entry in file.entries]
+    beside = details_of_readings(file)
+    found = [Sample.of_entry(entry, str(path), beside) for entry in file.entries]
+    unlit = without_light([one.name for one in found], [{**beside, **one.details} for one in found])
+    for at, one in unlit.items():
+        # Angles are paired by their numbers, wherever the light was.
+        if one.noted and found[at].measurement.geometry is None:
+            geometry = Geometry("multi-angle", None, one.aspecular)
+            said = {"geometry": Said(geometry, geometry.notation, "the name")}
+            found[at] = replace(found[at], measurement=Measurement({**found[at].measurement.parts, **said}))
     details = {key: value for key, value in file.details.items() if isinstance(value, str)}
     by_name: dict[str, list[Sample]] = {}
     at_angles: list[Sample] = []

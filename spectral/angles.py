@@ -9,21 +9,35 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 from .measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT, MUST, Geometry, Measurement, signed
 
 _One = TypeVar("_One")
 #: Aspecular angles of the flop index, lit at 45 degrees, and the conditions that it is for.
 FLOP_ANGLES, FLOP_CONDITIONS = (15.0, 45.0, 110.0), ("D65", "1964_10")
-# Aspecular angles of the instruments there are. Of fewer than three, names with numbers may be of numbered samples.
-_USUAL = frozenset((-15.0, 15.0, 20.0, 25.0, 45.0, 60.0, 75.0, 80.0, 110.0))
-_FEWEST = 3
+# Aspecular angles of the instruments there are, and sets of which two tell of one where words stand before all of them:
+# samples may be numbered, and tints have 25 and 75 %.
+_USUAL = frozenset((-45.0, -30.0, -15.0, 15.0, 20.0, 25.0, 45.0, 60.0, 75.0, 80.0, 110.0))
+_MOSTLY = 0.8
+_COMMON = (frozenset(FLOP_ANGLES), frozenset((-15.0, 15.0)), frozenset((25.0, 45.0)), frozenset((45.0, 75.0)))
 # Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature).
-_NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*(°|º|deg(?:rees?)?)?[)\]]?", re.I)
+_NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(°|º|˚|∘|deg(?:rees?|\.)?|grad)?[)\]]?", re.I)
 # Words before an angle that name no sample.
 _NO_SAMPLE = re.compile(r"r|ρ|refl(?:ectance)?|at|(?:\w+[ _-])?(?:angle|winkel)", re.I)
+# What joins an angle to a name.
+_JOINTS = " ,;:_-/@°|=(["
 _ANGLE_COLUMN = re.compile(r"(?!.*(?:hue|screen|raster|phase|contact))(?:.*(?:angle|winkel|aspecular)|geometr).*", re.I)
+
+
+class Unlit(NamedTuple):
+    """A reading at an aspecular angle in degrees without that of the light: the words that say so, the angle, and
+    whether they say aspecular ("as15") and not only a number.
+    """
+
+    words: str
+    aspecular: float
+    noted: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +86,7 @@ def things(readings: Iterable[Reading[_One]]) -> tuple[Thing[_One], ...]:
         if one.angle is None:
             order.append([one])
             continue
-        kinds = groups.setdefault(without_angle(one.thing or one.name), [])
+        kinds = groups.setdefault(_called(one), [])
         kind = next((kind for kind in kinds if not any(_otherwise(one, other) for other in kind)), None)
         if kind is None:
             kinds.append([one])
@@ -85,12 +99,21 @@ def things(readings: Iterable[Reading[_One]]) -> tuple[Thing[_One], ...]:
         if first.angle is None:
             found.append(Thing(first.name, (first,)))
             continue
-        name = without_angle(first.thing or first.name)
+        name = _called(first)
         others = [kind for kind in groups[name] if kind is not group]
         parts = [part for part in (*MUST, "data mode") if any(_differs(first, kind[0], part) for kind in others)]
         label = ", ".join([name, *(first.measurement.parts[part].words for part in parts)])
         found.append(Thing(label, tuple(group), len({one.thing or one.name for one in group}) > 1))
     return tuple(found)
+
+
+def _called(reading: Reading) -> str:
+    """The name of the thing that a reading at an angle is of: its own less the angle, in whatever notation."""
+    name = reading.thing or reading.name
+    if reading.angle is None or reading.angle.first is not None:
+        return without_angle(name)
+    noted = ANGLE_WITHOUT_LIGHT.search(name)
+    return name if noted is None else _joined(name[: noted.start()], name[noted.end() :])
 
 
 def _otherwise(one: Reading, other: Reading) -> bool:
@@ -113,8 +136,13 @@ def without_angle(name: str) -> str:
     found = ANGLE_NOTATION.search(name)
     if found is None:
         return name
-    rest = f"{name[: found.start()]} {name[found.end() :]}"
-    return re.sub(r"\s+", " ", re.sub(r"\(\s*\)|\[\s*\]", " ", rest)).strip(" ,;:_-/@°|")
+    return _joined(name[: found.start()], name[found.end() :])
+
+
+def _joined(*parts: str) -> str:
+    """Parts of a name about an angle, without what joined them to it."""
+    rest = re.sub(r"\(\s*\)|\[\s*\]", " ", " ".join(parts))
+    return re.sub(r"\s+", " ", rest).strip(_JOINTS)
 
 
 def flop_index(lightness: Mapping[float, float]) -> float | None:
@@ -137,38 +165,46 @@ def common(sides: Sequence[Sequence[Geometry]]) -> tuple[Geometry, ...]:
     return tuple(one for one in sides[0] if all(any(one.matches(other) for other in side) for side in sides[1:]))
 
 
-def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) -> dict[int, str]:
-    """Readings that seem to be at aspecular angles and do not say that of the light: words for it, by their place.
+def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) -> dict[int, Unlit]:
+    """Readings that seem to be at aspecular angles and do not say that of the light, by their place.
 
     Parameters
     ----------
-    names, details : of readings whose geometry is no angle of a multi-angle instrument. Signs are three names or more
-    such as "as15", or with degrees of usual angles; names that are nothing but three usual angles or more, or one word
-    with those of the flop index and usual ones; rows of one name that differ in a column of angles.
+    names, details : of readings whose geometry is no angle of a multi-angle instrument. Signs are two names or more
+        such as "as15", or with degrees of usual angles, or that are nothing but usual angles; numbers behind one word
+        with those of the flop index; behind any words where all names are such and have two of the common ones each;
+        rows of one name that differ in a column of angles.
 
-    >>> sorted(without_light(["Sky as15", "as45", "as110", "Card"], [{}] * 4)), without_light(["1", "2"], [{}] * 2)
-    ([0, 1, 2], {})
+    >>> sorted(without_light(["Sky as15", "as45", "Card"], [{}] * 3)), without_light(["1", "2"], [{}] * 2)
+    ([0, 1], {})
     """
-    found: dict[int, str] = {}
+    found: dict[int, Unlit] = {}
     noted = [ANGLE_WITHOUT_LIGHT.search(name) for name in names]
     told = {at: signed(one[1] or one[2]) for at, one in enumerate(noted) if one}
-    # Angles are multiples of 5; samples called AS 1, AS 2, ... are numbered.
-    if len(set(told.values())) >= _FEWEST and all(angle % 5.0 == 0.0 for angle in told.values()):
-        found |= {at: names[at] for at in told}
+    angles = set(told.values())
+    # Samples called AS 1, AS 2, ... are numbered.
+    if len(angles) > 1 and (all(one % 5.0 == 0.0 for one in angles) or _mostly_usual(angles)):
+        found |= {at: Unlit(names[at], one, True) for at, one in told.items()}
     groups: dict[tuple[str, bool], dict[int, float]] = {}
     for at, name in enumerate(names):
         if one := _NUMBERED.fullmatch(name.strip()):
-            word = one[1].strip(" _-@([=:").casefold()
+            word = one[1].strip(_JOINTS).casefold()
             # Right behind a word, a hyphen joins them.
             angle = abs(signed(one[2])) if one[1][-1:].isalnum() else signed(one[2])
             groups.setdefault(("" if _NO_SAMPLE.fullmatch(word) else word, bool(one[3])), {})[at] = angle
+    groups = {
+        key: group
+        for key, group in groups.items()
+        if len(set(group.values())) > 1 and _mostly_usual(set(group.values()))
+    }
+    alone = sum(map(len, groups.values())) == len(names)
+    common_alone = alone and all(
+        any(len(common.intersection(group.values())) > 1 for common in _COMMON) for group in groups.values()
+    )
     for (word, degrees), group in groups.items():
-        angles = set(group.values())
-        enough = len(angles) >= _FEWEST and (
-            degrees or (set(FLOP_ANGLES) <= angles if word else len(group) == len(names))
-        )
-        if enough and angles <= _USUAL:
-            found |= {at: names[at] for at in group}
+        of_word = common_alone or set(FLOP_ANGLES) <= set(group.values())
+        if degrees or (of_word if word else alone):
+            found |= {at: Unlit(names[at], angle) for at, angle in group.items() if at not in found}
     columns = dict.fromkeys(label for one in details for label in one if _ANGLE_COLUMN.fullmatch(label))
     for label in columns:
         rows: dict[str, dict[int, str]] = {}
@@ -177,5 +213,13 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
                 rows.setdefault("" if "aspecular" in label.casefold() else name, {})[at] = one[label]
         for row in rows.values():
             if len(set(row.values())) > 1:
-                found |= {at: f"{names[at]} ({label} {value})" for at, value in row.items() if at not in found}
+                for at, value in row.items():
+                    number = _NUMBERED.fullmatch(value.strip())
+                    assert number is not None
+                    noted_so = "aspecular" in label.casefold()
+                    found.setdefault(at, Unlit(f"{names[at]} ({label} {value})", signed(number[2]), noted_so))
     return dict(sorted(found.items()))
+
+
+def _mostly_usual(angles: set[float]) -> bool:
+    return len(angles & _USUAL) >= _MOSTLY * len(angles)

@@ -92,6 +92,10 @@ def shared_angles(
         lacking = [name for name in every if not _has(side, name)]
         if lacking and not wanted:
             notes.append(f"Not judged: {', '.join(lacking)}, which {side.name} of {side.source} does not have.")
+        if any(one.first is None for one in side.geometries):
+            notes.append(
+                f"{side.name} of {side.source} does not state the angle of its light, which is taken as alike."
+            )
         notes += _scattered(side)
     return shared, tuple(notes)
 

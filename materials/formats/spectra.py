@@ -143,7 +143,7 @@ def _at_angles(
     unlit = without_light([one.name for one in told], [{**beside, **one.details} for one in told])
     if each or not any(told[at].spectrum.quantity == "reflectance" for at in unlit):
         return ([] if each else found), drawn | ({told[at].name: each for at in unlit} if each else {}), {}
-    return found, drawn, {others[at]: words for at, words in unlit.items()}
+    return found, drawn, {others[at]: one.words for at, one in unlit.items()}
 
 
 def _coating(

@@ -333,3 +333,23 @@ def test_another_data_mode_is_another_measurement_and_is_noted(metamer, tmp_path
         for one in ("45as15", "45as45", "45as110")
     ]
     assert [(one.name, len(one.readings)) for one in things(readings)] == [("Silver, mat", 3), ("Silver, byk", 3)]
+
+
+@pytest.mark.parametrize("form", ["as{}", "Silver as{}", "aspecular {}", "{} as"])
+def test_angles_without_that_of_the_light_are_paired_by_their_numbers(metamer, tmp_path, form):
+    """One sample, and one angle alone is judged against nothing; bare numbers may be those of samples."""
+    away = (15, 45, 110)
+    sides = []
+    for name, factor in (("m", 1.0), ("lot", 1.1)):
+        path = table(tmp_path / f"{name}.csv", [f"as{one}" for one in away], factor)
+        text = path.read_text("utf-8")
+        sides.append(path)
+        path.write_text(text.replace(",".join(f"as{one}" for one in away), ",".join(map(form.format, away))), "utf-8")
+    said = told(metamer, *sides)
+    assert [one["geometry"] for one in said["samples"][0]["differences"]] == ["as15", "as45", "as110"]
+    assert any("does not state the angle of its light" in note for note in said["notes"])
+    code, _, err = metamer("match", f"{sides[0]}#{form.format(15)}", f"{sides[1]}#{form.format(45)}")
+    assert code == 3 and "as15 alone" in err
+    for path in sides:
+        path.write_text(path.read_text("utf-8").replace(form.format(15), "15").replace(form.format(45), "45"), "utf-8")
+    assert metamer("match", f"{sides[0]}#15", f"{sides[1]}#15", *ONE_LIGHT)[0] == 0

@@ -231,8 +231,12 @@ def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:
     """The header without its unit; the row above names columns that are only called what was measured."""
     bracket = _UNIT_BRACKET.search(head)
     plain = _UNIT_BRACKET.sub("", head).strip() if bracket else head
+    no_unit = bracket is not None and not unit_in(head)
     if plain and not is_generic(plain):
-        return head if bracket and not unit_in(head) and not quantity_in(head) else plain
+        return head if no_unit and not quantity_in(head) else plain
+    if bracket and no_unit and count > 1 and re.match(r"[-+\u2212]?\d", bracket[1]):
+        # Such as R (15), R (45).
+        return head
     above = table.above[-1][1] if table.above and table.layout.header is not None else []
     if len(above) > 1 and (len(table.layout.axes) > 1 or len(above) >= len(table.heads) > 2):
         for place in (at, axis):

@@ -158,6 +158,23 @@ UNLIT = {
     "numbers of reflectances": [f"R{one}" for one in FIVE],
     "numbers of angles": [f"Angle {one}" for one in FIVE],
     "numbers of a word": [f"Silver {one}" for one in FIVE],
+    "three of a word": ["Texas 15", "Texas 25", "Texas 45"],
+    "two": ["as15", "as45"],
+    "two apart": ["as 15", "as 45"],
+    "two of a word": ["Silver as15", "Silver as110"],
+    "two degrees": ["15°", "45°"],
+    "two in letters": ["15deg", "25deg"],
+    "two in German": ["25 Grad", "45 Grad"],
+    "two in brackets": ["Silver (15°)", "Silver (45°)"],
+    "two numbers": ["15", "45"],
+    "two on both sides": ["-15", "15"],
+    "two numbers of a word": ["Silver 15", "Silver 45"],
+    "two of reflectances": ["R(15)", "R(45)"],
+    "two of several words": [f"{word} {one}" for word in ("Sky", "Rust", "Silver") for one in (15, 45)],
+    "as of several words": [f"{word} as{one}" for word in ("Sky", "Rust") for one in (45, 110)],
+    "twelve": [f"as{one}" for one in (-45, -30, -15, 15, 20, 25, 38.5, 45, 60, 75, 80, 110)],
+    "twelve numbers": [str(one) for one in (-45, -30, -15, 15, 20, 25, 38, 45, 60, 75, 80, 110)],
+    "twelve degrees of words": [f"{word}_{one}°" for word in "AB" for one in (15, 25, 45, 60, 75, 110)],
 }
 
 
@@ -168,12 +185,21 @@ def plain(path, names):
     return path
 
 
+def plain_rows(path, names):
+    """The same, a row a name."""
+    rows = [f"{name}," + ",".join(f"0.{at + 1}{nm % 7}" for nm in NM) for at, name in enumerate(names)]
+    path.write_text("\n".join(["Sample," + ",".join(f"{nm}nm" for nm in NM), *rows, ""]), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("rows", [False, True])
 @pytest.mark.parametrize("kind", UNLIT)
-def test_aspecular_angles_without_that_of_the_light_are_asked_about(tmp_path, kind):
-    path = plain(tmp_path / "paint.csv", UNLIT[kind])
+def test_aspecular_angles_without_that_of_the_light_are_asked_about(tmp_path, kind, rows):
+    path = (plain_rows if rows else plain)(tmp_path / "paint.csv", UNLIT[kind])
     (found,) = read_sources(path, answer=Answer("reflectance", "fraction"))
     assert isinstance(found, Rejected)
-    assert all(part in str(found.reason) for part in ("paint.csv", *UNLIT[kind], "45as15", "--angles matt"))
+    few = UNLIT[kind][:5]
+    assert all(part in str(found.reason) for part in ("paint.csv", *few, "45as15", "--angles matt"))
     asked = read_sources(path, answer=Answer("reflectance", "fraction", angles="matt"))
     assert [one.model for one in asked] == ["lambert"] * len(UNLIT[kind])
     assert all("as asked" in one.provenance.notes for one in asked)
@@ -195,11 +221,12 @@ def test_rows_at_other_angles_are_asked_about(tmp_path, label, unit):
         ("1", "2", "3"),
         ("15", "16", "17"),
         ("15",),
-        ("15", "25"),
         ("15", "25", "45", "red"),
         ("AS 1", "AS 5", "AS 10", "AS 15"),
-        ("as15", "as45"),
-        ("Texas 15", "Texas 25", "Texas 45"),
+        ("as15", "red"),
+        ("Cyan 25", "Cyan 75", "Magenta 25", "Magenta 75"),
+        tuple(str(5 * one) for one in range(1, 13)),
+        ("lot 45", "lot 46"),
         ("R15", "R16", "R25", "R45"),
         ("60 °C", "75 °C", "80 °C"),
         ("Canvas 15", "Canvas 20", "Canvas 25"),
