@@ -7,10 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from ..spectral.angles import flop_weights
 from ..spectral.errors import InputError
-from ..spectral.illuminants import illuminant
 from ..spectral.measurement import Geometry
-from ..spectral.observers import observer
 from .brdf import Brdf
 from .directions import spherical
 
@@ -68,7 +67,7 @@ def effect_of(brdf: Brdf) -> str:
     if brdf.bispectral:
         return ""
     wi, wo = towards(_TOLD_BY)
-    luminous = observer("1964_10").weights(illuminant("D65"), brdf.wavelengths_nm)[1]
+    luminous = flop_weights(brdf.wavelengths_nm)[1]
     face, flank = np.asarray(brdf.eval(wi, wo), dtype=np.float64) @ luminous
     if not face > FLOPS * max(flank, 0.0):
         return ""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..spectral.angles import Reading, Thing, things, without_light
+from ..spectral.angles import FEWEST, Reading, Thing, things, without_light
 from ..spectral.errors import ComparisonError, InputError, UnknownNameError
 from ..spectral.formats.answer import NO_ANSWER, Answer
 from ..spectral.formats.colours_only import colour_in, read_colours
@@ -255,7 +255,7 @@ def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sam
 
 def _doubtful(parts: list[Sample]) -> str:
     """Why readings hardly belong to their angles, in words; "" of too few, or where nothing speaks against it."""
-    from .effect_coating.fit import FEWEST, AngleReadings, reconstructed
+    from .effect_coating.fit import AngleReadings, reconstructed
     from .effect_coating.reading_order import doubtful_order
 
     read = [(angle, one) for one in parts if (angle := one.measurement.geometry) is not None and one.readings]

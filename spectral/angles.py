@@ -11,11 +11,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, NamedTuple, TypeVar
 
+import numpy as np
+from jaxtyping import Float
+
+from .illuminants import illuminant
 from .measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT, MUST, Geometry, Measurement, signed
+from .observers import observer
 
 _One = TypeVar("_One")
 #: Aspecular angles of the flop index, lit at 45 degrees, and the conditions that it is for.
 FLOP_ANGLES, FLOP_CONDITIONS = (15.0, 45.0, 110.0), ("D65", "1964_10")
+#: Fewer angles tell neither of an effect nor of a BRDF.
+FEWEST = 3
 # Aspecular angles of the instruments there are, and sets of which two tell of one where words stand before all of them:
 # samples may be numbered, and tints have 25 and 75 %.
 _USUAL = frozenset((-45.0, -30.0, -15.0, 15.0, 20.0, 25.0, 45.0, 60.0, 75.0, 80.0, 110.0))
@@ -158,6 +165,12 @@ def flop_index(lightness: Mapping[float, float]) -> float | None:
     if near is None or face is None or far is None or not face > 0.0:
         return None
     return 2.69 * max(near - far, 0.0) ** 1.11 / face**0.86
+
+
+def flop_weights(wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "3 L"]:
+    """Weights of radiance factors in XYZ under `FLOP_CONDITIONS`, Y of the perfect diffuser being 1."""
+    light, eye = FLOP_CONDITIONS
+    return observer(eye).weights(illuminant(light), wavelengths_nm)
 
 
 def common(sides: Sequence[Sequence[Geometry]]) -> tuple[Geometry, ...]:

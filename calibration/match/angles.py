@@ -7,13 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...spectral.angles import FLOP_ANGLES, FLOP_CONDITIONS, common, flop_index
+from ...spectral.angles import FEWEST, FLOP_ANGLES, FLOP_CONDITIONS, common, flop_index
 from ...spectral.errors import ComparisonError, UsageError
 from ...spectral.measurement import Geometry, geometry_in
 from ...spectral.sample import Sample
 
-#: Angles that all sides must have: fewer do not tell of an effect.
-FEWEST = 3
 # ΔE*ab from their mean beyond which repeated readings of one angle are hardly of one angle.
 _SCATTER = 1.0
 

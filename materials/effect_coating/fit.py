@@ -9,16 +9,13 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
+from ...spectral.angles import FEWEST, flop_weights
 from ...spectral.difference import lab_from_xyz
 from ...spectral.errors import InputError
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import observer
 from ..directions import spherical
 from .coated_pair import GRAZING, CoatedPair
 from .flake_tilt import FLOOR, FlakeTilt, coordinates, covariance, shift, stretched
 
-#: Fewer geometries are judged one by one, and tell of no BRDF.
-FEWEST = 3
 #: Width of the coat's reflection where nothing tells it: that of a high-gloss lacquer, Beckmann.
 ASSUMED_NEEDLE = 0.02
 # Widths of a coat that readings can tell, and of the flakes' tilts (GGX).
@@ -80,7 +77,7 @@ class AngleReadings:
     @property
     def lab(self) -> Float[np.ndarray, "n 3"]:
         """CIELAB of their radiance factors under D65 for 10 degrees."""
-        weights = observer("1964_10").weights(illuminant("D65"), self.wavelengths_nm)
+        weights = flop_weights(self.wavelengths_nm)
         return lab_from_xyz(np.pi * self.lifted @ weights.T, weights.sum(axis=1))
 
     @property
@@ -175,7 +172,7 @@ def _with_coat(readings: AngleReadings, roughness: float, needle: bool, interfer
     coat = pair.coat(roughness, needle)
     c = shift(interference, pair.incidence)
     rest, whole = (stretched(one, nm, c) for one in (beside_coat(readings, coat), readings.lifted))
-    weight = (np.pi * readings.lifted @ _luminous(nm) + 0.01) ** (-2.0 / 3.0)
+    weight = (np.pi * readings.lifted @ flop_weights(nm)[1] + 0.01) ** (-2.0 / 3.0)
     flat = pair.matt(grazing)
     leaning = np.stack([pair.flakes(spread, grazing) for spread in _SPREADS])
     matt, flakes = _two_part_least_squares(weight * flat, weight * leaning, weight[:, None] * rest)
@@ -258,7 +255,3 @@ def beside_coat(readings: AngleReadings, coat: Float[np.ndarray, " n"]) -> Float
 def _gram(pair: CoatedPair, noise: float) -> Float[np.ndarray, "n n"]:
     at = coordinates(pair.tilt, pair.incidence)
     return covariance(at, at) + noise * np.eye(len(at))
-
-
-def _luminous(wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, " L"]:
-    return observer("1964_10").weights(illuminant("D65"), wavelengths_nm)[1]

@@ -11,20 +11,18 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.angles import Thing
+from ...spectral.angles import FEWEST, Thing, flop_weights
 from ...spectral.difference import delta_e_xyz
 from ...spectral.errors import InputError
 from ...spectral.formats.reading import SpectralEntry
 from ...spectral.formats.shared.text import shortened
-from ...spectral.illuminants import illuminant
 from ...spectral.measurement import Geometry
-from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import material_wavelengths
 from ..coat_gloss import needle_for
 from ..effect import light_and_detector
 from ..effect_coating.coated_pair import aspecular
-from ..effect_coating.fit import FEWEST, AngleReadings, reconstructed
+from ..effect_coating.fit import AngleReadings, reconstructed
 from ..effect_coating.flake_tilt import FlakeTilt
 from ..effect_coating.reading_order import doubtful_order
 from ..effect_coating.stated_error import FLARE, stated_error
@@ -201,5 +199,5 @@ def _differences(
     nm: Float[np.ndarray, " L"], one: Float[np.ndarray, "n L"], other: Float[np.ndarray, "n L"]
 ) -> Float[np.ndarray, " n"]:
     """ΔE94 of radiance factors under D65 for 10 degrees."""
-    weights = observer("1964_10").weights(illuminant("D65"), nm)
+    weights = flop_weights(nm)
     return delta_e_xyz(one @ weights.T, other @ weights.T, weights.sum(axis=1))
