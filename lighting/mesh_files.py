@@ -193,6 +193,13 @@ def _check_stl_facets(path: Path) -> None:
     data = path.read_bytes()
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         return
+    if data.lstrip()[:5].lower() != b"solid" or b"\0" in data[:84]:
+        triangles = int.from_bytes(data[80:84], "little")
+        found, expected = f"{len(data)} bytes", f"{84 + 50 * triangles}, for {triangles} triangles"
+        hint = "export or copy it again"
+        raise InputError(
+            "an STL file of another length than it says", file=path, found=found, expected=expected, hint=hint
+        )
     data = data.lower()
     # A solid may be called anything: vertices have a number behind the word.
     vertices, facets = (len(re.findall(word, data)) for word in (rb"\bvertex\s+[-+.\dni]", rb"\bouter\s+loop\b"))

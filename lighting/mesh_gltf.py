@@ -189,7 +189,12 @@ def _weights(node: Node, mesh: Node) -> list[float]:
 def _local(node: Node) -> Float[np.ndarray, "4 4"]:
     """Return the transform from a node to its parent."""
     if node.has("matrix"):
-        return np.array(node.numbers("matrix", _IDENTITY, low=-np.inf)).reshape(4, 4).T
+        matrix = np.array(node.numbers("matrix", _IDENTITY, low=-np.inf)).reshape(4, 4).T
+        if (matrix[3] != _IDENTITY[-4:]).any():
+            node.refuse(
+                "matrix", "a transform that makes distant things smaller", matrix[3].tolist(), "0, 0, 0, 1 last"
+            )
+        return matrix
     return _of_parts(
         node.numbers("translation", (0.0, 0.0, 0.0), low=-np.inf),
         node.numbers("rotation", (0.0, 0.0, 0.0, 1.0), low=-np.inf),

@@ -101,6 +101,9 @@ def open_gltf(path: Path) -> GltfFile:
     if not re.fullmatch(r"2\.\d+", version):
         hint = "export it as glTF 2.0; in Blender: File, Export, glTF 2.0" if version else "a JSON file of another kind"
         root.child("asset").refuse("version", "not glTF 2.0", repr(version) if version else "nothing", "2.0", hint)
+    least = root.child("asset").text("minVersion") or "2.0"
+    if least != "2.0":
+        root.child("asset").refuse("minVersion", "a later glTF than is read here", repr(least), "2.0")
     gltf = GltfFile(path, root, binary)
     _check_bounds(gltf)
     return gltf

@@ -440,6 +440,16 @@ def test_nodes_place_what_is_below_them(case, tmp_path):
     assert volume(mesh) == pytest.approx(4.0, abs=1e-6)
 
 
+@pytest.mark.parametrize(("place", "value"), [(3, 0.5), (7, -1.0), (15, 2.0)])
+def test_a_matrix_of_perspective_is_refused(place, value, tmp_path):
+    matrix = [float(at % 5 == 0) for at in range(16)]
+    matrix[place] = value
+    gltf = Gltf(nodes=[{"mesh": 0, "matrix": matrix}])
+    gltf.tetrahedron()
+    with pytest.raises(InputError, match=r"nodes\[0\]\.matrix"):
+        read(gltf, tmp_path)
+
+
 @pytest.mark.parametrize("scale", [[-1, 1, 1], [1, -2, 1], [1, 1, -1], [-1, -1, -1], [-1, -1, 1]])
 @pytest.mark.parametrize("mode", [4, 5, 6])
 def test_a_mirrored_node_still_looks_outwards(scale, mode, tmp_path):

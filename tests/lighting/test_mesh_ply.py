@@ -330,6 +330,20 @@ def test_a_text_stl_whose_last_solid_does_not_end_is_refused(solids, tmp_path):
         load_mesh(path)
 
 
+@pytest.mark.parametrize("head", [b"made here", b"solid body\0"])
+@pytest.mark.parametrize("off", [-60, -1, 1, 50])
+def test_a_binary_stl_of_another_length_is_refused_for_it(off, head, tmp_path):
+    """Not for a library that reads texts and is not there."""
+    facet = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1, 0, 0)
+    whole = struct.pack("<80sI", head, 2) + 2 * facet
+    path = tmp_path / "cut.stl"
+    path.write_bytes(whole)
+    assert area(load_mesh(path)) == pytest.approx(1.0)
+    path.write_bytes(whole[:off] if off < 0 else whole + bytes(off))
+    with pytest.raises(InputError, match=rf"cut\.stl: an STL file of another length.*\n  found: {184 + off} bytes"):
+        load_mesh(path)
+
+
 @pytest.mark.parametrize("form", ["binary", "binary that begins with solid", "text", "text of two solids"])
 def test_an_stl_keeps_its_area_and_volume(form, tmp_path):
     fan = [(a, face[k], face[k + 1]) for face in U_FACES[2:] for a in face[:1] for k in range(1, len(face) - 1)]

@@ -31,6 +31,7 @@ BROKEN = {
     "cut in the JSON": (one_material()[:60], "length"),
     "version 1 of GLB": (one_material(version=1), "version"),
     "version 1.0": (one_material(asset={"version": "1.0"}), "asset.version"),
+    "a later version": (one_material(asset={"version": "2.1", "minVersion": "2.1"}), "asset.minVersion"),
     "no version": (one_material(asset={}), "asset.version"),
     "not JSON": (b"{ materials", "JSON"),
     "a list": (b"[]", "JSON"),
