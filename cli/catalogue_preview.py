@@ -40,16 +40,14 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 def run(args: argparse.Namespace) -> int:
     """Draw; 0, or 4 where a file could not be used or nothing fits."""
     from ..spectral.errors import InputError
-    from ..spectral.files import check_writable
+    from ..spectral.files import check_outputs
     from ..viewer.picture import lit_by
     from ..viewer.sheets.preview import contact_sheet, thumbnail_scene, thumbnails, write_sheet
 
     png, html = args.png, args.html
     if png is None and html is None:
         png, html = Path(f"{_DEFAULT}.png"), Path(f"{_DEFAULT}.html")
-    for path in (png, html):
-        if path is not None:
-            check_writable(path)
+    check_outputs(path for path in (png, html) if path is not None)
     asked = found_by(args)
     catalogue, unusable = asked.catalogue, asked.unusable
     if not asked.fitting:

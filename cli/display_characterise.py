@@ -30,10 +30,10 @@ def run(args: argparse.Namespace) -> int:
     import numpy as np
 
     from ..calibration.display.characterise import characterise
-    from ..spectral.files import check_writable
+    from ..spectral.files import check_outputs
     from .shared import warn
 
-    check_writable(args.out)
+    check_outputs([args.out], [args.readings])
     found = characterise(readings_of(args), args.name, args.model)
     found.record.write(args.out)
     record = found.record

@@ -30,11 +30,11 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.display.cube import make_cube
     from ..calibration.display.proof import proofed
     from ..calibration.display.record import read_record
-    from ..spectral.files import check_writable, written_whole
+    from ..spectral.files import check_outputs, written_whole
     from ..viewer.display.received_picture import read_srgb
 
     if args.out is not None:
-        check_writable(args.out)
+        check_outputs([args.out], [args.display, args.picture])
     record = read_record(args.display)
     aim = aimed(record.model, "d65", args.luminance, record.readings.absolute)
     pixels, xyz, stated = read_srgb(args.picture)

@@ -43,11 +43,10 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.display.criteria import criteria_named
     from ..calibration.display.record import read_record
     from ..calibration.display.verification import verify
-    from ..spectral.files import check_writable
+    from ..spectral.files import check_outputs
 
     outputs = [path for path in (args.html, args.json, args.junit) if path is not None and str(path) != "-"]
-    for path in outputs:
-        check_writable(path)
+    check_outputs(outputs, [args.display, args.readings])
     record, criteria = read_record(args.display), criteria_named(args.criteria)
     when = datetime.now(UTC).isoformat(timespec="seconds")
     found = verify(record, readings_of(args), criteria, when, any_state=args.any_state)

@@ -96,13 +96,12 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.match.markdown import as_markdown
     from ..calibration.match.table import as_csv, write_xlsx
     from ..calibration.sheets import check_workbook
-    from ..spectral.files import check_writable
+    from ..spectral.files import check_outputs
 
     _check_words(args)
     asked = (args.html, args.json, args.csv, args.xlsx, args.junit, args.markdown)
     outputs = [path for path in asked if path is not None and str(path) != "-"]
-    for path in outputs:
-        check_writable(path)
+    check_outputs(outputs, [args.standard, *args.samples, *([args.repeated] if args.repeated else [])])
     if args.xlsx is not None:
         check_workbook(args.xlsx)
     report = _report(args)

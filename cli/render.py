@@ -74,7 +74,7 @@ def _bounces(text: str) -> int | Literal["auto"]:
 def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
     from ..lighting.scene_files import load_scene, scene_file
-    from ..spectral.files import check_writable
+    from ..spectral.files import check_outputs
     from ..viewer.picture import (
         REFERENCE_NOISE,
         bounces_notes,
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace) -> int:
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
     scene_file(args.scene)
-    check_writable(args.output)
+    check_outputs([args.output], [args.scene])
     catalogue = catalogue_for(args.catalogue, args.jobs or 1)
     scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
     scene = scene if args.bounces is None else replace(scene, bounces=args.bounces)

@@ -40,11 +40,12 @@ def add_output_options(command: argparse.ArgumentParser) -> None:
 def check_outputs(args: argparse.Namespace) -> None:
     """Refuse, before any work, files that cannot be written."""
     from ..calibration.sheets import check_workbook
-    from ..spectral.files import check_writable
+    from ..spectral import files
 
-    for name in (*(name for name, _ in _FILES), "history"):
-        if getattr(args, name) is not None:
-            check_writable(getattr(args, name))
+    asked = (getattr(args, name) for name in (*(name for name, _ in _FILES), "history"))
+    # Into a folder that is compared, a page may be written.
+    read = (getattr(args, name, None) for name in ("a", "b", "criteria"))
+    files.check_outputs((path for path in asked if path is not None), (p for p in read if p and Path(p).is_file()))
     if args.xlsx is not None:
         check_workbook(args.xlsx)
 

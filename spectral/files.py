@@ -9,7 +9,7 @@ import re
 import shutil
 import stat
 import uuid
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
@@ -94,7 +94,12 @@ def _takes_bytes(path: Path) -> bool:
 
 
 def _behind_links(path: Path) -> Path:
-    return Path(os.path.realpath(path)) if path.is_symlink() else path
+    if not path.is_symlink():
+        return path
+    found = Path(os.path.realpath(path))
+    if found.is_symlink():
+        raise InputError("a link that leads to itself", file=path, hint="remove the link, or name another file")
+    return found
 
 
 def _send(whole: Path, path: Path) -> None:
@@ -155,6 +160,38 @@ def check_writable(path: str | Path) -> None:
             stray.unlink(missing_ok=True)
     with suppress(_Probed), written_whole(path):
         raise _Probed
+
+
+def check_outputs(outputs: Iterable[str | Path], read: Iterable[str | Path] = ()) -> None:
+    """Raises what `check_writable` would, and refuses one file for two outputs, or one that the same command reads.
+
+    read : files, folders of files and other words, such as ids.
+    """
+    taken: dict[str, str | Path] = {}
+    inputs = {os.path.realpath(one) for path in read for one in _files_in(Path(path))}
+    for path in outputs:
+        check_writable(path)
+        if _takes_bytes(Path(path)):
+            continue
+        place = os.path.realpath(path)
+        if place in inputs:
+            raise InputError("this command reads the file and would write over it", file=path, hint="name another file")
+        if place in taken:
+            raise InputError("one file for two outputs", file=path, found=taken[place], hint="name a file for each")
+        taken[place] = path
+
+
+def _files_in(path: Path) -> Iterator[Path]:
+    try:
+        if path.is_dir():
+            yield from (one for one in path.iterdir() if one.is_file())
+        elif path.is_file():
+            yield path
+        elif (named := Path(str(path).rpartition("#")[0])).is_file():
+            yield named
+    except (OSError, ValueError):
+        # Nothing to be read stands there; whoever reads it says so.
+        return
 
 
 class _Probed(Exception):

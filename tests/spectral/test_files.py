@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from metamer.spectral.errors import InputError, NoRoomError
 from metamer.spectral.files import (
+    check_outputs,
     check_writable,
     existing_file,
     half_written,
@@ -187,3 +188,44 @@ def test_a_name_that_is_too_long_is_said(tmp_path):
 def test_a_failure_of_the_system_names_its_file_and_what_to_do(reason, kind, words):
     said = of_the_system(reason, "standard output")
     assert type(said) is kind and words in str(said) and "Errno" not in str(said)
+
+
+def test_links_that_lead_to_themselves_are_refused_and_stay(tmp_path):
+    one, other = tmp_path / "one.html", tmp_path / "other.html"
+    one.symlink_to(other)
+    other.symlink_to(one)
+    for refuse in (check_writable, lambda path: written_whole(path).__enter__()):
+        with pytest.raises(InputError, match=r"one\.html: a link that leads to itself"):
+            refuse(one)
+    assert one.is_symlink() and other.is_symlink()
+
+
+@pytest.mark.parametrize("named", ["plain", "by a link", "by another way", "one reading", "in its folder"])
+def test_what_a_command_reads_it_does_not_write_over(tmp_path, named):
+    read = tmp_path / "lots" / "lot.csv"
+    read.parent.mkdir()
+    read.write_text("1")
+    outputs, inputs = [read], [read]
+    if named == "by a link":
+        outputs = [tmp_path / "link.csv"]
+        outputs[0].symlink_to(read)
+    elif named == "by another way":
+        outputs = [tmp_path / "lots" / ".." / "lots" / "lot.csv"]
+    elif named == "one reading":
+        inputs = [f"{read}#red"]
+    elif named == "in its folder":
+        inputs = ["paint/red", read.parent]
+    with pytest.raises(InputError, match="would write over it"):
+        check_outputs(outputs, inputs)
+    check_outputs([tmp_path / "lots" / "page.html"], inputs)
+    assert read.read_text() == "1"
+
+
+def test_two_outputs_have_a_file_each_and_may_share_a_device(tmp_path):
+    link = tmp_path / "link"
+    link.symlink_to(tmp_path / "page")
+    check_outputs([tmp_path / "page", tmp_path / "table"])
+    check_outputs([os.devnull, os.devnull])
+    for twice in (["page", "page"], ["page", "./page"], ["page", "link"]):
+        with pytest.raises(InputError, match="one file for two outputs"):
+            check_outputs([tmp_path / name for name in twice])
