@@ -35,14 +35,16 @@ def convolved(
         fields, width = np.repeat(fields, 2, axis=2), 2 * width
     columns = 2 * rows
     weights = latlong.solid_angles(height, width)
-    waves = np.fft.rfft(fields, axis=2) * weights[:, None]
+    kept = min(width, columns) // 2 + 1
+    waves = (np.fft.rfft(fields, axis=2) * weights[:, None])[:, :, :kept]
+    # Real and imaginary parts as fields of their own: the kernel's spectrum is real.
+    parts = np.stack([waves.real, waves.imag], axis=1).reshape(2 * number, height, kept)
     polar = np.pi * (np.arange(height) + 0.5) / height
     cosine, sine = np.cos(polar), np.sin(polar)
     around = np.cos(2.0 * np.pi * np.arange(width // 2 + 1) / width)
-    kept = min(width, columns) // 2 + 1
     # Middles of texels lie half a texel from the edge in both maps.
     shift = np.exp(1j * np.arange(kept) * np.pi * (1.0 / columns - 1.0 / width)) * (columns / width)
-    found = np.zeros((number, rows, columns // 2 + 1), dtype=np.complex128)
+    means = np.empty((2 * number, rows, kept))
     for row in range((rows + 1) // 2):
         angle = np.pi * (row + 0.5) / rows
         first, last = np.searchsorted(polar, [angle - reach, angle + reach])
@@ -53,10 +55,11 @@ def convolved(
         spectrum = np.asarray(dct(kernel(cosines), type=1, axis=1))
         total = spectrum[:, 0] @ weights[near]
         spectrum = spectrum[:, :kept] / total
-        found[:, row, :kept] = np.einsum("bm,kbm->km", spectrum, waves[:, near, :kept])
+        means[:, row] = np.einsum("bm,kbm->km", spectrum, parts[:, near])
         # South as north: the same kernel over the rows counted from the other end.
-        found[:, rows - 1 - row, :kept] = np.einsum("bm,kbm->km", spectrum, waves[:, ::-1][:, near, :kept])
-    found[:, :, :kept] *= shift
+        means[:, rows - 1 - row] = np.einsum("bm,kbm->km", spectrum, parts[:, ::-1][:, near])
+    found = np.zeros((number, rows, columns // 2 + 1), dtype=np.complex128)
+    found[:, :, :kept] = (means[::2] + 1j * means[1::2]) * shift
     return np.fft.irfft(found, n=columns, axis=2)
 
 

@@ -12,10 +12,13 @@ from ...materials.environment_form import BENDS, bends
 from . import latlong, octahedral
 from .environment import EnvironmentLight
 from .irradiance import Irradiance
-from .pyramid import Pyramid
+from .pyramid import SHARPEST, Pyramid
 
 #: Side of the map of irradiances: matt surfaces see nothing finer, but for the edge of a sun that sets on them.
 IRRADIANCE_SIDE = 128
+#: Rows of a map from which its finest level is as sharp as levels get. Of coarser maps it is as wide in texels, a third
+#: of one: beyond, the map itself is linear between texels.
+ROWS_OF_SHARPEST = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +42,8 @@ class GatheredLight:
         # All moments of all fields at once: the kernel is worked out once.
         each = np.concatenate([level.fields * bent[..., k] for k in range(BENDS)])
         found = Irradiance.of_fields(each)(normals).astype(np.float32)
-        return cls(Pyramid.of(level), found.reshape(*shape, BENDS, -1))
+        coarseness = min(1.0, level.fields.shape[1] / ROWS_OF_SHARPEST)
+        return cls(Pyramid.of(level, SHARPEST * coarseness**2), found.reshape(*shape, BENDS, -1))
 
     def by_lobes(
         self, directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]

@@ -9,6 +9,7 @@ from metamer.lighting.environment.bright_light import BrightLight
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.gathering import GatheredLight
 from metamer.lighting.environment.harmonics import harmonics
+from metamer.lighting.environment.pyramid import Pyramid
 from metamer.lighting.vectors import unit
 from metamer.materials.environment_form import bends
 from metamer.spectral.illuminants import illuminant
@@ -99,3 +100,14 @@ def test_a_light_without_bright_parts_is_all_rest():
     bright = BrightLight.of(EnvironmentLight(np.ones((1, 16, 32)), (illuminant("D65"),)))
     assert bright.on_surfaces(np.array([[0.0, 1.0, 0.0]])).shape[1] == len(bright.parts.axis)
     assert np.isfinite(bright.rest).all() and bright.rest.sum() > 0.0
+
+
+def test_a_coarse_map_has_fewer_levels_and_looks_the_same_through_every_gaussian():
+    to = latlong.texel_directions(16, 32)
+    coarse = EnvironmentLight((1.0 + 0.5 * np.sin(3.0 * to[..., 0]) + 0.5 * to[..., 1])[None], (illuminant("D65"),))
+    kept, whole = GatheredLight.of(coarse).pyramid, Pyramid.of(coarse)
+    assert len(kept.levels) < len(whole.levels)
+    towards = unit(np.random.default_rng(3).normal(size=(2000, 3)))
+    for sharpness in (20.0, 200.0, 700.0, 3000.0, np.inf):
+        found, expected = (one(towards, np.full(2000, sharpness)) for one in (kept, whole))
+        assert np.sqrt(np.mean((found - expected) ** 2)) < 2e-3 * expected.mean(), sharpness
