@@ -67,7 +67,8 @@ def _ended(words: Sequence[str] | None) -> int:
 def _run(words: Sequence[str] | None) -> int:
     from .words import parser
 
-    command = parser()
+    words = sys.argv[1:] if words is None else words
+    command = parser(words)
     args = command.parse_args(words)
     if args.version:
         from importlib.metadata import version

@@ -7,7 +7,7 @@ import difflib
 import importlib
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
 # One small module a subcommand; its `add_parser(subparsers)` sets the `run(args) -> int` of what it adds.
@@ -62,12 +62,15 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     return f" (did you mean {close[0]}?)" if close else ""
 
 
-def parser() -> argparse.ArgumentParser:
-    """The whole command line."""
+def parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
+    """Return the parser of the whole command line, or with `words` that begin with a command of this one alone.
+
+    The other commands are neither imported nor described, which a short command would wait for.
+    """
     command = _Parser(prog="metamer", description="Spectral, colour-accurate rendering for design review.")
     command.add_argument("--version", action="store_true", help="print the version and end")
     subparsers = command.add_subparsers(metavar="COMMAND", parser_class=_CommandParser)
-    for name in COMMANDS:
+    for name in words[:1] if words[:1] and words[0] in COMMANDS else COMMANDS:
         module = importlib.import_module(f".{name}", __package__)
         module.add_parser(subparsers)
     return command

@@ -25,9 +25,8 @@ def test_help_names_every_command(metamer):
 
 def commands(parser=None, words=()):
     """The words of every command and what parses them."""
-    for action in (
-        (parser or known.parser())._subparsers._group_actions if (parser or known.parser())._subparsers else ()
-    ):
+    parser = parser or known.parser()
+    for action in parser._subparsers._group_actions if parser._subparsers else ():
         for word, inner in action.choices.items():
             yield (*words, word), inner
             yield from commands(inner, (*words, word))
@@ -43,6 +42,18 @@ def test_every_command_says_what_it_does_and_refuses_words_under_its_own_usage(m
         *words, "--bogus", *{"render": ["a", "-o", "b"], "fit": ["a"], "catalogue": []}.get(words[0], [])
     )
     assert code == 64 and err.startswith(f"usage: metamer {' '.join(words)}"), err
+
+
+@pytest.mark.parametrize("word", COMMANDS)
+def test_a_command_reads_its_words_without_the_parsers_of_the_others(word):
+    asked, whole = (dict(commands(known.parser(words))) for words in ([word, "--help"], []))
+    assert asked.keys() == {words for words in whole if words[0] == word}
+    assert all(asked[words].format_help() == whole[words].format_help() for words in asked)
+
+
+@pytest.mark.parametrize("words", [["--version", "review"], ["no-such-command"], ["-h"]])
+def test_words_that_begin_with_no_command_are_held_against_all(words):
+    assert {word for (word, *_), _ in commands(known.parser(words))} == set(COMMANDS)
 
 
 def test_help_of_one_benchmark_is_of_that_one(metamer):
