@@ -94,6 +94,37 @@ class AngleReadings:
 
 
 @dataclass(frozen=True, eq=False)
+class _Trials:
+    """Arrays that every trial of coat and interference shares.
+
+    flat (n,), leaning (S,n) : the matt body and flakes of each spread, 1/sr. weight (n,) : of the least squares.
+    inverse (n,n) : of the Gram matrix with noise. coats : width, whether it is a needle, and the reflection (n,).
+    """
+
+    readings: AngleReadings
+    flat: Float[np.ndarray, " n"]
+    leaning: Float[np.ndarray, "S n"]
+    weight: Float[np.ndarray, " n"]
+    inverse: Float[np.ndarray, "n n"]
+    coats: tuple[tuple[float, bool, Float[np.ndarray, " n"]], ...]
+
+    @classmethod
+    def of(cls, readings: AngleReadings, needle: float | None, grazing: float) -> _Trials:
+        """Try one needle, or the assumed one and all wider coats."""
+        pair = readings.pair
+        wider = () if needle is not None else ((float(width), False) for width in _COATS)
+        widths = ((ASSUMED_NEEDLE if needle is None else needle, True), *wider)
+        return cls(
+            readings,
+            flat=pair.matt(grazing),
+            leaning=np.stack([pair.flakes(spread, grazing) for spread in _SPREADS]),
+            weight=(np.pi * readings.lifted @ flop_weights(readings.wavelengths_nm)[1] + 0.01) ** (-2.0 / 3.0),
+            inverse=np.linalg.inv(_gram(pair, _BODY_NOISE)),
+            coats=tuple((*width, pair.coat(*width)) for width in widths),
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class _Body:
     """Coat, flakes and body of least squares; `coat` and `model` (n,L) are the two at the readings, the body's moved to
     normal incidence."""
@@ -130,12 +161,12 @@ def reconstructed(
     ------
     InputError : readings that cannot be used.
     """
-    coats = _coats(ASSUMED_NEEDLE if needle is None else needle, alone=needle is not None)
-    body = _body(readings, coats, interference or 0.0, grazing)
+    trials = _Trials.of(readings, needle, grazing)
+    body = _body(trials, interference or 0.0)
     if interference is None and readings.tell_interference:
-        moved = min((_body(readings, coats, float(q), grazing) for q in _INTERFERENCES), key=_evidence)
+        moved = min((_body(trials, float(q)) for q in _INTERFERENCES), key=_evidence)
         near = (moved.interference - 0.5 * _STEP, moved.interference + 0.5 * _STEP)
-        moved = min((moved, *(_body(readings, coats, q, grazing) for q in near)), key=_evidence)
+        moved = min((moved, *(_body(trials, q) for q in near)), key=_evidence)
         if moved.evidence < (1.0 - _SPARES) * body.evidence:
             body = moved
     return _scaled(_corrected(readings, body, grazing))
@@ -143,42 +174,44 @@ def reconstructed(
 
 def evidence(readings: AngleReadings, interference: float) -> float:
     """Measure how much of readings the best coat, body and flakes leave to be corrected."""
-    return _body(readings, _coats(ASSUMED_NEEDLE), interference, GRAZING).evidence
-
-
-def _coats(needle: float, alone: bool = False) -> list[tuple[float, bool]]:
-    """Widths of coats to try, narrowest first, and whether they are needles."""
-    return [(needle, True), *(() if alone else ((float(width), False) for width in _COATS))]
+    return _body(_Trials.of(readings, None, GRAZING), interference).evidence
 
 
 def _evidence(body: _Body) -> float:
     return body.evidence
 
 
-def _body(readings: AngleReadings, coats: list[tuple[float, bool]], interference: float, grazing: float) -> _Body:
+def _body(trials: _Trials, interference: float) -> _Body:
     """The narrowest coat of nearly the best evidence, with its best spread of the flakes."""
-    found = [_with_coat(readings, *coat, interference, grazing) for coat in coats]
+    readings = trials.readings
+    c = shift(interference, readings.pair.incidence)
+    whole = stretched(readings.lifted, readings.wavelengths_nm, c)
+    found = [_with_coat(trials, *coat, interference, c, whole) for coat in trials.coats]
     best = min(one.evidence for one in found)
     return next(one for one in found if one.evidence <= _AS_GOOD * best)
 
 
-def _with_coat(readings: AngleReadings, roughness: float, needle: bool, interference: float, grazing: float) -> _Body:
+def _with_coat(
+    trials: _Trials,
+    roughness: float,
+    needle: bool,
+    coat: Float[np.ndarray, " n"],
+    interference: float,
+    c: Float[np.ndarray, " n"],
+    whole: Float[np.ndarray, "n L"],
+) -> _Body:
     """Least squares, weighted as L* weighs, of matt and flakes at every wavelength, none below 0 (ridge regression).
 
     The spread is that which leaves least to correct: y^T (K + noise)^-1 y of the logarithms that are left, which is the
-    evidence of the Gaussian process that corrects (Rasmussen and Williams 2006, eq. 2.30).
+    evidence of the Gaussian process that corrects (Rasmussen and Williams 2006, eq. 2.30). c : factors of wavelengths
+    by `shift`, with which `whole` are the readings moved to normal incidence.
     """
-    pair, nm = readings.pair, readings.wavelengths_nm
-    coat = pair.coat(roughness, needle)
-    c = shift(interference, pair.incidence)
-    rest, whole = (stretched(one, nm, c) for one in (beside_coat(readings, coat), readings.lifted))
-    weight = (np.pi * readings.lifted @ flop_weights(nm)[1] + 0.01) ** (-2.0 / 3.0)
-    flat = pair.matt(grazing)
-    leaning = np.stack([pair.flakes(spread, grazing) for spread in _SPREADS])
+    readings, flat, leaning, weight = trials.readings, trials.flat, trials.leaning, trials.weight
+    rest = stretched(beside_coat(readings, coat), readings.wavelengths_nm, c)
     matt, flakes = _two_part_least_squares(weight * flat, weight * leaning, weight[:, None] * rest)
     model = flat[:, None] * matt[:, None] + leaning[..., None] * flakes[:, None]
     left = np.log((whole + FLOOR) / (model + coat[:, None] + FLOOR))
-    evidence = np.einsum("snl,nm,sml->s", left, np.linalg.inv(_gram(pair, _BODY_NOISE)), left)
+    evidence = np.sum(left * (trials.inverse @ left), axis=(1, 2))
     at = int(np.argmin(evidence))
     spread = float(_SPREADS[at])
     return _Body(
