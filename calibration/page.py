@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from .statistics import beside, verdict
 
 if TYPE_CHECKING:
     import jinja2
+    from jinja2.bccache import Bucket
     from markupsafe import Markup
 
 TEMPLATES = Path(__file__).with_name("templates")
@@ -53,9 +54,29 @@ def html_environment(*folders: Path, **filters: Callable[..., Any]) -> jinja2.En
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
+        bytecode_cache=_compiled_templates(),
     )
     environment.filters.update({"de": _figure} | filters)
     return environment
+
+
+@cache
+def _compiled_templates() -> jinja2.BytecodeCache:
+    """Keep the byte code of templates for all environments of this process; filters are looked up by name in each."""
+    import jinja2
+
+    class InMemory(jinja2.BytecodeCache):
+        def __init__(self) -> None:
+            self.code: dict[str, bytes] = {}
+
+        def load_bytecode(self, bucket: Bucket) -> None:
+            if bucket.key in self.code:
+                bucket.bytecode_from_string(self.code[bucket.key])
+
+        def dump_bytecode(self, bucket: Bucket) -> None:
+            self.code[bucket.key] = bucket.bytecode_to_string()
+
+    return InMemory()
 
 
 def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str, history: Sequence[Run] = ()) -> str:
