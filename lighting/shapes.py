@@ -119,9 +119,10 @@ def _icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "V 3"], Int[np.ndar
     faces = _hull_faces(points)
     for _ in range(subdivisions):
         edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-        pairs, number = np.unique(edges, axis=0, return_inverse=True)
+        # Each pair of vertices as one number, which is sorted much sooner.
+        pairs, number = np.unique(edges[:, 0] * len(points) + edges[:, 1], return_inverse=True)
         middle = len(points) + number.reshape(3, -1)
-        points = np.concatenate([points, unit(points[pairs[:, 0]] + points[pairs[:, 1]])])
+        points = np.concatenate([points, unit(points[pairs // len(points)] + points[pairs % len(points)])])
         (a, b, c), (ab, bc, ca) = faces.T, middle
         faces = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
     return points, faces

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import threading
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +21,10 @@ IRRADIANCE_SIDE = 128
 #: Rows of a map from which its finest level is as sharp as levels get. Of coarser maps it is as wide in texels, a third
 #: of one: beyond, the map itself is linear between texels.
 ROWS_OF_SHARPEST = 64
+# Environments of the last scenes, by the bytes of their maps: a scene that is loaded anew seldom has another light.
+_KEPT = 2
+_recent: dict[tuple[tuple[int, ...], bytes], GatheredLight] = {}
+_lock = threading.Lock()
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +40,20 @@ class GatheredLight:
 
     @classmethod
     def of(cls, environment: EnvironmentLight) -> GatheredLight:
-        """What an environment sends, whichever way it is turned."""
-        level = replace(environment, rotation_deg=0.0)
+        """Gather what an environment sends, whichever way it is turned; the last few of a process are remembered."""
+        key = environment.fields.shape, hashlib.sha256(np.ascontiguousarray(environment.fields).data).digest()
+        with _lock:
+            found = _recent.pop(key, None)
+        if found is None:
+            found = cls._gathered(replace(environment, rotation_deg=0.0))
+        with _lock:
+            _recent[key] = found
+            while len(_recent) > _KEPT:
+                _recent.pop(next(iter(_recent)))
+        return found
+
+    @classmethod
+    def _gathered(cls, level: EnvironmentLight) -> GatheredLight:
         normals = octahedral.texel_directions(IRRADIANCE_SIDE).reshape(-1, 3)
         shape = (IRRADIANCE_SIDE, IRRADIANCE_SIDE)
         bent = bends(latlong.texel_directions(*level.fields.shape[1:]))
