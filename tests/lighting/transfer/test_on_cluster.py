@@ -3,6 +3,7 @@
 import hashlib
 import os
 import signal
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -11,15 +12,20 @@ from metamer.lighting.transfer import hits, on_cluster
 from metamer.lighting.transfer.kept import build_rays
 from metamer.spectral.errors import InputError
 
-distributed = pytest.importorskip("distributed", reason="Dask is not installed; it is in the extra `cluster`")
-# Dask closes some of its sockets when Python gets round to it.
-pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+pytestmark = [
+    # Imported where it is needed: whoever collects these tests need not wait for it.
+    pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed; it is in the extra `cluster`"),
+    # Dask closes some of its sockets when Python gets round to it.
+    pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"),
+]
 RAYS = 16
 
 
 @pytest.fixture(scope="module")
 def workers():
     """Two processes of one thread each; each is started again when it dies."""
+    import distributed
+
     here = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, **here) as started:
         yield started

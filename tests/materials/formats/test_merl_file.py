@@ -1,5 +1,7 @@
 """The layout of MERL files: what is read, and how everything else is refused."""
 
+import os
+
 import numpy as np
 import pytest
 from metamer.materials.formats.merl import SCALES, read_merl, recognises
@@ -41,23 +43,24 @@ def test_what_is_not_a_reading_stays_as_it_is(tmp_path, planes):
 
 
 @pytest.mark.parametrize(
-    ("content", "problem", "found"),
+    ("head", "zeros", "problem", "found"),
     [
-        (b"", "not a MERL file", "0 bytes"),
-        (HEADER[:7], "not a MERL file", "7 bytes"),
-        (b"\x89PNG\r\n\x1a\n" + bytes(60), "not a MERL file", "PNG"),
-        (b"theta_i phi_i theta_o phi_o\n", "not a MERL file", "theta_i"),
-        (np.array([90, 90, 360], "<i4").tobytes() + bytes(64), "other dimensions", "(90, 90, 360)"),
-        (np.array([90, 90, 180], ">i4").tobytes() + bytes(64), "not a MERL file", "Z"),
-        (HEADER, "ends early", "12 bytes"),
-        (HEADER + bytes(BODY - 1), "ends early", f"{BODY + 11} bytes"),
-        (HEADER + bytes(BODY + 8), "goes on", f"{BODY + 20} bytes"),
-        (HEADER + bytes(BODY), "nothing was measured", "0 and less"),
+        (b"", 0, "not a MERL file", "0 bytes"),
+        (HEADER[:7], 0, "not a MERL file", "7 bytes"),
+        (b"\x89PNG\r\n\x1a\n", 60, "not a MERL file", "PNG"),
+        (b"theta_i phi_i theta_o phi_o\n", 0, "not a MERL file", "theta_i"),
+        (np.array([90, 90, 360], "<i4").tobytes(), 64, "other dimensions", "(90, 90, 360)"),
+        (np.array([90, 90, 180], ">i4").tobytes(), 64, "not a MERL file", "Z"),
+        (HEADER, 0, "ends early", "12 bytes"),
+        (HEADER, BODY - 1, "ends early", f"{BODY + 11} bytes"),
+        (HEADER, BODY + 8, "goes on", f"{BODY + 20} bytes"),
+        (HEADER, BODY, "nothing was measured", "0 and less"),
     ],
 )
-def test_refused_with_what_was_found(tmp_path, content, problem, found):
+def test_refused_with_what_was_found(tmp_path, head, zeros, problem, found):
     path = tmp_path / "bad.binary"
-    path.write_bytes(content)
+    path.write_bytes(head)
+    os.truncate(path, len(head) + zeros)
     with pytest.raises(InputError) as refusal:
         read_merl(path)
     assert problem in str(refusal.value)

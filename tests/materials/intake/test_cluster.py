@@ -5,6 +5,7 @@ import os
 import signal
 import socket
 import sys
+from importlib.util import find_spec
 
 import pytest
 from metamer.materials.catalogue import Catalogue
@@ -13,9 +14,12 @@ from metamer.materials.intake.importing import ImportInterrupted, import_sources
 from metamer.spectral import cluster as spectral_cluster
 from metamer.spectral.errors import InputError
 
-distributed = pytest.importorskip("distributed", reason="Dask is not installed; it is in the extra `cluster`")
-# Dask closes some of its sockets when Python gets round to it.
-pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+pytestmark = [
+    # Imported where it is needed: whoever collects these tests need not wait for it.
+    pytest.mark.skipif(find_spec("distributed") is None, reason="Dask is not installed; it is in the extra `cluster`"),
+    # Dask closes some of its sockets when Python gets round to it.
+    pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"),
+]
 
 FAMILY = 'family = "grey"\nkind = "analytic"\n' + "".join(
     f'[[material]]\nname = "n{n}"\nmodel = "lambert"\nreflectance = {{ constant = 0.{n} }}\n' for n in range(1, 9)
@@ -25,6 +29,8 @@ FAMILY = 'family = "grey"\nkind = "analytic"\n' + "".join(
 @pytest.fixture(scope="module")
 def workers():
     """Three processes of one thread each; each is started again when it dies."""
+    import distributed
+
     here = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
     with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, **here) as started:
         yield started
@@ -82,7 +88,9 @@ def test_interrupt_keeps_what_is_finished_and_leaves_the_cluster_idle(workers, s
         import_sources([source], tmp_path / "cat", scheduler=workers.scheduler_address, progress=stop)
     assert caught.value.report.remaining == 6
     assert len(Catalogue.open(tmp_path / "cat").ids()) == 2
-    with distributed.Client(workers.scheduler_address, set_as_default=False) as client:
+    from distributed import Client
+
+    with Client(workers.scheduler_address, set_as_default=False) as client:
         client.wait_for_workers(3, timeout=240)
         assert not any(client.has_what().values())
 

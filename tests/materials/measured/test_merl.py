@@ -2,6 +2,8 @@
 
 import subprocess
 import sys
+from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,10 +19,14 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.upsampling import METHODS, xyz_from_rgb
 
-WI, WO = io_from_half_difference(*np.meshgrid(*node_angles(), indexing="ij"))
-REACHED = (WI[..., 2] > 1e-9) & (WO[..., 2] > 1e-9)
-# The last digits of a node's angles decide which side of the horizon it is on.
-ABOVE = (WI[..., 2] > 1e-6) & (WO[..., 2] > 1e-6)
+
+@cache
+def nodes() -> SimpleNamespace:
+    """Directions of all nodes, and which are within reach and above the horizon."""
+    wi, wo = io_from_half_difference(*np.meshgrid(*node_angles(), indexing="ij"))
+    # The last digits of a node's angles decide which side of the horizon it is on.
+    above = (wi[..., 2] > 1e-6) & (wo[..., 2] > 1e-6)
+    return SimpleNamespace(wi=wi, wo=wo, reached=(wi[..., 2] > 1e-9) & (wo[..., 2] > 1e-9), above=above)
 
 
 def smooth():
@@ -29,7 +35,7 @@ def smooth():
     lobe = np.exp(-((np.tan(np.minimum(theta_h, 1.5)) / 0.2) ** 2)) * (1.0 + theta_d)
     body = 0.05 * (1.0 + 0.1 * np.cos(2.0 * phi_d) * np.sin(theta_d))
     values = body[..., None] * np.array([1.0, 0.3, 0.2]) + lobe[..., None] * np.array([0.5, 0.45, 0.4])
-    return np.where(REACHED[..., None], values, -1.0)
+    return np.where(nodes().reached[..., None], values, -1.0)
 
 
 @pytest.fixture(scope="module")
@@ -62,7 +68,7 @@ def worst(found, expected):
 
 
 def test_exact_at_every_node(brdf, values):
-    apart, evidence = worst(brdf.eval_rgb(WI[ABOVE], WO[ABOVE]), values[ABOVE])
+    apart, evidence = worst(brdf.eval_rgb(nodes().wi[nodes().above], nodes().wo[nodes().above]), values[nodes().above])
     assert apart < 1e-9, evidence
 
 
@@ -112,12 +118,12 @@ def test_dropouts_are_missing_and_not_black(values):
     lost = random.random(values.shape) < 0.1
     # A reading is lost together with its mirror image, else that one would stand in for it.
     lost[:, :, :90:-1] = lost[:, :, 1:90]
-    broken = np.where(lost & REACHED[..., None], random.choice([0.0, -1.0], values.shape), values)
+    broken = np.where(lost & nodes().reached[..., None], random.choice([0.0, -1.0], values.shape), values)
     brdf = MerlBrdf(broken)
-    apart, evidence = worst(brdf.eval_rgb(WI[ABOVE], WO[ABOVE]), values[ABOVE])
+    apart, evidence = worst(brdf.eval_rgb(nodes().wi[nodes().above], nodes().wo[nodes().above]), values[nodes().above])
     assert apart < 0.1, evidence
-    count = int((lost & REACHED[..., None]).sum())
-    assert brdf.notes[0].startswith(f"{count} of {3 * int(REACHED.sum())} readings dropped out")
+    count = int((lost & nodes().reached[..., None]).sum())
+    assert brdf.notes[0].startswith(f"{count} of {3 * int(nodes().reached.sum())} readings dropped out")
 
 
 def test_a_lost_block_is_filled_from_around_it(values):
@@ -125,7 +131,7 @@ def test_a_lost_block_is_filled_from_around_it(values):
     broken[20:40, 30:50] = -1.0
     broken[:, 75:] = 0.0
     brdf = MerlBrdf(broken)
-    apart, evidence = worst(brdf.eval_rgb(WI[ABOVE], WO[ABOVE]), values[ABOVE])
+    apart, evidence = worst(brdf.eval_rgb(nodes().wi[nodes().above], nodes().wo[nodes().above]), values[nodes().above])
     assert apart < 0.2, evidence
 
 
@@ -211,9 +217,11 @@ def test_smooth_fits_of_measured_materials_in_few_terms(shared_data, tmp_path, n
 def test_smooth_fits_are_met_at_their_nodes(shared_data, tmp_path):
     brdf = fitted(shared_data, "specular-blue-phenolic", tmp_path)
     mirrored = brdf.values[:, :, -np.arange(180) % 180]
-    known = ABOVE & (brdf.values > 0).all(axis=-1) & (mirrored > 0).all(axis=-1)
-    apart, evidence = worst(brdf.eval_rgb(WI[known], WO[known]), (0.5 * (brdf.values + mirrored))[known])
+    known = nodes().above & (brdf.values > 0).all(axis=-1) & (mirrored > 0).all(axis=-1)
+    apart, evidence = worst(
+        brdf.eval_rgb(nodes().wi[known], nodes().wo[known]), (0.5 * (brdf.values + mirrored))[known]
+    )
     assert apart < 1e-9, evidence
     # The highlight itself: theta_h = 0 at every theta_d.
-    theta_h, *_ = half_difference(WI[0], WO[0])
+    theta_h, *_ = half_difference(nodes().wi[0], nodes().wo[0])
     assert theta_h.max() < 1e-7
