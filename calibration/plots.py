@@ -93,15 +93,23 @@ def fitted_size(size: tuple[int, int], side: int) -> tuple[int, int]:
     return max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
 
 
-def reduce_picture(rgb: UInt8[np.ndarray, "H W 3"], size: tuple[int, int]) -> UInt8[np.ndarray, "h w 3"]:
-    """Mean display-encoded sRGB by area in linear light, so that a uniform colour stays the same code value."""
+def reduce_picture(rgb: UInt8[np.ndarray, "H W c"], size: tuple[int, int]) -> UInt8[np.ndarray, "h w c"]:
+    """Mean display-encoded sRGB by area in linear light, so that a uniform colour stays the same code value; of RGBA,
+    colours count by their coverage.
+    """
     if size == rgb.shape[:2]:
         return rgb
     codes = np.arange(256) / 255.0
     linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
     down, across = (_shares(*lengths) for lengths in zip(rgb.shape[:2], size, strict=True))
-    mean = np.einsum("hH,HWc,wW->hwc", down, linear[rgb], across, optimize=True)
+    covered = rgb[..., 3:] / 255.0 if rgb.shape[2] == 4 else np.ones((*rgb.shape[:2], 1))
+    weighted = np.concatenate([linear[rgb[..., :3]] * covered, covered], axis=-1)
+    summed = np.einsum("hH,HWc,wW->hwc", down, weighted, across, optimize=True)
+    share = summed[..., 3:]
+    mean = np.divide(summed[..., :3], share, out=np.zeros_like(summed[..., :3]), where=share > 0.0)
     encoded = np.where(mean <= 0.0031308, 12.92 * mean, 1.055 * np.maximum(mean, 1e-9) ** (1 / 2.4) - 0.055)
+    if rgb.shape[2] == 4:
+        encoded = np.concatenate([np.where(share > 0.0, encoded, 0.0), share], axis=-1)
     return np.rint(encoded * 255.0).astype(np.uint8)
 
 
@@ -125,8 +133,23 @@ def _shares(length: int, wanted: int) -> Float[np.ndarray, "wanted length"]:
     return np.maximum(covered, 0.0) * wanted / length
 
 
-def lossless(rgb: UInt8[np.ndarray, "H W 3"]) -> bytes:
-    """A WebP file that decodes to exactly these code values."""
+def mask_png(mask: UInt8[np.ndarray, "H W"], size: tuple[int, int] | None = None) -> bytes:
+    """Encode a mask as a PNG that is transparent where it is 0; reduced to `size`, every bit of a part stays."""
+    from PIL import Image
+
+    bits = np.zeros(mask.shape if size is None else size, dtype=np.uint8)
+    for bit in (1, 2):
+        chosen = (mask & bit > 0).astype(np.float64)
+        bits |= (bit * (chosen if size is None else reduce_map(chosen, size))).astype(np.uint8)
+    image = Image.fromarray(bits, "P")
+    image.putpalette([0, 0, 0, 85, 85, 85, 170, 170, 170, 255, 255, 255])
+    stream = io.BytesIO()
+    image.save(stream, "PNG", transparency=b"\x00\xff\xff\xff", bits=2, optimize=False)
+    return stream.getvalue()
+
+
+def lossless(rgb: UInt8[np.ndarray, "H W c"]) -> bytes:
+    """Encode RGB or RGBA as a WebP file that decodes to exactly these code values."""
     from PIL import Image
 
     stream = io.BytesIO()

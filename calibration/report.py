@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -15,10 +16,22 @@ from .history import HISTORY, Run, history_text, with_run
 from .page import render_page
 from .protocol import as_json
 from .rating import Rating
+from .review_words import facts_sentence, summary_of, verdict_sentence
+from .reviewed import (
+    ADAPTED,
+    LitColour,
+    ReviewedLight,
+    ReviewedMaterial,
+    light_document,
+    lights_of_rows,
+    material_document,
+    materials_of_rows,
+    shift_document,
+)
 from .row import ReferenceNoise, ReviewRow, RowColour, WorstPixel
 from .statistics import SelfCheck, verdict
 
-SCHEMA = "metamer.review/1"
+SCHEMA = "metamer.review/2"
 
 
 @runtime_checkable
@@ -52,6 +65,9 @@ def write_report(
     warnings: Sequence[str] = (),
     history: Sequence[Run] = (),
     ratings: Sequence[Rating] = (),
+    materials: Sequence[ReviewedMaterial] = (),
+    lights: Sequence[ReviewedLight] = (),
+    display: str = "sRGB - Display",
 ) -> tuple[Path, Path]:
     """Write `index.html`, `review.json` and `history.json` into `folder`; returns the first two paths.
 
@@ -64,6 +80,8 @@ def write_report(
     warnings : why pictures of this review may show nothing, a line each; they stand on top of the page.
     history : earlier runs; this one is added to them.
     ratings : a reviewer's protocol, which has a section of its own.
+    materials, lights : what is known of them; by default what the rows say.
+    display : name of the display that pictures are encoded for.
 
     Raises
     ------
@@ -73,12 +91,19 @@ def write_report(
         raise InputError("a report without rows", field="rows", found="none", expected="at least one material")
     if not (math.isfinite(budget) and budget > 0):
         raise InputError("the budget is not a colour difference", field="budget", found=budget, expected="ΔE94 > 0")
+    materials, lights = materials or materials_of_rows(rows), lights or lights_of_rows(rows)
+    by_id = {one.id: one for one in materials}
+    said, facts = verdict_of(rows, budget, display, checks)
     document = {
         "schema": SCHEMA,
         "metamer": version,
         "created": created or datetime.now(UTC).isoformat(timespec="seconds"),
         "renderer": renderer_name,
         "status": status(rows, budget, checks),
+        "verdict": said,
+        "facts": facts,
+        "summary": summary_of(rows, budget),
+        "display": display,
         "budget_delta_e94": float(budget),
         "formula": formula,
         "plan": {"basis_size": int(plan.basis_size), "reasons": [str(reason) for reason in plan.reasons]},
@@ -89,7 +114,9 @@ def write_report(
             for check in checks
         ],
         "protocol": as_json(ratings),
-        "results": [_result(row, budget) for row in rows],
+        "lights": [light_document(one) for one in lights],
+        "materials": [material_document(one) for one in materials],
+        "results": [_result(row, budget, by_id[row.material].under(row.illuminant, row.observer)) for row in rows],
     }
     folder = made_folder(folder)
     figures = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
@@ -113,7 +140,14 @@ def status(rows: Sequence[ReviewRow], budget: float, checks: Sequence[SelfCheck]
     return next(word for word in ("over", "near", "pass") if word in found)
 
 
-def _result(row: ReviewRow, budget: float) -> dict[str, Any]:
+def verdict_of(rows: Sequence[ReviewRow], budget: float, display: str, checks: Sequence[SelfCheck]) -> tuple[str, str]:
+    """The sentences that a review begins with, on the page, on paper and in the terminal."""
+    summary, valid = summary_of(rows, budget), status(rows, budget, checks) != "invalid"
+    undefined = sum(row.statistics.undefined for row in rows)
+    return verdict_sentence(summary, display, valid), facts_sentence(summary, budget, undefined)
+
+
+def _result(row: ReviewRow, budget: float, lit: LitColour | None) -> dict[str, Any]:
     figures = row.statistics
     return {
         "material": row.material,
@@ -127,7 +161,9 @@ def _result(row: ReviewRow, budget: float) -> dict[str, Any]:
         "files": dict(row.files),
         "seconds": {step: float(seconds) for step, seconds in row.seconds.items()},
         "white_xyz": None if row.white_xyz is None else row.white_xyz.tolist(),
-        "colour": None if row.colour is None else _colour(row.colour),
+        "colour": None if row.colour is None else _colour(row.colour, lit),
+        "shift": None if lit is None else shift_document(lit.shift),
+        "limits": None if row.limits is None else asdict(row.limits),
         "shift_lab": None if row.shift is None else list(row.shift),
         "worst_pixel": None if row.worst is None else _worst(row.worst),
         "reference_noise": None if row.noise is None else _noise(row.noise),
@@ -155,13 +191,15 @@ def _noise(noise: ReferenceNoise) -> dict[str, Any]:
     return {**figures, "directions": noise.directions, "limited": noise.limited}
 
 
-def _colour(colour: RowColour) -> dict[str, Any]:
+def _colour(colour: RowColour, lit: LitColour | None) -> dict[str, Any]:
     lab = colour.lab.tolist()
     around = [
         {"aspecular": angle, "xyz": xyz.tolist(), "lab": there.tolist(), "lch": _lch(*there.tolist())}
         for angle, xyz, there in colour.around
     ]
-    return {"xyz": colour.xyz.tolist(), "lab": lab, "lch": _lch(*lab), "geometry": colour.geometry, "around": around}
+    adapted = None if lit is None or lit.adapted_lab is None else lit.adapted_lab.tolist()
+    found = {"xyz": colour.xyz.tolist(), "lab": lab, "lch": _lch(*lab), "geometry": colour.geometry, "around": around}
+    return found | {"adapted_lab": adapted, "adaptation": ADAPTED}
 
 
 def _lch(lightness: float, a: float, b: float) -> list[float]:

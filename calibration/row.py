@@ -49,6 +49,20 @@ class ReferenceNoise:
     limited: bool
 
 
+@dataclass(frozen=True)
+class Limits:
+    """Parts of a row's picture that its display cannot show.
+
+    below_gamut, above_white : shares (0 to 1) of the surface, of the pixels that it covers wholly, with a channel below
+    or above the display's range. mean_delta_e2000 : of the colours and what is shown in their place, over those that
+    are below alone; None where there are none, or where nobody knows what the display shows.
+    """
+
+    below_gamut: float
+    above_white: float
+    mean_delta_e2000: float | None
+
+
 @dataclass(frozen=True, eq=False)
 class WorstPixel:
     """The pixel of a row with the largest ΔE94: its row and column, and CIELAB (3,) of reference and picture there.
@@ -76,7 +90,8 @@ class ReviewRow:
     material, illuminant, observer : names.
     statistics : ΔE94 over the compared pixels.
     image : picture file, relative to the report's folder.
-    picture, reference : lossless WebP files, as shown on the page, of `width` x `height` pixels.
+    picture, reference : lossless WebP files, as shown on the page, of `width` x `height` pixels, transparent where no
+        surface is.
     delta_e_map : PNG of the same size, as of `coded_map`.
     full_size : height and width of the pictures before they were reduced to be shown.
     seconds : how long each step took, by its name.
@@ -87,6 +102,8 @@ class ReviewRow:
     histogram : pixels by their ΔE94, as of `histogram`. shift : mean ΔL*, Δa*, Δb* of picture less reference.
     worst : the pixel with the largest ΔE94; None where no pixel holds a number.
     noise : of the reference; None where nothing in it is left to chance.
+    limits : what the display cannot show of the picture; None where its view does not tell. mask : a PNG of the
+        picture's size that is transparent but there, empty where that is nowhere.
     notes : what has to be said of this row: clipped pixels, extrapolated wavelengths, missing numbers.
     provenance : where the material comes from, as label and text.
     """
@@ -114,6 +131,8 @@ class ReviewRow:
     shift: tuple[float, float, float] | None = None
     worst: WorstPixel | None = None
     noise: ReferenceNoise | None = None
+    limits: Limits | None = None
+    mask: bytes = b""
     notes: tuple[str, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
 
@@ -129,19 +148,20 @@ def review_row(
     observer: str,
     *,
     statistics: DeltaEStatistics,
-    picture: UInt8[np.ndarray, "H W 3"],
-    reference: UInt8[np.ndarray, "H W 3"],
-    delta_e: Float[np.ndarray, "H W"],
+    picture: UInt8[np.ndarray, "H W c"],
+    reference: UInt8[np.ndarray, "H W c"],
+    delta_e: Float[np.ndarray, "_ _"],
     budget: float,
     rows: int,
     image: str,
+    limits_mask: UInt8[np.ndarray, "_ _"] | None = None,
     **more: Any,
 ) -> ReviewRow:
-    """A row from display-encoded pictures and a ΔE map (NaN: not compared, infinite: no number).
+    """Make a row from display-encoded pictures (RGB or RGBA) and a ΔE map (NaN: not compared, infinite: no number).
 
     `rows` is how many rows the report will have: with many, the embedded pictures are reduced to keep the page quick
-    to open (the mean in linear light for pictures, the largest value for maps) and a note says so. `more` goes to
-    `ReviewRow`.
+    to open (the mean in linear light for pictures, the largest value for maps) and a note says so. `limits_mask` is
+    not 0 where the display cannot show the picture. `more` goes to `ReviewRow`.
 
     Raises
     ------
@@ -178,6 +198,7 @@ def review_row(
         height=reduced.shape[0],
         full_size=full,
         histogram=histogram(delta_e, budget),
+        mask=b"" if limits_mask is None or not limits_mask.any() else plots.mask_png(limits_mask, size),
         notes=tuple(notes),
         **more,
     )

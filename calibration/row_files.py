@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..spectral.files import written_whole
-from .row import ReferenceNoise, ReviewRow, RowColour, WorstPixel
+from .row import Limits, ReferenceNoise, ReviewRow, RowColour, WorstPixel
 from .statistics import DeltaEStatistics, SelfCheck
 
 
@@ -32,7 +32,7 @@ class Drawn:
     files: Mapping[str, str] = field(default_factory=dict)
 
 
-_KINDS = (Drawn, ReviewRow, RowColour, ReferenceNoise, WorstPixel, DeltaEStatistics, SelfCheck)
+_KINDS = (Drawn, ReviewRow, RowColour, ReferenceNoise, Limits, WorstPixel, DeltaEStatistics, SelfCheck)
 _TYPES = {kind.__name__: kind for kind in _KINDS}
 _TREE = "tree"
 

@@ -11,7 +11,6 @@ from .shared import (
     Added,
     add_renderer_option,
     comma_separated,
-    counted,
     positive_count,
     positive_delta_e,
     progress_bar,
@@ -66,7 +65,6 @@ def run(args: argparse.Namespace) -> int:
     from importlib.metadata import version
 
     from ..calibration.protocol import read_protocol
-    from ..calibration.statistics import beside
     from ..lighting.scene_files import load_scene, scene_file, shipped_scene
     from ..spectral.processes import usable_cores
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
@@ -113,10 +111,7 @@ def run(args: argparse.Namespace) -> int:
             resumed=lambda found, total: print(f"resumed: {found} of {total} rows were there", flush=True),
         )
     worst = max(result.rows, key=lambda row: row.statistics.p99)
-    p99 = beside(worst.statistics.p99, args.budget, 1.5 * args.budget)
-    print(
-        f"{counted(len(result.rows), 'row')} in {time.perf_counter() - start:.0f} s: {result.status}. "
-        f"Worst: {worst.material} under {worst.illuminant}, ΔE94 p99 {p99} (budget {args.budget:g})."
-    )
+    print(f"{result.verdict}\n{result.facts}")
+    print(f"Farthest off: {worst.material} under {worst.illuminant}. Took {time.perf_counter() - start:.0f} s.")
     print(f"Report:   {result.page}\nFigures:  {result.figures}\nPictures: {args.out / 'pictures'}")
     return {"pass": 0, "near": 1, "over": 2}.get(result.status, 2)

@@ -18,7 +18,7 @@ from .picture_files import xyz_layer
 from .row import Layer, LayerKind, Noise, Pixels, Row, RowName, Side
 
 FIGURES = "review.json"
-_SCHEMA = "metamer.review/1"
+_SCHEMAS = ("metamer.review/1", "metamer.review/2")
 _MAP = "ΔE94 EXR"
 _FILES: tuple[tuple[LayerKind, str], ...] = (("picture", "XYZ EXR"), ("reference", "reference EXR"))
 
@@ -49,7 +49,7 @@ def review_side(folder: Path) -> Side:
             file=path,
             field=str(reason.args[0]) if isinstance(reason, KeyError) else None,
             found=f"{type(reason).__name__}: {reason}",
-            expected=f"the fields of {_SCHEMA}",
+            expected=f"the fields of {document['schema']}",
             hint="review again into this folder",
         ) from None
     return Side(folder, "review", rows, facts, chain)
@@ -67,8 +67,9 @@ def _document(path: Path) -> Mapping[str, Any]:
             hint="review again into this folder",
         ) from None
     schema = found.get("schema") if isinstance(found, dict) else None
-    if schema != _SCHEMA:
-        raise InputError("another schema", file=path, field="schema", found=schema, expected=_SCHEMA)
+    if schema not in _SCHEMAS:
+        expected = " or ".join(_SCHEMAS)
+        raise InputError("another schema", file=path, field="schema", found=schema, expected=expected)
     return found
 
 

@@ -21,6 +21,7 @@ from ...spectral.projection import finer_note
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import material_wavelengths
 from ..analytic.instrument import ReadBrdf
+from ..records.colour_standing import COLOUR, COLOUR_RANGE, STANDINGS, TITLE
 from ..records.material import Provenance
 from ..records.models import model_named
 from ..source import MaterialSource, Rejected
@@ -30,8 +31,8 @@ NAME = "family description"
 SUFFIXES = (".toml",)
 TABLES_FILE = "sources.toml"
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
-_FAMILY_KEYS = ("family", "kind", "notes", "material")
-_MATERIAL_KEYS = ("name", "model", "notes", "each")
+_FAMILY_KEYS = ("family", "kind", "colour", "notes", "material")
+_MATERIAL_KEYS = ("name", "title", "model", "notes", "each")
 # In place of a geometry: the spectrum is that of the model's own body, not of the whole.
 _OF_THE_BODY = "body"
 _OURS = re.compile(rb"^\s*(family\s*=|\[\[\s*material\s*\]\])", re.MULTILINE)
@@ -79,14 +80,15 @@ def _family(path: Path) -> Iterator[MaterialSource | Rejected]:
     for entry in entries:
         template = str(entry.get("name"))
         try:
-            columns = _table(entry["each"], tables, path, f"{template}.each").columns if "each" in entry else ("",)
+            table = _table(entry["each"], tables, path, f"{template}.each") if "each" in entry else None
+            labels = {"": ""} if table is None else table.labels
         except InputError as reason:
             yield Rejected(f"{family}/{template}", reason)
             continue
-        for column in columns:
+        for column, label in labels.items():
             name = template.replace("{column}", column)
             try:
-                yield _Entry(path, family, name, column, values | entry, tables).material()
+                yield _Entry(path, family, name, column, label, values | entry, tables).material()
             except InputError as reason:
                 yield Rejected(f"{family}/{name}", reason)
 
@@ -99,6 +101,7 @@ class _Entry:
     family: str
     name: str
     column: str
+    label: str
     values: Mapping[str, Any]
     tables: Mapping[str, Table]
 
@@ -107,6 +110,7 @@ class _Entry:
         model = model_named(str(self.values.get("model")), self.path, f"{self.name}.model")
         kinds = {field.name: str(field.type) for field in dataclasses.fields(cast(Any, model)) if field.init}
         _expect_keys(self.values, (*_FAMILY_KEYS, *_MATERIAL_KEYS, *kinds), self.path, self.name)
+        said = self._said()
         used: dict[str, Table] = {}
         read = model.READ if issubclass(model, ReadBrdf) else None
         notes = [str(self.values.get("notes", ""))]
@@ -118,6 +122,12 @@ class _Entry:
         }
         measured = [spectra[key].wavelengths_nm for key in spectra if "constant" not in arguments[key]]
         grid = material_wavelengths(measured)
+        body = next((key for key in spectra if kinds[key] == "Spectrum" and "constant" not in arguments[key]), None)
+        if said.get(COLOUR) == "measured":
+            if body is None:
+                expected = "a reflectance from a table"
+                raise InputError("no measured colour", file=self.path, field=f"{self.name}.colour", expected=expected)
+            said[COLOUR_RANGE] = spectra[body].wavelengths_nm[[0, -1]]
         for key, spectrum in spectra.items():
             invented = spectrum.range_note(WORKING_WAVELENGTHS_NM)
             notes += [f"{key} {invented}"] if invented else []
@@ -143,7 +153,25 @@ class _Entry:
                 notes=_joined(notes),
             )
         parameters = {"wavelengths_nm": grid, **brdf.parameters()}
-        return MaterialSource(f"{self.family}/{self.name}", self.family, model.NAME, parameters, provenance, self.path)
+        material_id = f"{self.family}/{self.name}"
+        return MaterialSource(material_id, self.family, model.NAME, parameters, provenance, self.path, said)
+
+    def _said(self) -> dict[str, Any]:
+        """What the description says of the material for people: its title, and where its colour comes from."""
+        said: dict[str, Any] = {}
+        if (colour := self.values.get("colour")) is not None:
+            if colour not in STANDINGS:
+                raise UnknownNameError("colour", str(colour), STANDINGS, file=self.path, field=f"{self.name}.colour")
+            said[COLOUR] = colour
+        if (title := self.values.get("title")) is not None:
+            if not isinstance(title, str) or not title.strip():
+                expected = "words for people"
+                raise InputError(
+                    "no title", file=self.path, field=f"{self.name}.title", found=repr(title), expected=expected
+                )
+            title = title.replace("{column}", self.label).strip()
+            said[TITLE] = title[0].upper() + title[1:]
+        return said
 
     def _spectrum(self, key: str, quantity: Kind, used: dict[str, Table], read: bool) -> Spectrum:
         """The spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""

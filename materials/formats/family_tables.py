@@ -72,6 +72,14 @@ class Table:
         """Names of the spectra."""
         return tuple(self._spectra)
 
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """Names of the spectra for people, by column: those of a chart as it has them, others as they are."""
+        found = {column: column for column in self.columns}
+        if isinstance(self.origin, str):
+            found |= {column: label for column, label, _ in _patches(self.origin, self.file, self.name)}
+        return found
+
     def spectrum(self, column: str) -> Spectrum:
         """The spectrum of a column, on its own wavelengths."""
         if column not in self._spectra:
@@ -129,13 +137,18 @@ def _in_fractions(spectrum: Spectrum, file: Path, column: str) -> Spectrum:
 
 def _colour_checker(chart: str, file: Path, name: str) -> dict[str, Spectrum]:
     """The patches of a chart of colour-science; a density in brackets is left out of the names."""
+    return {
+        column: Spectrum.sampled(values.wavelengths, values.values) for column, _, values in _patches(chart, file, name)
+    }
+
+
+def _patches(chart: str, file: Path, name: str) -> list[tuple[str, str, Any]]:
+    """Column, name for people and spectrum of each patch."""
     from ...spectral.colour_library import colour_science
     from .naming import slug
 
     charts = colour_science().SDS_COLOURCHECKERS
     if chart not in charts:
         raise UnknownNameError("chart", chart, charts, file=file, field=f"{name}.colour_checker")
-    return {
-        slug(patch.partition("(")[0]): Spectrum.sampled(values.wavelengths, values.values)
-        for patch, values in charts[chart].items()
-    }
+    named = [(patch.partition("(")[0].strip(), values) for patch, values in charts[chart].items()]
+    return [(slug(label), label, values) for label, values in named]

@@ -58,7 +58,7 @@ def test_every_row_has_its_files(review, tmp_path):
     kept = {name for name in files if name.startswith("rows/")}
     assert len(kept) == 2 and files == {"index.html", "review.json", "history.json", *listed, *kept}
     assert str(tmp_path / "out" / "index.html") in said and str(tmp_path / "out" / "review.json") in said
-    assert "4 rows" in said and "Renderer: software (numpy)" in said
+    assert found["verdict"] in said and found["facts"] in said and "Renderer: software (numpy)" in said
 
 
 def test_exit_code_follows_the_budget(review):
@@ -68,7 +68,7 @@ def test_exit_code_follows_the_budget(review):
     for budget, code, status in ((1.1 * p99, 0, "pass"), (p99 / 1.25, 1, "near"), (p99 / 2.0, 2, "over")):
         found_code, said, _, found = review(*words, budget)
         assert (found_code, found["status"]) == (code, status), (p99, budget, said)
-        assert f": {status}. Worst: tiny/rough-blue under D65" in said
+        assert found["verdict"] in said and "Farthest off: tiny/rough-blue under D65." in said
 
 
 def test_patterns_choose_materials(review):

@@ -225,6 +225,13 @@ class DisplayTransform:
             xyz = xyz @ self.adaptation_from(image.white_xyz).T
         return bool((self.apply(xyz) > 1.0 + CLIP_TOLERANCE).any(axis=-1).all())
 
+    @cached_property
+    def shows_limits(self) -> bool:
+        """True where codes beyond the display's range come out as such: the view neither limits nor changes white."""
+        white, above = self.apply(np.stack([DISPLAY_WHITE_XYZ, 1.5 * DISPLAY_WHITE_XYZ]))
+        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, self.shown(white), DISPLAY_WHITE_XYZ))
+        return off <= WHITE_TOLERANCE and bool((above > 1.0 + CLIP_TOLERANCE).any())
+
     def describe(self) -> list[str]:
         """The chain in plain words, for a report; what white becomes is measured, not quoted."""
         import PyOpenColorIO as ocio

@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from ...calibration.row import ReferenceNoise
 from ...lighting.scene import Scene
 from ...spectral.image import ColourImage
+from ..display.png import quantise
 from ..picture import Warn, say_if_clipped
 from .cases import Case, Setting
 from .references import Reference
@@ -23,7 +24,8 @@ class Drawing:
 
     scene : as it is lit. illuminant : its name, `own_light` where each light keeps its own spectrum. white (3,).
     sample, truth : XYZ, float32, and the `coverage` of each; truth_xyz (H, W, 3) : in float64.
-    shown, truth_shown (H, W, 3) : encoded for the display.
+    shown (H, W, 3) : encoded for the display, over the scene's background. cut_out, truth_cut_out (H, W, 4) : picture
+    and truth in 8 bits without a background, transparent where no surface is.
     noise : of the truth, where directions were drawn for it.
     notes : of the display transform. seconds : of the steps "render", "reference" and "encode".
     """
@@ -37,7 +39,8 @@ class Drawing:
     truth_xyz: Float[np.ndarray, "H W 3"]
     coverage: tuple[Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]]
     shown: Float[np.ndarray, "H W 3"]
-    truth_shown: Float[np.ndarray, "H W 3"]
+    cut_out: UInt8[np.ndarray, "H W 4"]
+    truth_cut_out: UInt8[np.ndarray, "H W 4"]
     noise: ReferenceNoise | None
     notes: tuple[str, ...]
     seconds: dict[str, float]
@@ -61,7 +64,8 @@ def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iter
         sample, truth = ColourImage(sample_xyz, "xyz", white), ColourImage(truth_xyz, "xyz", white)
         begun = time.perf_counter()
         shown_rgb, notes = display.encode(sample, coverage, background, setting.gpu)
-        truth_rgb, _ = display.encode(truth, setting.geometry.coverage, background, setting.gpu)
+        cut_out = _cut_out(setting, sample, coverage)
+        truth_cut_out = _cut_out(setting, truth, setting.geometry.coverage)
         if notes:
             said_of = f"the picture of {' and '.join(case.judged)} under {name}"
             say_if_clipped(scene, said_of, sample, np.asarray(coverage), display, warn)
@@ -77,8 +81,18 @@ def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iter
             truth_xyz,
             both,
             shown_rgb,
-            truth_rgb,
+            cut_out,
+            truth_cut_out,
             reference.noise_of(number),
             tuple(notes),
             seconds,
         )
+
+
+def _cut_out(setting: Setting, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> UInt8[np.ndarray, "H W 4"]:
+    """The picture without a background: colours of the surfaces alone, and how much of each pixel they cover."""
+    share = np.asarray(coverage, dtype=np.float64)[..., None]
+    bare = np.divide(image.values, share, out=np.zeros(image.values.shape), where=share > 0.0)
+    rgb, _ = setting.display.encode(ColourImage(bare, image.space, image.white_xyz), on=setting.gpu)
+    alpha = np.clip(share, 0.0, 1.0)
+    return np.concatenate([quantise(np.where(alpha > 0.0, rgb, 0.0)), quantise(alpha)], axis=-1)

@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
+from ...calibration.plots import mask_png
+from ...spectral.files import written_whole
 from ...spectral.formats.exr import write_exr
 from ...spectral.formats.xyz_exr import write_xyz_exr
 from ...spectral.image import ColourImage
@@ -57,6 +59,7 @@ def write_row(
     coverage: tuple[Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]],
     delta_e: Float[np.ndarray, "H W"],
     said: Mapping[str, str],
+    limits_mask: UInt8[np.ndarray, "H W"] | None = None,
 ) -> tuple[str, dict[str, str]]:
     """Write the picture of a row and what its figures come from; paths relative to `out`: the PNG, the rest by label.
 
@@ -67,6 +70,7 @@ def write_row(
     sample, reference : XYZ of the renderer and of the truth, and the `coverage` of each.
     delta_e : ΔE94 of the two; NaN where they are not compared, infinite where there is no number.
     said : attributes for every header, by name.
+    limits_mask : not 0 where the display cannot show the picture; written where it is so anywhere.
     """
     files = {
         "XYZ EXR": f"{PICTURES}/{name}.exr",
@@ -80,4 +84,8 @@ def write_row(
     write_xyz_exr(out / files["reference EXR"], reference, coverage[1], {**said, "picture": "reference"})
     what = {**said, "picture": "CIE 1994 (graphic arts) of sample and reference; NaN: not compared, inf: no number"}
     write_exr(out / files["ΔE94 EXR"], what, {"deltaE94": delta_e})
+    if limits_mask is not None and limits_mask.any():
+        files["limits PNG"] = f"{PICTURES}/{name}.limits.png"
+        with written_whole(out / files["limits PNG"]) as beside:
+            beside.write_bytes(mask_png(limits_mask))
     return image, files

@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from shutil import rmtree
 
 from ...calibration.history import HISTORY, read_history
 from ...calibration.rating import Rating
-from ...calibration.report import status, write_report
+from ...calibration.report import status, verdict_of, write_report
 from ...calibration.row import ReviewRow
 from ...calibration.statistics import self_check
 from ...lighting.plan import ScenePlan
@@ -27,6 +28,7 @@ from ..render.session import RenderSession
 from .cases import OWN_LIGHT, Case, Setting, prepared
 from .compare import compare
 from .draw import draw
+from .facts import reviewed_lights, reviewed_materials
 from .folder import REPORT, UNFINISHED, Drawn, drawing_into, drawn_rows, found_rows, put_in_place
 from .references import Reference, references
 from .row_key import row_key
@@ -37,17 +39,23 @@ from .write import write
 __all__ = ["OWN_LIGHT", "ReviewResult", "review"]
 
 Progress = Callable[[int, int, str], None]
+ReadingOf = Callable[[str], Reading]
 
 
 @dataclass(frozen=True)
 class ReviewResult:
-    """Where a review was written, and how it came out; `resumed` of its rows were there already."""
+    """Where a review was written, and how it came out; `resumed` of its rows were there already.
+
+    verdict, facts : the sentences that the page begins with.
+    """
 
     page: Path
     figures: Path
     status: str
     rows: tuple[ReviewRow, ...]
     plan: ScenePlan
+    verdict: str = ""
+    facts: str = ""
     warnings: tuple[str, ...] = ()
     resumed: int = 0
 
@@ -123,8 +131,9 @@ def review(
             return f"{done} of {setting.total} rows are in {out}; the same command goes on from here." if done else ""
 
         with saying(reached):
-            _draw_missing(out, catalogue, setting, cases, keys, drawn, jobs, progress, warnings)
-            result = _report(out, setting, keys, [one for one in drawn if one], warnings, ratings)
+            reading_of = cache(lambda material: Reading.of(setting.records[material].brdf()))
+            _draw_missing(out, catalogue, setting, cases, keys, drawn, jobs, progress, warnings, reading_of)
+            result = _report(out, setting, keys, [one for one in drawn if one], warnings, ratings, reading_of)
     return replace(result, resumed=there)
 
 
@@ -139,6 +148,7 @@ def _report(
     drawn: Sequence[Drawn],
     warnings: _Warnings,
     ratings: Sequence[Rating],
+    reading_of: ReadingOf,
 ) -> ReviewResult:
     """Write the report of all rows, and lay everything in its place."""
     it = setting
@@ -163,10 +173,15 @@ def _report(
             warnings=warnings.said,
             history=read_history(out / HISTORY),
             ratings=ratings,
+            materials=reviewed_materials(it, tuple(dict.fromkeys(row.material for row in rows)), reading_of),
+            lights=reviewed_lights(it),
+            display=it.display.display,
         )
         put_in_place(out, keys, report)
     page, figures = (out / name for name in REPORT)
-    return ReviewResult(page, figures, status(rows, it.budget, checks), rows, it.plan, tuple(warnings.said))
+    said = verdict_of(rows, it.budget, it.display.display, checks)
+    found = status(rows, it.budget, checks)
+    return ReviewResult(page, figures, found, rows, it.plan, *said, tuple(warnings.said))
 
 
 def _key(setting: Setting, catalogue: Catalogue, case: Case, checked: bool) -> str:
@@ -186,6 +201,7 @@ def _draw_missing(
     jobs: int,
     progress: Progress | None,
     warn: Warn,
+    reading_of: ReadingOf,
 ) -> None:
     """Fill in `drawn` where it is None; each entry is kept in the folder before it stands there."""
     missing = [index for index, found in enumerate(drawn) if found is None]
@@ -202,7 +218,7 @@ def _draw_missing(
     with closing(truths):
         for index, truth in zip(missing, truths, strict=True):
             with drawn_rows(out, keys[index]) as (folder, kept):
-                kept.append(_drawn(setting, cases[index], truth, folder, index == 0, finished, warn))
+                kept.append(_drawn(setting, cases[index], truth, folder, index == 0, finished, warn, reading_of))
             drawn[index] = kept[0]
 
 
@@ -214,16 +230,16 @@ def _drawn(
     checked: bool,
     finished: Callable[[ReviewRow], None],
     warn: Warn,
+    reading_of: ReadingOf,
 ) -> Drawn:
     """The rows of one case, their pictures below `folder`; with `checked` also the report's checks of itself."""
     heard, rows, checks = _Warnings(warn), [], ()
-    readings = {material: Reading.of(setting.records[material].brdf()) for material in case.judged}
     spectra = pixel_spectra(setting, case)
     for drawing in draw(setting, case, truth, heard):
         for found in compare(setting, case, drawing):
             if checked and not checks:
                 checks = tuple(self_check(drawing.truth_xyz, drawing.white, found.share))
-            rows.append(write(setting, drawing, found, readings[found.material], folder, spectra))
+            rows.append(write(setting, drawing, found, reading_of(found.material), folder, spectra))
             finished(rows[-1])
     return Drawn(tuple(rows), checks, tuple(heard.said))
 

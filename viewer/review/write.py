@@ -8,13 +8,13 @@ from pathlib import Path
 from ...calibration.row import ReviewRow, RowColour, WorstPixel, review_row
 from ...materials.reading import GEOMETRY, Reading
 from ...spectral.difference import lab_from_xyz
-from ..display.png import quantise
 from ..picture import picture_words
 from ..reading import colours_around, swatch, xyz_in
 from .cases import Setting
 from .compare import Comparison
 from .draw import Drawing
 from .files import picture_name, write_row
+from .limits import limits_of
 from .words import held_words, provenance_words
 from .worst_pixel import BANDS_NM, PixelSpectra
 
@@ -28,6 +28,7 @@ def write(
     begun = time.perf_counter()
     scene, display, lit = setting.scene, setting.display, drawing.scene
     words = picture_words(lit, setting.view, setting.renderer.made_by, setting.version)
+    limits = limits_of(drawing.sample, found.share, display)
     image, files = write_row(
         out,
         picture_name(found.material, None if drawing.own_light else drawing.illuminant),
@@ -38,6 +39,7 @@ def write(
         drawing.coverage,
         found.difference,
         words | {"material": found.material},
+        None if limits is None else limits[1],
     )
     seconds = drawing.seconds | {"compare": found.seconds, "write": time.perf_counter() - begun}
     seconds["write"] += seconds.pop("encode")
@@ -48,8 +50,10 @@ def write(
         illuminant=drawing.illuminant,
         observer=scene.observer.name,
         statistics=found.statistics,
-        picture=quantise(drawing.shown),
-        reference=quantise(drawing.truth_shown),
+        picture=drawing.cut_out,
+        reference=drawing.truth_cut_out,
+        limits=None if limits is None else limits[0],
+        limits_mask=None if limits is None else limits[1],
         delta_e=found.difference,
         budget=setting.budget,
         rows=setting.total,

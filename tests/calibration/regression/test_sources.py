@@ -216,7 +216,7 @@ def test_what_has_no_white_or_other_channels_is_refused(tmp_path):
             side_of(tmp_path / f"{name}.exr", SEEN).rows[0].layers["picture"].load()
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"schema": "metamer.review/9"}', '{"schema": "metamer.review/1"}'])
+@pytest.mark.parametrize("text", ["{", "[]", *(f'{{"schema": "metamer.review/{n}"}}' for n in (1, 2, 9))])
 def test_damaged_figures_are_refused(tmp_path, text):
     (tmp_path / "review.json").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"review\.json"):
@@ -232,6 +232,26 @@ def test_figures_lead_to_no_file_outside(tmp_path):
     (tmp_path / "review" / "review.json").write_text(json.dumps(document), encoding="utf-8")
     with pytest.raises(InputError, match="outside of the review"):
         side_of(tmp_path / "review", SEEN)
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_figures_of_either_version_are_read(tmp_path, version):
+    """Version 2 says more of materials and lights, and the same of rows."""
+    write_picture(tmp_path / "a.exr")
+    write_exr(tmp_path / "map.exr", {}, {"deltaE94": np.zeros((4, 4), np.float32)})
+    files = {"XYZ EXR": "a.exr", "reference EXR": "a.exr", "ΔE94 EXR": "map.exr"}
+    row = {"material": "m", "illuminant": "D65", "observer": "o", "notes": ["said"], "files": files}
+    row |= {"delta_e94": {"mean": 0.1, "p95": 0.2, "p99": 0.3, "max": 0.4}}
+    document = {"metamer": "", "renderer": "", "status": "pass", "colour_chain": [], "results": [row]}
+    document |= {"plan": {"basis_size": 3, "reasons": []}, "budget_delta_e94": 1.0}
+    document |= {"schema": f"metamer.review/{version}"}
+    (tmp_path / "review.json").write_text(json.dumps(document), encoding="utf-8")
+    (found,) = side_of(tmp_path, SEEN).rows
+    assert (
+        found.name.material == "m"
+        and found.approximation["p99"] == 0.3
+        and set(found.layers) == {"picture", "reference"}
+    )
 
 
 def test_nothing_there_and_nothing_comparable_are_refused(tmp_path):

@@ -1,5 +1,6 @@
 """A review says what its pictures say: figures recomputed from its files, both renderers, and that it can fail."""
 
+import io
 import json
 import pickle
 import re
@@ -8,17 +9,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from metamer.calibration.row_files import read_rows
 from metamer.calibration.statistics import compared_pixels
 from metamer.lighting.reference import reference_image
 from metamer.lighting.scene import Review
 from metamer.materials.catalogue import Catalogue
+from metamer.materials.reading import Reading
 from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.difference import delta_e_xyz, lab_from_xyz
 from metamer.spectral.errors import InputError, MetamerError, UnknownNameError
 from metamer.spectral.formats.exr import read_exr
+from metamer.spectral.formula import formula
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
+from metamer.spectral.metamerism import Conditions, colour_inconstancy
 from metamer.spectral.observers import observer
+from metamer.spectral.sample import Sample
+from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.display.transform import DisplayTransform
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.context import NoGL
@@ -26,6 +33,7 @@ from metamer.viewer.render.session import RenderSession
 from metamer.viewer.review.review import OWN_LIGHT, review
 from metamer.viewer.software.backend import NumpyBackend, software_session
 from pictures import read_xyz_exr
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[3]
 LIGHTS = ("D65", "A", "FL11")
@@ -65,8 +73,9 @@ def picture_of(out, row):
 def test_shape_of_review_json(written):
     _, document = written
     assert list(document) == [
-        "schema", "metamer", "created", "renderer", "status", "budget_delta_e94", "formula", "plan", "warnings",
-        "colour_chain", "self_check", "protocol", "results",
+        "schema", "metamer", "created", "renderer", "status", "verdict", "facts", "summary", "display",
+        "budget_delta_e94", "formula", "plan", "warnings", "colour_chain", "self_check", "protocol", "lights",
+        "materials", "results",
     ]  # fmt: skip
     assert document["metamer"] == "test" and document["renderer"] == "software (numpy)"
     assert document["budget_delta_e94"] == 1.0 and document["formula"] == "CIE 1994"
@@ -366,3 +375,59 @@ def test_a_light_that_nothing_adapts_from_is_named_before_any_work(sphere, catal
     with pytest.raises(InputError, match=r"illuminant LPS: Bradford adaptation has no meaning for this white"):
         review(sphere, catalogue, tmp_path, illuminants=("D65", "LPS"), renderer=software_session(), version="test")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_colour_shifts_as_far_as_a_match_says_that_it_is_inconstant(written, catalogue):
+    """Rows and materials say the same, for both observers, and adapted to its own light a colour stays as it is."""
+    _, document = written
+    for one in document["materials"]:
+        reading = Reading.of(catalogue.load(one["id"]).brdf())
+        curve = Spectrum.sampled(reading.wavelengths_nm, np.clip(reading.factor, 0.0, 1.0), "reflectance")
+        sample = Sample(one["id"], "", (curve,))
+        assert len(one["colours"]) == 2 * len(document["lights"])
+        for told in one["colours"]:
+            eye = next(short for short in ("1931_2", "1964_10") if observer(short).name == told["observer"])
+            test = Conditions(told["light"], eye)
+            expected = colour_inconstancy(sample, Conditions("D65", eye), test, formula("CIE 2000"))
+            assert told["shift"]["delta_e"] == pytest.approx(expected, abs=1e-9)
+            if told["light"] == "D65":
+                np.testing.assert_allclose(told["adapted_lab"], told["lab"], atol=1e-9)
+                assert told["shift"]["words"] == "alike"
+        for row in (row for row in document["results"] if row["material"] == one["id"]):
+            (same,) = (c for c in one["colours"] if (c["light"], c["observer"]) == (row["illuminant"], row["observer"]))
+            assert row["shift"] == same["shift"] and row["colour"]["adapted_lab"] == same["adapted_lab"]
+    pictured = {light["name"]: light["pictured"] for light in document["lights"]}
+    assert pictured == {"D65": True, "A": True, "FL11": True, "FL2": False, "LED-B3": False}
+
+
+def test_limits_are_shares_of_the_surface_and_their_mask_says_where(scenes, catalogue, tmp_path):
+    """A light twice as bright as the reference cuts what faces it; counted again from the picture in XYZ."""
+    scene = scenes.sphere_scene("tiny/satin-green", size=32, samples=2)
+    scene = replace(scene, viewing=replace(scene.viewing, reference_illuminance_lux=300.0))
+    out, document = tmp_path, run(scene, catalogue, tmp_path, illuminants=["D65"])[1]
+    (row,) = document["results"]
+    sample, coverage, white = picture_of(out, row)
+    whole = coverage >= 0.999
+    display = DisplayTransform()
+    rgb = display.apply(sample @ display.adaptation_from(white).T)
+    low, high = (rgb < -1e-3).any(axis=-1) & whole, (rgb > 1.0 + 1e-3).any(axis=-1) & whole
+    assert 0.01 < row["limits"]["above_white"] < 1.0
+    assert row["limits"]["below_gamut"] == pytest.approx(low.sum() / whole.sum())
+    assert row["limits"]["above_white"] == pytest.approx(high.sum() / whole.sum())
+    with Image.open(out / row["files"]["limits PNG"]) as image:
+        np.testing.assert_array_equal(np.asarray(image), 1 * low + 2 * high)
+        assert np.asarray(image.convert("RGBA"))[..., 3].astype(bool).tolist() == (low | high).tolist()
+    assert document["summary"]["above_white"] == 1 and "1 has highlights cut at white" in document["verdict"]
+
+
+def test_pictures_of_the_page_are_transparent_where_no_surface_is(written):
+    out, document = written
+    row = read_rows(next(iter((out / "rows").iterdir()))).rows[0]
+    _, coverage, _ = picture_of(out, next(one for one in document["results"] if one["image"] == row.image))
+    with Image.open(io.BytesIO(row.picture)) as image:
+        shown = np.asarray(image)
+    np.testing.assert_allclose(shown[..., 3] / 255.0, coverage, atol=0.5 / 255 + 1e-6)
+    assert (shown[coverage == 0] == 0).all()
+    inside = coverage == 1
+    with Image.open(out / row.image) as image:
+        np.testing.assert_array_equal(shown[inside, :3], np.asarray(image)[inside, :3])

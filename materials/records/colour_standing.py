@@ -1,0 +1,95 @@
+"""Where a material's colour and its gloss come from, apart: as its record states it, in words and in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal, cast
+
+import numpy as np
+
+from .material import MaterialRecord
+
+Standing = Literal["measured", "analytic", "uplifted", "reconstructed", "unknown"]
+#: What a description may say of a colour.
+STANDINGS: tuple[Standing, ...] = ("measured", "analytic", "uplifted", "reconstructed")
+#: Keys of a record's `original`: title and standing of the colour as its description states them, and the range
+#: in nm (2,) over which that colour was measured.
+TITLE, COLOUR, COLOUR_RANGE = "title", "colour", "colour_nm"
+# Models whose directions were measured, whatever their spectra are.
+_DIRECTIONAL = ("merl", "rgl", "scattered", "btf")
+# Models of a measured colour that add no gloss.
+_MATT = ("lambert", "fluorescent_lambert", "spectral_texture")
+
+
+def colour_standing(record: MaterialRecord) -> Standing:
+    """Where a material's colour comes from; "unknown" where its record does not say.
+
+    A model that carries published spectra is no statement about them: its description makes it (`COLOUR`).
+    """
+    stated = record.original.get(COLOUR)
+    if stated in STANDINGS:
+        return cast(Standing, stated)
+    kind = record.provenance.standing
+    if kind == "reconstructed":
+        # Read at some angles, each reading a measurement; between them it is made up.
+        return "measured" if record.model == "flake_tilt" else "reconstructed"
+    return "unknown" if kind == "analytic" else cast(Standing, kind)
+
+
+def gloss_standing(record: MaterialRecord) -> Standing:
+    """Where a material's gloss comes from: how it scatters light, apart from its colour."""
+    if record.model in _DIRECTIONAL:
+        return "measured"
+    if record.provenance.standing == "reconstructed":
+        return "reconstructed"
+    return "analytic"
+
+
+_COLOUR_WORDS: Mapping[str, str] = {
+    "measured": "The colour was measured on a real sample",
+    "analytic": "The colour is calculated, not measured: compare it with a sample",
+    "uplifted": "The colour was guessed from RGB values: under another light it may be wrong",
+    "reconstructed": "The colour was rebuilt from readings or photos: compare it with a sample",
+    "unknown": "The record does not say whether the colour was measured",
+}
+_GLOSS_WORDS: Mapping[str, str] = {
+    "measured": "How it shines was measured, too.",
+    "analytic": "The finish (gloss) is a model: compare gloss with a real part.",
+    "reconstructed": "How it shines was rebuilt from readings at some angles: compare gloss with a real part.",
+    "unknown": "The record does not say where its gloss comes from.",
+}
+_MATT_WORDS = "Its gloss was not measured: it is drawn perfectly matt."
+
+
+def standing_sentences(record: MaterialRecord) -> str:
+    """Say in plain sentences what of a material was measured."""
+    colour, gloss = colour_standing(record), gloss_standing(record)
+    at = f" ({record.provenance.geometry})" if colour == "measured" and record.provenance.geometry else ""
+    matt = gloss == "analytic" and record.model in _MATT
+    return f"{_COLOUR_WORDS[colour]}{at}. {_MATT_WORDS if matt else _GLOSS_WORDS[gloss]}"
+
+
+def title_of(record: MaterialRecord) -> str:
+    """A material's name for people: what its description or its file calls it, else the last word of its id, spelt out.
+
+    >>> from types import SimpleNamespace
+    >>> title_of(SimpleNamespace(id="paint/signal-red", original={}))
+    'Signal red'
+    """
+    for key in (TITLE, "name"):
+        stated = record.original.get(key)
+        if isinstance(stated, str) and stated.strip():
+            return stated.strip()
+    words = record.id.rpartition("/")[2].replace("-", " ")
+    return words[:1].upper() + words[1:]
+
+
+def measured_range(record: MaterialRecord) -> tuple[float, float] | None:
+    """Wavelengths in nm from and to which the colour was measured; None where the record does not say."""
+    stated = record.original.get(COLOUR_RANGE)
+    if stated is None:
+        spectrum = record.spectrum() if colour_standing(record) == "measured" else None
+        stated = None if spectrum is None else spectrum.wavelengths_nm
+    if stated is None or not np.size(stated):
+        return None
+    return float(np.ravel(stated)[0]), float(np.ravel(stated)[-1])

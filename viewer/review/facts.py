@@ -1,0 +1,117 @@
+"""What a report says of the materials and lights of a review beside its pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from ...calibration.reviewed import (
+    FIGURE_LIGHTS,
+    SHIFT_FROM,
+    LitColour,
+    ReviewedLight,
+    ReviewedMaterial,
+    corresponding_lab,
+    distinct_titles,
+    light_title,
+    shift_between,
+    titled,
+)
+from ...lighting.scene import Scene
+from ...materials.reading import GEOMETRY, Reading
+from ...materials.records.colour_standing import (
+    colour_standing,
+    gloss_standing,
+    measured_range,
+    standing_sentences,
+    title_of,
+)
+from ...spectral.difference import lab_from_xyz
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import Observer, observer
+from ...spectral.spectrum import Spectrum
+from ..reading import swatch, xyz_in
+from .cases import Setting
+
+# Of people who match by eye, and of larger fields: figures are given for both, whichever the pictures are for.
+_OBSERVERS = ("1931_2", "1964_10")
+_VISIBLE_NM = (360.0, 830.0)
+
+
+def reviewed_lights(setting: Setting) -> tuple[ReviewedLight, ...]:
+    """Lights of the pictures, and those that figures alone are given for."""
+    found = []
+    for name, spectrum in _lights(setting):
+        title, kind = ("As lit in the scene", "scene") if spectrum is None else light_title(name)
+        table = (None, None) if spectrum is None else _table(spectrum)
+        found.append(ReviewedLight(name, title, kind, name in setting.names, *table))
+    return titled(found)
+
+
+def reviewed_materials(
+    setting: Setting, names: tuple[str, ...], reading_of: Callable[[str], Reading]
+) -> tuple[ReviewedMaterial, ...]:
+    """Materials by id, with their colours under every light for every observer."""
+    eyes = {eye.name: eye for eye in (setting.scene.observer, *(observer(name) for name in _OBSERVERS))}
+    found = []
+    for name in names:
+        record, reading = setting.records[name], reading_of(name)
+        colours = tuple(one for eye in eyes.values() for one in _colours(setting, reading, eye))
+        found.append(
+            ReviewedMaterial(
+                name,
+                title_of(record),
+                record.family,
+                colour_standing(record),
+                gloss_standing(record),
+                standing_sentences(record),
+                reading.wavelengths_nm,
+                reading.factor,
+                f"radiance factor at {GEOMETRY}",
+                measured_range(record),
+                record.provenance.source,
+                record.provenance.licence,
+                colours,
+            )
+        )
+    return distinct_titles(found)
+
+
+def _lights(setting: Setting) -> list[tuple[str, Spectrum | None]]:
+    pictured = list(zip(setting.names, setting.spectra, strict=True))
+    # A light may be asked for by another name that it has.
+    keys = {spectrum.key for spectrum in setting.spectra if spectrum is not None}
+    return pictured + [(name, one) for name in FIGURE_LIGHTS if (one := illuminant(name)).key not in keys]
+
+
+def _colours(setting: Setting, reading: Reading, eye: Observer) -> list[LitColour]:
+    daylight = eye.white(illuminant(SHIFT_FROM))
+    start = corresponding_lab(reading.xyz(illuminant(SHIFT_FROM), eye), daylight, daylight)
+    found = []
+    for name, spectrum in _lights(setting):
+        xyz, white = _seen(setting.scene, reading, spectrum, eye)
+        lab, adapted = lab_from_xyz(xyz, white), corresponding_lab(xyz, white, daylight)
+        shift = None if adapted is None or start is None else shift_between(start, adapted)
+        shown = None if adapted is None else swatch(setting.display, xyz, white)
+        found.append(LitColour(name, eye.name, xyz, lab, adapted, shift, shown))
+    return found
+
+
+def _seen(
+    scene: Scene, reading: Reading, spectrum: Spectrum | None, eye: Observer
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
+    """XYZ of a reading and of the white under a light, or in the mixture of the scene's own."""
+    if spectrum is not None:
+        return reading.xyz(spectrum, eye), eye.white(spectrum)
+    own = replace(scene, observer=eye)
+    return xyz_in(own, reading), own.adopted_white()
+
+
+def _table(spectrum: Spectrum) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
+    """A light's spectral power as far as observers see, 1 at its highest."""
+    inside = (spectrum.wavelengths_nm >= _VISIBLE_NM[0]) & (spectrum.wavelengths_nm <= _VISIBLE_NM[1])
+    power = spectrum.samples[inside]
+    return spectrum.wavelengths_nm[inside], power / power.max()

@@ -1,0 +1,58 @@
+"""Parts of a picture that its display cannot show: colours beyond its gamut, and what is brighter than its white."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float, UInt8
+
+from ...calibration.row import Limits
+from ...calibration.statistics import FULL_COVERAGE
+from ...spectral.difference import delta_e, lab_from_xyz
+from ...spectral.errors import InputError
+from ...spectral.image import ColourImage
+from ..display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
+
+#: Codes of the mask.
+BELOW_GAMUT, ABOVE_WHITE = 1, 2
+
+
+def limits_of(
+    image: ColourImage, share: Float[np.ndarray, "H W"], display: DisplayTransform
+) -> tuple[Limits, UInt8[np.ndarray, "H W"]] | None:
+    """Shares of a surface that the display cannot show, and which pixels they are; None where the view hides it.
+
+    image : XYZ of the picture. share : of each pixel that the surface covers; it is judged where that is all of it.
+    The mask has `BELOW_GAMUT` for a channel below its range, `ABOVE_WHITE` for one above, and their sum for both.
+    """
+    if not display.shows_limits:
+        return None
+    surface = (np.asarray(share) >= FULL_COVERAGE) & np.isfinite(image.values).all(axis=-1)
+    mask = np.zeros(surface.shape, dtype=np.uint8)
+    if not surface.any():
+        return Limits(0.0, 0.0, None), mask
+    xyz = np.asarray(image.values, dtype=np.float64)[surface]
+    if image.space == "xyz":
+        xyz = xyz @ display.adaptation_from(image.white_xyz).T
+    rgb = display.apply(xyz)
+    below, above = (rgb < -CLIP_TOLERANCE).any(axis=-1), (rgb > 1.0 + CLIP_TOLERANCE).any(axis=-1)
+    mask[surface] = BELOW_GAMUT * below + ABOVE_WHITE * above
+    return Limits(
+        float(below.mean()), float(above.mean()), _off(xyz, rgb, np.logical_and(below, ~above), display)
+    ), mask
+
+
+def _off(
+    xyz: Float[np.ndarray, "N 3"],
+    rgb: Float[np.ndarray, "N 3"],
+    chosen: Bool[np.ndarray, "N"],
+    display: DisplayTransform,
+) -> float | None:
+    """Mean ΔE2000 of chosen colours and what is shown in their place."""
+    if not chosen.any():
+        return None
+    try:
+        shown = display.shown(rgb[chosen])
+    except InputError:
+        return None
+    labs = [lab_from_xyz(one.astype(np.float64), DISPLAY_WHITE_XYZ) for one in (xyz[chosen], shown)]
+    return float(delta_e(labs[0], labs[1], "CIE 2000").mean())
