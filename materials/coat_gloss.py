@@ -10,7 +10,7 @@ from ..spectral.folding import Folding
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from .effect_coating.flake_tilt import FlakeTilt
-from .gloss import gloss_of
+from .glossmeter import gloss_of
 
 #: Widths of a needle, Beckmann: a mirror to the eye, and a semi-gloss coat.
 NARROWEST, WIDEST = 0.008, 0.1

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS
 from metamer.materials.formats.family_tables import tables_from
-from metamer.materials.gloss import gloss_of
+from metamer.materials.glossmeter import gloss_of
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record_colour import colour_folding, radiance_factor_45_0

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.gloss import gloss_of
+from metamer.materials.glossmeter import gloss_of
 from metamer.materials.records.record_colour import colour_folding
 
 ROOT = Path(__file__).resolve().parent.parent

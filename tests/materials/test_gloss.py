@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, CoatedDiffuse, CookTorrance, Lambert, OrenNayar
-from metamer.materials.gloss import INCIDENCE, WINDOW, gloss_of
+from metamer.materials.glossmeter import INCIDENCE, WINDOW, gloss_of
 from metamer.materials.points import Points
 from metamer.materials.records.record_colour import annular_45_0, colour_folding
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum

@@ -7,7 +7,7 @@ import pytest
 from metamer.materials.analytic import MODELS, AshikhminShirley, CookTorrance, Lambert, OrenNayar
 from metamer.materials.brdf import Brdf
 from metamer.materials.catalogue import Catalogue
-from metamer.materials.gloss import gloss_of
+from metamer.materials.glossmeter import gloss_of
 from metamer.materials.records.record_colour import colour_folding, radiance_factor_45_0
 from metamer.materials.sliders import changed, slider, sliders
 from metamer.materials.varied import VariedCatalogue, varied, varied_along
