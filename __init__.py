@@ -36,15 +36,15 @@ if TYPE_CHECKING:
     from .lighting.lights import PointLight as PointLight
     from .lighting.scene import Part as Part
     from .lighting.scene import Scene as Scene
-    from .lighting.scene_files import load_scene as load_scene
-    from .lighting.scene_files import shipped_scene as shipped_scene
-    from .materials.catalogue import Catalogue as Catalogue
+    from .lighting.scene_file.files import load_scene as load_scene
+    from .lighting.scene_file.files import shipped_scene as shipped_scene
+    from .materials.catalogue.catalogue import Catalogue as Catalogue
+    from .materials.catalogue.material import Material as Material
     from .materials.intake.importing import import_sources as import_sources
-    from .materials.material import Material as Material
-    from .materials.neighbours import like as like
     from .materials.records.query import Query as Query
+    from .materials.search.neighbours import like as like
+    from .runtime.errors import MetamerError as MetamerError
     from .spectral.difference import delta_e as delta_e
-    from .spectral.errors import MetamerError as MetamerError
     from .spectral.illuminants import illuminant as illuminant
     from .spectral.observers import observer as observer
     from .spectral.spectrum import Spectrum as Spectrum
@@ -58,11 +58,11 @@ if TYPE_CHECKING:
 # The same, for when a name is asked for; a test holds the two together.
 _HOMES = {
     "Camera": "lighting.camera.Camera",
-    "Catalogue": "materials.catalogue.Catalogue",
+    "Catalogue": "materials.catalogue.catalogue.Catalogue",
     "DirectionalLight": "lighting.lights.DirectionalLight",
     "EnvironmentLight": "lighting.environment.environment.EnvironmentLight",
-    "Material": "materials.material.Material",
-    "MetamerError": "spectral.errors.MetamerError",
+    "Material": "materials.catalogue.material.Material",
+    "MetamerError": "runtime.errors.MetamerError",
     "Part": "lighting.scene.Part",
     "Picture": "viewer.picture.Picture",
     "PointLight": "lighting.lights.PointLight",
@@ -74,15 +74,15 @@ _HOMES = {
     "delta_e": "spectral.difference.delta_e",
     "illuminant": "spectral.illuminants.illuminant",
     "import_sources": "materials.intake.importing.import_sources",
-    "like": "materials.neighbours.like",
+    "like": "materials.search.neighbours.like",
     "light_booth": "lighting.environment.booth.light_booth",
     "load_environment": "lighting.environment.map_light.load_environment",
-    "load_scene": "lighting.scene_files.load_scene",
+    "load_scene": "lighting.scene_file.files.load_scene",
     "match": "viewer.match.match",
     "observer": "spectral.observers.observer",
     "render": "viewer.api.render",
     "review": "viewer.api.review",
-    "shipped_scene": "lighting.scene_files.shipped_scene",
+    "shipped_scene": "lighting.scene_file.files.shipped_scene",
 }
 __all__ = ["__version__", *_HOMES]  # pyright: ignore[reportUnsupportedDunderAll]
 

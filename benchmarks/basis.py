@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.text_tables import TextTable, text_tables
+from ..calibration.report.text_tables import TextTable, text_tables
 from ..spectral.axis_letters import Wavelengths
 from ..spectral.basis import SpectralBasis
 from ..spectral.colour_library import colour_science
@@ -23,7 +23,7 @@ from ..spectral.observers import Observer, observer
 from ..spectral.spectrum import Spectrum
 from ..spectral.upsampling import xyz_from_rgb
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
-from .measuring import timed
+from .timing import timed
 
 #: The lights that a basis is made for.
 LIGHTS = ("D65", "A", *(f"FL{number}" for number in range(1, 13)))

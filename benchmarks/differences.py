@@ -10,7 +10,7 @@ from typing import get_args
 
 import numpy as np
 
-from ..calibration.text_tables import columns
+from ..calibration.report.text_tables import columns
 from ..spectral.axis_letters import Lab
 from ..spectral.colour_library import colour_science
 from ..spectral.difference import delta_e, xyz_from_lab
@@ -18,7 +18,7 @@ from ..spectral.formula import ADAPTING_LUMINANCE, BACKGROUND, Formula
 from ..spectral.illuminants import illuminant
 from ..spectral.image_difference import ImageFormula, image_delta_e
 from ..spectral.observers import observer
-from .measuring import best_ms, command, write_json
+from .timing import best_ms, command, write_json
 
 # Rows that both images are a repetition of, so that drawing numbers takes no time.
 _DRAWN = 64

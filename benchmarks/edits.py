@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.text_tables import TextTable, text_tables
-from ..lighting import shapes
+from ..calibration.report.text_tables import TextTable, text_tables
 from ..lighting.camera import Camera
 from ..lighting.environment import latlong
 from ..lighting.environment.environment import EnvironmentLight
+from ..lighting.mesh import shapes
 from ..lighting.scene import Part, Scene
-from ..materials.fast import Fast
+from ..materials.core.fast import Fast
 from ..materials.svbrdf.maps import MappedSurface
 from ..materials.svbrdf.texel_map import TexelMap
 from ..spectral.illuminants import illuminant

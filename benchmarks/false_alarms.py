@@ -17,9 +17,9 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ..calibration.text_tables import columns
-from ..spectral.errors import InputError
-from .measuring import command, write_json
+from ..calibration.report.text_tables import columns
+from ..runtime.errors import InputError
+from .timing import command, write_json
 
 RENDERERS = ("gl", "software")
 THREADS = (1, 2)
@@ -27,7 +27,7 @@ THREADS = (1, 2)
 KERNELS = ("SkylakeX", "Haswell", "Prescott", "NEOVERSEN1", "ARMV8")
 # The process ends by a signal where the processor lacks what the kernel takes.
 _TRIED = (
-    "import numpy as np; from metamer.spectral.blas import blas; "
+    "import numpy as np; from metamer.runtime.blas import blas; "
     "a = np.ones((300, 300)); a = a @ a; print(blas().kernel)"
 )
 _SAME = ("same", "identical")
@@ -134,10 +134,10 @@ def _record(folder: Path, catalogue: Path, pattern: str, size: int) -> None:
     """The baseline that all are held against."""
     from ..calibration.regression.baseline import record
     from ..calibration.regression.suite import read_suite
-    from ..materials.catalogue import Catalogue
+    from ..materials.catalogue.catalogue import Catalogue
     from ..viewer.api import renderer_named
     from ..viewer.suite_run import environment, run_suite
-    from .injected import shipped_suite
+    from .injected_changes import shipped_suite
 
     suite = read_suite(shipped_suite(folder / "suite", pattern, size))
     with renderer_named("software")[0] as renderer:
@@ -150,7 +150,7 @@ def _against(folder: Path, catalogue: Path, out: Path, rounds: int) -> None:
     from ..calibration.regression.baseline import as_recorded, baseline_side
     from ..calibration.regression.comparison import compare
     from ..calibration.regression.suite import read_suite
-    from ..materials.catalogue import Catalogue
+    from ..materials.catalogue.catalogue import Catalogue
     from ..viewer.api import renderer_named
     from ..viewer.gl.context import NoGL
     from ..viewer.suite_run import run_suite
@@ -198,7 +198,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, kind in (("--record", Path), ("--against", Path), ("--out", Path), ("--rounds", int)):
         parser.add_argument(name, type=kind, help="of its own processes")
     args = parser.parse_args(arguments)
-    from ..materials.catalogue import default_catalogue
+    from ..materials.catalogue.catalogue import default_catalogue
 
     catalogue = args.catalogue or default_catalogue()
     if args.record is not None:

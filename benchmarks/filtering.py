@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..calibration.statistics import delta_e_map, delta_e_statistics
-from ..lighting import shapes
+from ..calibration.report.statistics import delta_e_map, delta_e_statistics
 from ..lighting.camera import Camera
 from ..lighting.lights import DirectionalLight
-from ..lighting.mesh import Mesh
+from ..lighting.mesh import shapes
+from ..lighting.mesh.mesh import Mesh
 from ..lighting.scene import Part, Scene
 from ..materials.analytic import AshikhminShirley
 from ..materials.factored.pack import FactoredBrdf

@@ -22,19 +22,19 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ..spectral.processes import one_thread
-from .measuring import command, write_json
+from ..runtime.worker_pool import one_thread
+from .timing import command, write_json
 
 KERNELS = ("Haswell", "SkylakeX", "Zen", "Prescott")
 
 
 def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
     """A row for each material of `sources` that has a surface."""
-    from ..materials.brdf import Brdf
+    from ..materials.core.brdf import Brdf
     from ..materials.fitting.fit import fit
     from ..materials.intake.sources import read_sources
     from ..materials.records.models import SPECTRA, rebuild
-    from ..materials.source import MaterialSource
+    from ..materials.records.source import MaterialSource
 
     for source in sources:
         for material in read_sources(source):
@@ -103,8 +103,8 @@ def main(words: Sequence[str] | None = None) -> int:
         for row in fitted(args.sources, args.budget):
             print(json.dumps(row), flush=True)
         return 0
+    from ..materials.catalogue.shipped import shipped_sources
     from ..materials.fitting.bounds import Extremes
-    from ..materials.shipped import shipped_sources
 
     rows = []
     for kernel in args.kernels:

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..calibration.text_tables import text_tables
+from ..calibration.report.text_tables import text_tables
 from ..spectral.basis import SpectralBasis
 from ..spectral.bispectral import Bispectral, fluorophore
 from ..spectral.difference import delta_e_xyz
@@ -32,7 +32,7 @@ from ..spectral.observers import observer
 from ..spectral.radiance_basis import radiance_basis, radiance_operators
 from ..spectral.spectrum import Spectrum
 from .basis import colour_checker
-from .measuring import command, write_json
+from .timing import command, write_json
 
 EYE, NM = observer("1931_2"), np.arange(360.0, 831.0)
 SIZES = (3, 4, 5, 6, 8, 10, 12, 16)

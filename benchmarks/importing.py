@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..materials.catalogue import Catalogue
-from . import measuring
+from ..materials.catalogue.catalogue import Catalogue
+from . import timing
 
 TABLES = """
 [chart]
@@ -151,7 +151,7 @@ def measured(materials: int, jobs: int, folder: Path) -> dict:
 
 def main(words: list[str] | None = None) -> int:
     """Measure, print and store."""
-    parser = measuring.command(__doc__)
+    parser = timing.command(__doc__)
     parser.add_argument("--materials", type=int, default=200)
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args(words)
@@ -159,7 +159,7 @@ def main(words: list[str] | None = None) -> int:
         found: dict = measured(args.materials, args.jobs, Path(private) / "speed")
         for name, value in found.items():
             print(f"{name:22} {value:.3f}" if isinstance(value, float) else f"{name:22} {value}")
-    measuring.write_json(args.json, found)
+    timing.write_json(args.json, found)
     return 0
 
 

@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..calibration.text_tables import TextTable, text_tables
-from ..lighting import shapes
+from ..calibration.report.text_tables import TextTable, text_tables
 from ..lighting.camera import Camera
 from ..lighting.lights import DirectionalLight, PointLight
+from ..lighting.mesh import shapes
 from ..lighting.scene import Part, Scene
 from ..materials.analytic.oren_nayar import OrenNayar
 from ..materials.fitting.fit import fit

@@ -12,16 +12,16 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.history import Run
-from ..calibration.preview_page import PreviewCard, render_preview_page
 from ..calibration.regression.comparison import compare
 from ..calibration.regression.criteria import default_criteria
 from ..calibration.regression.page import render_page
 from ..calibration.regression.row import FLOAT32_ROUNDOFF, Layer, LayerKind, Pixels, Row, RowName, Side
-from ..calibration.regression.shown import srgb
-from ..calibration.report import write_report
-from ..calibration.row import ReviewRow, RowColour, WorstPixel, review_row
-from ..calibration.statistics import DeltaEStatistics, SelfCheck
+from ..calibration.regression.row_pictures import srgb
+from ..calibration.report.history import Run
+from ..calibration.report.preview_page import PreviewCard, render_preview_page
+from ..calibration.report.report import write_report
+from ..calibration.report.row import ReviewRow, RowColour, WorstPixel, review_row
+from ..calibration.report.statistics import DeltaEStatistics, SelfCheck
 from ..spectral.difference import delta_e, lab_from_xyz
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from ..calibration.text_tables import columns
-from ..spectral.errors import InputError
+from ..calibration.report.text_tables import columns
+from ..runtime.errors import InputError
 from .made_up_pages import PAGES
-from .measuring import command, write_json
+from .timing import command, write_json
 
 #: What Chromium may be called.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")

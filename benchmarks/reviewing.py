@@ -13,18 +13,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..calibration.statistics import delta_e_map
-from ..calibration.text_tables import TextTable, text_tables
-from ..lighting import shapes
+from ..calibration.report.statistics import delta_e_map
+from ..calibration.report.text_tables import TextTable, text_tables
 from ..lighting.camera import Camera
 from ..lighting.lights import DirectionalLight, PointLight
+from ..lighting.mesh import shapes
 from ..lighting.scene import Part, Scene
 from ..materials.analytic.ashikhmin_shirley import AshikhminShirley
 from ..materials.analytic.oren_nayar import OrenNayar
-from ..materials.brdf import Brdf
-from ..materials.fast import Fast
+from ..materials.core.brdf import Brdf
+from ..materials.core.fast import Fast
+from ..materials.core.surface import Surface
 from ..materials.fitting.fit import fit
-from ..materials.surface import Surface
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
@@ -32,8 +32,8 @@ from ..viewer.gl.backend import gl_session
 from ..viewer.gl.context import create_context
 from ..viewer.gl.tile import read
 from ..viewer.render.session import RenderSession
+from ..viewer.window.canvas_renderer import Quality
 from ..viewer.window.choices import opened
-from ..viewer.window.drawing import Quality
 from ..viewer.window.frame import Frame
 from ..viewer.window.light_choice import LightChoice
 from ..viewer.window.sides import Sources

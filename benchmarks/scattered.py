@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..materials.directions import io_angles
+from ..materials.core.directions import io_angles
 from ..materials.formats.cornell import read_cornell
 from ..materials.measured.scattered import ScatteredBrdf, ScatteredMeasurement
 from ..spectral.difference import delta_e_xyz
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
-from .measuring import command, write_json
+from .timing import command, write_json
 
 LIGHT, OBSERVER = "D65", "1931_2"
 # A predictor gives (K,L) at the pairs (wi, wo), and how many of them it had to take from the nearest neighbour.

@@ -27,22 +27,22 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import spearmanr
 
-from ..materials.brdf import Brdf
-from ..materials.directions import spherical
-from ..materials.effect import light_and_detector
+from ..materials.core.brdf import Brdf
+from ..materials.core.directions import spherical
+from ..materials.core.protocol import sphere_protocol
 from ..materials.effect_coating.coated_pair import aspecular
 from ..materials.effect_coating.fit import AngleReadings, body_albedo, reconstructed
+from ..materials.effect_coating.off_specular import light_and_detector
 from ..materials.effect_coating.stated_error import FLARE, expected_errors
 from ..materials.intake.sources import read_sources
 from ..materials.measured.scattered import ScatteredBrdf
-from ..materials.protocol import sphere_protocol
 from ..materials.records.models import rebuild
-from ..materials.source import MaterialSource
+from ..materials.records.source import MaterialSource
 from ..spectral.difference import delta_e_xyz
 from ..spectral.illuminants import illuminant
 from ..spectral.measurement import Geometry, geometry_in
 from ..spectral.observers import observer
-from .measuring import command, write_json
+from .timing import command, write_json
 
 LIGHT, OBSERVER = "D65", "1964_10"
 _PLANE = ("45as-15", "45as15", "45as25", "45as45", "45as75", "45as110")

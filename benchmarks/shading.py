@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..calibration.text_tables import TextTable, text_tables
-from ..lighting import shapes
+from ..calibration.report.text_tables import TextTable, text_tables
 from ..lighting.camera import Camera
 from ..lighting.lights import DirectionalLight
+from ..lighting.mesh import shapes
 from ..lighting.scene import Part, Scene
-from ..materials.axes import Axis
+from ..materials.core.axes import Axis
 from ..materials.factored.pack import FactorPack
 from ..spectral.basis import SpectralBasis
 from ..spectral.illuminants import illuminant

@@ -1,0 +1,4 @@
+"""The `metamer` command: one small module a subcommand, a folder for a subcommand with verbs.
+
+Begin with `main.py` and `words.py`, which lists the subcommands; each module has `add_parser` and `run`.
+"""

@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from ..spectral.processes import usable_cores
+from ..runtime.worker_pool import usable_cores
 from .catalogue_words import write_text
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .shared import Added, comma_separated
@@ -202,13 +202,13 @@ def _transfer(args: argparse.Namespace) -> int:
 
 
 def _report(args: argparse.Namespace) -> int:
-    from ..benchmarks import false_alarms, injected
+    from ..benchmarks import false_alarms, injected_changes
 
     folder = catalogue_for(args.catalogue, jobs=usable_cores()).folder
     pattern = args.materials or ("*" if args.full else "colorchecker/blue-*")
     size, repeats = (64, 24) if args.full else (24, 8)
-    changed = injected.run(folder, pattern, size, usable_cores())
-    print(injected.report(changed))
+    changed = injected_changes.run(folder, pattern, size, usable_cores())
+    print(injected_changes.report(changed))
     unchanged = false_alarms.run(folder, pattern, size, repeats, say=lambda line: print(line, flush=True))
     print(false_alarms.report(unchanged))
     if args.json:

@@ -6,10 +6,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..spectral.errors import visible
+from ..runtime.errors import visible
 
 if TYPE_CHECKING:
-    from ..materials.catalogue import Catalogue
+    from ..materials.catalogue.catalogue import Catalogue
 
 CATALOGUE_HELP = "catalogue folder (default: $METAMER_CATALOGUE, or ./metamer-catalogue)"
 
@@ -21,7 +21,7 @@ def add_catalogue_argument(verb: argparse.ArgumentParser) -> None:
 
 def opened(folder: Path | None) -> Catalogue:
     """The catalogue asked for, or the default one."""
-    from ..materials.catalogue import Catalogue, default_catalogue
+    from ..materials.catalogue.catalogue import Catalogue, default_catalogue
 
     return Catalogue.open(folder or default_catalogue())
 
@@ -40,7 +40,7 @@ def print_json(document: Any) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """A file that is there whole or not at all."""
-    from ..spectral.files import written_whole
+    from ..runtime.files import written_whole
 
     with written_whole(path) as beside:
         beside.write_text(text, encoding="utf-8")

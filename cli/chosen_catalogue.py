@@ -7,11 +7,11 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..materials.shipped import shipped_sources
+from ..materials.catalogue.shipped import shipped_sources
 from .import_progress import import_shown
 
 if TYPE_CHECKING:
-    from ..materials.catalogue import Catalogue
+    from ..materials.catalogue.catalogue import Catalogue
 
 
 def add_catalogue_option(command: argparse.ArgumentParser) -> None:
@@ -26,13 +26,13 @@ def add_catalogue_option(command: argparse.ArgumentParser) -> None:
 
 def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
     """The catalogue asked for; the default one is first made from the shipped materials where it is missing."""
-    from ..materials.catalogue import Catalogue, default_catalogue
+    from ..materials.catalogue.catalogue import Catalogue, default_catalogue
 
     if folder is None:
         folder = default_catalogue()
         if not folder.exists():
             from ..materials.intake.importing import import_sources
-            from ..spectral.ending import saying
+            from ..runtime.shutdown import saying
 
             print(f"No catalogue at {folder} yet: importing the shipped materials.", flush=True)
             with ExitStack() as stack:

@@ -8,7 +8,7 @@ import platform
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 
-from ..spectral.errors import MetamerError
+from ..runtime.errors import MetamerError
 
 _LIBRARIES = ("numpy", "scipy", "colour-science", "moderngl", "opencolorio", "OpenEXR", "trimesh", "embreex", "h5py")
 
@@ -80,7 +80,7 @@ def _reference() -> str:
 
 
 def _cache(clear: bool) -> str:
-    from ..lighting.visibility.keeping import pruned, transfer_folder, visibility_folder, words
+    from ..lighting.visibility.cache_limits import pruned, transfer_folder, visibility_folder, words
 
     folders = (visibility_folder(), transfer_folder())
     if clear:

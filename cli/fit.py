@@ -10,15 +10,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..materials.intake.doing import share_done
-from ..spectral.ending import saying
+from ..materials.intake.progress import share_done
+from ..runtime.shutdown import saying
 from .catalogue_words import write_text
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .fit_progress import FitProgress
 from .shared import counted, positive_count, positive_delta_e
 
 if TYPE_CHECKING:
-    from ..materials.fit_error import FitError, LightError
+    from ..materials.core.fit_error import FitError, LightError
     from ..materials.fitting.fit import Fit, Trial
     from ..materials.records.material import MaterialRecord
 
@@ -84,9 +84,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -> int:
+    from ..materials.core.protocol import LIGHTS
     from ..materials.fitting.fit import RANKS, fit
-    from ..materials.protocol import LIGHTS
-    from ..spectral.files import check_writable
+    from ..runtime.files import check_writable
 
     if args.json:
         check_writable(args.json)
@@ -121,7 +121,7 @@ def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -
 
 
 def _loaded(args: argparse.Namespace) -> MaterialRecord:
-    from ..spectral.errors import InputError, UnknownNameError
+    from ..runtime.errors import InputError, UnknownNameError
 
     try:
         return catalogue_for(args.catalogue, 1).load(args.material)

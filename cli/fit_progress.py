@@ -6,8 +6,8 @@ import sys
 from contextlib import ExitStack
 from typing import Any
 
-from ..materials.intake.doing import Doing, Expected, in_words
-from ..spectral.errors import visible
+from ..materials.intake.progress import Doing, Expected, in_words
+from ..runtime.errors import visible
 from .progress import Ticker, left_column, say_line
 from .shared import shows_bars
 

@@ -9,8 +9,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..materials.intake.doing import Doing, Expected, in_words
-from ..spectral.errors import visible
+from ..materials.intake.progress import Doing, Expected, in_words
+from ..runtime.errors import visible
 from .progress import Ticker, left_column, say_line
 from .shared import counted, shortened, shows_bars
 

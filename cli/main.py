@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from typing import TextIO
 
-from ..spectral.ending import closing_line, end_on_signals, finished
+from ..runtime.shutdown import closing_line, end_on_signals, finished
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -30,7 +30,7 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _ended(words: Sequence[str] | None) -> int:
-    from ..spectral.errors import MetamerError
+    from ..runtime.errors import MetamerError
 
     # Python has None for a stream that whoever started it has closed.
     sys.stdout = sys.stdout or _nowhere()
@@ -58,7 +58,7 @@ def _ended(words: Sequence[str] | None) -> int:
     except OSError as reason:
         # A full disk, a folder where a file should go. Our own files have words of ours where there is no room: what
         # has no name is what our output is sent to.
-        from ..spectral.files import of_the_system
+        from ..runtime.files import of_the_system
 
         print(f"metamer: {of_the_system(reason, 'standard output')}", file=sys.stderr)
         return 4
@@ -78,7 +78,7 @@ def _run(words: Sequence[str] | None) -> int:
     if not hasattr(args, "run"):
         command.print_help()
         return 64
-    from ..spectral.processes import one_thread
+    from ..runtime.worker_pool import one_thread
 
     one_thread()
     return args.run(args)

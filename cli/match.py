@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..calibration.text_tables import columns
-from ..spectral.errors import InputError, UsageError
+from ..calibration.report.text_tables import columns
+from ..runtime.errors import InputError, UsageError
 from .catalogue_words import print_json, write_text
 from .shared import Added, add_across_option, add_answer_options, answer_of, comma_separated, progress_bar
 
@@ -95,8 +95,8 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.match.junit import as_junit
     from ..calibration.match.markdown import as_markdown
     from ..calibration.match.table import as_csv, write_xlsx
-    from ..calibration.sheets import check_workbook
-    from ..spectral.files import check_outputs
+    from ..calibration.report.sheets import check_workbook
+    from ..runtime.files import check_outputs
 
     _check_words(args)
     asked = (args.html, args.json, args.csv, args.xlsx, args.junit, args.markdown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 
-from ..calibration.text_tables import columns
+from ..calibration.report.text_tables import columns
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -70,7 +70,7 @@ def _adaptations() -> str:
 
 
 def _shapes() -> str:
-    from ..lighting.scene_keys import PART, SHAPES
+    from ..lighting.scene_file.keys import PART, SHAPES
 
     rows = [(shape, ", ".join(keys)) for shape, keys in SHAPES.items()]
     return columns(

@@ -62,7 +62,7 @@ def left_column() -> Any:
     from rich.progress import ProgressColumn, Task
     from rich.text import Text
 
-    from ..materials.intake.doing import in_words
+    from ..materials.intake.progress import in_words
 
     class Left(ProgressColumn):
         max_refresh = 0.5

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from ..spectral.errors import UsageError
+from ..runtime.errors import UsageError
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 from .shared import add_renderer_option, positive_count, positive_delta_e, progress_bar, renderer_for, say, warn
 
@@ -73,8 +73,8 @@ def _bounces(text: str) -> int | Literal["auto"]:
 
 def run(args: argparse.Namespace) -> int:
     """Render; 0. Options that exclude each other raise `UsageError`, what cannot be used or written `InputError`."""
-    from ..lighting.scene_files import load_scene, scene_file
-    from ..spectral.files import check_outputs
+    from ..lighting.scene_file.files import load_scene, scene_file
+    from ..runtime.files import check_outputs
     from ..viewer.picture import (
         REFERENCE_NOISE,
         bounces_notes,

@@ -64,9 +64,9 @@ def run(args: argparse.Namespace) -> int:
     """Review; 0 where every row is within the budget, 1 where some are near it, 2 where some are over it."""
     from importlib.metadata import version
 
-    from ..calibration.protocol import read_protocol
-    from ..lighting.scene_files import load_scene, scene_file, shipped_scene
-    from ..spectral.processes import usable_cores
+    from ..calibration.report.protocol import read_protocol
+    from ..lighting.scene_file.files import load_scene, scene_file, shipped_scene
+    from ..runtime.worker_pool import usable_cores
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.render.scene_layers import VISIBILITY
     from ..viewer.review.cases import light_names

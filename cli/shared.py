@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
-    from ..spectral.formats.answer import Answer
+    from ..spectral.formats.import_options import Answer
     from ..viewer.render.session import RenderSession
 
 
@@ -117,7 +117,7 @@ def _crossings(text: str) -> tuple[str, ...]:
 
 def answer_of(args: argparse.Namespace) -> Answer:
     """What was said by `add_answer_options`."""
-    from ..spectral.formats.answer import Answer
+    from ..spectral.formats.import_options import Answer
 
     quantity = args.quantity and args.quantity.replace("-", " ")
     return Answer(quantity, args.scale, colours_for=args.colours_for, decimal=args.decimal)
@@ -175,7 +175,7 @@ def progress_bar(title: str, *, quiet: bool = False, after: float = 0.0) -> Iter
         return
     begun = time.monotonic()
     if not shows_bars(sys.stderr):
-        from ..materials.intake.doing import in_words
+        from ..materials.intake.progress import in_words
 
         tenths, start, of = -1, begun, 0
 

@@ -6,7 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
-from ..spectral.errors import InputError
+from ..runtime.errors import InputError
 from .chosen_catalogue import add_catalogue_option, catalogue_for
 
 # What Debian's and Ubuntu's packages of these libraries are called.
@@ -36,11 +36,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Open it; 0 once it is closed."""
-    from ..spectral.errors import UsageError
-    from ..viewer.window.desk import Desk, begun
-    from ..viewer.window.loading import comparison_of, load, subject_of
+    from ..runtime.errors import UsageError
     from ..viewer.window.session import read_session
+    from ..viewer.window.session_loader import comparison_of, load, subject_of
     from ..viewer.window.state import Session
+    from ..viewer.window.workspace import Desk, begun
 
     if args.last and args.what:
         raise UsageError("--last: it says what to look at, name nothing else")
@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
 def _shell():
     """What opens the window, where it is installed."""
     try:
-        from ..viewer.window.shell import running
+        from ..viewer.window.shell import main_loop
     except ImportError as reason:
         if "cannot open shared object file" in str(reason):
             hint = "apt-get install " + " ".join(_LIBRARIES)
@@ -76,7 +76,7 @@ def _shell():
         raise InputError(
             "the window is not installed", found=str(reason), expected="the extra `window`", hint=_INSTALL
         ) from reason
-    return running
+    return main_loop
 
 
 def _kept() -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
-from metamer.materials.directions import spherical
+from metamer.materials.core.directions import spherical
 from metamer.materials.fitting.fit import fit
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.spectrum import Spectrum

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from metamer import Camera, DirectionalLight, Part, Picture, Scene, Spectrum, illuminant, observer
-from metamer.calibration.statistics import delta_e_map, delta_e_statistics
-from metamer.lighting.reference import reference_image
-from metamer.lighting.shapes import sphere
+from metamer.calibration.report.statistics import delta_e_map, delta_e_statistics
+from metamer.lighting.mesh.shapes import sphere
+from metamer.lighting.reference.reference import reference_image
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
 from metamer.materials.fitting.fit import fit
 from metamer.spectral.formats.csv import read_csv_spectra

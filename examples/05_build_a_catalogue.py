@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from metamer import Catalogue, Query, import_sources
-from metamer.spectral.errors import UnknownNameError
+from metamer.runtime.errors import UnknownNameError
 
 # A source folder: spectra, `sources.toml` with their origin, licence and hash, and one TOML file a family.
 SPECTRA = "wavelength_nm,rust\n380,0.04\n480,0.06\n560,0.12\n620,0.34\n700,0.46\n780,0.52\n"

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.reference import reference_images
+from metamer.lighting.mesh.shapes import sphere
+from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.scene import Part, Scene
-from metamer.lighting.shapes import sphere
-from metamer.materials.fluorescent import FluorescentLambert
+from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.formats.spectral_exr import read_spectral_exr

@@ -5,10 +5,10 @@ import tempfile
 from pathlib import Path
 
 from metamer import Camera, Catalogue, DirectionalLight, Part, Scene, illuminant, import_sources, like, observer
-from metamer.lighting.shapes import plane, sphere
-from metamer.materials.sliders import slider, sliders
-from metamer.materials.varied import varied_along
-from metamer.spectral.errors import InputError
+from metamer.lighting.mesh.shapes import plane, sphere
+from metamer.materials.search.edited_material import varied_along
+from metamer.materials.search.sliders import slider, sliders
+from metamer.runtime.errors import InputError
 from metamer.viewer.sheets.material_sweep import along
 from metamer.viewer.software.backend import software_session
 

@@ -8,7 +8,7 @@ from functools import cached_property, partial
 import numpy as np
 from jaxtyping import Float
 
-from ..spectral.errors import InputError
+from ..runtime.errors import InputError
 from .vectors import Number, VectorLike, finite_vector
 
 PROJECTIONS = ("perspective", "orthographic")

@@ -13,7 +13,7 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from jaxtyping import Float
 
-from ..spectral.errors import InputError
+from ..runtime.errors import InputError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum, as_float
 from .vectors import Number, VectorLike, finite_vector
@@ -44,7 +44,7 @@ class Light(ABC):
     notes : what was assumed or left out where it was made.
 
     KIND, KEYS, REQUIRED, DEFAULTS : of a scene file: what `kind` calls it, its own keys with the kind of their values
-    (`scene_keys`), those of them that must be there, and what stands for some that need not.
+    (`scene_file.keys`), those of them that must be there, and what stands for some that need not.
     """
 
     KIND: ClassVar[str]

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..materials.fast import Fast
-from ..materials.points import Points
+from ..materials.core.fast import Fast
+from ..materials.core.points import Points
+from ..runtime.errors import InputError
 from ..spectral.basis import SpectralBasis
 from ..spectral.difference import delta_e_xyz
-from ..spectral.errors import InputError
 from ..spectral.minimax_basis import minimax_basis
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum

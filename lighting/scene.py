@@ -12,14 +12,14 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..materials.cutout import Cutout
-from ..materials.surface import Surface
-from ..spectral.errors import InputError, UnknownNameError
+from ..materials.core.cutout import Cutout
+from ..materials.core.surface import Surface
+from ..runtime.errors import InputError, UnknownNameError
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .camera import Camera
 from .lights import DeltaLight, Light, SpreadLight
-from .mesh import Mesh
+from .mesh.mesh import Mesh
 from .vectors import Number
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..spectral.errors import InputError
+from ..runtime.errors import InputError
 
 #: The cosine to the viewer that a shading normal has at least.
 LEAST_COSINE = 1e-3

@@ -6,8 +6,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from ..runtime.errors import InputError, UnknownNameError
 from .axis_letters import Matrix3, White
-from .errors import InputError, UnknownNameError
 
 Method = Literal["Bradford", "CAT02", "CAT16"]
 

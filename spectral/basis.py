@@ -12,8 +12,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError
 from .axis_letters import Wavelengths
-from .errors import InputError
 from .observers import Observer
 from .spectrum import Spectrum
 from .wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix, validated_wavelengths

@@ -22,8 +22,8 @@ from functools import cached_property, lru_cache
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError
 from .axis_letters import Wavelengths
-from .errors import InputError
 from .observers import Observer
 from .spectrum import Spectrum, check_values
 from .wavelengths import interpolation_matrix, validated_wavelengths

@@ -13,8 +13,8 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError, UnknownNameError
 from .axis_letters import XYZ, Lab, White
-from .errors import InputError, UnknownNameError
 
 #: Share of white, in X, Y or Z, below which CIELAB is linear (CIE 015:2018, equation 8.5).
 KNEE = (24.0 / 116.0) ** 3

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import ComparisonError
 from .axis_letters import Lab
-from .errors import ComparisonError
 
 #: What the formula is called wherever it stands: nobody here has checked it against the standard.
 DIN_6175_2 = "DIN 6175-2 (as published in software)"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from .errors import InputError
+from ..runtime.errors import InputError
 
 #: Pixels a degree of a 0.7 m wide display of 3840 pixels at 0.7 m, which FLIP takes where nothing is said.
 PIXELS_PER_DEGREE = 67.0

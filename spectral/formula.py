@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import ComparisonError, InputError, UnknownNameError
 from .axis_letters import XYZ, White
 from .difference import delta_e, delta_e_cmc, lab_from_xyz
 from .effect_difference import DIN_6175_2, delta_e_din_6175_2
-from .errors import ComparisonError, InputError, UnknownNameError
 from .measurement import geometry_in
 
 #: What is written for each, beside CMC of any l:c.

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from .errors import UnknownNameError
+from ..runtime.errors import UnknownNameError
 from .spectrum import Spectrum
 
 # The short names of the CIE fluorescent series as most catalogues print them.

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from .errors import InputError
+from ..runtime.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,12 +13,12 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError, UnknownNameError
+from ..runtime.worker_pool import usable_cores
 from .axis_letters import Lab, White
 from .difference import delta_e, xyz_from_lab
-from .errors import InputError, UnknownNameError
 from .formula import Formula
 from .image_cam16 import cam16_block
-from .processes import usable_cores
 
 ImageFormula = Literal["CIE 1994", "CIE 2000", "CAM16-UCS"]
 # Pixels at once: a plane of them is 512 KB. Fewer cost more calls than they save in cache.

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Literal, NamedTuple, get_args
 
-from .errors import visible
+from ..runtime.errors import visible
 from .spectrum import Quantity
 
 #: Differences of conditions that a person may ask to compare across.

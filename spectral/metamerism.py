@@ -15,9 +15,9 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import ComparisonError, UnknownNameError
 from .adaptation import adaptation_matrix
 from .difference import lab_from_xyz
-from .errors import ComparisonError, UnknownNameError
 from .formula import Formula
 from .illuminants import illuminant
 from .observers import observer

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError
 from .axis_letters import Wavelengths
 from .basis import SpectralBasis, finite_table
 from .difference import KNEE, delta_e_xyz
-from .errors import InputError
 from .wavelengths import WORKING_WAVELENGTHS_NM
 
 # Rounds at most.

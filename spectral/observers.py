@@ -8,8 +8,8 @@ from functools import cache, lru_cache
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError, UnknownNameError
 from .axis_letters import Wavelengths, White
-from .errors import InputError, UnknownNameError
 from .spectrum import Spectrum
 from .wavelengths import interpolation_matrix, is_finer, times_interpolation
 

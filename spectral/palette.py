@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError
 from .axis_letters import Wavelengths
 from .basis import SpectralBasis
 from .bispectral import Bispectral
-from .errors import InputError
 from .folding import Folding
 from .projection import tent_means
 from .spectrum import Spectrum

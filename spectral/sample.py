@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import ComparisonError, InputError
 from .axis_letters import Lab
 from .difference import lab_from_xyz, xyz_from_lab
-from .errors import ComparisonError, InputError
-from .formats.reading import SpectralEntry, StatedColour
+from .formats.registry import SpectralEntry, StatedColour
 from .illuminants import illuminant
 from .measurement import Geometry, Measurement, Side, geometry_in
 from .observers import Observer, observer

@@ -10,8 +10,8 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError
 from .axis_letters import Wavelengths
-from .errors import InputError
 from .projection import projected, tent_means
 from .wavelengths import (
     WORKING_WAVELENGTHS_NM,

@@ -21,7 +21,7 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from .errors import InputError, UnknownNameError
+from ..runtime.errors import InputError, UnknownNameError
 from .illuminants import illuminant
 from .observers import observer
 from .wavelengths import WORKING_WAVELENGTHS_NM

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.errors import InputError
 from .axis_letters import Wavelengths
-from .errors import InputError
 
 Extrapolation = Literal["hold", "zero", "error"]
 

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
-from .errors import ComparisonError, UnknownNameError
+from ..runtime.errors import ComparisonError, UnknownNameError
 from .illuminants import illuminant
 from .metamerism import Conditions
 from .observers import observer

@@ -63,7 +63,7 @@ def cache_of_its_own(tmp_path_factory, request):
     """What renderers keep from run to run, away from the user's; hashes of code stay for the next run."""
     folder = tmp_path_factory.mktemp("cache")
     if (cache := getattr(request.config, "cache", None)) is not None:
-        made_by = hashlib.sha256((ROOT / "spectral" / "code_hash.py").read_bytes()).hexdigest()
+        made_by = hashlib.sha256((ROOT / "runtime" / "code_hash.py").read_bytes()).hexdigest()
         (folder / "metamer").mkdir()
         (folder / "metamer" / "code").symlink_to(cache.mkdir(f"code-{made_by[:16]}"), target_is_directory=True)
     with pytest.MonkeyPatch.context() as patch:
@@ -212,9 +212,9 @@ def pytest_runtest_teardown():
 def write_matt():
     """Writes a matt surface, which its one term stands for exactly: (folder, id, reflectance, changes) -> path."""
     import numpy as np
-    from metamer.materials.axes import Axis
+    from metamer.materials.core.axes import Axis
+    from metamer.materials.core.protocol import sphere_protocol
     from metamer.materials.factored.pack import FactoredBrdf, FactorPack
-    from metamer.materials.protocol import sphere_protocol
     from metamer.materials.records.material import MaterialRecord, Provenance
     from metamer.materials.records.record import MARKER, write_record
     from metamer.spectral.palette import Palette

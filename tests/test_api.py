@@ -14,7 +14,7 @@ import metamer
 import numpy as np
 import pytest
 from metamer.materials.records.record_head import read_head
-from metamer.spectral.errors import InputError, UnknownNameError, UsageError
+from metamer.runtime.errors import InputError, UnknownNameError, UsageError
 from metamer.viewer.api import renderer_named
 from metamer.viewer.software.backend import software_session
 from pictures import read_xyz_exr
@@ -45,7 +45,7 @@ def test_every_name_is_what_its_module_has():
         "import_module",
     } == set()
     assert metamer.__version__ == version("metamer")
-    assert metamer.Catalogue.__module__ == "metamer.materials.catalogue"
+    assert metamer.Catalogue.__module__ == "metamer.materials.catalogue.catalogue"
 
 
 def test_type_checkers_see_the_same_names_in_the_same_modules():

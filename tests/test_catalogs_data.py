@@ -7,13 +7,13 @@ import tomllib
 import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS
+from metamer.materials.analytic.glossmeter import gloss_of
+from metamer.materials.catalogue.shipped import shipped_sources
 from metamer.materials.formats.family_tables import tables_from
-from metamer.materials.glossmeter import gloss_of
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record_colour import colour_folding, radiance_factor_45_0
-from metamer.materials.shipped import shipped_sources
-from metamer.materials.source import Rejected
+from metamer.materials.records.source import Rejected
 from metamer.spectral.colour_library import colour_science
 from metamer.spectral.formats.csv import read_csv_spectra
 

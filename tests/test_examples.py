@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.fitting.fit import fit
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record

@@ -180,7 +180,7 @@ def test_every_package_with_code_is_under_the_import_contract():
     roots = {
         name
         for name, folder in FOLDERS.items()
-        if name.count(".") == 1 and any(path.stem.isidentifier() for path in folder.glob("[!_]*.py"))
+        if name.count(".") == 1 and any(path.stem.isidentifier() for path in folder.rglob("[!_]*.py"))
     }
     assert layers == roots == set(_contract("acyclic_siblings")["ancestors"])
 

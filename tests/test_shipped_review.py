@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.glossmeter import gloss_of
+from metamer.materials.analytic.glossmeter import gloss_of
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.records.record_colour import colour_folding
 
 ROOT = Path(__file__).resolve().parent.parent

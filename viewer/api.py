@@ -13,11 +13,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
-from ..calibration.protocol import read_protocol
+from ..calibration.report.protocol import read_protocol
 from ..lighting.scene import Scene
-from ..materials.catalogue import Catalogue
-from ..spectral.errors import UnknownNameError, UsageError
-from ..spectral.processes import usable_cores
+from ..materials.catalogue.catalogue import Catalogue
+from ..runtime.errors import UnknownNameError, UsageError
+from ..runtime.worker_pool import usable_cores
 from .gl.backend import create_session, gl_session, software_session
 from .gl.context import DISABLE_VARIABLE, NoGL
 from .picture import REFERENCE_NOISE, Picture, lit_by, picture, reference_picture

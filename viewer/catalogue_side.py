@@ -12,11 +12,11 @@ from jaxtyping import Float
 from ..calibration.regression.picture_files import Seen
 from ..calibration.regression.readings import pixel
 from ..calibration.regression.row import FLOAT32_ROUNDOFF, Layer, LayerKind, Pixels, Row, RowName, Side
-from ..materials.catalogue import Catalogue
-from ..materials.protocol import sphere_protocol
+from ..materials.catalogue.catalogue import Catalogue
+from ..materials.catalogue.samples import measurement_of
+from ..materials.core.protocol import sphere_protocol
 from ..materials.records.record import MARKER, read_record
-from ..materials.samples import measurement_of
-from ..spectral.errors import InputError
+from ..runtime.errors import InputError
 from ..spectral.folding import Folding
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer

@@ -17,10 +17,10 @@ from ..calibration.match.pairs import Asked, matched
 from ..calibration.match.tolerance import Tolerance
 from ..calibration.match.uncertainty import Repeatability
 from ..calibration.match.whites import WhiteScale
-from ..materials.catalogue import Catalogue
-from ..materials.samples import repeated_readings, samples_of
-from ..spectral.errors import InputError, UnknownNameError, UsageError
-from ..spectral.formats.answer import NO_ANSWER, Answer
+from ..materials.catalogue.catalogue import Catalogue
+from ..materials.catalogue.samples import repeated_readings, samples_of
+from ..runtime.errors import InputError, UnknownNameError, UsageError
+from ..spectral.formats.import_options import NO_ANSWER, Answer
 from ..spectral.formula import formula
 from ..spectral.illuminants import illuminant
 from ..spectral.measurement import CROSSINGS, Crossing

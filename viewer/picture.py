@@ -13,14 +13,14 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from ..lighting.camera import Camera
-from ..lighting.placement import looks_past, placement_warnings, why_black
-from ..lighting.reference import reference_images
-from ..lighting.reference_noise import NOISE_SHARE
+from ..lighting.reference.noise import NOISE_SHARE
+from ..lighting.reference.placement import looks_past, placement_warnings, why_black
+from ..lighting.reference.reference import reference_images
 from ..lighting.scene import Scene, Viewing
-from ..materials.catalogue import Catalogue
+from ..materials.catalogue.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
+from ..runtime.errors import UsageError
 from ..spectral.difference import delta_e_xyz, lab_from_xyz
-from ..spectral.errors import UsageError
 from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
 from ..spectral.formats.xyz_exr import write_xyz_exr
 from ..spectral.illuminants import illuminant

@@ -14,9 +14,9 @@ from ..calibration.regression.review_folder import review_side
 from ..calibration.regression.row import Row, Side
 from ..calibration.regression.suite import Suite
 from ..lighting.scene import Scene
-from ..lighting.scene_files import load_scene
-from ..materials.catalogue import Catalogue
-from ..spectral.blas import blas
+from ..lighting.scene_file.files import load_scene
+from ..materials.catalogue.catalogue import Catalogue
+from ..runtime.blas import blas
 from ..spectral.observers import observer
 from .picture import Warn, unheard
 from .render.session import RenderSession

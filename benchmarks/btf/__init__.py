@@ -1,1 +1,4 @@
-"""BTFs in few numbers: what was published for them, beside what Metamer makes of them, and both beside the images."""
+"""BTFs in few numbers: published methods and Metamer's, beside the images.
+
+Begin with `benchmark.py`; `cases.py` and `methods.py` list what is compared.
+"""

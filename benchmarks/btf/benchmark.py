@@ -6,12 +6,12 @@ from collections.abc import Callable
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from ...calibration.text_tables import columns
-from ...spectral.errors import InputError
+from ...calibration.report.text_tables import columns
+from ...runtime.errors import InputError
 from . import cases as there_are
 from . import spectral
 from .cases import MEASURED, cases
-from .compared import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
+from .comparison import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
 from .methods import methods
 from .published import published
 from .rows import OFFSETS, offsets, with_bars, within

@@ -16,7 +16,7 @@ from ...materials.btf.hemisphere import Hemisphere
 from ...materials.btf.images import HeldImages
 from ...materials.btf.metric import folding_of
 from ...spectral.basis import SpectralBasis
-from .coded import CodedBtf, ubo_directions
+from .png_components import CodedBtf, ubo_directions
 
 #: Folders of coded BTFs, below `btf/` of the data.
 MEASURED = ("wool", "corduroy")

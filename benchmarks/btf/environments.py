@@ -13,8 +13,8 @@ from jaxtyping import Float
 from ...lighting.environment import latlong
 from ...lighting.environment.convolution import halved
 from ...lighting.environment.environment import EnvironmentLight, mixture
-from ...lighting.environment.gathering import GatheredLight
 from ...lighting.environment.harmonics import harmonics
+from ...lighting.environment.prefiltering import GatheredLight
 from ...materials.btf.hemisphere import Hemisphere
 from ...materials.btf.light_basis import LightFunctions, hats_at
 from ...spectral.folding import Folding

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...calibration.text_tables import columns
+from ...calibration.report.text_tables import columns
 
 #: Methods of the columns of `EPSILON`, by the names that they have here.
 METHODS = ("lafortune without scales", "lafortune", "rfp", "rfnl-2")

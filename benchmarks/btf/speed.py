@@ -12,11 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...materials.btf.coding import LEAST, MOST, decoded_amplitudes, decoded_axes, decoded_exponents
 from ...materials.btf.fields import Field, LafortuneField, PolynomialField
 from ...materials.btf.hemisphere import Hemisphere
 from ...materials.btf.lobe_amplitudes import summed
 from ...materials.btf.lobe_field import LobeField
+from ...materials.btf.quantisation import LEAST, MOST, decoded_amplitudes, decoded_axes, decoded_exponents
 from ...materials.btf.texels import BtfTexels
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant

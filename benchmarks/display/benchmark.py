@@ -17,8 +17,8 @@ from ...calibration.display.aim import Aim, aimed
 from ...calibration.display.choice import Choice, choose
 from ...calibration.display.cube import Cube, make_cube
 from ...calibration.display.drift import without_drift
-from ...calibration.display.fitting import MODELS, fit
 from ...calibration.display.inverse import Inverse
+from ...calibration.display.model_fit import MODELS, fit
 from ...calibration.display.patches import patches
 from ...spectral.difference import delta_e_xyz, lab_from_xyz
 from ...viewer.display.config import write_config
@@ -238,7 +238,7 @@ def _left_of_drift(display: SimulatedDisplay, seed: int) -> float:
 
 def report(measured: dict[str, Any]) -> str:
     """The worst of each figure beside its bar."""
-    from ...calibration.text_tables import columns
+    from ...calibration.report.text_tables import columns
 
     rows = [[one["bar"], f"{one['at_most']:g}", f"{one['measured']:.3g}", one["worst"]] for one in measured["bars"]]
     return columns(["worst of all", "at most", "measured", "where"], rows, left=1)

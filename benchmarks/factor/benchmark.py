@@ -12,15 +12,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...materials.brdf import Brdf
-from ...materials.dbrdf import fit_distribution
+from ...materials.analytic.fluorescent import FluorescentLambert
+from ...materials.core.brdf import Brdf
+from ...materials.core.protocol import LIGHT_ANGLES_DEG, sphere_protocol
 from ...materials.factored.pack import FactorPack
 from ...materials.fitting.fit import Fit, Trial, fit
-from ...materials.fluorescent import FluorescentLambert
-from ...materials.protocol import LIGHT_ANGLES_DEG, sphere_protocol
 from ...viewer.gl.backend import create_session
 from ...viewer.render.session import RenderSession
 from .. import filtering
+from ..papers.distribution_based import fit_distribution
 from . import growth as decompositions
 from . import methods
 from .case import Case

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ...materials.brdf import Brdf
+from ...materials.core.brdf import Brdf
 
 
 @dataclass(frozen=True, eq=False)

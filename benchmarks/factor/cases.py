@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ...materials.analytic import AshikhminShirley, OrenNayar
-from ...materials.brdf import Brdf
-from ...materials.fluorescent import FluorescentLambert
-from ...spectral.errors import InputError, UnknownNameError
+from ...materials.analytic.fluorescent import FluorescentLambert
+from ...materials.core.brdf import Brdf
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..basis import colour_checker

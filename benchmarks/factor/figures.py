@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...calibration import plots
-from ...materials.brdf import Brdf
-from ...materials.directions import spherical
+from ...calibration.report import plots
+from ...materials.analytic.fluorescent import FluorescentLambert
+from ...materials.core.brdf import Brdf
+from ...materials.core.directions import spherical
+from ...materials.core.protocol import SphereProtocol
 from ...materials.factored.pack import FactoredBrdf, FactorPack
-from ...materials.fluorescent import FluorescentLambert
-from ...materials.protocol import SphereProtocol
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.image import ColourImage

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ...materials.analytic.fluorescent import FluorescentLambert
 from ...materials.factored.pack import FactorPack
-from ...materials.fluorescent import FluorescentLambert
 from ...spectral.basis import SpectralBasis
 from ...spectral.bispectral import Bispectral
 from ...spectral.observers import observer
@@ -27,7 +27,7 @@ from ...spectral.upsampling import xyz_from_rgb
 from ...viewer.render.session import RenderSession
 from ..fluorescence import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
 from ..fluorescence import lights as benchmark_lights
-from ..measuring import most_bytes, timed
+from ..timing import most_bytes, timed
 from .case import Case
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
 from .timing import Stopwatch

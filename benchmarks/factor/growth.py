@@ -14,14 +14,14 @@ from jaxtyping import Float
 from tensorly.cp_tensor import CPTensor, cp_to_tensor
 from tensorly.decomposition import parafac
 
-from ...materials.axes import Axis
-from ...materials.brdf import Brdf
+from ...materials.core.axes import Axis
+from ...materials.core.brdf import Brdf
+from ...materials.fitting.brdf_table import tabulate
 from ...materials.fitting.decompose import METHODS, Method, decompose
-from ...materials.fitting.tabulated import tabulate
 from ...spectral.basis import SpectralBasis
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from ..basis import stage
-from ..measuring import most_bytes, timed
+from ..timing import most_bytes, timed
 from .parts import part_rows
 
 #: The paper's table: theta_i, phi, theta_o, coefficients; and its decomposition.

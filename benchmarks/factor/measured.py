@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from ...materials.brdf import Brdf
+from ...materials.core.brdf import Brdf
 from ...materials.formats import bispectral
 from ...materials.intake.sources import read_sources
 from ...materials.records.models import rebuild
-from ...materials.source import Rejected
-from ...spectral.errors import InputError
-from ...spectral.private_folder import private_folder
+from ...materials.records.source import Rejected
+from ...runtime.errors import InputError
+from ...runtime.private_folder import private_folder
 from .case import Case
 
 # Name, title, budget at p99, packs of the paper: figure 5 of Schwenk 2010 and two sharper ones.

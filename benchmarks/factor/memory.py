@@ -10,11 +10,11 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.brdf import Brdf, Lobe
+from ...materials.core.brdf import Brdf, Lobe
+from ...materials.core.protocol import sphere_protocol
 from ...materials.fitting.fit import Fit
 from ...materials.fitting.lobe_table import LobeTable
-from ...materials.protocol import sphere_protocol
-from ..measuring import timed
+from ..timing import timed
 
 T = TypeVar("T")
 

@@ -13,15 +13,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...materials.axes import Axis, Frame
-from ...materials.brdf import Brdf
+from ...materials.core.axes import Axis, Frame
+from ...materials.core.brdf import Brdf
+from ...materials.core.protocol import sphere_protocol
 from ...materials.factored.pack import FactoredBrdf, FactorPack
+from ...materials.fitting.brdf_table import node_directions, tabulate
 from ...materials.fitting.cp import absorbed
 from ...materials.fitting.decompose import METHODS, PACK, decompose_compressed
 from ...materials.fitting.grids import filled
-from ...materials.fitting.tabulated import node_directions, tabulate
 from ...materials.fitting.tucker import compressed
-from ...materials.protocol import sphere_protocol
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer

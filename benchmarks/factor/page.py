@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ...calibration import plots
-from ...calibration.line_plots import MARKS, SIZE, LogScale, line_plot, merged_labels
-from ...calibration.page import html_environment
+from ...calibration.report import plots
+from ...calibration.report.line_plots import MARKS, SIZE, LogScale, line_plot, merged_labels
+from ...calibration.report.page import html_environment
 
 _TEMPLATES = Path(__file__).with_name("templates")
 # Radius of a polar plot, SVG units.

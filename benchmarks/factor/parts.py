@@ -17,7 +17,7 @@ from tensorly.tenalg import unfolding_dot_khatri_rao
 
 from ...materials.fitting.cp import absorbed, cp_als, khatri_rao, mttkrp, random_start
 from ...materials.fitting.tucker import compressed
-from ..measuring import timed
+from ..timing import timed
 
 # Share of the energy that compression may lose, as `decompose` has it.
 _LOST = 1e-9

@@ -14,18 +14,18 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.axes import Frame
-from ...materials.brdf import Brdf
+from ...materials.core.axes import Frame
+from ...materials.core.brdf import Brdf
+from ...materials.core.protocol import SphereProtocol, sphere_protocol
 from ...materials.factored.pack import FactorPack
 from ...materials.fitting.fit import Fit, fit
-from ...materials.fitting.half import rounded_to_half
-from ...materials.protocol import SphereProtocol, sphere_protocol
+from ...materials.fitting.half_precision import rounded_to_half
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.upsampling import xyz_from_rgb
 from ..basis import point_sampled, stage
-from ..measuring import timed
+from ..timing import timed
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
 from .sphere import errors_by_light, folded_xyz, folds
 from .timing import Stopwatch

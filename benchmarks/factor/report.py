@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...calibration.text_tables import TextTable, text_tables
+from ...calibration.report.text_tables import TextTable, text_tables
 from .figures import SCALE_DELTA_E
 from .fluorescence import WITHOUT
 from .page import render_factor_page

@@ -8,14 +8,14 @@ from functools import cache
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...lighting import shapes
 from ...lighting.camera import Camera
 from ...lighting.lights import DirectionalLight
-from ...lighting.reference import reference_images
+from ...lighting.mesh import shapes
+from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Part, Scene
-from ...materials.brdf import Brdf
+from ...materials.core.brdf import Brdf
+from ...materials.core.protocol import LIGHT_ANGLES_DEG
 from ...materials.factored.pack import FactoredBrdf, FactorPack
-from ...materials.protocol import LIGHT_ANGLES_DEG
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer

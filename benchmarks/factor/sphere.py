@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
+from ...materials.core.fit_error import FitError
+from ...materials.core.protocol import SphereProtocol
 from ...materials.factored.pack import FactorPack
-from ...materials.fit_error import FitError
-from ...materials.protocol import SphereProtocol
 
 
 def folds(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> list[Float[np.ndarray, "_ 3"]]:

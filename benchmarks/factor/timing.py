@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...lighting import shapes
 from ...lighting.camera import Camera
 from ...lighting.lights import DirectionalLight
+from ...lighting.mesh import shapes
 from ...lighting.scene import Part, Scene
 from ...materials.factored.pack import FactoredBrdf, FactorPack
 from ...spectral.illuminants import illuminant

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...calibration.text_tables import columns
+from ...calibration.report.text_tables import columns
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.lights import DeltaLight
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from . import cases, measured, meshes, minified, rendering, spectrum_cost
 from .catalogued import SKY, catalogued
 

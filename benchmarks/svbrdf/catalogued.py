@@ -17,11 +17,11 @@ from jaxtyping import Float
 
 from ...lighting.environment.booth import light_booth
 from ...lighting.environment.environment import EnvironmentLight
-from ...materials.catalogue import Catalogue
-from ...materials.environment_form import EnvironmentForm
-from ...materials.points import Points
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.core.environment_form import EnvironmentForm
+from ...materials.core.points import Points
+from ...materials.core.surface import Surface
 from ...materials.slices.quadrature import BLOCK, Grids, slice_directions
-from ...materials.surface import Surface
 from ...spectral.difference import delta_e_xyz
 from ...spectral.folding import Folding
 from ...spectral.observers import observer

@@ -14,7 +14,7 @@ from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.environment.harmonics import gaussian_factors, harmonics, projected
 from ...lighting.environment.pyramid import Pyramid
 from ...lighting.lights import Arrivals, DeltaLight
-from ...materials.spherical_gaussian import Gaussians, sharpness_of_area, sphere_integral
+from ...materials.core.spherical_gaussian import Gaussians, sharpness_of_area, sphere_integral
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM

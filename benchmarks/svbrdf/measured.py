@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...materials.brdf import Brdf
+from ...materials.core.brdf import Brdf
+from ...materials.core.protocol import sphere_protocol
 from ...materials.gaussians.fit import fit_gaussians
-from ...materials.protocol import sphere_protocol
 from ..factor.measured import surface_of, written_surface
 from .rows import row
 

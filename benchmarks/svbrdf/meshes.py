@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...lighting import shapes
 from ...lighting.camera import Camera
-from ...lighting.geometry import Tracer
 from ...lighting.lights import DirectionalLight
-from ...lighting.mesh import Mesh
-from ...lighting.mesh_files import load_mesh
+from ...lighting.mesh import shapes
+from ...lighting.mesh.files import load_mesh
+from ...lighting.mesh.mesh import Mesh
+from ...lighting.reference.geometry import Tracer
 from ...lighting.scene import Part, Scene
 from ...lighting.vectors import dot, facing_viewer, unit
 from ...lighting.visibility.precompute import computed_visibility

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.directions import spherical
-from ...materials.points import Points
+from ...materials.core.directions import spherical
+from ...materials.core.points import Points
 from ...materials.svbrdf.maps import MappedSurface
 from ...materials.svbrdf.texel_map import TexelMap
 from ...spectral.difference import delta_e_xyz

@@ -9,10 +9,10 @@ from jaxtyping import Float
 
 from ...lighting.environment.bright_light import BrightLight
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.environment.gathering import GatheredLight
+from ...lighting.environment.prefiltering import GatheredLight
 from ...lighting.visibility.visibility import SceneVisibility
-from ...materials.environment_form import EnvironmentForm
-from ...materials.points import Points
+from ...materials.core.environment_form import EnvironmentForm
+from ...materials.core.points import Points
 from ...materials.slices.fit import mixtures
 from ...materials.slices.view_slices import ViewSlices
 from ...spectral.palette import Palette

@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.brights import BrightParts
+from ...materials.core.spherical_gaussian import Gaussians
 from ...materials.gaussians.warp import warped
-from ...materials.spherical_gaussian import Gaussians
 from .light import Gamma
 from .surface import GlossySurface, ShadedPoints
 

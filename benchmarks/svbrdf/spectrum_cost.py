@@ -17,9 +17,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ...lighting import shapes
 from ...lighting.camera import Camera
 from ...lighting.environment.environment import EnvironmentLight
+from ...lighting.mesh import shapes
 from ...lighting.scene import Part, Scene
 from ...materials.factored.pack import FactoredBrdf, matt_brdf
 from ...materials.slices.view_slices import ViewSlices

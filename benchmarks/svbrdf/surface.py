@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.spherical_gaussian import Gaussians
+from ...materials.core.spherical_gaussian import Gaussians
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 #: Cosines below which the smooth factor is not followed: a lobe's axis may lie under the horizon.

@@ -8,17 +8,17 @@ from fnmatch import fnmatchcase
 from itertools import groupby
 from pathlib import Path
 
-from ...calibration.text_tables import columns
+from ...calibration.report.text_tables import columns
 from ...materials.tensors.brdf_tensor import BrdfTensor
 from ...materials.tensors.components import Components
-from ...spectral.errors import InputError
-from . import clothed, growth, path_tracing, spectral
+from ...runtime.errors import InputError
+from . import draped_btf, growth, path_tracing, spectral
 from .bars import bars
-from .drawn import drawn_row
 from .ours import Geometry, OurMethod
 from .pixels import Truths, difference, figures_of
 from .scenes import TransferScene, scenes
 from .tensors import TensorMethod, shared_by_all
+from .whole_pictures import drawn_row
 
 Progress = Callable[[str], None]
 #: Rays of a site of the paper's way, texels of a face of its visibility, as the paper has 64, and bytes that tensors
@@ -53,7 +53,7 @@ def run(
 
     Parameters
     ----------
-    full : more scenes, lights, rays and sites, the 2004 paper's way (`clothed`), the price of the spectrum
+    full : more scenes, lights, rays and sites, the 2004 paper's way (`draped_btf`), the price of the spectrum
     (`spectral`), growth (`growth`) and Mitsuba (`path_tracing`). data : a folder with meshes/, or None. case : only
     scenes whose names fit, `*` and `?` for anything; those of the full run too.
 
@@ -91,7 +91,7 @@ def run(
 
 #: What there is beside scenes, by the name that `--case` calls it.
 EXTRA: dict[str, Callable[[Progress], list[dict]]] = {
-    clothed.NAME: clothed.rows,
+    draped_btf.NAME: draped_btf.rows,
     spectral.NAME: spectral.rows,
     growth.NAME: growth.rows,
     path_tracing.NAME: path_tracing.rows,

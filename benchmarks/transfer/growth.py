@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...lighting.transfer.prepared import Prepared
+from ...lighting.transfer.precomputation import Prepared
 from ...lighting.transfer.relighting import Relighting
-from ..measuring import best_ms
-from .building import balls
+from ..timing import best_ms
+from .build_cost import balls
 from .scenes import gloss, made_sky, matt, ramp
 
 #: What `--case` calls it.

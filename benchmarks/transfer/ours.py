@@ -11,17 +11,17 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.geometry import Tracer, VisibleGeometry, visible_geometry
-from ...lighting.reference_bounces import BounceSum
-from ...lighting.transfer.between import Points, exits_between
-from ...lighting.transfer.prepared import Prepared
-from ...lighting.transfer.refining import between_sites
+from ...lighting.reference.bounces import BounceSum
+from ...lighting.reference.geometry import Tracer, VisibleGeometry, visible_geometry
+from ...lighting.transfer.edge_refinement import between_sites
+from ...lighting.transfer.interpolation import Points, exits_between
+from ...lighting.transfer.precomputation import Prepared
 from ...lighting.transfer.relighting import Relighting
 from ...lighting.vectors import dot, unit
-from ...materials.scattering import Scattering
+from ...materials.core.scattering import Scattering
 from ...spectral.difference import delta_e_xyz
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
-from ..measuring import best_ms
+from ..timing import best_ms
 from .pixels import ALL, Seen, Truths, difference, figures_of, seen_sites
 from .scenes import TransferScene
 

@@ -21,10 +21,10 @@ from jaxtyping import Float, Int
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.scene import Scene
 from ...lighting.transfer.relighting import Relighting
-from ...materials.tensors.tuned import Tuned
+from ...materials.tensors.parametric import Tuned
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
-from ..measuring import best_ms, timed
+from ..timing import best_ms, timed
 from .ours import Geometry
 from .pixels import ALL, Seen, difference, figures_of, truth_of
 from .scenes import TransferScene, scenes

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...lighting.geometry import Tracer
-from ...lighting.reference import ReferencePictures, reference_images
+from ...lighting.reference.geometry import Tracer
+from ...lighting.reference.reference import ReferencePictures, reference_images
 from ...lighting.scene import Scene
 from ...lighting.transfer.hits import Hits
 from ...lighting.vectors import dot

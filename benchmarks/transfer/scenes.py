@@ -14,13 +14,13 @@ from ...lighting.camera import Camera
 from ...lighting.environment.booth import light_booth
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.environment.latlong import texel_directions
-from ...lighting.mesh import Mesh
-from ...lighting.mesh_files import load_mesh
+from ...lighting.mesh.files import load_mesh
+from ...lighting.mesh.mesh import Mesh
+from ...lighting.mesh.shapes import sphere
 from ...lighting.scene import Part, Scene
-from ...lighting.shapes import sphere
 from ...lighting.vectors import Number
 from ...materials.tensors.families import Family, cook_torrance
-from ...materials.tensors.tuned import Tuned
+from ...materials.tensors.parametric import Tuned
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM

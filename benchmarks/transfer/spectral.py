@@ -13,7 +13,7 @@ from ...lighting.transfer.relighting import Relighting
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
-from ..measuring import timed
+from ..timing import timed
 from .ours import Geometry
 from .pixels import figures_of
 from .scenes import TransferScene, scenes

@@ -18,7 +18,7 @@ from ...lighting.visibility.occluders import Occluders
 from ...materials.tensors.brdf_tensor import BrdfTensor, brdf_tensor
 from ...materials.tensors.components import Components, components_of
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
-from ..measuring import best_ms
+from ..timing import best_ms
 from .pixels import Seen, seen_sites
 from .scenes import TransferScene, family
 

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.adaptation import adaptation_matrix
-from ...spectral.errors import InputError
 from .inverse import Inverse
 from .model import DisplayModel
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import InputError, UnknownNameError
 from .additivity import Additivity, additivity
-from .fitting import MODELS, fit, folds, why_not
 from .model import DisplayModel
+from .model_fit import MODELS, fit, folds, why_not
 from .readings import Readings
 
 # Parts that patches are held back in, one after the other.

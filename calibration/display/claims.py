@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import UnknownNameError
 from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import UnknownNameError
 from .readings import Readings
 
 

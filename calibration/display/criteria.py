@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.toml_records import RecordFile
 from ...spectral.difference import Formula
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.toml_records import RecordFile
 
 #: Figures that `verification` knows, in words.
 STATISTICS = {

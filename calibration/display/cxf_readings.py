@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.formats.cxf import NAMESPACE
 from ...spectral.formats.shared.xml import Vocabulary, number, read_xml
 from .readings import Readings

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.files import written_whole
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import delta_e_xyz
-from ...spectral.files import written_whole
-from .fitting import fit, why_not
 from .model import DisplayModel
+from .model_fit import fit, why_not
 from .readings import Readings
 
 #: White of the profile connection space (ICC.1:2001-04, 6.4.3), and entries of a curve.

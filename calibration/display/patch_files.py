@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
-from ...spectral.files import written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import written_whole
 
 _SUFFIXES = (".ti1", ".csv")
 

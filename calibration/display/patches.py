@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 Purpose = Literal["characterise", "verify", "uniformity"]
 #: Fewest patches of a set: corners and one grey.

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file
 from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import InputError
-from ...spectral.files import existing_file
 from ...spectral.formats.cgats_bands import bands, grid_of
 from ...spectral.formats.cgats_tables import read_tables
-from ...spectral.formats.reading import names_its_file
+from ...spectral.formats.registry import names_its_file
 from .aim import PICTURE_WHITE_XYZ
 from .readings import Spectra
 

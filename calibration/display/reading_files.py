@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...spectral.errors import InputError
-from ...spectral.files import existing_file, read_text
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file, read_text
 from ...spectral.formats import cgats, cxf
 from ...spectral.formats.cgats_bands import bands, grid_of
 from ...spectral.formats.cgats_tables import CgatsTable, read_tables
-from ...spectral.formats.reading import names_its_file
+from ...spectral.formats.registry import names_its_file
 from .cxf_readings import read_cxf
 from .readings import Readings, Spectra
 

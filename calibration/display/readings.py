@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.observers import observer
 
 # Codes nearer than this are one patch: a quarter of a step of 12 bits.

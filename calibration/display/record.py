@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
-from ...spectral.files import existing_file, written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file, written_whole
 from .additivity import Additivity
 from .choice import Choice
 from .model import DisplayModel

@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import ComparisonError
 from ...spectral.difference import Formula, delta_e_xyz, lab_from_xyz
-from ...spectral.errors import ComparisonError
 from ...spectral.observers import observer
 from .criteria import STATISTICS, Criteria, Criterion
 from .readings import Readings

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..page import html_environment
+from ..report.page import html_environment
 from .verification import Verification, trend
 
 # How verdicts are coloured, and a sign that needs no colour.

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...runtime.errors import ComparisonError, UsageError
 from ...spectral.angles import FEWEST, FLOP_ANGLES, FLOP_CONDITIONS, common, flop_index
-from ...spectral.errors import ComparisonError, UsageError
 from ...spectral.measurement import Geometry, geometry_in
 from ...spectral.sample import Sample
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from ..junit_xml import Outcome, case_of, junit_text
+from ..report.junit_xml import Outcome, case_of, junit_text
 from .page import MatchReport
 from .pairs import Matched
 from .tolerance import Verdict

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..text_tables import escaped
+from ..report.text_tables import escaped
 from .page import MatchReport
 from .pairs import WORST_FIRST
 from .tolerance import Verdict

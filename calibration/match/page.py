@@ -16,8 +16,8 @@ from ...spectral.measurement import crossed, remarks
 from ...spectral.metamerism import Conditions
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
-from ..page import html_environment
-from ..plots import pair_plot
+from ..report.page import html_environment
+from ..report.plots import pair_plot
 from .batch import Batch
 from .pairs import WORST_FIRST, Asked, Difference, Matched
 from .tolerance import Verdict

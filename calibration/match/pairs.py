@@ -10,17 +10,17 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import ComparisonError, InputError
 from ...spectral.axis_letters import White
 from ...spectral.difference import Differences, differences, lab_from_xyz
-from ...spectral.errors import ComparisonError, InputError
 from ...spectral.formula import Formula
 from ...spectral.illuminants import illuminant
 from ...spectral.measurement import Crossing, refusal
 from ...spectral.metamerism import Conditions, Correction, colour_inconstancy, metamerism_index
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
+from ..report.direction import direction
 from .angles import OverAngles, over_angles
-from .direction import direction
 from .tolerance import Tolerance, Verdict
 from .uncertainty import Repeatability, Spread, scatter, spread
 from .whites import WhiteIndex, WhiteScale, white_indices

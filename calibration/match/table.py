@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..sheets import Cell, csv_text, write_workbook
+from ..report.sheets import Cell, csv_text, write_workbook
 from .page import MatchReport
 from .pairs import Difference, Matched
 

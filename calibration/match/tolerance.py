@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.axis_letters import Lab, White
 from ...spectral.difference import xyz_from_lab
-from ...spectral.errors import InputError
 from ...spectral.formula import Formula, formula
 
 Verdict = Literal["pass", "fail", "not resolved", "not judged"]

@@ -14,9 +14,9 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.axis_letters import Lab, White
 from ...spectral.difference import xyz_from_lab
-from ...spectral.errors import InputError
 from ...spectral.formula import Formula
 from ...spectral.sample import Sample
 

@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import ComparisonError
 from ...spectral.difference import lab_from_xyz, xyz_from_lab
-from ...spectral.errors import ComparisonError
 from ...spectral.illuminants import illuminant
 from ...spectral.metamerism import Conditions
 from ...spectral.observers import observer

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...spectral.errors import ComparisonError, InputError, UnknownNameError
-from ...spectral.files import written_whole
+from ...runtime.errors import ComparisonError, InputError, UnknownNameError
+from ...runtime.files import written_whole
 from .baseline import Kept, baseline_side, changing, check_suite, pixel_file, put, read_kept
 from .row import RowName
 

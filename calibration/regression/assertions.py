@@ -11,16 +11,16 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
-from ...spectral.files import made_folder, written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import made_folder, written_whole
 from ...spectral.formats.exr import write_exr
 from ...spectral.formats.xyz_exr import write_xyz_exr
 from ...spectral.formula import Formula
 from ...spectral.image import ColourImage
-from .as_json import as_json
 from .change import change
 from .comparison import compare
 from .criteria import Criteria, criteria_of, default_criteria, read_criteria
+from .json_result import as_json
 from .page import render_page
 from .picture_files import Seen
 from .result import Result

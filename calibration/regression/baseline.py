@@ -20,10 +20,10 @@ from typing import Any, cast
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import ComparisonError, InputError
-from ...spectral.files import half_written, made_folder, read_bytes, read_text, written_whole
+from ...runtime.errors import ComparisonError, InputError
+from ...runtime.files import half_written, made_folder, read_bytes, read_text, written_whole
+from ...runtime.locks import alone_at_work
 from ...spectral.formats.exr import read_exr, write_exr
-from ...spectral.locks import alone_at_work
 from .picture_files import read_xyz
 from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, Layer, LayerKind, Noise, Pixels, Row, RowName, Side
 

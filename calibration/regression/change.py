@@ -9,11 +9,11 @@ from functools import partial
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ...runtime.errors import ComparisonError
 from ...spectral.difference import lab_from_xyz
-from ...spectral.errors import ComparisonError
 from ...spectral.formula import Formula
 from ...spectral.image_difference import image_delta_e
-from ..statistics import FULL_COVERAGE
+from ..report.statistics import FULL_COVERAGE
 from .row import Pixels
 
 #: Whites of one light and observer may differ by this: single precision, and what readers round to.

@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...spectral.errors import ComparisonError
+from ...runtime.errors import ComparisonError
 from ...spectral.measurement import Crossing, crossed, refusal, remarks
 from ...spectral.measurement import Side as Measured
-from ..statistics import SelfCheck
-from .chance import Chance
+from ..report.statistics import SelfCheck
 from .change import Change, change
 from .criteria import RESHAPED, Criteria, Criterion, Region, Tier, default_criteria, statistic
-from .injected import injected
 from .matching import matched
 from .result import Asked, Figures, Result, RowResult, SideWords, State, worst_tier
 from .row import Layer, LayerKind, Noise, Pixels, Row, Side
+from .sampling_noise import Chance
+from .self_test import injected
 
 #: ΔE94 that pictures of one scene may be apart where nothing but the order of sums in single precision is another.
 ROUNDING_MEAN, ROUNDING_MAX = 0.002, 0.02

@@ -14,8 +14,8 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.files import read_text
+from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import read_text
 from ...spectral.formula import Formula, formula
 from .row import RowName
 

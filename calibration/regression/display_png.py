@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.files import existing_file
+from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import existing_file
 from ...spectral.upsampling import xyz_from_rgb
 from .row import Layer, Pixels, Row, RowName
 

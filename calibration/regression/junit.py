@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-from ..junit_xml import Outcome, case_of, junit_text
+from ..report.junit_xml import Outcome, case_of, junit_text
 from .criteria import Tier
 from .result import Result, RowResult
 from .words import verdict_words

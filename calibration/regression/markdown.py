@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..text_tables import escaped
+from ..report.text_tables import escaped
 from .result import STATES, Result
 from .words import common_parts, short_name, shown_rows, verdict_words
 

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from ...spectral.errors import ComparisonError, InputError
+from ...runtime.errors import ComparisonError, InputError
 from .row import Row, RowName, Side
 
 # So many of what differs are named.

@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from .. import coded_map, plots
-from ..histogram import histogram_plot
-from ..history import Run, earlier_figures, trend_plot
-from ..page import breakable, html_environment, row_id, window_command
-from ..shift_plot import Shift, shift_plots
-from ..statistics import beside
+from ..report import coded_map, plots
+from ..report.histogram import histogram_plot
+from ..report.history import Run, earlier_figures, trend_plot
+from ..report.page import breakable, html_environment, row_id, window_command
+from ..report.shift_plot import Shift, shift_plots
+from ..report.statistics import beside
 from .causes import VERDICTS, Cause, cause_of, state_words, tier_of, told_apart, verdicts
 from .result import STATES, Figures, Result, RowResult
 from .row import LayerKind, Row, RowName, Side
-from .shown import Shown, alone, shown
+from .row_pictures import Shown, alone, shown
 from .words import common_parts, verdict_words
 
 #: So many rows, the worst, have pictures.

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.files import existing_file
-from ...spectral.formats.answer import NO_ANSWER, Answer
+from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import existing_file
 from ...spectral.formats.exr import MOST_SAMPLES, channel_names, check_size, read_picture
+from ...spectral.formats.import_options import NO_ANSWER, Answer
 from ...spectral.formats.spectral_exr import BISPECTRAL, RELATIVE_UNITS, SpectralImage, read_spectral_exr
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer

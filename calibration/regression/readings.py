@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.formats.colours_only import Coloured, read_colours
-from ...spectral.formats.reading import details_of_readings, read_filling_gaps
+from ...spectral.formats.registry import details_of_readings, read_filling_gaps
 from ...spectral.illuminants import illuminant
 from ...spectral.measurement import Measurement
 from ...spectral.observers import observer

@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Literal
 
-from ..history import Run
-from ..statistics import SelfCheck
+from ..report.history import Run
+from ..report.statistics import SelfCheck
 from .criteria import TIERS, Criterion, Tier
 from .row import LayerKind, RowName
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.errors import InputError
-from ...spectral.files import read_text
+from ...runtime.errors import InputError
+from ...runtime.files import read_text
 from ...spectral.formats.exr import read_exr
 from .picture_files import xyz_layer
 from .row import Layer, LayerKind, Noise, Pixels, Row, RowName, Side

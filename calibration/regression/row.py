@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...spectral.errors import visible
+from ...runtime.errors import visible
 from ...spectral.measurement import Measurement
 
 #: Unit roundoff: how far rounding may move a number, as a share of the power of two below it.

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.formats.exr import MAGIC
-from ...spectral.formats.reading import format_of
+from ...spectral.formats.registry import format_of
 from .baseline import MANIFEST, baseline_side
 from .display_png import png_rows
 from .picture_files import Seen, header, picture_rows

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.files import existing_file, read_bytes, read_text
+from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import existing_file, read_bytes, read_text
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from .criteria import Criteria, criteria_of, default_criteria

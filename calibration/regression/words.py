@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from ..text_tables import columns
+from ..report.text_tables import columns
 from .result import STATES, Result, RowResult
 from .row import RowName
 

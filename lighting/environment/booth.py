@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError, UnknownNameError
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.illuminants import BOOTH_NAMES, HORIZON, HORIZON_K, illuminant
 from ...spectral.spectrum import Spectrum
 from ..vectors import Number

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from ...materials.core.spherical_gaussian import sphere_integral
 from ...materials.gaussians.mixture import expected_mixture
-from ...materials.spherical_gaussian import sphere_integral
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from . import convolution, latlong
 from .environment import EnvironmentLight
 

@@ -10,13 +10,13 @@ from typing import Any, ClassVar, Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
 from ..lights import SpreadLight, check_spectrum, strength
 from ..vectors import Number
 from . import latlong
-from .drawing import MapDrawing
+from .direction_sampling import MapDrawing
 
 #: Where an environment's spectra come from: named by whoever made the scene, made from a colour, or measured.
 Origin = Literal["stated", "made", "measured"]

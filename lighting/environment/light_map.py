@@ -10,8 +10,8 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.axis_letters import Wavelengths
-from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.observers import observer
 from . import latlong
 from .reduction import xyz_of_samples

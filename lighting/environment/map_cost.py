@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...spectral.memory import check_room, gigabytes
+from ...runtime.memory import check_room, gigabytes
 
 #: Bytes at the peak: of a stored sample while it is read, of a texel in each field of luminance, of a texel in what
 #: directions are drawn by, and of the rows whose spectra are reduced at once. By a tenth to a half above what maps of

@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.formats.exr import MAGIC, MOST_SAMPLES, check_size, read_picture
 from ...spectral.formats.spectral_exr import LENGTH, wavelength_of
 from ...spectral.upsampling import xyz_from_rgb

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError, UnknownNameError
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.environment_form import BENDS
+from ...materials.core.environment_form import BENDS
 from ..vectors import dot, unit
 from .polygon import gaussian_shares, surface_moments
 from .softbox import SoftboxLight

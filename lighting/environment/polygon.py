@@ -99,8 +99,8 @@ def _smooth(y: Float[np.ndarray, "N Q"], sharpness: Float[np.ndarray, "N Q"], wh
 
 
 def surface_moments(corners: Float[np.ndarray, "N C 3"]) -> Float[np.ndarray, "N 9"]:
-    """The integrals of cos(theta) times each of `materials.environment_form.bends` over what of a convex polygon is
-    above the horizon of a surface, sr: what luminance 1 gives it.
+    """The integrals of cos(theta) times each of `materials.core.environment_form.bends` over what of a convex polygon
+    is above the horizon of a surface, sr: what luminance 1 gives it.
 
     corners : from each point, in the surface's axes, the normal last; counter-clockwise as the point sees them.
 

@@ -14,8 +14,8 @@ from typing import NoReturn
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from ...spectral.errors import InputError
-from ...spectral.files import existing_file
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file
 
 SUFFIXES = (".hdr", ".pic", ".rgbe")
 _SIZE = re.compile(rb"^([+-])([XY]) +(\d+) +([+-])([XY]) +(\d+)\s*$")

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ..lights import SpreadLight, check_spectrum, strength
 from ..vectors import Number, VectorLike, dot, finite_vector, unit

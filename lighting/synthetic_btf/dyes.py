@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 # K/S of what each dye adds at strength 1: edges (height, nm, width: absorbed below, above where the width is negative)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from .relief import Relief
 
 #: Least sine of a direction's height above the plane: nearer to the horizon there is no image, and rays have no end.

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..vectors import unit
 
 

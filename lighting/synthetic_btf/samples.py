@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
 from .dyes import dyed, together
 from .relief import Relief

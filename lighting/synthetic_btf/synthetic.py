@@ -11,9 +11,9 @@ from jaxtyping import Float
 
 from ...materials.btf.hemisphere import Hemisphere
 from ...materials.btf.images import HeldImages
+from ...runtime.errors import InputError
+from ...runtime.memory import check_room
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
-from ...spectral.memory import check_room
 from ...spectral.spectrum import Spectrum
 from .relief import Relief
 from .transport import MATT, Gloss, Transport, traced

@@ -10,8 +10,8 @@ from jaxtyping import Float
 
 from ..scene import Scene
 from ..visibility.sites import Corners, Sites
+from .edge_refinement import MOST, Placed, placed
 from .hits import RAYS, Hits, check_rays_fit, traced_hits
-from .refining import MOST, Placed, placed
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,10 +58,11 @@ def scene_hits(
     longest_edge: float | None = None,
 ) -> Hits:
     """Trace the rays of all sites of a scene: its vertices, welded by place and normal (`visibility.sites`), and those
-    that large triangles are cut at (`visibility.refinement`), or those on which light is not linear (`refining`).
+    that large triangles are cut at (`visibility.refinement`), or those on which light is not linear
+    (`edge_refinement`).
 
-    progress : called with (sites done, sites in all, what is done). longest_edge : see `refined`. `kept.kept_hits` has
-    them on disk.
+    progress : called with (sites done, sites in all, what is done). longest_edge : see `refined`. `ray_cache.kept_hits`
+    has them on disk.
 
     Raises
     ------

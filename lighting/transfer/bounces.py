@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import InputError
 from .regions import RadiantRegions, Regions
 
 #: ΔE94 that bounces which are left out may change the brightest or darkest site by.

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...spectral.memory import check_room, gigabytes
+from ...runtime.memory import check_room, gigabytes
 from .cells import Cells
 from .glossy_part import Ends, GlossyPart
 from .hits import Hits, ray_directions

@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt16
 
-from ...spectral.memory import check_room, gigabytes
+from ...runtime.memory import check_room, gigabytes
 from ..vectors import dot
 from ..visibility.sites import Corners, Sites
 

@@ -16,25 +16,25 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...materials.environment_form import BENDS, bends
-from ...materials.fast import Fast
+from ...materials.core.environment_form import BENDS, bends
+from ...materials.core.fast import Fast
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
 from ...spectral.palette import Palette, SentPalette
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import interpolation_matrix
-from ..convexity import is_convex
+from ..mesh.convexity import is_convex
 from ..scene import Scene
 from ..vectors import dot
-from ..visibility.halving import Halving
+from ..visibility.blocked_probes import beside_shut, edges
+from ..visibility.edge_bisection import Halving
 from ..visibility.occluders import Occluders
-from ..visibility.shut import beside_shut, edges
 from ..visibility.sites import scaled_triangles
+from .bounce_solver import followed
 from .bounces import ENOUGH
+from .diffuse_albedo import EVEN_Z, EVEN_ZZ
 from .direct import direct_illuminance
-from .followed import followed
 from .hits import Hits
-from .passing_on import EVEN_Z, EVEN_ZZ
 from .radiance_maps import RadianceMaps
 from .ray_light import MOST_GLOSSY, RayLight
 from .transport import Transport

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...materials.surface import Surface
+from ...materials.core.surface import Surface
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
@@ -21,14 +21,14 @@ from ..scene import Scene
 from ..visibility.occluders import Occluders
 from .bodies import Bodies
 from .bounces import ENOUGH, Interreflection, interreflected
+from .diffuse_albedo import even_albedo, even_matrix
 from .direct import direct_illuminance
+from .edge_refinement import between_sites
 from .hits import RAYS, Hits
 from .indirect import needs_none
-from .kept import kept_hits
 from .operator import irradiance_operator
-from .passing_on import even_albedo, even_matrix
 from .radiant import basis_for, donaldson, fluoresces
-from .refining import between_sites
+from .ray_cache import kept_hits
 from .regions import RadiantRegions, Regions
 
 

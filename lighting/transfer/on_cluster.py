@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int, UInt16
 
-from ...spectral.cluster import AHEAD, check_workers, connected, lost, scheduler_lost
-from ...spectral.errors import MetamerError
+from ...runtime.dask_cluster import AHEAD, check_workers, connected, lost, scheduler_lost
+from ...runtime.errors import MetamerError
 from .hits import RayTracer
 
 #: `triangle` and `place` of a block, as `Hits` has them.

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.sparse import csr_array
 
-from ...materials.environment_form import bends
+from ...materials.core.environment_form import bends
 from ..environment.pyramid import SOFTENING
 from .hits import Hits, ray_directions, tangents
 from .ray_light import RayLight

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from ...materials.core.surface import Surface
 from ...materials.factored.pack import FactoredBrdf
-from ...materials.surface import Surface
 from ...spectral.basis import SpectralBasis
 from ...spectral.bispectral import Bispectral
 from ...spectral.difference import delta_e_xyz

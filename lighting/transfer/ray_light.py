@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...materials.fast import Fast
+from ...materials.core.fast import Fast
 from ..lights import Light
 from ..scene import Scene
 from .coefficients import Coefficients
-from .emission import cell_radiosity, ray_radiosity
+from .direct_irradiance import Received, received
+from .first_bounce import cell_radiosity, ray_radiosity
 from .glossy_rays import GlossyRays
 from .hits import Hits
-from .prepared import Prepared
-from .received import Received, received
+from .precomputation import Prepared
 from .reflection import Reflection
 
 #: Glossy sites that send out by direction: up to 40 KB each.

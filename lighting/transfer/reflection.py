@@ -14,11 +14,11 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.fast import Fast
-from ...materials.points import Points
-from ...materials.surface import Surface
+from ...materials.core.fast import Fast
+from ...materials.core.points import Points
+from ...materials.core.surface import Surface
+from ...runtime.errors import InputError
 from ...spectral.bispectral import Bispectral
-from ...spectral.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import interpolation_matrix
 from ..vectors import LEAST_COSINE

@@ -18,9 +18,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
 from ...spectral.bispectral import Bispectral
-from ...spectral.errors import InputError
 from ...spectral.observers import Observer
 from ...spectral.radiance_basis import radiance_operators
 from ...spectral.spectrum import Spectrum

@@ -1,11 +1,12 @@
 """Interreflection at sites while materials, lights and views change: all that is precomputed is geometry.
 
-    1. What sites receive of the lights straight away (`received`).
-    2. What they send out of it: matt ones evenly, glossy ones by their BRDF, towards rays that meet them (`emission`).
-    3. What arrives of that, and what is passed on until nothing can be seen (`bounces`). From the second surface on,
+    1. What sites receive of the lights straight away (`direct_irradiance`).
+    2. What they send out of it: matt ones evenly, glossy ones by their BRDF, towards rays that meet them
+    (`first_bounce`). 3. What arrives of that, and what is passed on until nothing can be seen (`bounces`). From the
+    second surface on,
        glossy parts pass light on as matt ones that reflect as much.
     4. Towards a viewer, matt sites fold what arrives; glossy ones sum up, over their own rays, what each brings times
-       the BRDF (`exits`).
+       the BRDF (`final_gather`).
 
 Between surfaces light is J coefficients relative to the spectrum of its light (`transport_basis`). At the surface that
 is seen, the reflectance meets light and observer at all wavelengths: coefficient j of spectrum k is a light s_k b_j of
@@ -21,10 +22,10 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...materials.surface import Surface
+from ...materials.core.surface import Surface
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
 from ...spectral.bispectral import Bispectral
-from ...spectral.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import common_wavelengths
 from ..camera import Camera
@@ -33,15 +34,15 @@ from ..scene import Scene
 from ..vectors import VectorLike, finite_vector
 from .bounces import ENOUGH, MOST, Interreflection, passed_on
 from .coefficients import Coefficients
-from .emission import CellLight, cell_radiosity, ray_radiosity
-from .exits import Seen, Sources, glossy_exits
+from .direct_irradiance import Received, received
+from .extrapolation import settled
+from .final_gather import Seen, Sources, glossy_exits
+from .first_bounce import CellLight, cell_radiosity, ray_radiosity
 from .glossy_rays import GlossyRays
-from .prepared import Prepared
+from .precomputation import Prepared
 from .radiant import planned_basis
-from .received import Received, received
 from .reflection import Reflection
 from .regions import RadiantRegions, Regions
-from .settling import settled
 from .transport_basis import transport_basis
 
 

@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Int
 
 from ..scene import Scene
-from ..visibility.halving import Halving
+from ..visibility.edge_bisection import Halving
 from .bodies import Bodies
 from .cells import Cells
 from .hits import RAYS, Hits
-from .kept import kept_hits
-from .prepared import Prepared
+from .precomputation import Prepared
+from .ray_cache import kept_hits
 
 Progress = Callable[[int, int, str], None]
 

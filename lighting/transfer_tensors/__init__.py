@@ -1,1 +1,4 @@
-"""Interreflection by precomputed transfer tensors (Sun et al. 2007), spectrally: the way that ours is compared with."""
+"""Precomputed transfer tensors (Sun et al. 2007), spectrally, as a baseline of interreflection.
+
+Begin with `precomputed.py` and `relighting.py`; `harmonic.py` has the 2004 paper's transfer in harmonics.
+"""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..environment.harmonics import BANDS, COUNT, harmonics
 from ..transfer.bodies import Bodies
 from ..transfer.hits import Hits, RayTracer, shifted_pattern

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from ...materials.tensors.components import Components
-from ...spectral.memory import check_room, gigabytes
+from ...runtime.memory import check_room, gigabytes
 from ..environment.cube import CubeMap
 from ..environment.harmonics import harmonics
 from ..transfer.hits import Hits

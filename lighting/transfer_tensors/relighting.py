@@ -17,7 +17,7 @@ from jaxtyping import Float
 from ...materials.tensors.brdf_tensor import BrdfTensor
 from ...materials.tensors.components import Components
 from ...materials.tensors.families import Family
-from ...materials.tensors.tuned import Tuned
+from ...materials.tensors.parametric import Tuned
 from ..environment.cube import CubeMap
 from ..environment.environment import EnvironmentLight
 from ..environment.harmonics import gaussian_factors, harmonics

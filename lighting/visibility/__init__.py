@@ -1,1 +1,4 @@
-"""Which directions are free at each vertex of a scene: computed once by rays, kept small, asked by renderers."""
+"""Free directions at each vertex of a scene: computed once by rays, kept small, looked up by renderers.
+
+Begin with `visibility.py`; `refinement.py` bisects large triangles, `hidden_light.py` is the loss of one light.
+"""

@@ -2,7 +2,7 @@
 
 A file is named by a hash of all that it depends on: the vertices, normals and triangles of all parts, the code of this
 room, and the libraries that give the numbers. Materials, lights and cameras do not count. It holds a hash of its
-content; one that is damaged is computed anew, and that is said. `keeping` bounds what all of them take.
+content; one that is damaged is computed anew, and that is said. `cache_limits` bounds what all of them take.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...spectral.code_hash import files_hash
-from ...spectral.files import check_writable, made_folder
-from ...spectral.fingerprint import fingerprint
+from ...runtime.code_hash import files_hash
+from ...runtime.files import check_writable, made_folder
+from ...runtime.fingerprint import fingerprint
 from ..scene import Scene
-from .before import Before
-from .keeping import most_bytes, pruned, used
+from .cache_limits import most_bytes, pruned, used
+from .half_space import Before
 from .kept_arrays import UNREADABLE, read_arrays, write_arrays
 from .precompute import SAID_FROM_SECONDS, Progress, SeenPoints, computed_visibility, visibility_cost
 from .refinement import cuts
@@ -47,7 +47,7 @@ def scene_visibility(
 
     Parameters
     ----------
-    folder : of the cache, made where it is missing; None keeps nothing, nor does a limit of 0 (`keeping`).
+    folder : of the cache, made where it is missing; None keeps nothing, nor does a limit of 0 (`cache_limits`).
     jobs, progress, before, seen, on_seen : as of `computed_visibility`.
     say : hears a sentence where a file of the cache cannot be used, and where the work takes long.
 
@@ -112,7 +112,7 @@ def visibility_key(scene: Scene, before: Before | None = None) -> str:
 def _computing_code() -> str:
     """Hash the modules of this room and of what they compute with, and the versions of libraries."""
     room = Path(__file__).parent
-    beside = ("vectors.py", "geometry.py", "environment/harmonics.py", "environment/octahedral.py")
+    beside = ("vectors.py", "reference/geometry.py", "environment/harmonics.py", "environment/octahedral.py")
     return files_hash(room.parents[1], [*room.glob("*.py"), *(room.parent / name for name in beside)], _LIBRARIES)
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 #: What `free_share` differs from the integral at most, as a share; found at lambda = 3 (a test holds it to that).
 LARGEST_ERROR = 0.0015

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...materials.environment_form import BENDS, bends
+from ...materials.core.environment_form import BENDS, bends
 from ..environment.bright_light import BrightLight
 from .visibility import SceneVisibility, hidden_shares
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...spectral.files import written_whole
-from ...spectral.fingerprint import fingerprint
+from ...runtime.files import written_whole
+from ...runtime.fingerprint import fingerprint
 
 #: What reading a file that is damaged raises, and one that is none.
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..mesh import Mesh
+from ..mesh.mesh import Mesh
 from ..vectors import dot, welded
 
 # A neighbour that rises this far above a triangle's plane, in sizes of the mesh, is rounding, not a hollow.

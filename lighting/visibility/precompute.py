@@ -1,7 +1,7 @@
 """From a scene to its visibility: sites traced, tile by tile, by several processes where wanted.
 
-Those of all vertices, or in large scenes of enough of them (`thinning`); then further ones where that is too few
-(`finer`).
+Those of all vertices, or in large scenes of enough of them (`adaptive_sampling`); then further ones where that is too
+few (`edge_refinement`).
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...spectral.memory import available_bytes, check_room, gigabytes
-from ...spectral.processes import in_order
+from ...runtime.memory import available_bytes, check_room, gigabytes
+from ...runtime.worker_pool import in_order
 from ..scene import Scene
-from . import compression, octahedral, thinning
-from .before import Before
+from . import adaptive_sampling, compression, octahedral
+from .adaptive_sampling import Surroundings
+from .blocked_probes import beside_shut, edges, rim_of_shut, shut_sites
 from .compression import Basis
-from .finer import far_apart, middle_sites, most_middles, most_terms
+from .edge_refinement import far_apart, middle_sites, most_middles, most_terms
+from .half_space import Before
 from .occluders import Occluders
 from .pieces import Pieces
 from .refinement import Vertices, edges_between, refined
-from .shut import beside_shut, edges, rim_of_shut, shut_sites
 from .sites import Sites, corners_of, nothing_hides, pieces_of, scaled_triangles, sites_at
-from .thinning import Surroundings
 from .tracing import Traced, traced
 from .visibility import SceneVisibility
 
@@ -245,11 +245,13 @@ class _Computation:
 
         known : which of the n have theirs. count : as of `_trace`.
         """
-        if len(sites) <= thinning.WHOLE:
+        if len(sites) <= adaptive_sampling.WHOLE:
             self._trace(sites, np.setdiff1d(np.arange(len(sites)), known), codes, dark, count)
             return np.arange(len(sites))
         around = Surroundings(self._where.starts[sites], self._where.normals[sites])
-        return thinning.thinned(around, codes, known, lambda which: self._trace(sites, which, codes, dark, count), dark)
+        return adaptive_sampling.thinned(
+            around, codes, known, lambda which: self._trace(sites, which, codes, dark, count), dark
+        )
 
     def _trace(
         self,

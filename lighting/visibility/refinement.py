@@ -1,9 +1,9 @@
 """Further vertices where triangles are too large to have shadows on: a floor of two triangles has none at all.
 
-The longest edges of each part are cut in their middles (`halving`), then the longest of what that leaves, until none is
-longer than there should be, or the part has as many vertices as it may. So a thin side of a box gets few and its top
-many, and of a mesh of many small triangles and a few large ones the large ones are cut. What comes of it may be cut
-further, where something changes much along its edges.
+The longest edges of each part are cut in their middles (`edge_bisection`), then the longest of what that leaves, until
+none is longer than there should be, or the part has as many vertices as it may. So a thin side of a box gets few and
+its top many, and of a mesh of many small triangles and a few large ones the large ones are cut. What comes of it may be
+cut further, where something changes much along its edges.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..mesh import Mesh
+from ..mesh.mesh import Mesh
 from ..scene import Scene
 from ..vectors import unit, welded
-from .halving import Halving
+from .edge_bisection import Halving
 from .sites import numbered_faces, part_of_face
 
 #: The longest edge that there should be, in radii of the scene; how many vertices a part may have after dividing. One

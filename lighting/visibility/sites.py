@@ -23,7 +23,7 @@ from jaxtyping import Bool, Float, Int
 
 from ..scene import Scene
 from ..vectors import dot, unit, welded
-from .before import Before
+from .half_space import Before
 from .occluders import OFFSET, Occluders
 from .pieces import Pieces, corner_angles, pieces
 

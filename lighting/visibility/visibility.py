@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..environment import harmonics
 from . import octahedral
 from .compression import SOFT, straight, straightening, unpacked
+from .edge_bisection import Halving
 from .free_share import free_share
-from .halving import Halving
 from .tracing import MAP
 
 # Points whose maps are decoded at once: 4 MB. Side of the map that transfer is a sum over.

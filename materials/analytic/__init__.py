@@ -1,4 +1,7 @@
-"""Reflection models with closed formulas: one file each, its GLSL twin beside it."""
+"""Reflection models with closed formulas: one file each, its GLSL twin beside it.
+
+Begin with `model.py`, the interface; docs/adding_a_brdf.md adds one. `glossmeter.py` measures any surface's gloss.
+"""
 
 from .ashikhmin_shirley import AshikhminShirley
 from .coated_diffuse import CoatedDiffuse

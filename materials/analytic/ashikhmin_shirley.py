@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from ...spectral.spectrum import Spectrum
-from ..brdf import Lobe
-from ..domain import in_domain
+from ..core.brdf import Lobe
+from ..core.domain import in_domain
 from .model import AnalyticBrdf, Part, SumOfTerms
 
 

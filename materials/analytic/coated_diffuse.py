@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
-from ..brdf import Lobe
-from ..domain import in_domain
+from ..core.brdf import Lobe
+from ..core.domain import in_domain
 from .cook_torrance import beckmann, smith_beckmann
 from .instrument import Instrument, ReadBrdf, not_stated
 from .model import AnalyticBrdf, Part, SumOfTerms

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.spectrum import Spectrum
-from ..brdf import Lobe
-from ..domain import in_domain
+from ..core.brdf import Lobe
+from ..core.domain import in_domain
 from .model import AnalyticBrdf, Directed, Part, SumOfTerms
 
 # Cells of a folded Fresnel term along the cosine, and how far off a straight line in one may be: as float32 rounds.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import abc
 from typing import ClassVar, NamedTuple, Self
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
 from .model import AnalyticBrdf
 

@@ -11,13 +11,13 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError, UnknownNameError
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum, check_values
 from ...spectral.wavelengths import validated_wavelengths
-from ..brdf import Brdf, eval_lit
-from ..domain import Domain
-from ..points import Points
+from ..core.brdf import Brdf, eval_lit
+from ..core.domain import Domain
+from ..core.points import Points
 
 Parameter = Float[np.ndarray, " L"] | float | str
 #: A function of N directions to the light and N to the viewer.

@@ -9,13 +9,13 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum
-from ..brdf import eval_lit
-from ..directions import spherical
-from ..domain import in_domain
-from ..points import Points
+from ..core.brdf import eval_lit
+from ..core.directions import spherical
+from ..core.domain import in_domain
+from ..core.points import Points
 from .instrument import Instrument, ReadBrdf
 from .model import AnalyticBrdf
 

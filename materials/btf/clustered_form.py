@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
 
 from ...spectral.basis import SpectralBasis
-from .from_afar import TexelLevel
 from .hemisphere import Hemisphere
+from .mip_levels import TexelLevel
 
 
 @runtime_checkable

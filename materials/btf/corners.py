@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..svbrdf.texels import at_levels, between, level_at
-from .from_afar import TexelLevel
+from .mip_levels import TexelLevel
 from .reflectance_field import ReflectanceField
 
 

@@ -10,15 +10,15 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float, Shaped
 
+from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.private_folder import private_folder
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.formats.exr import MAGIC, read_picture
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ...spectral.private_folder import private_folder
 from ...spectral.upsampling import upsampling, xyz_from_rgb
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..textures import MOST_TEXELS, Texture, linear_of_codes
+from ..svbrdf.textures import MOST_TEXELS, Texture, linear_of_codes
 
 #: How an image's numbers stand for light: the curve of sRGB; linearly; linearly, as X, Y and Z of CIE 1931.
 Encoding = Literal["srgb", "linear", "xyz"]

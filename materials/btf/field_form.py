@@ -8,20 +8,20 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
 from ...spectral.palette import Palette
-from ..environment_form import EnvironmentForm
-from ..fast import Fast, Summand
-from ..fit_error import FitError
+from ..core.environment_form import EnvironmentForm
+from ..core.fast import Fast, Summand
+from ..core.fit_error import FitError
 from .field_gathering import FieldGathering
 from .field_texels import FieldTexels
-from .judging import error_stored, stored_error
 from .lobe_field import LobeField
 from .lobe_gathering import LobeGathering
 from .mean import MeanBtf, basis_of
 from .polynomials import Polynomials
 from .reflectance_field import ReflectanceField
+from .texel_error import error_stored, stored_error
 
 #: The kinds of fields that a file may hold.
 KINDS: dict[str, type[ReflectanceField]] = {kind.KIND: kind for kind in (Polynomials, LobeField)}

@@ -33,4 +33,4 @@ Here here_at(Gathered s) {
     return here;
 }
 
-#include "standing.glsl"
+#include "fixed_lobes.glsl"

@@ -2,7 +2,7 @@
 
 Meseth, Mueller and Klein 2003 (section 5.2) look each lobe up in an environment prefiltered for its exponent. Here what
 a texel reflects into a view is a sum of few functions of the light, the same for all texels, or its values under the
-measured lights; these are sums of Gaussians that stand still (`standing`).
+measured lights; these are sums of Gaussians that stand still (`fixed_lobes`).
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.palette import Palette
-from ..term_shader import TermShader
+from ..core.term_shader import TermShader
 from .corners import around, levels_at
 from .field_texels import FieldTexels
+from .fixed_lobes import StandingForm
 from .light_basis import LightFunctions
-from .standing import StandingForm
 from .texels import directions_listed
 
 

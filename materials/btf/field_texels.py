@@ -11,13 +11,13 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.palette import Palette
-from ..axes import Frame
-from ..fast import Summand
-from ..points import Points
-from ..term_shader import TermShader
-from ..terms import Terms
+from ..core.axes import Frame
+from ..core.fast import Summand
+from ..core.points import Points
+from ..core.term_shader import TermShader
+from ..core.terms import Terms
 from .corners import around, levels_at, listed_levels
 from .reflectance_field import ReflectanceField
 from .texels import directions_listed

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from .hemisphere import Hemisphere

@@ -9,22 +9,22 @@ from typing import Any, ClassVar, TypeVar, overload
 
 import numpy as np
 
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.palette import Palette
-from ..fast import Fast, Summand
-from ..fit_error import FitError
+from ..core.fast import Fast, Summand
+from ..core.fit_error import FitError
 from .field_form import FieldForm
 from .field_texels import FieldTexels
 from .gathering import BtfGathering
 from .images import BtfImages
-from .judging import Sample, error_stored, stored_error, worst_mean
 from .lobe_field import lobe_field
 from .local_pca import LocalPca, Size, local_pca
 from .mean import MeanBtf, basis_of
 from .paper_pca import PaperPca, paper_pca
 from .polynomials import polynomials
 from .reduced import reduced
+from .texel_error import Sample, error_stored, stored_error, worst_mean
 from .texels import BtfTexels
 
 #: From the smallest to the largest that anybody asks for: some 6, 10, 23 and 50 bytes a texel of 256 x 256.

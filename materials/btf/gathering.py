@@ -15,10 +15,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.palette import Palette
-from ..term_shader import TermShader
+from ..core.term_shader import TermShader
 from .corners import by_cluster, levels_at, listed_levels
+from .fixed_lobes import StandingForm
 from .light_basis import LightBasis, LightFunctions, balanced_lights, light_functions
-from .standing import StandingForm
 from .texels import BtfTexels, directions_listed, folded, in_fours
 
 # Rows that the basis is balanced on.

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 # How far out held directions stand, radians: beyond the horizon, seen from the middle of any side between them.
 _HELD = 2.4

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
 from .hemisphere import Hemisphere
 
 

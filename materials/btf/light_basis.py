@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ..environment_form import bends
+from ..core.environment_form import bends
 from .hemisphere import Hemisphere
 
 #: Terms of the balanced basis: one less than spherical harmonics of order 5 have.

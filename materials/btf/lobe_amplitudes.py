@@ -12,8 +12,8 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.difference import lightness_slope
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from .coding import coded_amplitudes, decoded_amplitudes
-from .side_by_side import solved
+from .batched_cholesky import solved
+from .quantisation import coded_amplitudes, decoded_amplitudes
 
 # What is missed is weighted by this power of dL*/dY: 1 would be lightness itself; below it, what is saturated and dark
 # counts for less, since its error is in chroma as well.

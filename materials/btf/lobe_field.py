@@ -18,21 +18,21 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
-from ..term_shader import TermShader
-from .coding import (
+from ..core.term_shader import TermShader
+from .hemisphere import Hemisphere
+from .images import BtfImages
+from .lobe_amplitudes import Equations, summed, to_luminance, weights_of
+from .lobe_mip_levels import LobesOfView, lobes_from_afar
+from .lobes import fitted_lobes, lobe_values
+from .quantisation import (
     coded_axes,
     coded_exponents,
     decoded_amplitudes,
     decoded_axes,
     decoded_exponents,
 )
-from .hemisphere import Hemisphere
-from .images import BtfImages
-from .lobe_amplitudes import Equations, summed, to_luminance, weights_of
-from .lobes import fitted_lobes, lobe_values
-from .lobes_from_afar import LobesOfView, lobes_from_afar
 from .reflectance_field import ReflectanceField, registered_view
 from .texels import folded
 
@@ -46,9 +46,9 @@ _BLOCK = 1 << 12
 class LobeField(ReflectanceField):
     """H x W texels of V views, each rho + sum of k amplitudes times max(axis . l, 0)^exponent, kept in bytes.
 
-    basis : of J coefficients. axes (V,H,W,G,k,2), exponents (V,H,W,G,k/2) : see `coding`; G is 1 where coefficients
-    share their lobes, or J. amplitudes (V,H,W,k+1,J) : whole numbers, rho first. largest (V,k+1,J) : what they are
-    relative to, 1/sr.
+    basis : of J coefficients. axes (V,H,W,G,k,2), exponents (V,H,W,G,k/2) : see `quantisation`; G is 1 where
+    coefficients share their lobes, or J. amplitudes (V,H,W,k+1,J) : whole numbers, rho first. largest (V,k+1,J) : what
+    they are relative to, 1/sr.
     """
 
     KIND: ClassVar[str] = "rfnl"
@@ -126,7 +126,7 @@ class LobeField(ReflectanceField):
         return amplitudes[..., 0, :] + summed(values, amplitudes[..., 1:, :])
 
     def coarser(self) -> tuple[LobeField, ...]:
-        """See `ReflectanceField.coarser`: lobes of coarser texels are found again (`lobes_from_afar`)."""
+        """See `ReflectanceField.coarser`: lobes of coarser texels are found again (`lobe_mip_levels`)."""
         return self._coarser
 
     @cached_property

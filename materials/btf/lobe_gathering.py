@@ -12,11 +12,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.palette import Palette
-from ..environment_form import BENDS, EnvironmentForm, Lobes
-from ..points import Points
-from ..term_shader import TermShader
+from ..core.environment_form import BENDS, EnvironmentForm, Lobes
+from ..core.points import Points
+from ..core.term_shader import TermShader
 from .corners import around, levels_at
 from .field_texels import FieldTexels
 from .lobe_field import LobeField

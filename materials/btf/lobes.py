@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .coding import LEAST, MOST
-from .side_by_side import solved
+from .batched_cholesky import solved
+from .quantisation import LEAST, MOST
 
 # Exponents to begin at.
 _EXPONENTS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
@@ -37,7 +37,7 @@ class CosineLobes:
     """Of N fits, rho + sum of k amplitudes times max(axis . l, 0)^exponent.
 
     diffuse (N,) : rho. amplitudes (N,k), of either sign. axes (N,k,3) : unit vectors, below the horizon too.
-    exponents (N,k) : those that can be kept (`coding`).
+    exponents (N,k) : those that can be kept (`quantisation`).
     """
 
     diffuse: Float[np.ndarray, " N"]

@@ -16,15 +16,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
 from .cluster_metric import seen_by_clusters
 from .clustered_form import decoded
 from .clusters import Clusters, clustered
 from .dictionary import Dictionary, dictionary_of
-from .from_afar import Span, TexelLevel, coarser
 from .hemisphere import Hemisphere
 from .images import BtfImages
+from .mip_levels import Span, TexelLevel, coarser
 from .rounded_mean import rounded_mean
 
 # Texels that the dictionary is found on, at most so many numbers of them, and those that are only judged.

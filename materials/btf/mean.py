@@ -9,8 +9,8 @@ from jaxtyping import Float
 
 from ...spectral.basis import SpectralBasis
 from ...spectral.palette import Palette
-from ..brdf import Brdf, eval_lit
-from ..points import Points
+from ..core.brdf import Brdf, eval_lit
+from ..core.points import Points
 from .hemisphere import Hemisphere
 
 

@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
 from .clustered_form import decoded
 from .clusters import clustered
-from .from_afar import Span, TexelLevel, coarser
 from .hemisphere import Hemisphere
 from .images import BtfImages
 from .metric import seen
+from .mip_levels import Span, TexelLevel, coarser
 
 # Clusters are looked for in the span of so many principal components of all texels, found on so many texels.
 _SPAN, _LEARNT = 256, 2048

@@ -19,8 +19,8 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from ...spectral.basis import SpectralBasis
+from ..core.term_shader import TermShader
 from ..svbrdf.texels import levels_of
-from ..term_shader import TermShader
 from .hemisphere import Hemisphere
 from .images import BtfImages
 from .light_basis import LightFunctions, nearest

@@ -15,9 +15,9 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..environment_form import bends
-from .coding import EXPONENTS
+from ..core.environment_form import bends
 from .light_basis import spread
+from .quantisation import EXPONENTS
 
 # Angles theta of axes to the normal, evenly in sin(theta / 2), and directions over the sphere.
 _ANGLES, _DIRECTIONS = 65, 6000

@@ -15,9 +15,9 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
-from ..term_shader import TermShader
+from ..core.term_shader import TermShader
 from .fields import Field
 from .hemisphere import Hemisphere
 from .images import BtfImages

@@ -9,12 +9,12 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
 from ...spectral.folding import Folding
-from ..fast import Fast
-from ..points import Points
-from ..surface import Surface
+from ..core.fast import Fast
+from ..core.points import Points
+from ..core.surface import Surface
 from ..svbrdf.texels import between
 from .decoding import Coding
 from .files import BtfFiles

@@ -1,7 +1,7 @@
 """The summand of BTFs: four texels about a point, in three views and under three lights each.
 
 Weights of different clusters mean different things and are never mixed: clusters are worked out first, and mixed then.
-From afar texels are coarser ones, in clusters of their own (`from_afar`), mixed between two levels.
+From afar texels are coarser ones, in clusters of their own (`mip_levels`), mixed between two levels.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from typing import ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.palette import Palette
-from ..axes import Frame
-from ..fast import MOST_TEXELS, Summand
-from ..points import Points
-from ..term_shader import TermShader
-from ..terms import Terms
+from ..core.axes import Frame
+from ..core.fast import MOST_TEXELS, Summand
+from ..core.points import Points
+from ..core.term_shader import TermShader
+from ..core.terms import Terms
 from .clustered_form import ClusteredForm
 from .corners import by_cluster, levels_at, listed_levels
-from .from_afar import TexelLevel, with_mean
 from .hemisphere import Hemisphere
+from .mip_levels import TexelLevel, with_mean
 
 # Points at once: all that a cluster has between three views and three lights is held of each.
 _BLOCK = 1 << 11

@@ -9,10 +9,10 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.angles import FEWEST, flop_weights
 from ...spectral.difference import lab_from_xyz
-from ...spectral.errors import InputError
-from ..directions import spherical
+from ..core.directions import spherical
 from .coated_pair import GRAZING, CoatedPair
 from .flake_tilt import FLOOR, FlakeTilt, coordinates, covariance, shift, stretched
 

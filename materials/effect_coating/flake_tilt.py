@@ -20,8 +20,8 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
-from ..brdf import Brdf, Lobe, eval_lit
+from ...runtime.errors import InputError
+from ..core.brdf import Brdf, Lobe, eval_lit
 from .coated_pair import GRAZING, CoatedPair
 
 #: Added to f_r before its logarithm, 1/sr: below it, 0.6 % of a white diffuser, corrections add rather than multiply.

@@ -19,7 +19,7 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ..protocol import LIGHTS, sphere_protocol
+from ..core.protocol import LIGHTS, sphere_protocol
 from .coated_pair import CoatedPair, aspecular
 from .fit import AngleReadings, beside_coat, reconstructed
 from .flake_tilt import FLOOR, FlakeTilt

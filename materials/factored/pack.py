@@ -15,20 +15,20 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
 from ...spectral.palette import Palette
-from ..axes import AXIS_NAMES, Axis, Frame
-from ..brdf import Brdf
-from ..fast import Fast, Summand, TermShader, check_summands
-from ..fit_error import FitError
-from ..frame_angles import Direction, FrameAngles, frame_angles
-from ..points import Points
+from ..core.axes import AXIS_NAMES, Axis, Frame
+from ..core.brdf import Brdf
+from ..core.fast import Fast, Summand, TermShader, check_summands
+from ..core.fit_error import FitError
+from ..core.frame_angles import Direction, FrameAngles, frame_angles
+from ..core.points import Points
+from ..core.surface import Surface
+from ..core.terms import Terms
 from ..slices.error import measured_form
 from ..slices.fit import fewest_slices, mixtures, view_slices
 from ..slices.view_slices import ViewSlices
-from ..surface import Surface
-from ..terms import Terms
 from .pyramids import filtered_values
 from .texels import factor_shader, halved
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
-from ..axes import Axis, Frame
-from ..fast import TermShader
+from ...runtime.errors import InputError
+from ..core.axes import Axis, Frame
+from ..core.fast import TermShader
 from .pyramids import MOST_LEVELS, axis_levels, pyramid
 
 _FILE = Path(__file__).with_name("factors.glsl")
@@ -67,6 +67,6 @@ def halved(values: np.ndarray) -> np.ndarray:
             field="factors",
             found=float(worst),
             expected="numbers that 16 bits hold exactly",
-            hint="materials.fitting.half.rounded_to_half makes such a pack",
+            hint="materials.fitting.half_precision.rounded_to_half makes such a pack",
         )
     return small

@@ -16,13 +16,13 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..axes import Axis, Frame
-from ..brdf import Brdf
-from ..directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
+from ..core.axes import Axis, Frame
+from ..core.brdf import Brdf
+from ..core.directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
+from ..core.frame_angles import FrameAngles, frame_angles
 from ..factored.pack import FactorPack
-from ..frame_angles import FrameAngles, frame_angles
-from .seen import working_spectra
-from .seen_pairs import everywhere_angles
+from .visible_pairs import everywhere_angles
+from .visible_samples import working_spectra
 
 #: Packs shade to no less than this, where a white diffuser facing the light is 1.
 LOWEST = -0.02

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..axes import Axis, Frame
+from ..core.axes import Axis, Frame
 from ..factored.pack import FactorPack
-from .judging import Judgement
+from .candidate_scoring import Judgement
 from .lobe_table import Method
 
 

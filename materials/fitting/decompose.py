@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Float
 from tensorly.cp_tensor import CPTensor, cp_to_tensor
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from .cp import Factors, absorbed, cp_als, longest_first, random_start, term_lengths
 from .tucker import Tucker, compressed
 

@@ -1,8 +1,8 @@
 """Fitting factor packs to a BRDF, with as few terms as an error budget in ΔE94 allows.
 
 Frames, split, rank and precision are chosen by trying (`search`) and by looking at what came out on a sphere
-(`judging`). One frame alone would need far more terms than a sum of packs: Schwenk 2010, section 3.4, notes which
-materials suit which frame.
+(`candidate_scoring`). One frame alone would need far more terms than a sum of packs: Schwenk 2010, section 3.4, notes
+which materials suit which frame.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from typing import Literal
 
 import numpy as np
 
-from ...spectral.errors import InputError, UnknownNameError
-from ..axes import Axis, Frame
-from ..brdf import Brdf, Lobe
+from ...runtime.errors import InputError, UnknownNameError
+from ..core.axes import Axis, Frame
+from ..core.brdf import Brdf, Lobe
+from ..core.fit_error import FitError
 from ..factored.pack import FactoredBrdf
-from ..fit_error import FitError
 from .bounds import Bounds
+from .candidate_scoring import Judge, Trial
 from .candidates import Candidate, FitSettings
-from .half import HalfStorage, half_storage, single_storage
-from .judging import Judge, Trial
+from .half_precision import HalfStorage, half_storage, single_storage
 from .lobe_table import METHODS, Method
-from .outlook import one_more_step
+from .next_step import one_more_step
 from .search import RIVALLED, TABLE_TERMS, Search
 
 __all__ = ["METHODS", "Fit", "FitError", "Method", "Trial", "fit"]

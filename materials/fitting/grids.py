@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.difference import lightness_slope
-from ..axes import Axis, Frame
-from ..brdf import Brdf
-from ..directions import io_from_half_difference
-from .tabulated import Table, node_directions
+from ..core.axes import Axis, Frame
+from ..core.brdf import Brdf
+from ..core.directions import io_from_half_difference
+from .brdf_table import Table, node_directions
 
 # A lobe is followed in theta_h until Y of a facing surface stays below this (0.01 in L*).
 _LEAST_SEEN = 1e-5

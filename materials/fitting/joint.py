@@ -15,12 +15,12 @@ from jaxtyping import Float
 from scipy.linalg import cho_factor, cho_solve
 
 from ...spectral.palette import Palette
-from ..axes import Axis, Frame
+from ..core.axes import Axis, Frame
 from ..factored.pack import FactorPack
 from .axis_samples import BLOCK
 from .cp import Factors, balanced, extrapolated_sweeps
 from .pack_samples import PackSamples
-from .seen import SeenSamples
+from .visible_samples import SeenSamples
 
 # Steps of conjugate gradients towards the best spectra in every sweep.
 _SPECTRAL_STEPS = 4

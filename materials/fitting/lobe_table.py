@@ -10,18 +10,18 @@ import numpy as np
 from jaxtyping import Float
 from tensorly.cp_tensor import CPTensor
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.palette import Palette
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..axes import Axis
-from ..brdf import Lobe
+from ..core.axes import Axis
+from ..core.brdf import Lobe
 from ..factored.pack import FactorPack
+from .brdf_table import node_directions, tabulate
 from .cp import CompressedTable, WeightedTable, absorbed, weighted_cp
 from .decompose import decompose_compressed
 from .grids import filled, floored, lobe_axes, node_weights, separable_roots
 from .smoothing import smoothed_pack
-from .tabulated import node_directions, tabulate
 from .tucker import Tucker, compressed
 
 Method = Literal["joint", "weighted", "incremental", "refitted"]

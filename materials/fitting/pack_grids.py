@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from ...spectral.palette import Palette
-from ..axes import Axis, Frame
+from ..core.axes import Axis, Frame
 from ..factored.pack import FactorPack
 from .axis_samples import AxisSamples
-from .seen_pairs import FARTHEST_LIGHT
+from .visible_pairs import FARTHEST_LIGHT
 
 
 def finer(pack: FactorPack, most: int) -> FactorPack:

@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
+from ..core.frame_angles import frame_angles
 from ..factored.pack import FactorPack
-from ..frame_angles import frame_angles
 from .axis_samples import BLOCK, AxisSamples
 from .cp import Factors
-from .seen import SeenSamples
+from .visible_samples import SeenSamples
 
 # Rounding of curvature that is summed in single precision; times the number of terms, it is the most that rounding may
 # take off the curvature along any direction (Gershgorin), as a share of what the terms have by themselves.

@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..brdf import Brdf
+from ..core.brdf import Brdf
 from ..factored.pack import FactorPack
+from .bounded_spectra import within_bounds
 from .bounds import Bounds
+from .candidate_scoring import Judge
 from .candidates import Candidate, FitSettings
 from .joint import refined, refined_without_extrapolation
-from .judging import Judge
-from .seen import SeenSamples, seen_samples
-from .within import within_bounds
+from .visible_samples import SeenSamples, seen_samples
 
 # Pairs drawn for each pixel of the protocol's square; some two thirds are above the horizon.
 _PAIRS_A_PIXEL = 3.5

@@ -1,7 +1,7 @@
 """The ways in which a fit splits a BRDF into packs, and the search for as few terms as the budget allows.
 
 - Lobe by lobe: each of the BRDF's own lobes as a table in its own frame, with the other lobes exact; then all packs
-  at once on what is seen (`refinement`), and more terms while the budget is not met (`growing`).
+  at once on what is seen (`refinement`), and more terms while the budget is not met (`term_growth`).
 - Everything in one frame from the start, where the BRDF's own lobes needed many terms.
 
 A candidate is dropped as soon as it can no longer win.
@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..axes import Frame
-from ..brdf import Brdf, Lobe
+from ..core.axes import Frame
+from ..core.brdf import Brdf, Lobe
 from ..factored.pack import FactorPack
+from .candidate_scoring import Judge
 from .candidates import Candidate, FitSettings
-from .growing import Growth
-from .judging import Judge
 from .lobe_table import LobeTable
 from .refinement import Refinement
+from .term_growth import Growth
 
 # Terms up to which tables are tried where packs are refined jointly afterwards: two packs of four.
 TABLE_TERMS = 8

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from tensorly.cp_tensor import CPTensor
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 Bases = tuple[Float[np.ndarray, "_ _"], ...]
 

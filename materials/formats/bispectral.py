@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
+from ...runtime.errors import InputError
 from ...spectral.bispectral import Bispectral
-from ...spectral.errors import InputError
 from ...spectral.formats.exr import channel_names, check_size
 from ...spectral.formats.spectral_exr import read_spectral_exr
-from ..fluorescent import FluorescentLambert
+from ..analytic.fluorescent import FluorescentLambert
 from ..records.material import Provenance
-from ..source import MaterialSource, Rejected
-from .measured import placed, sha256_of
+from ..records.source import MaterialSource, Rejected
+from .measured_source import placed, sha256_of
 from .naming import id_word, printable
 from .reading_cost import Cost, cost_of_picture
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.errors import InputError
-from ...spectral.formats.answer import NO_ANSWER, Answer
 from ...spectral.formats.exr import MAGIC, channel_names, samples_in
+from ...spectral.formats.import_options import NO_ANSWER, Answer
 from ...spectral.formats.spectral_exr import wavelength_of
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import upsampling
@@ -26,14 +26,14 @@ from ..btf.files import BtfFiles
 from ..btf.hemisphere import Hemisphere
 from ..btf.registration import registered
 from ..btf.surface import MeasuredBtf
-from ..input_file import head_of
 from ..records.material import Provenance
+from ..records.source import MaterialSource, Rejected
 from ..records.stored_files import StoredFiles
-from ..source import MaterialSource, Rejected
 from .btf_headers import header_notes
 from .btf_names import bare_numbers, directions_of, image_name, is_first, members, set_folder, set_name
 from .btf_survey import Sorted, sorted_files, surveyed
-from .measured import placed
+from .input_file import head_of
+from .measured_source import placed
 from .naming import id_word, printable
 from .reading_cost import Cost
 from .spectral_channels import PLAIN

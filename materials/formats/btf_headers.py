@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.formats.exr import check_size
-from ..stated_colours import exr_colours, stated_colours
+from ..svbrdf.stated_colours import exr_colours, stated_colours
 
 # Of EXIF: how a picture is to be turned; 1 is not at all.
 _ORIENTATION, _UPRIGHT = 0x0112, 1

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..btf.files import BtfFiles, OtherSizeError, size_words
 from ..btf.registration import MOST_LEANING
 from .btf_names import image_name

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.formats.exr import write_exr
 from ...spectral.formats.spectral_exr import write_spectral_texture
 from ...spectral.illuminants import illuminant

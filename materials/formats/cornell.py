@@ -20,14 +20,14 @@ from typing import NoReturn
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...spectral.errors import InputError
-from ...spectral.files import read_bytes
+from ...runtime.errors import InputError
+from ...runtime.files import read_bytes
 from ...spectral.formats.shared.text import is_number
 from ...spectral.wavelengths import validated_wavelengths
-from ..directions import spherical
+from ..core.directions import spherical
 from ..measured.measurement import ScatteredMeasurement
-from ..source import MaterialSource, Rejected
-from .measured import measured_source, placed
+from ..records.source import MaterialSource, Rejected
+from .measured_source import measured_source, placed
 from .naming import printable
 from .reading_cost import Cost, cost_of_bytes
 

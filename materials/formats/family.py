@@ -15,8 +15,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.files import read_text
+from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import read_text
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import material_wavelengths
@@ -24,7 +24,7 @@ from ..analytic.instrument import ReadBrdf
 from ..records.colour_standing import COLOUR, COLOUR_RANGE, STANDINGS, TITLE
 from ..records.material import Provenance
 from ..records.models import model_named
-from ..source import MaterialSource, Rejected
+from ..records.source import MaterialSource, Rejected
 from .family_tables import Kind, Table, constant_spectrum, tables_from
 
 NAME = "family description"

@@ -11,9 +11,9 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.formats.answer import Scale
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.formats.csv import read_csv_spectra
+from ...spectral.formats.import_options import Scale
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum, as_float, check_values
 
 Kind = Literal["reflectance", "index"]

@@ -15,21 +15,21 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.errors import InputError
-from ...spectral.formats.answer import NO_ANSWER, Answer
+from ...runtime.errors import InputError
+from ...spectral.formats.import_options import NO_ANSWER, Answer
 from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
-from ..source import MaterialSource, Rejected
+from ..records.source import MaterialSource, Rejected
 from ..svbrdf.map_set import Placement
-from ..textures import Texture
+from ..svbrdf.textures import Texture
 from . import gltf_container
 from .gltf_container import GltfFile, open_gltf
 from .gltf_json import Node, compact
 from .gltf_textures import KEPT_EXTENSIONS, TextureReader
-from .measured import placed, sha256_of
+from .measured_source import placed, sha256_of
 from .naming import id_word, printable
 from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
-from .pictures.emitted import emission_of
+from .pictures.emission import emission_of
 from .pictures.map_record import kept_maps
 from .pictures.stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, UInt
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..svbrdf.texel_map import TexelMap
 
 # How far from a code of 8 bits a number may be, in codes, to be that.

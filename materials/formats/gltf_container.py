@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import NoReturn
 from urllib.parse import unquote
 
-from ...spectral.errors import InputError
-from ...spectral.files import existing_file
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file
 from .gltf_json import Node, parsed
 
 MAGIC = b"glTF"

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..analytic.lambert import Lambert
 from ..analytic.metallic_roughness import MetallicRoughness
-from ..surface import Surface
+from ..core.surface import Surface
 from ..svbrdf.map_set import DIELECTRIC_F0, MapSet
 from ..svbrdf.texel_map import TexelMap
 from ..svbrdf.texture import SpectralTexture

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..svbrdf.map_set import Placement
 from ..svbrdf.texels import Wrap
-from ..textures import Texture
+from ..svbrdf.textures import Texture
 from .gltf_container import GltfFile, named_by_backslashes
 from .gltf_json import Node
 from .pictures.drawn import NotDrawn

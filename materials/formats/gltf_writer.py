@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import UInt
 
-from ...spectral.files import written_whole
+from ...runtime.files import written_whole
 from ...spectral.formats.png_writer import png_bytes
 from ..svbrdf.map_set import Placement
 from .gltf_container import MAGIC

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.errors import InputError
-from ...spectral.formats.answer import Answer
+from ...runtime.errors import InputError
+from ...spectral.formats.import_options import Answer
 from ..svbrdf.maps import MappedSurface
 from ..svbrdf.texel_map import TexelMap
-from ..textures import Texture
+from ..svbrdf.textures import Texture
 from .naming import printable
 from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
 from .pictures.normal_maps import Green, green_of

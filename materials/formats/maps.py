@@ -12,15 +12,15 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from ...spectral.errors import InputError
-from ...spectral.files import existing_file
-from ...spectral.formats.answer import NO_ANSWER, Answer
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file
+from ...spectral.formats.import_options import NO_ANSWER, Answer
 from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
-from ..source import MaterialSource, Rejected
-from ..textures import Texture
+from ..records.source import MaterialSource, Rejected
+from ..svbrdf.textures import Texture
 from .map_surface import surface_of
-from .measured import placed, sha256_of
+from .measured_source import placed, sha256_of
 from .naming import id_word, printable
 from .pictures.map_names import SUFFIXES, map_name, members
 from .pictures.map_record import kept_maps

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
-from ...spectral.files import written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import written_whole
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.upsampling import PRIMARIES, xyz_from_rgb
-from ..brdf import Brdf
-from ..directions import io_from_half_difference
+from ..core.brdf import Brdf
+from ..core.directions import io_from_half_difference
 from ..measured.merl import SHAPE, MerlBrdf, node_angles
 from ..measured.rgl import RglBrdf
 from .merl import SCALES

@@ -18,16 +18,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.files import written_whole
+from ...runtime.files import written_whole
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ...spectral.saturated import spectra_of
+from ...spectral.saturated_colours import spectra_of
 from ..analytic import CookTorrance, Lambert
-from ..brdf import Brdf
+from ..core.brdf import Brdf
+from ..core.protocol import sphere_protocol
 from ..measured.rgl import RglBrdf
 from ..measured.rgl_measurement import RglMeasurement
 from ..measured.rgl_table import rgl_fields
-from ..protocol import sphere_protocol
 from .rgl_writer import write_tensors
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol, cast, runtime_checkable
 
-from ...spectral.errors import InputError
-from ..input_file import InputFile, head_of
-from ..source import MaterialSource, Rejected
+from ...runtime.errors import InputError
+from ..records.source import MaterialSource, Rejected
+from .input_file import InputFile, head_of
 from .reading_cost import Cost, cost_of_bytes
 
 #: Modules beside this one, the most particular first: the first that recognises a file reads it.

@@ -26,13 +26,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ...spectral.errors import InputError
-from ...spectral.files import existing_file, read_bytes
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file, read_bytes
 from ...spectral.upsampling import upsampling
 from ..measured.rgl import RglBrdf
 from ..measured.rgl_measurement import RglMeasurement
-from ..source import MaterialSource, Rejected
-from .measured import measured_source, placed
+from ..records.source import MaterialSource, Rejected
+from .measured_source import measured_source, placed
 from .naming import printable
 from .reading_cost import Cost, cost_of_bytes
 

@@ -9,7 +9,7 @@ from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.upsampling import xyz_from_rgb
 from ..svbrdf.map_set import MapSet
-from ..textures import blocks
+from ..svbrdf.textures import blocks
 
 
 def shown_colour(

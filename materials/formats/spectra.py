@@ -1,4 +1,4 @@
-"""Files of measured spectra as materials: one a spectrum, whatever the format (`spectral.formats.reading`).
+"""Files of measured spectra as materials: one a spectrum, whatever the format (`spectral.formats.registry`).
 
 A reflectance becomes a perfectly diffuse surface, and the record says so; readings of one coating at several angles
 become one surface (`spectra_at_angles`); a transmittance, an emission or a radiance
@@ -15,11 +15,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from ...runtime.errors import InputError
 from ...spectral.angles import Reading, Thing, things, without_light
-from ...spectral.errors import InputError
 from ...spectral.formats import csv, spectral_exr
-from ...spectral.formats.answer import NO_ANSWER, Answer
-from ...spectral.formats.reading import (
+from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.registry import (
     SpectralEntry,
     SpectralFile,
     details_of_readings,
@@ -36,8 +36,8 @@ from ...spectral.wavelengths import material_wavelengths
 from ..analytic.lambert import Lambert
 from ..effect_coating.flake_tilt import FlakeTilt
 from ..records.material import Provenance
-from ..source import MaterialSource, Rejected
-from .measured import sha256_of
+from ..records.source import MaterialSource, Rejected
+from .measured_source import sha256_of
 from .naming import id_word
 from .reading_cost import Cost, cost_of_bytes, cost_of_picture
 from .spectra_at_angles import reconstruction, refusal_at_angles, refusal_without_light

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ...spectral.angles import FEWEST, Thing, flop_weights
 from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import InputError
-from ...spectral.formats.reading import SpectralEntry
+from ...spectral.formats.registry import SpectralEntry
 from ...spectral.formats.shared.text import shortened
 from ...spectral.measurement import Geometry
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import material_wavelengths
-from ..coat_gloss import needle_for
-from ..effect import light_and_detector
+from ..effect_coating.coat_gloss import needle_for
 from ..effect_coating.coated_pair import aspecular
 from ..effect_coating.fit import AngleReadings, reconstructed
 from ..effect_coating.flake_tilt import FlakeTilt
+from ..effect_coating.off_specular import light_and_detector
 from ..effect_coating.reading_order import doubtful_order
 from ..effect_coating.stated_error import FLARE, stated_error
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.formats.exr import read_picture
 from ..svbrdf.maps import MappedSurface
 from .naming import printable

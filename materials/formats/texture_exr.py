@@ -16,15 +16,15 @@ from typing import Any, cast
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.formats.exr import MAGIC, ExrPicture, channel_names, read_picture
 from ...spectral.formats.spectral_exr import MOST_COLOURS, wavelength_of
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
 from ..records.material import Provenance
-from ..source import MaterialSource, Rejected
-from .measured import placed, sha256_of
+from ..records.source import MaterialSource, Rejected
+from .measured_source import placed, sha256_of
 from .naming import id_word, printable
 from .reading_cost import Cost, cost_of_picture
 from .spectra import read_sources as read_chart

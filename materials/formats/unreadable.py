@@ -15,9 +15,9 @@ from functools import cache
 from pathlib import Path
 from typing import NoReturn
 
-from ...spectral.errors import InputError
-from ..input_file import is_zip
-from ..source import MaterialSource, Rejected
+from ...runtime.errors import InputError
+from ..records.source import MaterialSource, Rejected
+from .input_file import is_zip
 from .pictures.map_names import map_name, pictures_in
 
 NAME = "formats that are not read"

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import least_squares, nnls
 
+from ...runtime.errors import InputError
 from ...spectral.difference import lab_from_xyz, lightness_slope
-from ...spectral.errors import InputError
-from ..brdf import Brdf
-from ..protocol import sphere_protocol
+from ..core.brdf import Brdf
+from ..core.protocol import sphere_protocol
 from .brdf import SHADOWING_DEG, GaussianBrdf, HalfGeometry
 
 #: More lobes than this are a table, and seven is the most that the paper uses.

@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import minimize
 
-from ...spectral.errors import InputError
-from ..spherical_gaussian import Gaussians
+from ...runtime.errors import InputError
+from ..core.spherical_gaussian import Gaussians
 
 _STEPS = 40
 # A lobe of less than this share of the whole is let go.

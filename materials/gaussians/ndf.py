@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import nnls
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..analytic.cook_torrance import ggx as ggx_density
-from ..spherical_gaussian import Gaussians
+from ..core.spherical_gaussian import Gaussians
 
 #: The numbers of lobes that GGX is known in.
 GGX_COUNTS = (1, 2, 3, 4, 6)

@@ -1,1 +1,4 @@
-"""From whatever a person names to a filled catalogue: inputs, a plan, workers, one file a material."""
+"""Import: from paths to a filled catalogue, one file a material.
+
+Begin with `importing.py`; `inputs.py` finds files, `import_plan.py` skips what is unchanged, `work.py` fits a material.
+"""

@@ -12,8 +12,8 @@ import zlib
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
-from ...spectral.errors import InputError
-from ..source import Rejected
+from ...runtime.errors import InputError
+from ..records.source import Rejected
 
 MOST_MEMBERS = 20_000
 MOST_BYTES = 8 << 30

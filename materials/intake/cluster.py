@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from ...spectral.cluster import AHEAD, check_workers, connected, lost, scheduler_lost
-from ...spectral.errors import InputError
-from ..source import MaterialSource
+from ...runtime.dask_cluster import AHEAD, check_workers, connected, lost, scheduler_lost
+from ...runtime.errors import InputError
+from ..records.source import MaterialSource
 from .code_version import code_hash
 from .import_plan import PlannedMaterial
 from .work import Fitted, fit_material

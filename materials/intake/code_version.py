@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from ...spectral.code_hash import files_hash, release, syntax_hash
-from ...spectral.errors import InputError
+from ...runtime.code_hash import files_hash, release, syntax_hash
+from ...runtime.errors import InputError
 from ..records.models import MEASURED, SPECTRA
 
 _ROOT = Path(__file__).parents[2]
@@ -25,7 +25,7 @@ _ALL_MODELS = "materials/analytic/__init__"
 # What gives numbers. Of most, releases of one series mend faults alone; colour-science holds tables.
 _LIBRARIES = (("numpy", 2), ("scipy", 2), ("tensorly", 2), ("colour-science", None))
 # What decodes pictures, where a fit does so itself.
-_PICTURES, _DECODERS = "materials/textures", (("pillow", 2), ("OpenEXR", 2))
+_PICTURES, _DECODERS = "materials/svbrdf/textures", (("pillow", 2), ("OpenEXR", 2))
 _READERS_USE = ("numpy", "scipy", "colour-science", "defusedxml", "h5py", "OpenEXR", "pillow")
 # Parsing all sources would take ten times as long. A test holds this to the parser.
 _IMPORT = re.compile(rb"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
@@ -48,7 +48,7 @@ def code_hash(model: str, root: Path = _ROOT) -> str:
 @cache
 def readers_hash(root: Path = _ROOT) -> str:
     """Compute the SHA-256 of code and libraries that reading a file may use; "" where sources cannot be listed."""
-    files = sorted(file for package in ("materials", "spectral") for file in (root / package).rglob("*.py"))
+    files = sorted(file for package in ("materials", "spectral", "runtime") for file in (root / package).rglob("*.py"))
     if not files:
         return ""
     return hashlib.sha256(f"{sys.version}|{files_hash(root, files, _READERS_USE)}".encode()).hexdigest()

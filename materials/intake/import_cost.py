@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...spectral.errors import InputError
-from ...spectral.memory import available_bytes, gigabytes
-from ...spectral.processes import usable_cores
+from ...runtime.errors import InputError
+from ...runtime.memory import available_bytes, gigabytes
+from ...runtime.worker_pool import usable_cores
 from ..formats.registry import Cost, Format, reading_cost
 
 # A process that fits, without what it is given: measured, benchmarks/importing.py.

@@ -6,15 +6,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...spectral.errors import InputError
-from ...spectral.files import half_written, made_folder, written_whole
-from ...spectral.locks import at_work
+from ...runtime.errors import InputError
+from ...runtime.files import half_written, made_folder, written_whole
+from ...runtime.locks import at_work
 from ..records.record import MARKER, SUFFIX, check_marker
 from ..records.record_head import SCHEMA
-from . import known
+from . import import_history
 
 # An import writes no other files: what else is there is not its own to clear away.
-_WRITTEN = (SUFFIX, Path(MARKER).suffix, Path(known.FILE).suffix)
+_WRITTEN = (SUFFIX, Path(MARKER).suffix, Path(import_history.FILE).suffix)
 
 
 @contextmanager

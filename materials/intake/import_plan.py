@@ -10,18 +10,18 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Literal
 
-from ...spectral.errors import InputError
-from ...spectral.formats.answer import NO_ANSWER, Answer
-from ...spectral.memory import gigabytes
+from ...runtime.errors import InputError
+from ...runtime.memory import gigabytes
+from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ..formats.input_file import InputFile
 from ..formats.registry import Format, companions, guessed, label, not_a_source, recognised_files
-from ..input_file import InputFile
 from ..records.models import quantity_of
 from ..records.record_head import SCHEMA
-from ..source import MaterialSource, Rejected
+from ..records.source import MaterialSource, Rejected
 from .code_version import code_hash
-from .doing import Doing, Hears, in_bytes, in_words
 from .import_cost import TOLD_S, reading_too_large
-from .known import Known, Read, Reading, is_private
+from .import_history import Known, Read, Reading, is_private
+from .progress import Doing, Hears, in_bytes, in_words
 from .sources import read_with
 
 Status = Literal["new", "skipped", "failed"]

@@ -9,21 +9,21 @@ from functools import partial
 from pathlib import Path
 from typing import Literal
 
-from ...spectral.ending import saying
-from ...spectral.errors import InputError, NoRoomError
-from ...spectral.formats.answer import NO_ANSWER, Answer
-from ...spectral.processes import Lost, Task, supervised
+from ...runtime.errors import InputError, NoRoomError
+from ...runtime.shutdown import saying
+from ...runtime.worker_pool import Lost, Task, supervised
+from ...spectral.formats.import_options import NO_ANSWER, Answer
 from ...spectral.upsampling import DEFAULT_METHOD
-from ..fit_error import DEFAULT_BUDGET, FitError
+from ..core.fit_error import DEFAULT_BUDGET, FitError
 from ..records.material import MaterialRecord
 from ..records.record import material_path, write_record
-from ..source import MaterialSource
-from .doing import Doing, Hears, in_bytes
+from ..records.source import MaterialSource
 from .import_cost import Jobs, fit_too_large, jobs_for
 from .import_folder import writing_to
+from .import_history import Known
 from .import_plan import PlannedFile, PlannedMaterial, Settings, planned
 from .inputs import inputs_of
-from .known import Known
+from .progress import Doing, Hears, in_bytes
 from .sources import check_uplift, nothing_to_import
 from .work import Fitted, fit_material
 
@@ -135,7 +135,7 @@ def import_sources(
     answer : what was measured, and on which scale, where a file does not say it.
     copy : copy large arrays that lie in files into the catalogue; else they stay where they are, and the record knows
         them by place and hash. Those of archives and remote addresses are always copied.
-    broken_off : hears the report where a signal ends the process (`spectral.ending`); Ctrl-C raises elsewhere.
+    broken_off : hears the report where a signal ends the process (`runtime.shutdown`); Ctrl-C raises elsewhere.
 
     Raises
     ------

@@ -11,11 +11,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ...spectral.errors import InputError
-from ...spectral.private_folder import private_folder
-from ..input_file import InputFile, head_of, is_zip
+from ...runtime.errors import InputError
+from ...runtime.private_folder import private_folder
+from ..formats.input_file import InputFile, head_of, is_zip
 from ..records.record import MARKER
-from ..source import Rejected
+from ..records.source import Rejected
 from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, unpacked
 
 # The end of a name that says what kind of file it is; "run 1.2" has none.

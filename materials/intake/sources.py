@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.formats.answer import NO_ANSWER, Answer, contradiction
+from ...runtime.errors import InputError, UnknownNameError
+from ...spectral.formats.import_options import NO_ANSWER, Answer, contradiction
 from ...spectral.upsampling import DEFAULT_METHOD, METHODS
 from ..formats.registry import not_a_source, recognised_files
 from ..records.models import quantity_of
-from ..source import MaterialSource, Rejected
+from ..records.source import MaterialSource, Rejected
 from .inputs import inputs_of
 
 

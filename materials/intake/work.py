@@ -6,15 +6,15 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from ...spectral.errors import MetamerError
-from ..brdf import Brdf
+from ...runtime.errors import MetamerError
+from ..core.brdf import Brdf
+from ..core.fast import Fast
+from ..core.protocol import measured
+from ..core.surface import Surface
 from ..factored.pack import FactoredBrdf
-from ..fast import Fast
-from ..protocol import measured
 from ..records.models import SPECTRA, rebuild
-from ..source import MaterialSource
-from ..surface import Surface
-from .doing import Doing, Hears, in_bytes, share_done
+from ..records.source import MaterialSource
+from .progress import Doing, Hears, in_bytes, share_done
 
 if TYPE_CHECKING:
     from ..fitting.fit import Trial

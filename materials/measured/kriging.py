@@ -17,7 +17,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 # Solving costs N^3; at this size it takes minutes and a gigabyte.
 LARGEST = 12000

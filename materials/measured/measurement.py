@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.projection import projected
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, validated_wavelengths
-from ..directions import half_difference, io_angles
+from ..core.directions import half_difference, io_angles
 
 # Directions are unit vectors to this.
 _UNIT = 1e-6

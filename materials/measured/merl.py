@@ -15,14 +15,14 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.folding import Folding
 from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..axes import Axis
-from ..brdf import Brdf, Lobe, eval_lit
-from ..directions import half_difference, io_from_half_difference
-from ..points import Points
+from ..core.axes import Axis
+from ..core.brdf import Brdf, Lobe, eval_lit
+from ..core.directions import half_difference, io_from_half_difference
+from ..core.points import Points
 from .lookup import multilinear
 
 #: Nodes of theta_h, theta_d and phi_d.

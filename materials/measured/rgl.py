@@ -21,13 +21,13 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.projection import finer_note
-from ...spectral.saturated import spectra_of
+from ...spectral.saturated_colours import spectra_of
 from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, material_wavelengths
-from ..brdf import Brdf, Lobe, eval_lit
-from ..directions import TAU, angles
+from ..core.brdf import Brdf, Lobe, eval_lit
+from ..core.directions import TAU, angles
 from .bilinear_warp import BilinearWarp, Slices, bilinear
 from .rgl_measurement import RglMeasurement
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.wavelengths import validated_wavelengths
 
 _AXES = ("phi_i", "theta_i")

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ..brdf import Brdf
-from ..directions import TAU, io_from_half_difference, spherical
+from ..core.brdf import Brdf
+from ..core.directions import TAU, io_from_half_difference, spherical
 
 # Beyond, f_r over the light's cosine says nothing any more.
 _LAST_LIGHT = np.radians(89.9)

@@ -17,10 +17,10 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.wavelengths import interpolation_matrix, material_wavelengths
-from ..brdf import Brdf, Lobe, eval_lit
-from ..directions import half_difference, io_angles, io_from_half_difference, spherical
+from ..core.brdf import Brdf, Lobe, eval_lit
+from ..core.directions import half_difference, io_angles, io_from_half_difference, spherical
 from .kriging import Kernel, Kriging, PairAngles, krige
 from .lookup import multilinear, refined
 from .measurement import STEEPEST, ScatteredMeasurement, estimated_background, prepared

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ..btf.field_form import FieldForm
 from ..btf.form import BtfForm
+from ..core.fast import Fast
 from ..factored.pack import FactoredBrdf
-from ..fast import Fast
 from ..svbrdf.maps_form import MapsForm
 from ..svbrdf.texture_form import TextureForm
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from .stored_array import StoredArray, blocks_of, chunks_of, digests_of
 from .stored_files import StoredFiles
 

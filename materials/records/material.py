@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.spectrum import Quantity, Spectrum
-from ..brdf import Brdf
-from ..fast import Fast, Summand
-from ..fit_error import FitError
-from ..surface import Surface
+from ..core.brdf import Brdf
+from ..core.fast import Fast, Summand
+from ..core.fit_error import FitError
+from ..core.surface import Surface
 from .models import SPECTRA, no_surface, quantity_of, rebuild
 from .standing import standing_of
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...spectral.errors import InputError, UnknownNameError
-from ..surface import Surface
+from ...runtime.errors import InputError, UnknownNameError
+from ..core.surface import Surface
 from .stored_array import StoredArray
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ MEASURED = {
     "spectral_texture": Measured("svbrdf.texture", "SpectralTexture"),
     "maps": Measured("svbrdf.maps", "MappedSurface"),
     "btf": Measured("btf.surface", "MeasuredBtf", reads_files=True),
-    "fluorescent_lambert": Measured("fluorescent", "FluorescentLambert", "bispectral"),
+    "fluorescent_lambert": Measured("analytic.fluorescent", "FluorescentLambert", "bispectral"),
 }
 
 SPECTRA = {

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from ...spectral.errors import InputError, UnknownNameError
+from ...runtime.errors import InputError, UnknownNameError
 from .record_head import IMPORT_AGAIN, other_material, read_head
 from .standing import standing_of
 
@@ -66,7 +66,7 @@ class Summary:
     @property
     def far_off(self) -> str:
         """Say where the maximum is, if it is more than ten of the fit's own budgets; else ""."""
-        from ..fit_error import far_off
+        from ..core.fit_error import far_off
 
         return far_off(self)
 

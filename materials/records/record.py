@@ -29,9 +29,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ...spectral.errors import InputError
-from ...spectral.files import made_folder, written_whole
-from ..fit_error import FitError
+from ...runtime.errors import InputError
+from ...runtime.files import made_folder, written_whole
+from ..core.fit_error import FitError
 from .forms import FORMS
 from .hdf5_file import write_behind
 from .hdf5_tree import Node, form_from, form_node, mapping_from, mapping_node, read_tree, tree_checksum

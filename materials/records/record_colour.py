@@ -14,11 +14,11 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
-from ..brdf import Brdf
-from ..directions import spherical
-from ..fast import Fast
-from ..points import Points
-from ..surface import Surface
+from ..core.brdf import Brdf
+from ..core.directions import spherical
+from ..core.fast import Fast
+from ..core.points import Points
+from ..core.surface import Surface
 from .material import MaterialRecord
 
 LIGHT, OBSERVER = "D65", "1931_2"

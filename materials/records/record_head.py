@@ -11,7 +11,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 if TYPE_CHECKING:
     from .material import MaterialRecord

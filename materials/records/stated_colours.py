@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.formats.reading import SpectralEntry, StatedColour
-from ...spectral.stated import StatedComparison, compared
+from ...spectral.formats.registry import SpectralEntry, StatedColour
+from ...spectral.stated_colours import StatedComparison, compared
 from .material import MaterialRecord
 
 

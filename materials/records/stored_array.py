@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 #: A block: large enough that a disk reads it in one go, small enough that a few of them are nothing.
 BLOCK_BYTES = 4 << 20

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..btf.field_form import FieldForm
 from ..btf.form import BtfForm
-from ..btf.judging import measured
 from ..btf.reduced import reduced
 from ..btf.surface import MeasuredBtf
-from ..fit_error import FitError
+from ..btf.texel_error import measured
+from ..core.fit_error import FitError
 from .material import MaterialRecord
 from .stored_array import StoredArray
 from .stored_files import StoredFiles

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..fit_error import FitError, LightError
+from ..core.fit_error import FitError, LightError
 
 if TYPE_CHECKING:
-    from ..fitting.judging import Trial
+    from ..fitting.candidate_scoring import Trial
 
 _PLAIN = (bool, int, float, str, type(None))
 
@@ -37,7 +37,7 @@ def trials_from(table: np.ndarray) -> tuple[Trial, ...]:
     Raises TypeError where a field without a default has no column.
     """
     # Whoever only looks into a catalogue does not wait for the fit.
-    from ..fitting.judging import Trial
+    from ..fitting.candidate_scoring import Trial
 
     return tuple(
         _built(Trial, {name: table[name][row] for name in table.dtype.names or ()}) for row in range(len(table))

@@ -15,14 +15,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
-from ...spectral.errors import InputError, MetamerError
-from ...spectral.files import half_written
-from ...spectral.memory import gigabytes
-from ...spectral.processes import Lost, Task, supervised, usable_cores
-from ..brdf import Brdf
+from ...runtime.errors import InputError, MetamerError
+from ...runtime.files import half_written
+from ...runtime.memory import gigabytes
+from ...runtime.worker_pool import Lost, Task, supervised, usable_cores
+from ..core.brdf import Brdf
+from ..core.fit_error import FitError
+from ..core.protocol import sphere_protocol
 from ..factored.pack import FactoredBrdf
-from ..fit_error import FitError
-from ..protocol import sphere_protocol
 from ..slices.error import measured_form, text_of
 from .material import MaterialRecord
 from .query import material_files

@@ -27,11 +27,11 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from ..environment_form import BENDS, bends
-from ..fit_error import FitError, LightError
-from ..points import Points
-from ..protocol import LIGHTS
-from ..surface import Surface
+from ..core.environment_form import BENDS, bends
+from ..core.fit_error import FitError, LightError
+from ..core.points import Points
+from ..core.protocol import LIGHTS
+from ..core.surface import Surface
 from . import sky
 from .quadrature import BLOCK, Grids, fading, half_angles, slice_directions
 from .view_slices import ViewSlices

@@ -15,11 +15,11 @@ from ...spectral.observers import observer
 from ...spectral.palette import Palette
 from ...spectral.projection import projection_matrix
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, is_finer
-from ..brdf import Brdf
-from ..environment_form import BENDS, bends
-from ..points import Points
-from ..protocol import LIGHTS
-from ..surface import Surface
+from ..core.brdf import Brdf
+from ..core.environment_form import BENDS, bends
+from ..core.points import Points
+from ..core.protocol import LIGHTS
+from ..core.surface import Surface
 from .error import references, with_error
 from .mixture import Mixture
 from .nearest import Wanted

@@ -16,8 +16,8 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
-from ..hemisphere_share import share_in_hemisphere
-from ..spherical_gaussian import Gaussians, sphere_integral
+from ..core.hemisphere_share import share_in_hemisphere
+from ..core.spherical_gaussian import Gaussians, sphere_integral
 
 GROUND = 0.3
 #: Sharpness of what blurs the horizon.

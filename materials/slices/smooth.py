@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from ..environment_form import bends
+from ..core.environment_form import bends
 
 # Rounds of reweighting, and what counts as far above, of the slice's median.
 _ROUNDS, _FAR = 8, 0.02

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.palette import Palette
-from ..environment_form import BENDS, EnvironmentForm, Lobes
-from ..fit_error import FitError, LightError
-from ..points import Points
-from ..term_shader import TermShader
+from ..core.environment_form import BENDS, EnvironmentForm, Lobes
+from ..core.fit_error import FitError, LightError
+from ..core.points import Points
+from ..core.term_shader import TermShader
 
 # The last viewer of a grid, radians short of grazing: there cos(theta_o) is 0 and slices have no limit that is seen.
 LAST = 0.004

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from ..points import Points
+from ..core.points import Points
 from .facets import facets, turned_to
 from .map_levels import facets_apart
 

@@ -20,13 +20,13 @@ from typing import Any, Literal, cast
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.palette import Palette
 from ..analytic.metallic_roughness import schlick
-from ..axes import Frame
-from ..fast import Summand, TermShader
-from ..points import Points
-from ..terms import Terms
+from ..core.axes import Frame
+from ..core.fast import Summand, TermShader
+from ..core.points import Points
+from ..core.terms import Terms
 from .coat import COAT_F0, alike, coat_over
 from .facets import facets, turned_to, upright
 from .map_levels import WIDENED, coat_from_afar, facets_apart, normals_from_afar, spread_from_afar

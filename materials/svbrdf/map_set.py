@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from .facets import spread_of

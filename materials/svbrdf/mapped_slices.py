@@ -10,10 +10,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.palette import Palette
-from ..environment_form import BENDS, EnvironmentForm, Lobes
-from ..points import Points
+from ..core.environment_form import BENDS, EnvironmentForm, Lobes
+from ..core.points import Points
+from ..core.term_shader import TermShader
 from ..slices.view_slices import LAST
-from ..term_shader import TermShader
 from .coat import COAT_F0, alike
 from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices
 from .facets import turned_to, upright

@@ -18,13 +18,13 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ..analytic.metallic_roughness import MetallicRoughness, schlick
-from ..cutout import Cutout
-from ..fast import Fast
-from ..points import Points
-from ..surface import Surface
+from ..core.cutout import Cutout
+from ..core.fast import Fast
+from ..core.points import Points
+from ..core.surface import Surface
 from .coat import alike, coat_over
 from .facets import facets, turned_to, upright
 from .map_set import ROUNDING, MapSet

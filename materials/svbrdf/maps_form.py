@@ -15,10 +15,10 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
-from ..cutout import Cutout
-from ..fast import Fast, Summand
-from ..fit_error import FitError
-from ..protocol import LIGHTS, sphere_protocol
+from ..core.cutout import Cutout
+from ..core.fast import Fast, Summand
+from ..core.fit_error import FitError
+from ..core.protocol import LIGHTS, sphere_protocol
 from .map_planes import Layout, MapPlanes
 from .map_set import ROUNDING, MapSet
 from .mapped_slices import MappedSlices

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..cutout import Cutout
+from ..core.cutout import Cutout
 from .map_set import ROUNDING, Placement
 from .texels import look_up
 

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 
 from ...spectral.palette import Palette
-from ..environment_form import EnvironmentForm, Lobes
-from ..points import Points
-from ..term_shader import TermShader
+from ..core.environment_form import EnvironmentForm, Lobes
+from ..core.points import Points
+from ..core.term_shader import TermShader
 from .texture_planes import TexturePlanes
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)

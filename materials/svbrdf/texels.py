@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.errors import InputError
-from ..fast import MOST_TEXELS
+from ...runtime.errors import InputError
+from ..core.fast import MOST_TEXELS
 
 #: Beyond [0, 1] a picture goes on from its other side, stays what its edge is, or comes back as in a mirror.
 Wrap = Literal["repeat", "clamp", "mirror"]

@@ -9,11 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ..analytic.lambert import Lambert
-from ..points import Points
-from ..surface import Surface
+from ..core.points import Points
+from ..core.surface import Surface
 from .texels import look_up
 from .texture_form import TextureForm, texture_form
 

@@ -20,10 +20,10 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
+from ..core.fast import Fast, Summand
+from ..core.fit_error import FitError
+from ..core.protocol import LIGHTS
 from ..factored.pack import FactoredBrdf, matt_brdf
-from ..fast import Fast, Summand
-from ..fit_error import FitError
-from ..protocol import LIGHTS
 from .matt_texture import MattTexture
 from .texture_planes import TexturePlanes
 

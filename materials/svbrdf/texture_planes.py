@@ -10,12 +10,12 @@ from typing import ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.palette import Palette
-from ..axes import Frame
-from ..fast import Summand, TermShader
-from ..points import Points
-from ..terms import Terms
+from ..core.axes import Frame
+from ..core.fast import Summand, TermShader
+from ..core.points import Points
+from ..core.terms import Terms
 from .texels import filtered, levels_of, look_up, packed
 
 

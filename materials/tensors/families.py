@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..analytic.cook_torrance import beckmann, v_cavity
 
 #: Widest and narrowest of Cook-Torrance's members, root mean square slopes, and reflectances at normal incidence.

@@ -14,15 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
+from ...runtime.errors import InputError
 from ..measurement import is_condition
-from .answer import NO_ANSWER, Answer, Scale
 from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
 from .cgats_quantity import Said, check_agreement, said_quantity, signs_of_table
 from .cgats_tables import CgatsTable, read_tables
-from .reading import SpectralFile, StatedColour, names_its_file
+from .import_options import NO_ANSWER, Answer, Scale
+from .registry import SpectralFile, StatedColour, names_its_file
 from .shared.decisions import Decision, Divisor, Sign, Values, decided, divisor_of, signs_of_all, undecided
-from .shared.gathering import MOST_SAMPLES, Gathering
+from .shared.entry_rules import MOST_SAMPLES, Gathering
 from .shared.resemblance import Luminances, luminances
 from .shared.text import head_text, is_missing, shortened
 from .shared.words import colour_axis, condition_in, illuminant_in, observer_in, stated_colours

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
+from ...runtime.errors import InputError
 from ..spectrum import Quantity
 from .cgats_tables import CgatsTable
 from .shared.text import shortened

@@ -21,7 +21,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from ..errors import InputError
+from ...runtime.errors import InputError
 from ..spectrum import Quantity
 from .cgats_tables import CgatsTable
 from .shared.decisions import Sign, signs_beside, signs_of_name

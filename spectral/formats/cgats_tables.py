@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from ..errors import InputError
+from ...runtime.errors import InputError
 from .shared.text import number, read_lines, shortened
 
 # A string, in which "" is a quotation mark, or a word; what follows # outside strings is a comment.

@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..files import existing_file
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file
 from ..measurement import Measurement
-from .answer import NO_ANSWER, Answer
 from .cgats import conditions_of, illuminant_of, observer_of, recognises
 from .cgats_tables import read_tables
 from .cxf import colours_without_spectra
 from .cxf import recognises as is_cxf
-from .reading import HEAD, StatedColour
+from .import_options import NO_ANSWER, Answer
+from .registry import HEAD, StatedColour
 from .shared.text import read_lines
 from .shared.words import colour_axis, illuminant_in, observer_in, stated_colours
 from .tables.dialect import Dialect, dialects_of

@@ -14,12 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..files import read_text
+from ...runtime.errors import InputError
+from ...runtime.files import read_text
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
-from .answer import NO_ANSWER, Answer
-from .reading import HEAD, SpectralFile, names_its_file
+from .import_options import NO_ANSWER, Answer
+from .registry import HEAD, SpectralFile, names_its_file
 from .shared.text import head_text, is_jcamp, is_number
 from .tables.dialect import LONGEST_LINE, comment, dialect_of, two_numbers
 from .tables.entries import gathered

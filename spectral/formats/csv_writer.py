@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..files import written_whole
-from .reading import SpectralEntry
+from ...runtime.errors import InputError
+from ...runtime.files import written_whole
+from .registry import SpectralEntry
 
 _SCALES = {
     "reflectance": "reflectance, fractions of 1",

@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError
+from ...runtime.errors import InputError
 from ..spectrum import Quantity
-from .answer import NO_ANSWER, Answer
 from .cxf_angles import angles_of
 from .cxf_metadata import TELLING, Stated, file_details, object_details, shared_out, stated_values
 from .cxf_specification import Specification, specification
-from .reading import SpectralFile, StatedColour, names_its_file
+from .import_options import NO_ANSWER, Answer
+from .registry import SpectralFile, StatedColour, names_its_file
 from .shared.decisions import Values, divisor_of
-from .shared.gathering import Gathering
+from .shared.entry_rules import Gathering
 from .shared.text import shortened
 from .shared.xml import Vocabulary, number, read_xml, root_name
 

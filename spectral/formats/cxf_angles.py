@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..errors import InputError
+from ...runtime.errors import InputError
 from ..measurement import geometry_in
 from .cxf_specification import Specification
-from .shared.gathering import Gathering
+from .shared.entry_rules import Gathering
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError
+from ...runtime.errors import InputError
 from .cxf_specification import Specification
-from .reading import StatedColour
-from .shared.gathering import Gathering
+from .registry import StatedColour
+from .shared.entry_rules import Gathering
 from .shared.xml import Vocabulary, kept, number, words
 
 if TYPE_CHECKING:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError
-from ..files import written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import written_whole
 from ..wavelengths import is_uniform
 from .cxf import NAMESPACE
-from .reading import SpectralEntry
+from .registry import SpectralEntry
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

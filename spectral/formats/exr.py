@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..files import existing_file, written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file, written_whole
 
 MAGIC = b"\x76\x2f\x31\x01"
 #: Samples over all channels that `read_exr` takes, 2 GB as float32: 4096 x 2048 pixels of 60 wavelengths.

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InputError
+from ...runtime.errors import InputError
 from ..spectrum import Quantity
-from .reading import SpectralFile, names_its_file
-from .shared.gathering import Gathering
+from .registry import SpectralFile, names_its_file
+from .shared.entry_rules import Gathering
 from .shared.words import measured, quantity_in
 from .shared.xml import Vocabulary, kept, number, read_xml, root_name, words
 

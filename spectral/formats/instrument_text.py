@@ -11,8 +11,8 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from .answer import NO_ANSWER, Answer
-from .reading import SpectralFile, names_its_file
+from .import_options import NO_ANSWER, Answer
+from .registry import SpectralFile, names_its_file
 from .shared.decisions import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.dialect import dialect_of

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from .answer import NO_ANSWER, Answer
+from ...runtime.errors import InputError
+from .import_options import NO_ANSWER, Answer
 from .mat_variables import Variable, is_hdf5, read_variables
-from .reading import SpectralFile, names_its_file
+from .registry import SpectralFile, names_its_file
 from .shared.decisions import (
     Decision,
     Divisor,
@@ -29,7 +29,7 @@ from .shared.decisions import (
     signs_of_name,
     undecided,
 )
-from .shared.gathering import MOST_SPECTRA, Gathering, in_visible
+from .shared.entry_rules import MOST_SPECTRA, Gathering, in_visible
 from .shared.text import shortened
 from .shared.words import measured, quantity_in, quantity_in_lines, unit_in
 

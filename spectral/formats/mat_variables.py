@@ -11,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..ending import clearing, undisturbed
-from ..errors import InputError
-from ..files import existing_file
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file
+from ...runtime.shutdown import clearing, undisturbed
 from .mat_library import Variable, is_hdf5
-from .shared.gathering import MOST_SAMPLES
+from .shared.entry_rules import MOST_SAMPLES
 
 __all__ = ["LARGEST", "Variable", "is_hdf5", "read_variables"]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ..errors import InputError
-from .answer import NO_ANSWER, Answer
-from .reading import HEAD, SpectralFile, names_its_file
+from ...runtime.errors import InputError
+from .import_options import NO_ANSWER, Answer
+from .registry import HEAD, SpectralFile, names_its_file
 from .shared.decisions import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.entries import gathered

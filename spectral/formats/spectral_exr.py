@@ -15,16 +15,16 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.errors import InputError
 from ..axis_letters import Wavelengths
 from ..bispectral import Bispectral
-from ..errors import InputError
 from ..illuminants import illuminant
 from ..observers import observer
 from ..spectrum import Quantity, Spectrum, check_values
 from ..upsampling import xyz_from_rgb
 from .exr import MAGIC, MOST_SAMPLES, read_picture, write_exr
-from .reading import SpectralFile, names_its_file
-from .shared.gathering import Gathering
+from .registry import SpectralFile, names_its_file
+from .shared.entry_rules import Gathering
 
 NAME = "spectral OpenEXR"
 SUFFIXES = (".exr",)

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from btf_samples import bumps, rings
-from metamer.benchmarks.btf import coded, environments, speed
-from metamer.benchmarks.btf.coded import CodedBtf
-from metamer.benchmarks.btf.held import HeldOut
+from metamer.benchmarks.btf import environments, png_components, speed
+from metamer.benchmarks.btf.held_out_views import HeldOut
+from metamer.benchmarks.btf.png_components import CodedBtf
 from metamer.benchmarks.btf.speed import timed
 from metamer.benchmarks.btf.under_light import Surround, gathered
 from metamer.lighting.environment.environment import EnvironmentLight
@@ -17,7 +17,7 @@ from metamer.materials.btf.form import SIZES, btf_form
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.light_basis import light_functions
 from metamer.materials.btf.lobe_field import lobe_field
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 
@@ -181,4 +181,4 @@ def test_what_is_no_coded_btf_is_told(tmp_path):
 
 def test_measured_surfaces_lie_where_they_are_known_to(shared_data):
     for name, offset in (("wool", 4.0), ("corduroy", 5.5)):
-        assert abs(coded.CodedBtf.read(shared_data / "btf" / name).offset - offset) < 0.5
+        assert abs(png_components.CodedBtf.read(shared_data / "btf" / name).offset - offset) < 0.5

@@ -3,13 +3,13 @@
 import json
 
 import pytest
-from metamer.benchmarks.transfer import building
+from metamer.benchmarks.transfer import build_cost
 
 
 @pytest.mark.slow
 def test_its_figures(tmp_path, capsys):
     file = tmp_path / "found.json"
-    assert building.main(["--rays", "8", "--most", "4000", "--times", "1", "--json", str(file)]) == 0
+    assert build_cost.main(["--rays", "8", "--most", "4000", "--times", "1", "--json", str(file)]) == 0
     rows = json.loads(file.read_text())
     # Those of the meshes, and some in the middle of edges on which light between parts is not linear.
     for row, balls in zip(rows, (3, 6), strict=True):

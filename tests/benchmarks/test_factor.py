@@ -16,10 +16,10 @@ from metamer.benchmarks.factor.cases import analytic_cases, chosen_cases, fluore
 from metamer.benchmarks.factor.measured import measured_cases
 from metamer.benchmarks.factor.sphere import folded_xyz, folds
 from metamer.benchmarks.factor.timing import Stopwatch
+from metamer.materials.core.protocol import sphere_protocol
 from metamer.materials.factored.pack import FactoredBrdf
-from metamer.materials.fitting.half import rounded_to_half
-from metamer.materials.protocol import sphere_protocol
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.materials.fitting.half_precision import rounded_to_half
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.viewer.software.backend import software_session
 
 pytestmark = pytest.mark.slow

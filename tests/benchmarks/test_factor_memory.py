@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from metamer.benchmarks.factor.memory import table_bytes, timed_and_weighed
 from metamer.materials.analytic import OrenNayar
-from metamer.materials.axes import Axis
-from metamer.materials.brdf import Brdf, Lobe
+from metamer.materials.core.axes import Axis
+from metamer.materials.core.brdf import Brdf, Lobe
 from metamer.materials.fitting.fit import fit
 from metamer.spectral.spectrum import Spectrum
 

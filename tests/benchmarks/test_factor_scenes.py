@@ -8,10 +8,10 @@ from metamer.benchmarks.factor.figures import fluorescent_figures
 from metamer.benchmarks.factor.scenes import lit_pixels, picture_statistics, reference_xyz, rendered_xyz
 from metamer.benchmarks.fluorescence import made_up
 from metamer.materials.analytic import OrenNayar
+from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.core.protocol import sphere_protocol
 from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.fit import fit
-from metamer.materials.fluorescent import FluorescentLambert
-from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from metamer.benchmarks import false_alarms
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 
 @pytest.mark.slow

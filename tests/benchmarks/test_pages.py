@@ -5,8 +5,8 @@ import shutil
 
 import pytest
 from metamer.benchmarks import made_up_pages, pages
-from metamer.calibration import plots
-from metamer.spectral.errors import InputError
+from metamer.calibration.report import plots
+from metamer.runtime.errors import InputError
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from metamer.lighting.environment.irradiance import Irradiance
 from metamer.lighting.visibility import refinement
 from metamer.materials.analytic.cook_torrance import fresnel
 from metamer.materials.analytic.lambert import Lambert
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from PIL import Image

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from metamer.benchmarks.transfer import bars, benchmark, growth, ours, path_tracing, pixels, scenes, spectral, tensors
 from metamer.benchmarks.transfer.pixels import difference, seen_sites, truth_of
-from metamer.lighting.shapes import sphere
+from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.transfer.bodies import Bodies
 from metamer.materials.tensors.brdf_tensor import brdf_tensor
 from metamer.materials.tensors.components import components_of
 from metamer.materials.tensors.disc import Disc
-from metamer.materials.tensors.tuned import Tuned
-from metamer.spectral.errors import InputError
+from metamer.materials.tensors.parametric import Tuned
+from metamer.runtime.errors import InputError
 
 pytestmark = pytest.mark.slow
 

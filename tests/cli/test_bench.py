@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from metamer.benchmarks import basis, false_alarms, injected, shading
+from metamer.benchmarks import basis, false_alarms, injected_changes, shading
 from metamer.benchmarks.btf import benchmark as btf
 from metamer.benchmarks.factor import benchmark
 from metamer.benchmarks.svbrdf import benchmark as svbrdf
@@ -170,7 +170,7 @@ def test_report_measures_what_is_found_and_what_is_not_there(
     quiet |= {"mean": 0.001, "floor_mean": 0.02, "max": 0.01, "floor_max": 0.1}
     asked = []
     changed, unchanged = {"materials": 1, "size": 24, "rows": [found]}, {"size": 24, "kernels": ["a"], "rows": [quiet]}
-    monkeypatch.setattr(injected, "run", lambda *words: asked.append(words) or changed)
+    monkeypatch.setattr(injected_changes, "run", lambda *words: asked.append(words) or changed)
     monkeypatch.setattr(false_alarms, "run", lambda *words, say: asked.append(words) or unchanged)
     words = ["--materials", "tiny/*", "--catalogue", tiny_catalogue, "--json", tmp_path / "bench.json"]
     code, out, _ = metamer("bench", "report", *more, *words)

@@ -10,10 +10,10 @@ import pytest
 from metamer.cli import import_progress, progress
 from metamer.cli.import_progress import BarImport, PlainImport, import_shown
 from metamer.cli.progress import Ticker, next_pause
-from metamer.materials.intake.doing import Doing
 from metamer.materials.intake.import_cost import Jobs
 from metamer.materials.intake.import_plan import PlannedMaterial
 from metamer.materials.intake.importing import ImportOutcome
+from metamer.materials.intake.progress import Doing
 
 PENDING = [PlannedMaterial("measured/gold", "new", model="merl"), PlannedMaterial("paint/red", "new", model="lambert")]
 

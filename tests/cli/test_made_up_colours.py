@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from metamer.materials.catalogue.material import Material
+from metamer.materials.catalogue.samples import sample_of
 from metamer.materials.formats.spectra import read_sources
-from metamer.materials.material import Material
 from metamer.materials.records.material import Provenance
-from metamer.materials.samples import sample_of
 from metamer.viewer.match import match
 
 NM = np.arange(400, 701, 10)

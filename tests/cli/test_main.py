@@ -10,7 +10,7 @@ import pytest
 from metamer.cli import words as known
 from metamer.cli.shared import progress_bar, shortened, shows_bars
 from metamer.cli.words import COMMANDS
-from metamer.spectral.errors import ComparisonError, InputError, UsageError
+from metamer.runtime.errors import ComparisonError, InputError, UsageError
 
 
 def test_version(metamer):

@@ -2,7 +2,7 @@
 
 import pytest
 from metamer.cli.names import KINDS
-from metamer.spectral.errors import UnknownNameError
+from metamer.runtime.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import OBSERVERS, observer
 

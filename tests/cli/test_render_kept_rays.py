@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.transfer import kept
+from metamer.lighting.transfer import ray_cache
 from metamer.lighting.visibility import refinement
 from metamer.spectral.formats.exr import read_exr
 
@@ -17,7 +17,7 @@ def test_a_second_picture_of_the_same_geometry_traces_nothing(metamer, scene, ti
     code, _, err = metamer("render", *words, "-o", tmp_path / "first.exr")
     assert code == 0, err
     assert list((tmp_path / "metamer" / "transfer").iterdir())
-    monkeypatch.setattr(kept, "_traced", lambda *_: pytest.fail("traced again"))
+    monkeypatch.setattr(ray_cache, "_traced", lambda *_: pytest.fail("traced again"))
     assert metamer("render", *words, "-o", tmp_path / "second.exr")[0] == 0
     first, second = (read_exr(tmp_path / f"{name}.exr")[1]["Y"] for name in ("first", "second"))
     assert np.array_equal(first, second)

@@ -24,10 +24,10 @@ from pathlib import Path
 
 from interrupts import Workplace
 from kills import contents
-from metamer.benchmarks.measuring import command, write_json
+from metamer.benchmarks.timing import command, write_json
 from metamer.calibration.regression.baseline import MANIFEST, baseline_side
 from metamer.cli.main import main as main_of_metamer
-from metamer.spectral.files import half_written
+from metamer.runtime.files import half_written
 
 VERBS = ("baseline", "run", "accept")
 # What a run leaves beside its record: reviews, which say when and how long.

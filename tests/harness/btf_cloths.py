@@ -1,13 +1,13 @@
 """Small BTFs of cloth in files, and what is asked of each from its files to a picture."""
 
 import numpy as np
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.materials.catalogue import Catalogue
+from metamer.lighting.mesh import shapes
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.core.protocol import measured
 from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.intake.importing import import_sources
-from metamer.materials.protocol import measured
-from metamer.spectral.formats.answer import Answer
+from metamer.spectral.formats.import_options import Answer
 from metamer.viewer.software.backend import software_session
 
 #: Nine directions: the normal, four at 30 degrees, four at 60.

@@ -29,12 +29,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from fuzz_seeds import seeds
-from metamer.benchmarks.measuring import command, write_json
-from metamer.materials.formats import registry
-from metamer.materials.source import Rejected
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats import reading
-from metamer.spectral.formats.answer import Answer
+from metamer.benchmarks.timing import command, write_json
+from metamer.materials.formats import registry as material_formats
+from metamer.materials.records.source import Rejected
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats import registry as spectral_formats
+from metamer.spectral.formats.import_options import Answer
 
 SECONDS_A_FILE = 10.0
 # What is asked of images that do not say it.
@@ -133,7 +133,7 @@ def read(reader: str, path: Path) -> str:
     """What becomes of one file: "read", "refused", or "not recognised" where a reader would not be asked."""
     with path.open("rb") as file:
         head = file.read(4096)
-    if reader in reading.FORMATS:
+    if reader in spectral_formats.FORMATS:
         module = import_module(f"metamer.spectral.formats.{reader}")
         known = module.recognises(path, head)
         try:
@@ -272,13 +272,13 @@ def report(reader: str, seed: int, count: int, files: dict[str, bytes], keep: Pa
 
 def readers() -> tuple[str, ...]:
     """Every reader of both lists; `spectra` is all of the first."""
-    return (*reading.FORMATS, *(name for name in registry.FORMATS if name != "spectra"))
+    return (*spectral_formats.FORMATS, *(name for name in material_formats.FORMATS if name != "spectra"))
 
 
 def files_of(reader: str, data: Path | None) -> dict[str, bytes]:
     """The small files of a reader, and those of a folder that it recognises."""
     found = dict(seeds()[reader])
-    package = "spectral" if reader in reading.FORMATS else "materials"
+    package = "spectral" if reader in spectral_formats.FORMATS else "materials"
     module = import_module(f"metamer.{package}.formats.{reader}")
     for path in sorted(data.rglob("*")) if data else ():
         if path.is_file() and path.stat().st_size < 64 << 20:

@@ -16,7 +16,7 @@ from metamer.materials.measured.merl import SHAPE
 from metamer.spectral.formats.csv_writer import write_csv
 from metamer.spectral.formats.cxf_writer import write_cxf
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.reading import SpectralEntry, StatedColour
+from metamer.spectral.formats.registry import SpectralEntry, StatedColour
 from metamer.spectral.spectrum import Spectrum
 
 NM = np.arange(400.0, 701.0, 20.0)

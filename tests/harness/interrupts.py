@@ -34,10 +34,10 @@ from pathlib import Path
 from kills import contents
 from metamer.benchmarks.importing import command as import_command
 from metamer.benchmarks.importing import generated
-from metamer.benchmarks.measuring import command, write_json
+from metamer.benchmarks.timing import command, write_json
 from metamer.lighting.visibility.kept_arrays import read_arrays
-from metamer.materials.catalogue import Catalogue
-from metamer.spectral.files import half_written
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.runtime.files import half_written
 
 LIMIT_S = 3.0
 # A command that goes on for longer after a signal, and ends as if there had been none, has not heard it.

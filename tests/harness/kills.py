@@ -20,12 +20,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from metamer.benchmarks import measuring
+from metamer.benchmarks import timing
 from metamer.benchmarks.importing import command, generated, processes_of, started, timed
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.intake import known
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.intake import import_history
 from metamer.materials.records.record import MARKER
-from metamer.spectral.files import half_written
+from metamer.runtime.files import half_written
 
 
 def contents(catalogue: Path) -> dict[str, str]:
@@ -33,7 +33,7 @@ def contents(catalogue: Path) -> dict[str, str]:
     return {
         path.relative_to(catalogue).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(catalogue.rglob("*"))
-        if path.is_file() and path.name != known.FILE
+        if path.is_file() and path.name != import_history.FILE
     }
 
 
@@ -115,7 +115,7 @@ def kills(
 
 def main(words: list[str] | None = None) -> int:
     """Kill, complete, compare, tell."""
-    parser = measuring.command(__doc__)
+    parser = timing.command(__doc__)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args(words)
@@ -128,7 +128,7 @@ def main(words: list[str] | None = None) -> int:
         f"{hits.count('nothing')} too late; leftovers cleared {sum(row['leftovers'] for row in rows)}; "
         "all catalogues opened, verified and ended with the same bytes"
     )
-    measuring.write_json(args.json, [{key: value for key, value in row.items() if key != "said"} for row in rows])
+    timing.write_json(args.json, [{key: value for key, value in row.items() if key != "said"} for row in rows])
     return 0
 
 

@@ -4,7 +4,7 @@ import importlib
 import sys
 
 import pytest
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
 

@@ -5,14 +5,14 @@ import random
 import sys
 
 import pytest
-from metamer.materials.formats import registry
-from metamer.spectral.formats import reading
+from metamer.materials.formats import registry as material_formats
+from metamer.spectral.formats import registry as spectral_formats
 
 pytestmark = pytest.mark.stress
 
 # Files of each; these readers take a second for one that is still good, or start a process for each.
 FEW = {"mat": 2, "cornell": 8, "merl": 12}
-READERS = (*reading.FORMATS, *(name for name in registry.FORMATS if name != "spectra"))
+READERS = (*spectral_formats.FORMATS, *(name for name in material_formats.FORMATS if name != "spectra"))
 
 
 @pytest.fixture(scope="module")

@@ -23,10 +23,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from kills import contents, gone_within
-from metamer.benchmarks import measuring
+from metamer.benchmarks import timing
 from metamer.benchmarks.importing import processes_of, started, timed
 from metamer.materials.intake.importing import import_sources
-from metamer.spectral.files import half_written
+from metamer.runtime.files import half_written
 
 SCENE = """
 [[part]]
@@ -142,7 +142,7 @@ def rounds(
 
 def main(words: list[str] | None = None) -> int:
     """Kill, finish, compare, tell."""
-    parser = measuring.command(__doc__)
+    parser = timing.command(__doc__)
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--jobs", type=int, default=2)
@@ -152,7 +152,7 @@ def main(words: list[str] | None = None) -> int:
     killed = {what: sum(row[what] for row in rows) for what in ("command", "worker", "nothing")}
     print(f"{killed['command']} kills of the command, {killed['worker']} of a worker, {killed['nothing']} too late;")
     print("all blocks were whole, and all builds ended with the same bytes")
-    measuring.write_json(args.json, rows)
+    timing.write_json(args.json, rows)
     return 0
 
 

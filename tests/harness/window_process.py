@@ -15,12 +15,12 @@ from pathlib import Path
 
 from imgui_bundle import hello_imgui, imgui, immapp
 from imgui_bundle.immapp import testing
-from metamer.materials.catalogue import Catalogue
-from metamer.viewer.window.desk import Desk, begun
-from metamer.viewer.window.drawing import Quality
-from metamer.viewer.window.loading import comparison_of, load, subject_of
-from metamer.viewer.window.shell import running
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.viewer.window.canvas_renderer import Quality
+from metamer.viewer.window.session_loader import comparison_of, load, subject_of
+from metamer.viewer.window.shell import main_loop
 from metamer.viewer.window.state import Session
+from metamer.viewer.window.workspace import Desk, begun
 
 # Seconds that anything may take to come about; software GL on a busy machine is slow.
 PATIENCE_S = 45.0
@@ -137,7 +137,7 @@ class It:
 
     def picture(self):
         """What the display is sent, (H,W,3) of 8 bits; read between two frames, where the context is."""
-        from metamer.viewer.window.reading_canvas import read_codes
+        from metamer.viewer.window.canvas_readback import read_codes
 
         return self.on_gpu(lambda: read_codes(self.frame.texture).copy())
 
@@ -210,7 +210,7 @@ def main(path, catalogue, words, out):
     desk = Desk(loaded, session)
     size, scale = getattr(module, "SIZE", (960, 620)), getattr(module, "SCALE", 1.0)
     try:
-        running.run(desk, size=size, runs=runs, scale=scale)
+        main_loop.run(desk, size=size, runs=runs, scale=scale)
     finally:
         Path(out).write_text(json.dumps(results), encoding="utf-8")
 

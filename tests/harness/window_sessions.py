@@ -1,7 +1,7 @@
 """Sessions for tests: any that is valid, by hypothesis."""
 
 from hypothesis import strategies as st
-from metamer.calibration.rating import VERDICTS, Probed, Rating
+from metamer.calibration.report.rating import VERDICTS, Probed, Rating
 from metamer.lighting.environment.booth import LAMPS
 from metamer.spectral.adaptation import CONE_FROM_XYZ
 from metamer.spectral.observers import OBSERVERS

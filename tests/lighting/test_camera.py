@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from metamer.lighting.camera import Camera
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 VIEW = {"position": (2, 3, 5), "target": (0.3, -0.2, 0.1), "width": 40, "height_px": 30, "samples": 3}
 PERSPECTIVE = Camera(vertical_fov_deg=35, **VIEW)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from metamer.lighting.lights import DirectionalLight, PointLight
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.spectrum import Spectrum
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from metamer.lighting.plan import SPECTRAL_SHARE, bounce_basis, plan_scene
-from metamer.materials.axes import Axis
+from metamer.materials.core.axes import Axis
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.mesh import Mesh
+from metamer.lighting.mesh import shapes
+from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.scene import Part, Scene
-from metamer.lighting.simplified import is_closed, simplified, simplified_scene
+from metamer.lighting.simplification import is_closed, simplified, simplified_scene
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 

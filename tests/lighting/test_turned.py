@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.lights import DirectionalLight, PointLight
+from metamer.lighting.mesh import shapes
+from metamer.lighting.rotated_lights import turned_lights
 from metamer.lighting.scene import Part, Scene
-from metamer.lighting.turned import turned_lights
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 

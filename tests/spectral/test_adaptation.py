@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.adaptation import CONE_FROM_XYZ, adaptation_matrix, degree_of_adaptation
-from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import OBSERVERS, observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM

@@ -13,8 +13,8 @@ from metamer.benchmarks.basis import (
     two_bounce_error,
     with_products,
 )
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant, illuminant_names
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError
 from metamer.spectral.bispectral import Bispectral, band_widths, fluorophore
-from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant

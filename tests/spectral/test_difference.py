@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e, delta_e_xyz, differences, lab_from_xyz
-from metamer.spectral.errors import InputError, UnknownNameError
 
 D65 = np.array([0.95047, 1.0, 1.08883])
 METHODS = ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1")

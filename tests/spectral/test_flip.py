@@ -5,8 +5,8 @@ from inspect import unwrap
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import lab_from_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.flip import flip
 
 # Linear sRGB to XYZ of IEC 61966-2-1; its rows add up to D65.

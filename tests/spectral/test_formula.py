@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import xyz_from_lab
-from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.formula import ADAPTING_LUMINANCE, BACKGROUND, NAMES, formula
 
 WHITE = np.array([0.9481, 1.0, 1.0732])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import UnknownNameError
+from metamer.runtime.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import observer
 

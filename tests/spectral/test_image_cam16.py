@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError
 from metamer.spectral import image_difference
 from metamer.spectral.difference import xyz_from_lab
-from metamer.spectral.errors import InputError
 from metamer.spectral.formula import ADAPTING_LUMINANCE, BACKGROUND, formula
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image_cam16 import cam16_block

@@ -4,9 +4,9 @@ from inspect import unwrap
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral import image_difference
 from metamer.spectral.difference import delta_e
-from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.image_difference import image_delta_e
 
 METHODS = ("CIE 1994", "CIE 2000")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import ComparisonError
 from metamer.spectral.colour_library import colour_science
-from metamer.spectral.errors import ComparisonError
 from metamer.spectral.formula import formula
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.metamerism import Conditions, colour_inconstancy, lab_under, metamerism_index

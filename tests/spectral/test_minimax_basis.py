@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from metamer.benchmarks.basis import basis_error, stage
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
-from metamer.spectral.errors import InputError
 from metamer.spectral.minimax_basis import minimax_basis
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import OBSERVERS, observer
 from metamer.spectral.spectrum import Spectrum

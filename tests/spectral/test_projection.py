@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
-from metamer.spectral.saturated import spectra_of
+from metamer.spectral.saturated_colours import spectra_of
 from metamer.spectral.upsampling import METHODS, upsampling, xyz_from_rgb
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 

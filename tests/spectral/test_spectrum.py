@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 GRID = np.arange(400.0, 701.0, 10.0)

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import lab_from_xyz
-from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.spectral.formats.reading import SpectralEntry, StatedColour, read_spectra
+from metamer.spectral.formats.registry import SpectralEntry, StatedColour, read_spectra
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
-from metamer.spectral.stated import compared, implied_white
+from metamer.spectral.stated_colours import compared, implied_white
 
 GRID = np.arange(380.0, 781.0, 10.0)
 GREEN = 0.1 + 0.5 * np.exp(-(((GRID - 530) / 60) ** 2))

@@ -4,8 +4,8 @@ import warnings
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.upsampling import METHODS, upsampling, xyz_from_rgb

@@ -6,8 +6,8 @@ from inspect import unwrap
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import ComparisonError, UnknownNameError
-from metamer.spectral.formats.reading import StatedColour
+from metamer.runtime.errors import ComparisonError, UnknownNameError
+from metamer.spectral.formats.registry import StatedColour
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.metamerism import Conditions
 from metamer.spectral.observers import OBSERVERS, observer

@@ -1,11 +1,11 @@
 """Small scenes and hand-made packs that the renderer's tests share."""
 
 import numpy as np
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight, PointLight
+from metamer.lighting.mesh import shapes
 from metamer.lighting.scene import Part, Scene
-from metamer.materials.axes import Axis
+from metamer.materials.core.axes import Axis
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.illuminants import illuminant

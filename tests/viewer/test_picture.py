@@ -5,10 +5,10 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.factored.pack import FactoredBrdf
+from metamer.runtime.errors import InputError, UnknownNameError, UsageError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError, UnknownNameError, UsageError
 from metamer.spectral.formats.exr import read_exr
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.illuminants import illuminant

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.fluorescent import FluorescentLambert
-from metamer.materials.reading import Reading
+from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.catalogue.instrument_reading import Reading
 from metamer.spectral.bispectral import Bispectral
 from metamer.viewer.display.transform import DisplayTransform
-from metamer.viewer.reading import swatch, xyz_in
+from metamer.viewer.scene_reading import swatch, xyz_in
 
 
 def test_colour_of_a_fluorescent_material_counts_what_it_sends_out(scenes):

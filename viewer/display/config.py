@@ -17,8 +17,8 @@ import numpy as np
 
 from ...calibration.display.aim import Aim, Black
 from ...calibration.display.cube import Cube
-from ...spectral.errors import InputError
-from ...spectral.files import made_folder, written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import made_folder, written_whole
 from .transform import DEFAULT_VIEW, PINNED_CONFIG
 
 #: The second view.

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ..gl import shaders
 from ..gl.context import make_current
 from ..gl.resources import release_target

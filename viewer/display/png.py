@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, UInt
 
-from ...spectral.errors import InputError
-from ...spectral.files import written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import written_whole
 from ...spectral.formats.png_writer import png_bytes
 
 SRGB_DISPLAY = "sRGB - Display"

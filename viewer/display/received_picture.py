@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from ...materials.stated_colours import is_srgb, stated_colours
-from ...spectral.errors import InputError
-from ...spectral.files import existing_file
+from ...materials.svbrdf.stated_colours import is_srgb, stated_colours
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file
 
 
 def read_srgb(

@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ...calibration.display.record import read_record
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from .transform import DisplayTransform
 
 #: What `metamer display config` writes beside a configuration.

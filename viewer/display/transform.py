@@ -18,9 +18,9 @@ import numpy as np
 from jaxtyping import Float
 
 from ...calibration.display.aim import PICTURE_WHITE_XYZ
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.adaptation import Method, adaptation_matrix
 from ...spectral.difference import delta_e_xyz
-from ...spectral.errors import InputError, UnknownNameError
 from ...spectral.image import ColourImage
 
 # Pinned by its full name: what "default" and "latest" mean moves between releases of OpenColorIO.

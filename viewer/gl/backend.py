@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.fast import Summand, TermShader
-from ...spectral.errors import InputError
+from ...materials.core.fast import Summand, TermShader
+from ...runtime.errors import InputError
 from ..render.cache import Backend, Needs, Piece
 from ..render.geometry import LightGeometry
 from ..render.holes import reaching_texels, seen_texels

@@ -6,7 +6,7 @@ import os
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
-from ...spectral.errors import MetamerError
+from ...runtime.errors import MetamerError
 
 if TYPE_CHECKING:
     import moderngl

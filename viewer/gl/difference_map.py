@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.statistics import FULL_COVERAGE
+from ...calibration.report.statistics import FULL_COVERAGE
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.formula import Formula
 from ...spectral.image_cam16 import cam16_constants

@@ -12,14 +12,14 @@ from jaxtyping import Float
 
 from ...lighting.environment import octahedral, polygon
 from ...lighting.environment.bright_light import BrightLight
-from ...lighting.environment.gathering import GatheredLight
 from ...lighting.environment.panel import GatheredPanel
+from ...lighting.environment.prefiltering import GatheredLight
 from ...lighting.environment.pyramid import SOFTENING
+from ...lighting.transfer.diffuse_albedo import EVEN_Z, EVEN_ZZ
 from ...lighting.transfer.indirect import IndirectLight
-from ...lighting.transfer.passing_on import EVEN_Z, EVEN_ZZ
 from ...lighting.transfer.radiance_maps import BLUNT, FIRST, LEVELS
 from ...lighting.visibility.compression import SOFT, unpacked
-from ...lighting.visibility.halving import Halving
+from ...lighting.visibility.edge_bisection import Halving
 from ...lighting.visibility.hidden_light import HiddenLight
 from ...lighting.visibility.visibility import SceneVisibility
 from .resources import ROW_LENGTH, Owner

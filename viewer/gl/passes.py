@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.fast import TermShader
+from ...materials.core.fast import TermShader
 from ..render import shadows
 from ..render.geometry import LightGeometry
 from ..render.raster import SUBSTEPS, Window, WindowTriangles

@@ -9,8 +9,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...materials.fast import MOST_TEXELS
-from ...spectral.errors import InputError
+from ...materials.core.fast import MOST_TEXELS
+from ...runtime.errors import InputError
 from ..render.geometry import SceneGeometry
 from ..render.raster import WindowTriangles
 

@@ -8,7 +8,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...spectral.errors import MetamerError
+from ...runtime.errors import MetamerError
 
 if TYPE_CHECKING:
     import moderngl

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from ...calibration.regression.row import Pixels
 from ...lighting.scene import Scene
 from ...lighting.transfer.radiant import fluoresces
-from ...materials.fast import Fast
+from ...materials.core.fast import Fast
 from ...spectral.spectrum import Spectrum
 
 

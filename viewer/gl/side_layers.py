@@ -14,9 +14,9 @@ from jaxtyping import Float
 
 from ...lighting.camera import Camera
 from ...lighting.scene import Scene
+from ...materials.core.fast import Fast
 from ...materials.factored.pack import matt_brdf
-from ...materials.fast import Fast
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..render.cache import Needs

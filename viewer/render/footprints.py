@@ -19,8 +19,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...lighting.vectors import dot, unit
-from ...materials.axes import Frame
-from ...materials.directions import TAU, angles, azimuth_difference, half_difference
+from ...materials.core.axes import Frame
+from ...materials.core.directions import TAU, angles, azimuth_difference, half_difference
 from .geometry import LightGeometry
 from .raster import SUBSTEPS, WindowTriangles
 from .surfaces import Surface, interpolated

@@ -2,7 +2,7 @@
 
 What outlives a camera is here, and what a light's place decides is kept while only other lights move; what one camera
 sees of it is `view.View`. Everything that is decided once a triangle is decided in float64, so that the two renderers
-cannot differ on it. Lengths are in radii of the scene. The policy is that of `lighting.geometry`.
+cannot differ on it. Lengths are in radii of the scene. The policy is that of `lighting.reference.geometry`.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...lighting.geometry import Tracer
 from ...lighting.lights import DeltaLight
-from ...lighting.mesh import Mesh
+from ...lighting.mesh.mesh import Mesh
+from ...lighting.reference.geometry import Tracer
 from ...lighting.scene import Scene
 from ...lighting.vectors import dot
-from ...materials.cutout import Cutout
+from ...materials.core.cutout import Cutout
 from .shadows import ShadowGrid, SortedTriangles, shadow_grid, sorted_triangles
 
 
@@ -48,7 +48,7 @@ class SceneGeometry:
     centre (3,), radius : world, of what is seen; scale of all that follows but `points`.
     points (V, 3) : vertices, world. faces (F, 3) : which of them are a triangle's corners.
     face_normals (F, 3) : unit. positions, normals, tangents (F, 3, 3) : rounded to float32.
-    handedness (F,) : 1 or -1, of the tangents (`lighting.tangents`).
+    handedness (F,) : 1 or -1, of the tangents (`lighting.mesh.tangents`).
     first_face (parts + 1,) : where each part's triangles begin.
     cutouts : by part, its material's holes. tracer : rays that go on through those; None where there are none.
     """

@@ -15,8 +15,8 @@ from ...lighting.scene import Scene
 from ...lighting.transfer.hits import RAYS
 from ...lighting.transfer.indirect import IndirectLight, indirect_light, needs_none
 from ...lighting.transfer.transport import Transport
-from ...lighting.visibility.keeping import transfer_folder
-from ...materials.fast import Fast
+from ...lighting.visibility.cache_limits import transfer_folder
+from ...materials.core.fast import Fast
 from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
 from .layers import SpreadLayer, layers_of_fields

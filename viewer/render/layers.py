@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...lighting.environment.gathering import GatheredLight
 from ...lighting.environment.panel import GatheredPanel
+from ...lighting.environment.prefiltering import GatheredLight
 from ...lighting.transfer.indirect import IndirectLight
-from ...materials.environment_form import EnvironmentForm
-from ...materials.fast import Summand
+from ...materials.core.environment_form import EnvironmentForm
+from ...materials.core.fast import Summand
 from .light_cache import Shadows
 
 

@@ -11,16 +11,16 @@ import numpy as np
 
 from ...lighting.environment.bright_light import BrightLight
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.environment.gathering import GatheredLight
 from ...lighting.environment.panel import GatheredPanel
+from ...lighting.environment.prefiltering import GatheredLight
 from ...lighting.environment.softbox import SoftboxLight
 from ...lighting.lights import SpreadLight
-from ...lighting.mesh import Mesh
+from ...lighting.mesh.mesh import Mesh
 from ...lighting.scene import Scene
-from ...lighting.visibility.before import Before
 from ...lighting.visibility.cache import is_kept, scene_visibility
+from ...lighting.visibility.cache_limits import visibility_folder
+from ...lighting.visibility.half_space import Before
 from ...lighting.visibility.hidden_light import HiddenLight
-from ...lighting.visibility.keeping import visibility_folder
 from ...lighting.visibility.precompute import SECONDS_A_VERTEX, SeenPoints, visibility_cost
 from ...lighting.visibility.sites import nothing_hides, pieces_of
 from ...lighting.visibility.visibility import SceneVisibility

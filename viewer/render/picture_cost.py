@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from ...lighting.camera import Camera
-from ...lighting.reference import BAND_SAMPLES
+from ...lighting.reference.reference import BAND_SAMPLES
 from ...lighting.scene import Scene
 from ...lighting.visibility.refinement import refined
-from ...spectral.memory import check_room, gigabytes
+from ...runtime.memory import check_room, gigabytes
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM
 from .cache import KEPT_SAMPLES
 from .view import TILE_SAMPLES

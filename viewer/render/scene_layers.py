@@ -17,12 +17,12 @@ from ...lighting.lights import Light, SpreadLight
 from ...lighting.scene import Scene
 from ...lighting.transfer.hits import RAYS
 from ...lighting.transfer.indirect import IndirectLight
-from ...lighting.visibility.keeping import transfer_folder
-from ...materials.fast import Fast
-from ...spectral.errors import UnknownNameError
+from ...lighting.visibility.cache_limits import transfer_folder
+from ...materials.core.fast import Fast
+from ...runtime.errors import UnknownNameError
+from ...runtime.worker_pool import usable_cores
 from ...spectral.folding import Folding
 from ...spectral.palette import Palette
-from ...spectral.processes import usable_cores
 from ...spectral.spectrum import Spectrum
 from .cache import Needs
 from .indirect_cache import IndirectCache, indirect_layers

@@ -14,9 +14,9 @@ from ...lighting.camera import Camera
 from ...lighting.scene import Scene
 from ...lighting.transfer.indirect import IndirectLight
 from ...lighting.transfer.radiant import fluoresces
-from ...materials.catalogue import Catalogue
-from ...materials.fast import Fast
-from ...spectral.errors import InputError
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.core.fast import Fast
+from ...runtime.errors import InputError
 from ...spectral.observers import Observer
 from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum

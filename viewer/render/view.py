@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...lighting.camera import Camera
-from ...lighting.tangents import seen_handedness
+from ...lighting.mesh.tangents import seen_handedness
 from ...lighting.vectors import dot
 from .geometry import LightGeometry, SceneGeometry
 from .raster import Window, WindowTriangles, least_of, most_of, window_triangles
@@ -24,7 +24,7 @@ class View:
     """A camera's view of a scene; good for all materials and all spectra.
 
     side (F,) : 1 or -1, whether a triangle's own normal is on the viewer's side.
-    handedness (F,) : 1 or -1, of the shading frames on that side (`lighting.tangents.seen_handedness`).
+    handedness (F,) : 1 or -1, of the shading frames on that side (`lighting.mesh.tangents.seen_handedness`).
     perspective, eye (3,) : the pin-hole, or the unit direction to the viewer of an orthographic camera.
     clip (V, 3), depth (V,) : vertices in clip space without its third coordinate, and how far off they are.
     left_out (F,) : triangles that are not drawn; None draws all.

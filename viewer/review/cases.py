@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...lighting.camera import Camera
-from ...lighting.geometry import VisibleGeometry, visible_geometry
-from ...lighting.placement import looks_past, placement_warnings, why_black
 from ...lighting.plan import ScenePlan, plan_scene
+from ...lighting.reference.geometry import VisibleGeometry, visible_geometry
+from ...lighting.reference.placement import looks_past, placement_warnings, why_black
 from ...lighting.scene import Scene
-from ...materials.catalogue import Catalogue
-from ...materials.fast import Fast
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.core.fast import Fast
 from ...materials.records.material import MaterialRecord
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.spectrum import Spectrum
 from ..display.gl_pass import DisplayPass

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics, mean_shift
-from ...lighting.geometry import VisibleGeometry
+from ...calibration.report.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics, mean_shift
+from ...lighting.reference.geometry import VisibleGeometry
 from ...lighting.scene import Scene
+from ...runtime.errors import InputError
 from ...spectral.difference import lab_from_xyz
-from ...spectral.errors import InputError
 from .cases import Case, Setting
 from .draw import Drawing
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from ...calibration.row import ReferenceNoise
+from ...calibration.report.row import ReferenceNoise
 from ...lighting.scene import Scene
 from ...spectral.image import ColourImage
 from ..display.png import quantise

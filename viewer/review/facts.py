@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.reviewed import (
+from ...calibration.report.review_facts import (
     FIGURE_LIGHTS,
     SHIFT_FROM,
     LitColour,
@@ -21,7 +21,7 @@ from ...calibration.reviewed import (
     titled,
 )
 from ...lighting.scene import Scene
-from ...materials.reading import GEOMETRY, Reading
+from ...materials.catalogue.instrument_reading import GEOMETRY, Reading
 from ...materials.records.colour_standing import (
     colour_standing,
     gloss_standing,
@@ -33,7 +33,7 @@ from ...spectral.difference import lab_from_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
-from ..reading import swatch, xyz_in
+from ..scene_reading import swatch, xyz_in
 from .cases import Setting
 
 # Of people who match by eye, and of larger fields: figures are given for both, whichever the pictures are for.

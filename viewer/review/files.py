@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from ...calibration.plots import mask_png
-from ...spectral.files import written_whole
+from ...calibration.report.plots import mask_png
+from ...runtime.files import written_whole
 from ...spectral.formats.exr import write_exr
 from ...spectral.formats.xyz_exr import write_xyz_exr
 from ...spectral.image import ColourImage

@@ -17,11 +17,11 @@ from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
-from ...calibration.history import HISTORY
-from ...calibration.row_files import Drawn, read_rows, write_rows
-from ...spectral.ending import clearing, undisturbed
-from ...spectral.files import check_writable, half_written, made_folder
-from ...spectral.locks import alone_at_work
+from ...calibration.report.history import HISTORY
+from ...calibration.report.row_files import Drawn, read_rows, write_rows
+from ...runtime.files import check_writable, half_written, made_folder
+from ...runtime.locks import alone_at_work
+from ...runtime.shutdown import clearing, undisturbed
 from .files import PICTURES
 
 UNFINISHED, ROWS = "unfinished", "rows"

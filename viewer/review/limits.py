@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float, UInt8
 
-from ...calibration.row import Limits
-from ...calibration.statistics import FULL_COVERAGE
+from ...calibration.report.row import Limits
+from ...calibration.report.statistics import FULL_COVERAGE
+from ...runtime.errors import InputError
 from ...spectral.difference import delta_e, lab_from_xyz
-from ...spectral.errors import InputError
 from ...spectral.image import ColourImage
 from ..display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
 

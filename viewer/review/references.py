@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.row import ReferenceNoise
+from ...calibration.report.row import ReferenceNoise
 from ...lighting.camera import Camera
-from ...lighting.geometry import VisibleGeometry
-from ...lighting.reference import reference_images
-from ...lighting.reference_noise import Noise
+from ...lighting.reference.geometry import VisibleGeometry
+from ...lighting.reference.noise import Noise
+from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
-from ...materials.catalogue import Catalogue
-from ...spectral.processes import in_order
+from ...materials.catalogue.catalogue import Catalogue
+from ...runtime.worker_pool import in_order
 from ...spectral.spectrum import Spectrum
 
 

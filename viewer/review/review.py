@@ -13,16 +13,16 @@ from functools import cache
 from pathlib import Path
 from shutil import rmtree
 
-from ...calibration.history import HISTORY, read_history
-from ...calibration.rating import Rating
-from ...calibration.report import status, verdict_of, write_report
-from ...calibration.row import ReviewRow
-from ...calibration.statistics import self_check
+from ...calibration.report.history import HISTORY, read_history
+from ...calibration.report.rating import Rating
+from ...calibration.report.report import status, verdict_of, write_report
+from ...calibration.report.row import ReviewRow
+from ...calibration.report.statistics import self_check
 from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
-from ...materials.catalogue import Catalogue
-from ...materials.reading import Reading
-from ...spectral.ending import clearing, saying
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.catalogue.instrument_reading import Reading
+from ...runtime.shutdown import clearing, saying
 from ..picture import Warn, unheard
 from ..render.session import RenderSession
 from .cases import OWN_LIGHT, Case, Setting, prepared
@@ -82,7 +82,7 @@ def review(
 
     `materials`, or those of the scene's review, are swept over one part, the review's or the first. Without either, the
     scene is judged as it stands, material by material, each over the pixels that show it. The sample is the renderer's
-    picture from fast forms; the reference is `lighting.reference` from the original data.
+    picture from fast forms; the reference is `lighting.reference.reference` from the original data.
 
     Rows that an earlier review has drawn from the very same things are taken as they are. A review that is broken off
     leaves what it has drawn in the folder `unfinished`, and a report that was there before.
@@ -97,7 +97,7 @@ def review(
     jobs : processes that compute references.
     progress : called with (rows done, rows in all, material) for each row that is drawn.
     again : draw every row, also those that are there.
-    ratings : a reviewer's protocol (`calibration.protocol`), for the report.
+    ratings : a reviewer's protocol (`calibration.report.protocol`), for the report.
     resumed : called with (rows that were there, rows in all), where there are any, before the others are drawn.
     warn : called at once with a line for each reason why pictures show nothing; the report repeats them.
 

@@ -9,19 +9,19 @@ from functools import cache
 from importlib.metadata import requires
 from pathlib import Path
 
-from ...calibration.plots import embedded_side
+from ...calibration.report.plots import embedded_side
 from ...lighting.camera import Camera
 from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
-from ...materials.catalogue import Catalogue
+from ...materials.catalogue.catalogue import Catalogue
 from ...materials.records.record_head import read_head
-from ...spectral.code_hash import files_hash
-from ...spectral.fingerprint import fingerprint
+from ...runtime.code_hash import files_hash
+from ...runtime.fingerprint import fingerprint
 from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
 
 # Folders of code that draws or compares; pages and commands change no row.
-_CODE = ("spectral", "materials", "lighting", "calibration", "viewer")
+_CODE = ("runtime", "spectral", "materials", "lighting", "calibration", "viewer")
 _KINDS = (".py", ".glsl", ".vert", ".frag")
 
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...lighting.camera import Camera
-from ...lighting.geometry import VisibleGeometry
 from ...lighting.plan import ScenePlan
+from ...lighting.reference.geometry import VisibleGeometry
 from ...lighting.scene import Scene
+from ...materials.core.surface import Surface
+from ...materials.records.description import shown_reconstruction
 from ...materials.records.material import MaterialRecord
-from ...materials.records.shown import shown_reconstruction
 from ...materials.records.standing import missed_words
-from ...materials.surface import Surface
 from ...spectral.spectrum import Spectrum
 from ..display.state import display_words
 from ..display.transform import DisplayTransform

@@ -16,11 +16,11 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
-from ...lighting.geometry import LitSamples, VisibleGeometry
-from ...lighting.reference import reference_images
+from ...lighting.reference.geometry import LitSamples, VisibleGeometry
+from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
 from ...lighting.transfer.radiant import fluoresces
-from ...materials.surface import Surface
+from ...materials.core.surface import Surface
 from ...spectral.observers import Observer
 from ...spectral.spectrum import Spectrum
 from .cases import Case, Setting

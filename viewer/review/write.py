@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from ...calibration.row import ReviewRow, RowColour, WorstPixel, review_row
-from ...materials.reading import GEOMETRY, Reading
+from ...calibration.report.row import ReviewRow, RowColour, WorstPixel, review_row
+from ...materials.catalogue.instrument_reading import GEOMETRY, Reading
 from ...spectral.difference import lab_from_xyz
 from ..picture import picture_words
-from ..reading import colours_around, swatch, xyz_in
+from ..scene_reading import colours_around, swatch, xyz_in
 from .cases import Setting
 from .compare import Comparison
 from .draw import Drawing

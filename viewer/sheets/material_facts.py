@@ -8,15 +8,11 @@ from dataclasses import asdict
 from jaxtyping import UInt8
 from numpy import ndarray
 
-from ...calibration.material_page import MaterialFacts, render_material_page
+from ...calibration.report.material_page import MaterialFacts, render_material_page
 from ...lighting.scene import Scene
-from ...materials.fast import Summand
-from ...materials.fit_error import far_off
-from ...materials.gloss import shown_gloss
-from ...materials.records.material import MaterialRecord
-from ...materials.records.models import no_surface
-from ...materials.records.record_colour import record_colour
-from ...materials.records.shown import (
+from ...materials.core.fast import Summand
+from ...materials.core.fit_error import far_off
+from ...materials.records.description import (
     shown_colours,
     shown_conditions,
     shown_reconstruction,
@@ -25,8 +21,12 @@ from ...materials.records.shown import (
     shown_values,
     two_decimals,
 )
+from ...materials.records.material import MaterialRecord
+from ...materials.records.models import no_surface
+from ...materials.records.record_colour import record_colour
 from ...materials.records.standing import missed_words
-from ...spectral.errors import InputError
+from ...materials.search.gloss import shown_gloss
+from ...runtime.errors import InputError
 from ..picture import display_for, display_pass, material_picture
 from ..render.session import RenderSession
 from ..review.words import provenance_words

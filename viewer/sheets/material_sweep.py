@@ -11,10 +11,10 @@ import numpy as np
 from jaxtyping import UInt8
 
 from ...lighting.scene import Scene
-from ...materials.catalogue import Catalogue
-from ...materials.material import Material
-from ...materials.varied import VariedCatalogue
-from ...spectral.errors import InputError
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.catalogue.material import Material
+from ...materials.search.edited_material import VariedCatalogue
+from ...runtime.errors import InputError
 from ..picture import Picture, Warn, picture, unheard
 from ..render.session import RenderSession
 from .sheet_text import fitted_line, sheet_font, write_line

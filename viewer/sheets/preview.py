@@ -11,13 +11,13 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from ...lighting.scene import Scene
-from ...lighting.scene_files import load_scene, shipped_scene
-from ...materials.catalogue import Catalogue
+from ...lighting.scene_file.files import load_scene, shipped_scene
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.records.description import shown_spectrum
 from ...materials.records.material import MaterialRecord
 from ...materials.records.query import Summary
-from ...materials.records.shown import shown_spectrum
-from ...spectral.errors import InputError
-from ...spectral.files import written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import written_whole
 from ..picture import display_for, display_pass, material_picture
 from ..render.session import RenderSession
 from .sheet_text import fitted_line, sheet_font, write_line

@@ -15,10 +15,10 @@ from time import perf_counter
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics
-from ...lighting.geometry import visible_geometry
+from ...calibration.report.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics
+from ...lighting.reference.geometry import visible_geometry
 from ...lighting.scene import Scene
-from ...materials.catalogue import Catalogue
+from ...materials.catalogue.catalogue import Catalogue
 from ...spectral.adaptation import adaptation_matrix
 from ..picture import Picture, Warn, picture, unheard
 from ..render.session import RenderSession

@@ -11,8 +11,8 @@ import numpy as np
 from ...lighting.camera import Camera
 from ...lighting.scene import Scene
 from ...lighting.vectors import unit
-from ...materials.catalogue import Catalogue
-from ...spectral.files import written_whole
+from ...materials.catalogue.catalogue import Catalogue
+from ...runtime.files import written_whole
 from ..picture import Picture, bounced_words
 from ..render.session import RenderSession
 

@@ -1,0 +1,4 @@
+"""Numpy back end, the twin of `gl/`.
+
+Begin with `backend.py`.
+"""

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...lighting.vectors import dot, unit
-from ...materials.points import Points
-from ...materials.terms import Terms
+from ...materials.core.points import Points
+from ...materials.core.terms import Terms
 from ..render.cache import Backend, KeptTerms, Needs, Piece, Tile
 from ..render.footprints import footprints
 from ..render.geometry import LightGeometry

@@ -8,16 +8,16 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...lighting.environment.bright_light import BrightLight
-from ...lighting.environment.gathering import GatheredLight, turned
 from ...lighting.environment.panel import GatheredPanel
+from ...lighting.environment.prefiltering import GatheredLight, turned
 from ...lighting.transfer.indirect import IndirectLight, light_at, under_lobes
 from ...lighting.visibility.compression import straight
 from ...lighting.visibility.cut_lobe import cut_lobe
 from ...lighting.visibility.free_share import free_share
-from ...lighting.visibility.own_horizon import share_above
-from ...materials.environment_form import Lobes, bends
-from ...materials.points import Points
-from ...materials.terms import Terms
+from ...lighting.visibility.geometric_horizon import share_above
+from ...materials.core.environment_form import Lobes, bends
+from ...materials.core.points import Points
+from ...materials.core.terms import Terms
 from ..render.layers import SpreadLayer
 from ..render.light_cache import Shadows
 
@@ -169,7 +169,7 @@ def _left(
     eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else what lies where the
     lobe is free (`cut_lobe`). What surfaces receive: of each narrow bright part the share that is free about its axis;
     of all else what the vertices around lose, as a share of what they would have, since pixels may have other normals.
-    Of all bright parts what the triangle's own plane hides is taken off too (`own_horizon`).
+    Of all bright parts what the triangle's own plane hides is taken off too (`geometric_horizon`).
     """
     assert isinstance(layer.gathered, GatheredLight)
     visibility, frame = shadows.visibility, samples.frame

@@ -1,1 +1,4 @@
-"""The review window, `metamer view`: what is looked at, every change of it, what is told of it, and the panels."""
+"""Review window, `metamer view`: its state, every change of it, its pictures and probes.
+
+Begin with `state.py` and `session.py`; `commands.py` is every change, `frame.py` the picture. Panels are in `shell/`.
+"""

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ...spectral.errors import MetamerError
+from ...runtime.errors import MetamerError
 
 
 @dataclass(frozen=True, eq=False)

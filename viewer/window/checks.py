@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection
 
 from ...lighting.vectors import Number
-from ...spectral.errors import InputError, UnknownNameError
+from ...runtime.errors import InputError, UnknownNameError
 
 Vector = tuple[float, float, float]
 

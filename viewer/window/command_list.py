@@ -12,8 +12,8 @@ import numpy as np
 from ...spectral.adaptation import degree_of_adaptation
 from .choices import Choices
 from .commands import Change, Command, Commands, following, stepped
-from .dials import DIALS, EXPOSURE, SCALE, TOLERANCE
 from .light_choice import LightChoice
+from .numeric_controls import DIALS, EXPOSURE, SCALE, TOLERANCE
 from .state import FORMULAS, MODES, Adaptation, Mode, Other, Session
 from .viewpoint import framed, orbited, panned, zoomed
 from .window_commands import window_commands

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...lighting.geometry import visible_geometry
-from ...lighting.reference import reference_images
-from ...lighting.reference_noise import NOISE_SHARE
+from ...lighting.reference.geometry import visible_geometry
+from ...lighting.reference.noise import NOISE_SHARE
+from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
 from ...lighting.vectors import dot
 from ...lighting.visibility.precompute import SeenPoints

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.statistics import DeltaEStatistics, delta_e_statistics
-from ...materials.catalogue import Catalogue
-from ...materials.varied import VariedCatalogue
-from ...spectral.errors import InputError, MetamerError
+from ...calibration.report.statistics import DeltaEStatistics, delta_e_statistics
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.search.edited_material import VariedCatalogue
+from ...runtime.errors import InputError, MetamerError
 from ...spectral.formats.xyz_exr import write_xyz_exr
 from ...spectral.image import ColourImage
 from ..display.transform import DisplayTransform
@@ -24,8 +24,8 @@ from ..gl.shaders import ShaderError
 from ..gl.side import Side
 from ..gl.tile import read
 from ..picture import display_for, picture_words
-from .drawing import Clock, Drawing, Quality
-from .showing import Showing, display_of, to_display
+from .canvas_renderer import Clock, Drawing, Quality
+from .display_pass import Showing, display_of, to_display
 from .sides import Sources
 from .state import Session
 from .view_error import AskedView

@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.statistics import DeltaEStatistics, delta_e_statistics
+from ...calibration.report.statistics import DeltaEStatistics, delta_e_statistics
 from ...lighting.environment.environment import mixture
-from ...lighting.lamps import lamp
-from ...spectral.errors import InputError
+from ...lighting.scene_file.lamps import lamp
+from ...runtime.errors import InputError
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
 from ..gl.difference_map import DifferencePass
 from ..gl.resources import Owner
-from .drawing import Quality
+from .canvas_renderer import Quality
+from .display_pass import Showing, Whites, display_of, to_display
 from .light_choice import LightChoice
-from .showing import Showing, Whites, display_of, to_display
 from .spectral_image import SpectralPicture, XyzPicture
 from .spectral_image_file import read_looked_at
 from .state import Session

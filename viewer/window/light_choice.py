@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...lighting.environment.booth import LAMPS
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from ...spectral.upsampling import METHODS
 from .checks import check_known, check_positive, check_text, check_within
 
@@ -17,8 +17,8 @@ LEAST_DIMMING = 1e-3
 class Lamp:
     """A lamp by its name, and its share in a blend.
 
-    name : an illuminant, a file of spectra, or an emission of the catalogue (`lighting.lamps`). entry : which spectrum
-    of a file that holds several, by name or number. share : of the luminance; of any scale.
+    name : an illuminant, a file of spectra, or an emission of the catalogue (`lighting.scene_file.lamps`).
+    entry : which spectrum of a file that holds several, by name or number. share : of the luminance; of any scale.
     """
 
     name: str

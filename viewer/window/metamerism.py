@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.material import Material
-from ...materials.samples import sample_of
-from ...spectral.errors import ComparisonError, InputError
+from ...materials.catalogue.material import Material
+from ...materials.catalogue.samples import sample_of
+from ...runtime.errors import ComparisonError, InputError
 from ...spectral.formula import Formula
 from ...spectral.illuminants import illuminant
 from ...spectral.metamerism import Conditions, metamerism_index

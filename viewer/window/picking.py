@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...lighting.camera import Camera
-from ...lighting.geometry import Tracer
+from ...lighting.reference.geometry import Tracer
 from ...lighting.scene import Scene
 from .places import Pin
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ...spectral.errors import MetamerError
+from ...runtime.errors import MetamerError
 from .frame import Frame
 from .image_frame import ImageFrame
-from .loading import Loaded
+from .session_loader import Loaded
 from .sides import Sources
 from .state import Session
 

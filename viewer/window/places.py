@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...lighting.mesh import Mesh
+from ...lighting.mesh.mesh import Mesh
 from ...lighting.scene import Scene
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 from .checks import Vector, check_text, check_within
 
 

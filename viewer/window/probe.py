@@ -16,17 +16,17 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.camera import Camera
-from ...lighting.geometry import Tracer, VisibleGeometry, visible_geometry
-from ...lighting.reference import lit_points, reference_images
-from ...lighting.reference_noise import NOISE_SHARE
+from ...lighting.reference.geometry import Tracer, VisibleGeometry, visible_geometry
+from ...lighting.reference.noise import NOISE_SHARE
+from ...lighting.reference.reference import lit_points, reference_images
 from ...lighting.scene import Scene
-from ...materials.catalogue import Catalogue
+from ...materials.analytic.fluorescent import FluorescentBrdf
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.catalogue.material import Material
+from ...materials.core.fast import Fast
 from ...materials.factored.pack import matt_brdf
-from ...materials.fast import Fast
-from ...materials.fluorescent import FluorescentBrdf
-from ...materials.material import Material
+from ...runtime.errors import InputError
 from ...spectral.difference import delta_e_xyz, lab_from_xyz
-from ...spectral.errors import InputError
 from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ...spectral.wavelengths import interpolation_matrix

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...spectral.errors import InputError
-from ...spectral.files import written_whole
+from ...runtime.errors import InputError
+from ...runtime.files import written_whole
 from ...spectral.formats.cxf_writer import write_cxf
-from ...spectral.formats.reading import SpectralEntry
+from ...spectral.formats.registry import SpectralEntry
 from ...spectral.spectrum import Spectrum
-from .displayed import Displayed
+from .displayed_value import Displayed
 from .probe import Reading
 
 #: A probe by its name, what it read, and what the display is sent.

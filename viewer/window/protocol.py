@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from datetime import UTC, datetime
 
-from ...calibration.rating import Probed, Rating, Verdict
+from ...calibration.report.rating import Probed, Rating, Verdict
 from ...spectral.formula import formula
 from .choices import Choices
-from .displayed import Displayed
+from .displayed_value import Displayed
 from .probe import Reading
 from .probe_text import colours
 from .state import Session

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..display.png import write_png
+from .canvas_readback import read_codes
+from .canvas_renderer import Quality
 from .chain import chain
-from .drawing import Quality
 from .frame import Frame
 from .image_frame import ImageFrame
-from .reading_canvas import read_codes
 from .session import session_text
 from .state import Session
 

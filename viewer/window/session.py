@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...spectral.toml_records import RecordFile
+from ...runtime.toml_records import RecordFile
 from .state import Session
 
 SESSION_FILE = RecordFile(

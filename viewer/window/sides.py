@@ -10,27 +10,27 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from ...calibration.regression.row import Pixels
-from ...lighting import shapes
 from ...lighting.environment.booth import light_booth
 from ...lighting.environment.environment import EnvironmentLight, mixture
 from ...lighting.environment.map_light import load_environment
-from ...lighting.lamps import lamp
-from ...lighting.mesh import Mesh
-from ...lighting.mesh_files import load_mesh
+from ...lighting.mesh import shapes
+from ...lighting.mesh.files import load_mesh
+from ...lighting.mesh.mesh import Mesh
+from ...lighting.rotated_lights import turned_lights
 from ...lighting.scene import Scene
-from ...lighting.scene_keys import SHAPES
-from ...lighting.simplified import is_closed, simplified_scene
-from ...lighting.turned import turned_lights
-from ...materials.catalogue import Catalogue
-from ...materials.fast import Fast
-from ...materials.material import Material
-from ...materials.varied import VariedCatalogue
-from ...spectral.errors import InputError
+from ...lighting.scene_file.keys import SHAPES
+from ...lighting.scene_file.lamps import lamp
+from ...lighting.simplification import is_closed, simplified_scene
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.catalogue.material import Material
+from ...materials.core.fast import Fast
+from ...materials.search.edited_material import VariedCatalogue
+from ...runtime.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import OBSERVERS, observer
 from ...spectral.spectrum import Spectrum
 from ..gl.side import Side
-from .fitting import Fitting, Values
+from .edited_materials import Fitting, Values
 from .light_choice import LightChoice
 from .state import Session
 from .stills import read_still

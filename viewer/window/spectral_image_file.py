@@ -9,12 +9,12 @@ import numpy as np
 from jaxtyping import Float
 
 from ...calibration.regression.picture_files import header, read_xyz
-from ...spectral.errors import InputError, UnknownNameError
-from ...spectral.files import existing_file
+from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import existing_file
+from ...runtime.memory import check_room, gigabytes
 from ...spectral.formats.exr import channel_names, read_picture, samples_in
 from ...spectral.formats.spectral_exr import BISPECTRAL, PLAIN, wavelength_of
 from ...spectral.illuminants import illuminant
-from ...spectral.memory import check_room, gigabytes
 from ...spectral.observers import OBSERVERS
 from .spectral_image import SpectralPicture, XyzPicture
 

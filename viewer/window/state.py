@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields, replace
 from typing import Literal, get_args
 
-from ...calibration.rating import Rating
+from ...calibration.report.rating import Rating
+from ...runtime.errors import InputError
 from ...spectral.adaptation import CONE_FROM_XYZ
-from ...spectral.errors import InputError
 from ...spectral.image_difference import ImageFormula
 from ...spectral.observers import OBSERVERS
 from .checks import check_known, check_positive, check_text, check_within
@@ -73,7 +73,7 @@ class Worn:
 
 @dataclass(frozen=True)
 class Edit:
-    """A parameter of a material's formula (`materials.sliders`) at another value than the catalogue has."""
+    """A parameter of a material's formula (`materials.search.sliders`) at another value than the catalogue has."""
 
     material: str
     parameter: str

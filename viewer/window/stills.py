@@ -8,7 +8,7 @@ from pathlib import Path
 from ...calibration.regression.baseline import MANIFEST, baseline_side
 from ...calibration.regression.picture_files import read_xyz
 from ...calibration.regression.row import Pixels, Row
-from ...spectral.errors import InputError
+from ...runtime.errors import InputError
 
 
 def read_still(path: str | Path, shows: Mapping[str, str]) -> Pixels:

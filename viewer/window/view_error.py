@@ -13,14 +13,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics
+from ...calibration.report.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics
 from ...lighting.camera import Camera
-from ...lighting.geometry import Tracer, visible_geometry
-from ...lighting.mesh import Mesh
-from ...lighting.reference import reference_images
+from ...lighting.mesh.mesh import Mesh
+from ...lighting.reference.geometry import Tracer, visible_geometry
+from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
-from ...materials.cutout import Cutout
-from ...materials.surface import Surface
+from ...materials.core.cutout import Cutout
+from ...materials.core.surface import Surface
 
 #: Rows are this far apart in the first round.
 FIRST_STEP = 16

@@ -18,13 +18,13 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from ...lighting.mesh import Mesh
-from ...materials.catalogue import Catalogue
-from ...materials.surface import Surface
-from ...spectral.ending import clearing, undisturbed
-from ...spectral.errors import MetamerError
-from ...spectral.private_folder import temporary_folder
-from ...spectral.processes import SPAWNING, as_workers_should_start, end_with_the_parent, ending_words
+from ...lighting.mesh.mesh import Mesh
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.core.surface import Surface
+from ...runtime.errors import MetamerError
+from ...runtime.private_folder import temporary_folder
+from ...runtime.shutdown import clearing, undisturbed
+from ...runtime.worker_pool import SPAWNING, as_workers_should_start, end_with_the_parent, ending_words
 from .view_error import AskedView, Tracers, ViewError, view_errors
 
 #: How much the process stands back.

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from ....spectral.errors import InputError
+from ....runtime.errors import InputError
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ...svbrdf.map_set import DIELECTRIC_F0, WHOLE, Placement, check_normals
 from ...svbrdf.maps import MappedSurface
 from ...svbrdf.texel_map import TexelMap
 from ...svbrdf.texels import look_up
-from ...textures import Texture
+from ...svbrdf.textures import Texture
 from .normal_maps import Green, is_level, mended, normals_of
 from .stand_in import Colour, Number, SurfaceMaps
 

@@ -20,10 +20,10 @@ from typing import Any, cast
 import numpy as np
 from jaxtyping import Float
 
-from ....spectral.errors import InputError, UnknownNameError
+from ....runtime.errors import InputError, UnknownNameError
 from ....spectral.upsampling import PRIMARIES, upsampling
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ...textures import Encoding, Texture
+from ...svbrdf.textures import Encoding, Texture
 
 _PREFIX = "maps."
 

@@ -12,9 +12,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from ....spectral.errors import InputError
+from ....runtime.errors import InputError
 from ...svbrdf.texel_map import TexelMap
-from ...textures import Texture
+from ...svbrdf.textures import Texture
 
 Green = Literal["opengl", "directx"]
 

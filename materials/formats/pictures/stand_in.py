@@ -11,10 +11,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 from jaxtyping import Float
 
-from ....spectral.errors import InputError
+from ....runtime.errors import InputError
 from ....spectral.upsampling import upsampling
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ...textures import Texture, blocks
+from ...svbrdf.textures import Texture, blocks
 
 #: Of glTF's dielectrics, whose refractive index is 1.5.
 DIELECTRIC_F0 = 0.04

@@ -25,9 +25,9 @@ from typing import NamedTuple, get_args
 import numpy as np
 from jaxtyping import Float
 
-from ...errors import InputError
+from ....runtime.errors import InputError
 from ...spectrum import Quantity
-from ..answer import AgainstAnswerError, Answer, Scale, contradiction
+from ..import_options import AgainstAnswerError, Answer, Scale, contradiction
 from .resemblance import Likeness, has_mercury_lines, likenesses
 from .text import shortened
 from .words import meant_by

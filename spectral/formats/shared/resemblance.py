@@ -18,7 +18,7 @@ from jaxtyping import Bool, Float
 from ...colour_library import colour_science
 from ...illuminants import illuminant
 from ...observers import observer
-from ..reading import StatedColour
+from ..registry import StatedColour
 
 Kind = Literal["sensitivity", "emission", "reflectance"]
 

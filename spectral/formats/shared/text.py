@@ -7,8 +7,8 @@ import re
 from functools import lru_cache
 from pathlib import Path
 
-from ...errors import InputError
-from ...files import existing_file
+from ....runtime.errors import InputError
+from ....runtime.files import existing_file
 
 #: Bytes and lines; a text that is larger is no measurement that a person meant to import.
 LARGEST, MOST_LINES = 256 * 2**20, 1_000_000

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from ...spectrum import Quantity
-from ..reading import StatedColour
+from ..registry import StatedColour
 
 Unit = Literal["percent", "fraction"]
 Meaning = Quantity | Literal["sensitivity"]

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import InputError
-from ...files import existing_file
+from ....runtime.errors import InputError
+from ....runtime.files import existing_file
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

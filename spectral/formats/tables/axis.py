@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ...errors import InputError
+from ....runtime.errors import InputError
 
 # c in m/s, h in J s, e in C: exact by the definition of the SI (BIPM, 2019); and c in nm per ps, which is nm times THz,
 # and h c / e in nm times eV.

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 
-from ...errors import InputError
+from ....runtime.errors import InputError
 from ..shared.text import number
 
 #: Characters of one line; beyond it, nobody's header of wavelengths goes.

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import InputError
-from ..answer import Answer, Scale
-from ..reading import SpectralFile, StatedColour
+from ....runtime.errors import InputError
+from ..import_options import Answer, Scale
+from ..registry import SpectralFile, StatedColour
 from ..shared.decisions import Sign, Values, divisor_of, undecided
-from ..shared.gathering import DELETED, Gathering, in_visible
+from ..shared.entry_rules import DELETED, Gathering, in_visible
 from ..shared.text import shortened
 from ..shared.words import colour_axis, condition_in, illuminant_in, observer_in, quantity_in, stated_colours, unit_in
 from .axis import NANOMETRE

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ...errors import InputError
+from ....runtime.errors import InputError
 from ..shared.text import read_lines
 from ..shared.words import colour_axis, condition_in, names_power, names_sensitivity, quantity_in
 from .axis import is_reciprocal_header

@@ -14,8 +14,8 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise, zip_longest
 from typing import NamedTuple, NoReturn
 
-from ...errors import InputError
-from ..answer import Decimal
+from ....runtime.errors import InputError
+from ..import_options import Decimal
 from ..shared.text import shortened
 from .dialect import Dialect, dialects_of, is_torn
 from .layout import Layout, Row, layout_of

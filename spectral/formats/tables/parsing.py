@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from ...errors import InputError
-from ..answer import NO_ANSWER, Answer
+from ....runtime.errors import InputError
+from ..import_options import NO_ANSWER, Answer
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
 from ..shared.words import quantity_in
 from .axis import axis_unit

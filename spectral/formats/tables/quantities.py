@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import InputError
-from ..answer import Answer
+from ....runtime.errors import InputError
+from ..import_options import Answer
 from ..shared.decisions import (
     NO_COUNTS,
     Sign,

@@ -8,7 +8,7 @@ from array import array
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
-from ...errors import InputError
+from ....runtime.errors import InputError
 from ..shared.decisions import NO_COUNTS
 from ..shared.text import shortened
 from ..shared.words import colour_axis, measured, quantity_in, quantity_in_lines, unit_in

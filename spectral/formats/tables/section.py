@@ -10,10 +10,10 @@ from operator import itemgetter
 
 import numpy as np
 
-from ...errors import InputError
-from ..reading import StatedColour
+from ....runtime.errors import InputError
+from ..registry import StatedColour
 from ..shared.decisions import Decision, Divisor, Sign
-from ..shared.gathering import MOST_SAMPLES
+from ..shared.entry_rules import MOST_SAMPLES
 from ..shared.resemblance import Likeness
 from ..shared.text import is_missing, shortened
 from .axis import NANOMETRE, AxisUnit

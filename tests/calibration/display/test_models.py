@@ -13,8 +13,8 @@ from metamer.calibration.display.inverse import Inverse
 from metamer.calibration.display.patches import patches
 from metamer.calibration.display.readings import Readings
 from metamer.calibration.display.record import read_record
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from metamer.calibration.display.patch_files import write_patches
 from metamer.calibration.display.patches import patches
 from metamer.calibration.display.reading_files import Answers, read_readings
 from metamer.calibration.display.readings import Readings
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.cgats_tables import read_tables
 
 TI3 = """CTI3

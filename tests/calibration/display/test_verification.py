@@ -12,8 +12,8 @@ from metamer.calibration.display.readings import Readings
 from metamer.calibration.display.verification import verify
 from metamer.calibration.display.verification_junit import verification_junit
 from metamer.calibration.display.verification_page import verification_page
+from metamer.runtime.errors import ComparisonError, InputError
 from metamer.spectral.difference import delta_e_xyz, lab_from_xyz, xyz_from_lab
-from metamer.spectral.errors import ComparisonError, InputError
 
 METAMER = KNOWN["metamer"]
 WHEN = "2026-01-02T03:04:05+00:00"

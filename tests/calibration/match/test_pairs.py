@@ -6,18 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.calibration.match.direction import direction
 from metamer.calibration.match.pairs import Asked, matched
 from metamer.calibration.match.tolerance import Tolerance
 from metamer.calibration.match.uncertainty import Repeatability
+from metamer.calibration.report.direction import direction
 from metamer.materials.analytic.coated_diffuse import CoatedDiffuse
 from metamer.materials.analytic.lambert import Lambert
-from metamer.materials.material import Material
+from metamer.materials.catalogue.material import Material
+from metamer.materials.catalogue.samples import sample_of
 from metamer.materials.records.material import Provenance
-from metamer.materials.samples import sample_of
+from metamer.runtime.errors import ComparisonError, InputError
 from metamer.spectral.difference import differences, xyz_from_lab
-from metamer.spectral.errors import ComparisonError, InputError
-from metamer.spectral.formats.reading import StatedColour
+from metamer.spectral.formats.registry import StatedColour
 from metamer.spectral.formula import formula
 from metamer.spectral.metamerism import Conditions
 from metamer.spectral.sample import Sample

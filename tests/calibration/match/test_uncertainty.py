@@ -10,8 +10,8 @@ from metamer.calibration.match.batch import batch
 from metamer.calibration.match.pairs import Asked, matched
 from metamer.calibration.match.uncertainty import Repeatability, scatter, spread
 from metamer.calibration.match.whites import white_indices
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import lab_from_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.formula import formula
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.metamerism import Conditions

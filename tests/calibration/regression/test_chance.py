@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.calibration.regression.chance import Chance
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import default_criteria, statistic
 from metamer.calibration.regression.row import Layer, Noise, Pixels, Row, RowName, Side
+from metamer.calibration.regression.sampling_noise import Chance
 from metamer.spectral.difference import delta_e_xyz, xyz_from_lab
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -110,9 +110,9 @@ def test_two_noises_are_independent_and_none_is_no_chance():
 def test_200_pairs_of_drawn_references_give_one_false_alarm_at_most(material):
     from metamer.lighting.camera import Camera
     from metamer.lighting.environment.environment import EnvironmentLight
-    from metamer.lighting.reference import reference_images
+    from metamer.lighting.mesh.shapes import plane, sphere
+    from metamer.lighting.reference.reference import reference_images
     from metamer.lighting.scene import Part, Scene, Viewing
-    from metamer.lighting.shapes import plane, sphere
     from metamer.materials.analytic import CookTorrance, Lambert
     from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM as NM
     from metamer.spectral.spectrum import Spectrum

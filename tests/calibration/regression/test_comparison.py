@@ -10,9 +10,9 @@ from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import criteria_of, default_criteria
 from metamer.calibration.regression.row import HALF_ROUNDOFF, Layer, Noise, Pixels, Row, RowName, Side
 from metamer.calibration.regression.words import as_text
+from metamer.runtime.errors import ComparisonError, InputError
 from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import lab_from_xyz, xyz_from_lab
-from metamer.spectral.errors import ComparisonError, InputError
 from metamer.spectral.formula import ADAPTING_LUMINANCE, NAMES, formula
 
 WHITE = np.array([0.95, 1.0, 1.09])

@@ -12,7 +12,7 @@ from metamer.calibration.regression.criteria import (
 )
 from metamer.calibration.regression.result import worst_tier
 from metamer.calibration.regression.row import RowName
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 LINE = {"statistic": "mean", "warn": 0.1, "fail": 0.5}
 

@@ -13,17 +13,17 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from json_schema import problems, schemas
-from metamer.calibration.regression.as_json import as_json
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import criteria_of, default_criteria
+from metamer.calibration.regression.json_result import as_json
 from metamer.calibration.regression.junit import as_junit
 from metamer.calibration.regression.markdown import as_markdown
 from metamer.calibration.regression.page import render_page
 from metamer.calibration.regression.row import Layer, Pixels, Row, RowName, Side
-from metamer.calibration.regression.shown import srgb
+from metamer.calibration.regression.row_pictures import srgb
 from metamer.calibration.regression.table import HEADINGS, as_csv, write_xlsx
 from metamer.calibration.regression.words import as_text
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 WHITE = np.array([0.9505, 1.0, 1.089])
 SAID = {"observer": "CIE 1931", "scene": "S", "view": "front"}

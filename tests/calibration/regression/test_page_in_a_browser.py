@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.calibration.history import Run
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import default_criteria
 from metamer.calibration.regression.page import render_page
 from metamer.calibration.regression.row import Layer, Pixels, Row, RowName, Side
+from metamer.calibration.report.history import Run
 
 pytestmark = pytest.mark.browser
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from metamer.calibration.regression.assertions import assert_colour_close
-from metamer.spectral.errors import ComparisonError, InputError
+from metamer.runtime.errors import ComparisonError, InputError
 from metamer.spectral.formats.exr import read_exr
 
 WHITE = np.array([0.9505, 1.0, 1.089])

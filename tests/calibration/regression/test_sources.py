@@ -9,10 +9,10 @@ from metamer.calibration.regression.criteria import default_criteria
 from metamer.calibration.regression.picture_files import Seen
 from metamer.calibration.regression.row import HALF_ROUNDOFF
 from metamer.calibration.regression.sources import side_of
+from metamer.runtime.errors import ComparisonError, InputError
 from metamer.spectral.bispectral import Bispectral
-from metamer.spectral.errors import ComparisonError, InputError
-from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.import_options import Answer
 from metamer.spectral.formats.spectral_exr import RELATIVE_UNITS, write_bispectral_exr, write_spectral_exr
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.illuminants import illuminant

@@ -5,7 +5,7 @@ import pytest
 from metamer.lighting.environment.booth import LAMPS, booth_map, lamp_of, light_booth
 from metamer.lighting.environment.box import FACES, Box
 from metamer.lighting.environment.softbox import SoftboxLight
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 

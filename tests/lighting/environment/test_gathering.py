@@ -7,11 +7,11 @@ import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.bright_light import BrightLight
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.environment.gathering import GatheredLight
 from metamer.lighting.environment.harmonics import harmonics
+from metamer.lighting.environment.prefiltering import GatheredLight
 from metamer.lighting.environment.pyramid import Pyramid
 from metamer.lighting.vectors import unit
-from metamer.materials.environment_form import bends
+from metamer.materials.core.environment_form import bends
 from metamer.spectral.illuminants import illuminant
 
 HEIGHT, WIDTH = 64, 128

@@ -5,8 +5,8 @@ import OpenEXR
 import pytest
 from metamer.lighting.environment import map_cost
 from metamer.lighting.environment.map_file import read_map
-from metamer.spectral import memory
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.runtime import memory
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.upsampling import xyz_from_rgb
 

@@ -5,8 +5,8 @@ import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.map_light import load_environment
 from metamer.lighting.environment.reduction import MOST_SPECTRA, _metric, reduced
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.spectral_exr import write_spectral_exr
 from metamer.spectral.illuminants import illuminant

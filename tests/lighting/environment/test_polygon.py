@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.lighting.environment.polygon import gaussian_shares, solid_angle, surface_moments
-from metamer.materials.environment_form import bends
+from metamer.materials.core.environment_form import bends
 
 
 def rectangles(count, seed=1, size=(0.2, 2.0), far=(0.3, 4.0)):

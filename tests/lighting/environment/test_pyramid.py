@@ -6,7 +6,7 @@ from metamer.lighting.environment import latlong, octahedral
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.irradiance import Irradiance
 from metamer.lighting.environment.pyramid import Pyramid
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 
 WAVELENGTHS = np.arange(380.0, 781.0, 5.0)

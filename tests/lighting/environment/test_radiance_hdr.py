@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.lighting.environment.map_file import read_map
 from metamer.lighting.environment.radiance_hdr import read_header, read_pixels
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.upsampling import xyz_from_rgb
 
 GENERATOR = np.random.default_rng(11)
@@ -143,6 +143,6 @@ def test_damage_anywhere_is_refused_or_read_and_never_more(tmp_path):
     ],
 )
 def test_a_header_that_fits_nothing(tmp_path, header, size, word, monkeypatch):
-    monkeypatch.setattr("metamer.spectral.memory.available_bytes", lambda: None)
+    monkeypatch.setattr("metamer.runtime.memory.available_bytes", lambda: None)
     with pytest.raises(InputError, match=word):
         read_map(write(tmp_path / "sky.hdr", header=header, size=size))

@@ -3,17 +3,17 @@
 import metamer
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.map_light import load_environment
 from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.placement import placement_warnings, why_black
+from metamer.lighting.mesh import shapes
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.reference.placement import placement_warnings, why_black
 from metamer.lighting.scene import Part, Scene
-from metamer.lighting.scene_files import load_scene
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.lighting.scene_file.files import load_scene
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.lighting.environment.softbox import SoftboxLight
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 
 D65 = illuminant("D65")

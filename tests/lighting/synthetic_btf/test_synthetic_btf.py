@@ -12,8 +12,8 @@ from metamer.lighting.synthetic_btf.samples import corduroy, flat, leather, wove
 from metamer.lighting.synthetic_btf.synthetic import SyntheticBtf
 from metamer.lighting.synthetic_btf.transport import MATT, Gloss
 from metamer.materials.btf.hemisphere import Hemisphere
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
-from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 

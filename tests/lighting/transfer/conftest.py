@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.mesh import Mesh
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
-from metamer.lighting.shapes import sphere
 from metamer.lighting.visibility import refinement
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum

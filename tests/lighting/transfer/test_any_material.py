@@ -5,19 +5,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from btf_samples import bumps
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.reference import reference_images
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.scene import Scene
 from metamer.lighting.transfer import transport
-from metamer.lighting.transfer.passing_on import even_albedo
+from metamer.lighting.transfer.diffuse_albedo import even_albedo
 from metamer.lighting.transfer.relighting import Relighting
 from metamer.materials.analytic import AshikhminShirley
+from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.btf.form import btf_form
-from metamer.materials.directions import half_difference, io_from_half_difference, spherical
+from metamer.materials.core.directions import half_difference, io_from_half_difference, spherical
 from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
 from metamer.materials.fitting.fit import fit
-from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.measured.measurement import ScatteredMeasurement
 from metamer.materials.measured.merl import MerlBrdf, node_angles
 from metamer.materials.measured.rgl import RglBrdf

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.shapes import sphere
-from metamer.lighting.transfer.between import Points, exits_between
-from metamer.lighting.transfer.prepared import Prepared
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import sphere
+from metamer.lighting.transfer.interpolation import Points, exits_between
+from metamer.lighting.transfer.precomputation import Prepared
 from metamer.lighting.transfer.relighting import Relighting
 from metamer.lighting.vectors import unit
 from metamer.materials.tensors.families import cook_torrance
-from metamer.materials.tensors.tuned import Tuned
+from metamer.materials.tensors.parametric import Tuned
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 FAMILY = cook_torrance()

@@ -4,18 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.mesh_files import cleaned_mesh
-from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.mesh.files import cleaned_mesh
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.bounces import interreflected
-from metamer.lighting.transfer.kept import build_rays, kept_hits
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.operator import irradiance_operator
-from metamer.lighting.transfer.refining import placed
+from metamer.lighting.transfer.ray_cache import build_rays, kept_hits
 from metamer.lighting.transfer.regions import Regions
-from metamer.lighting.visibility.shut import beside_shut, edges
+from metamer.lighting.visibility.blocked_probes import beside_shut, edges
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.lighting.lights import PointLight
-from metamer.lighting.shapes import sphere
+from metamer.lighting.mesh.shapes import sphere
+from metamer.lighting.transfer.diffuse_albedo import even_albedo
 from metamer.lighting.transfer.indirect import (
     FLUX,
     RADIANCE,
@@ -16,12 +17,11 @@ from metamer.lighting.transfer.indirect import (
     needs_none,
     under_lobes,
 )
-from metamer.lighting.transfer.passing_on import even_albedo
 from metamer.lighting.transfer.ray_light import RayLight
 from metamer.lighting.transfer.transport import Transport
-from metamer.materials.environment_form import bends
+from metamer.materials.core.environment_form import bends
 from metamer.materials.factored.pack import matt_brdf
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.palette import Palette

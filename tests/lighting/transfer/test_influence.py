@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.lights import DirectionalLight, PointLight
-from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.transfer.bodies import scene_hits
+from metamer.lighting.transfer.diffuse_albedo import even_albedo
 from metamer.lighting.transfer.direct import direct_illuminance
 from metamer.lighting.transfer.influence import influence
-from metamer.lighting.transfer.passing_on import even_albedo
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.refinement import refined
 from metamer.lighting.visibility.sites import scaled_triangles

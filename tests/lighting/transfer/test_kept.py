@@ -10,12 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import plane, sphere
-from metamer.lighting.transfer import hits, kept
+from metamer.lighting.mesh.shapes import plane, sphere
+from metamer.lighting.transfer import hits, ray_cache
 from metamer.lighting.transfer.bodies import Bodies, scene_hits
-from metamer.lighting.transfer.kept import build_rays, kept_hits, ray_key
-from metamer.lighting.visibility import keeping
-from metamer.spectral.errors import NoRoomError
+from metamer.lighting.transfer.ray_cache import build_rays, kept_hits, ray_key
+from metamer.lighting.visibility import cache_limits
+from metamer.runtime.errors import NoRoomError
 
 RAYS = 16
 
@@ -53,7 +53,7 @@ def test_what_is_read_is_what_is_traced(scene, tmp_path, monkeypatch):
     assert len(built.files) > 10 and built.there == 0
     assert built.nbytes == sum(file.stat().st_size for file in built.files)
     expected = scene_hits(scene, RAYS)
-    monkeypatch.setattr(kept, "_traced", lambda *_: pytest.fail("traced again"))
+    monkeypatch.setattr(ray_cache, "_traced", lambda *_: pytest.fail("traced again"))
     found = kept_hits(scene, tmp_path / "made" / "here", RAYS)
     assert same(found, expected)
     assert found.sites.starts.shape == expected.sites.starts.shape
@@ -129,9 +129,9 @@ import sys
 import numpy as np
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
-from metamer.lighting.shapes import sphere
+from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.transfer import hits
-from metamer.lighting.transfer.kept import build_rays
+from metamer.lighting.transfer.ray_cache import build_rays
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
 
@@ -211,11 +211,11 @@ def test_the_folder_is_held_to_its_limit_but_for_what_is_in_use(scene, scene_of,
     first = build_rays(scene_of(sphere(2)), tmp_path, RAYS)
     for file in first.files:
         os.utime(file, (1000.0, 1000.0))
-    monkeypatch.setenv(keeping.LIMIT_VARIABLE, "1e-9")
+    monkeypatch.setenv(cache_limits.LIMIT_VARIABLE, "1e-9")
     expected = kept_hits(scene, tmp_path, RAYS)
     assert not any(file.exists() for file in first.files)
     assert same(kept_hits(scene, tmp_path, RAYS), expected)
-    monkeypatch.setenv(keeping.LIMIT_VARIABLE, "0")
+    monkeypatch.setenv(cache_limits.LIMIT_VARIABLE, "0")
     assert same(kept_hits(scene, tmp_path / "never made", RAYS), expected)
     assert not (tmp_path / "never made").exists()
 

@@ -7,10 +7,10 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.transfer import hits, on_cluster
-from metamer.lighting.transfer.kept import build_rays
-from metamer.spectral.errors import InputError
+from metamer.lighting.transfer.ray_cache import build_rays
+from metamer.runtime.errors import InputError
 
 pytestmark = [
     # Imported where it is needed: whoever collects these tests need not wait for it.

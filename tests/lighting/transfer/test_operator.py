@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.transfer.bodies import scene_hits
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.hits import ray_directions
 from metamer.lighting.transfer.operator import irradiance_operator
-from metamer.lighting.transfer.refining import placed
 
 
 def sums(operator):

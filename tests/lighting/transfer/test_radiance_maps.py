@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
+from metamer.lighting.mesh import shapes
 from metamer.lighting.transfer import radiance_maps
 from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.hits import ray_directions

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.reference import reference_images
+from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.bounces import interreflected
 from metamer.lighting.transfer.direct import direct_illuminance
@@ -18,11 +18,11 @@ from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.refinement import refined
 from metamer.lighting.visibility.sites import scaled_triangles
 from metamer.materials.analytic import Lambert
-from metamer.materials.fluorescent import FluorescentLambert
+from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.bispectral import Bispectral, fluorophore
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum

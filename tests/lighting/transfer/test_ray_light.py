@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.shapes import plane, sphere
-from metamer.lighting.transfer import followed
+from metamer.lighting.mesh.shapes import plane, sphere
+from metamer.lighting.transfer import bounce_solver
 from metamer.lighting.transfer.coefficients import Coefficients
 from metamer.lighting.transfer.indirect import indirect_light
 from metamer.lighting.transfer.ray_light import GlossyLight, RayLight, glossy_light, glossy_parts
 from metamer.lighting.transfer.transport import Transport
+from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
-from metamer.materials.fluorescent import FluorescentLambert
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.difference import delta_e_xyz
@@ -107,7 +107,7 @@ def test_glossy_parts_of_too_many_sites_pass_light_on_as_matt_ones(ball_over_flo
     scene, transport = ball_over_floor
     scene = replace(scene, lights=(sun((1.0, 0.4, 0.0)),), bounces=1)
     known = indirect_light(scene, SURFACES, transport)
-    monkeypatch.setattr(followed, "MOST_GLOSSY", 10)
+    monkeypatch.setattr(bounce_solver, "MOST_GLOSSY", 10)
     without = indirect_light(scene, SURFACES, transport)
     assert "pass light on as matt ones" in without.words and "as matt" not in known.words
     assert np.abs(known.at_sites - without.at_sites).max() > 1.0

@@ -8,8 +8,8 @@ from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.transfer.direct import direct_illuminance
-from metamer.lighting.transfer.prepared import Prepared
-from metamer.lighting.transfer.received import received
+from metamer.lighting.transfer.direct_irradiance import received
+from metamer.lighting.transfer.precomputation import Prepared
 from metamer.spectral.illuminants import illuminant
 
 D65, A = illuminant("D65"), illuminant("A")

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.transfer.bodies import Bodies
-from metamer.lighting.transfer.refining import between_sites, placed
+from metamer.lighting.transfer.edge_refinement import between_sites, placed
 from metamer.lighting.visibility.pieces import pieces
 from metamer.lighting.visibility.refinement import refined
 

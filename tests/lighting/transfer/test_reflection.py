@@ -6,11 +6,11 @@ from metamer.lighting.transfer.cells import Cells
 from metamer.lighting.transfer.reflection import Reflection
 from metamer.materials.analytic.cook_torrance import CookTorrance
 from metamer.materials.analytic.lambert import Lambert
+from metamer.materials.core.points import Points
 from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.fit import fit
-from metamer.materials.points import Points
 from metamer.materials.tensors.families import cook_torrance
-from metamer.materials.tensors.tuned import Tuned
+from metamer.materials.tensors.parametric import Tuned
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.scene import framing_camera
-from metamer.lighting.transfer import exits
-from metamer.lighting.transfer.prepared import Prepared
+from metamer.lighting.transfer import final_gather
+from metamer.lighting.transfer.precomputation import Prepared
 from metamer.lighting.transfer.relighting import Relighting
-from metamer.materials.points import Points
+from metamer.materials.core.points import Points
 from metamer.materials.tensors.families import cook_torrance
-from metamer.materials.tensors.tuned import Tuned
-from metamer.spectral import memory
+from metamer.materials.tensors.parametric import Tuned
+from metamer.runtime import memory
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
@@ -139,8 +139,8 @@ def test_a_static_part_keeps_its_material_and_what_it_is_seen_by(corner, geometr
     state, plain = (Relighting.of(scene, surfaces, one) for one in (fixed, geometry))
     with pytest.raises(InputError, match="a static part keeps its material"):
         state.with_material("0", matt(RED))
-    views, made, weigh = [(0.2, 0.6, 3.0 + 0.1 * k) for k in range(4)], [], exits.Weights.of
-    monkeypatch.setattr(exits.Weights, "of", lambda *given: made.append(given[2].part) or weigh(*given))
+    views, made, weigh = [(0.2, 0.6, 3.0 + 0.1 * k) for k in range(4)], [], final_gather.Weights.of
+    monkeypatch.setattr(final_gather.Weights, "of", lambda *given: made.append(given[2].part) or weigh(*given))
     for eye in views:
         np.testing.assert_array_equal(state.exits(eye), plain.exits(eye))
     made.clear()
@@ -247,7 +247,7 @@ def test_a_white_of_99_percent(scene_of, room):
 
 
 def test_one_triangle_alone(scene_of, squares):
-    from metamer.lighting.mesh import Mesh
+    from metamer.lighting.mesh.mesh import Mesh
 
     whole = squares()[0]
     scene, surfaces = worn(scene_of(Mesh(whole.vertices[:3], whole.normals[:3], np.array([[0, 1, 2]]))), gloss(GOLD))
@@ -280,7 +280,7 @@ def test_parts_that_touch_light_each_other(corner, geometry):
 
 
 def test_three_hundred_parts(scene_of, squares):
-    from metamer.lighting.mesh import Mesh
+    from metamer.lighting.mesh.mesh import Mesh
 
     floor = squares()[0]
     meshes = [

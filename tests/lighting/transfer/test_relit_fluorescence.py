@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.transfer.indirect import indirect_light
-from metamer.lighting.transfer.prepared import Prepared
+from metamer.lighting.transfer.precomputation import Prepared
 from metamer.lighting.transfer.relighting import Relighting
 from metamer.lighting.transfer.transport import Transport
 from metamer.materials.analytic import Lambert
+from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.factored.pack import matt_brdf
-from metamer.materials.fluorescent import FluorescentLambert
 from metamer.materials.tensors.families import cook_torrance
-from metamer.materials.tensors.tuned import Tuned
+from metamer.materials.tensors.parametric import Tuned
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.bispectral import Bispectral, fluorophore
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum

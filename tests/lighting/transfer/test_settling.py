@@ -5,12 +5,12 @@ import pytest
 from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.bounces import interreflected
 from metamer.lighting.transfer.coefficients import Coefficients
+from metamer.lighting.transfer.extrapolation import settled
 from metamer.lighting.transfer.operator import ByPart, irradiance_operator
 from metamer.lighting.transfer.regions import Regions
-from metamer.lighting.transfer.settling import settled
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM

@@ -6,9 +6,9 @@ from btf_samples import bumps, sky
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.harmonics import harmonics, projected
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.mesh import Mesh
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
-from metamer.lighting.shapes import plane, sphere
 from metamer.lighting.transfer.bodies import Bodies, scene_hits
 from metamer.lighting.transfer.hits import tangents
 from metamer.lighting.transfer.operator import irradiance_operator
@@ -19,8 +19,8 @@ from metamer.lighting.transfer_tensors.harmonic import harmonic_transfer
 from metamer.lighting.transfer_tensors.harmonic_btf import HarmonicBtf, harmonic_weights, products
 from metamer.materials.btf.form import btf_form
 from metamer.materials.btf.light_basis import hats_at
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 

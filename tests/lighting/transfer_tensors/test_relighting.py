@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from metamer.lighting.environment.cube import CubeMap
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.mesh import Mesh
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
-from metamer.lighting.shapes import sphere
 from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.direct import direct_illuminance
 from metamer.lighting.transfer.operator import irradiance_operator
@@ -21,7 +21,7 @@ from metamer.materials.tensors.brdf_tensor import brdf_tensor
 from metamer.materials.tensors.components import components_of
 from metamer.materials.tensors.disc import Disc
 from metamer.materials.tensors.families import blinn_phong
-from metamer.materials.tensors.tuned import Tuned
+from metamer.materials.tensors.parametric import Tuned
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

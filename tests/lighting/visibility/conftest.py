@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.mesh import Mesh
+from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
 from metamer.lighting.visibility import precompute, refinement
 from metamer.spectral.observers import observer

@@ -1,7 +1,7 @@
 """A shader gets by whole-numbered fetches from plain textures, in float32, what numpy gives."""
 
 import numpy as np
-from metamer.lighting.shapes import speed_shape
+from metamer.lighting.mesh.shapes import speed_shape
 from metamer.lighting.vectors import unit
 from metamer.lighting.visibility.compression import SOFT, unpacked
 from metamer.lighting.visibility.precompute import computed_visibility

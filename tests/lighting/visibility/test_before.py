@@ -1,7 +1,7 @@
 """What stands before a light: triangles cut by its plane."""
 
 import numpy as np
-from metamer.lighting.visibility.before import Before
+from metamer.lighting.visibility.half_space import Before
 
 
 def areas(triangles):

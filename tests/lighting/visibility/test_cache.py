@@ -4,11 +4,11 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.shapes import patches, speed_shape, sphere
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import patches, speed_shape, sphere
 from metamer.lighting.visibility import cache, precompute
 from metamer.lighting.visibility.cache import scene_visibility, visibility_key
-from metamer.spectral.errors import NoRoomError
+from metamer.runtime.errors import NoRoomError
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import cloth, plane, speed_shape, sphere
-from metamer.lighting.visibility import cache, finer, refinement
+from metamer.lighting.mesh.shapes import cloth, plane, speed_shape, sphere
+from metamer.lighting.visibility import cache, edge_refinement, refinement
 from metamer.lighting.visibility.measure import misclassified, truth
 from metamer.lighting.visibility.precompute import computed_visibility
 
@@ -38,23 +38,23 @@ def test_middles_stand_where_something_is_near(found, scene):
 
 def test_between_vertices_less_is_wrong(found, scene, monkeypatch):
     known = truth(scene, 1500, 64)
-    monkeypatch.setattr(finer, "APART", 9.0)
+    monkeypatch.setattr(edge_refinement, "APART", 9.0)
     assert misclassified(found, known) < 0.85 * misclassified(computed_visibility(scene), known)
 
 
 def test_a_mesh_that_is_fine_enough_is_what_it_was(scene_of, monkeypatch):
     """No middle, and every number as if there were no such thing."""
     smooth = scene_of(sphere(3), plane(5.0, 5.0).placed(translate=(0.0, -3.0, 0.0)))
-    monkeypatch.setattr(finer, "APART", 9.0)
+    monkeypatch.setattr(edge_refinement, "APART", 9.0)
     never = computed_visibility(smooth)
-    monkeypatch.setattr(finer, "APART", 0.5)
+    monkeypatch.setattr(edge_refinement, "APART", 0.5)
     other = computed_visibility(smooth)
     assert not len(other.middles) and other.refinement.whole[: len(smooth.parts[0].mesh.faces)].all()
     assert all((getattr(never, name) == getattr(other, name)).all() for name in ("whole", "halves", "fronts", "steps"))
 
 
 def test_both_sides_of_a_sheet_have_them_and_it_stays_below_a_hundred_bytes(scene_of, monkeypatch):
-    monkeypatch.setattr(finer, "APART", 0.02)
+    monkeypatch.setattr(edge_refinement, "APART", 0.02)
     folded = computed_visibility(scene_of(cloth(12)))
     middles = slice(folded.vertices, None)
     assert 0 < len(folded.middles) < 0.2 * folded.vertices and folded.bytes_a_vertex <= 100.0
@@ -63,7 +63,7 @@ def test_both_sides_of_a_sheet_have_them_and_it_stays_below_a_hundred_bytes(scen
 
 
 def test_however_far_apart_all_is_there_are_no_more_than_the_bar_allows(scene_of, monkeypatch):
-    monkeypatch.setattr(finer, "APART", 0.0)
+    monkeypatch.setattr(edge_refinement, "APART", 0.0)
     most = computed_visibility(scene_of(speed_shape(2), sphere(1, 0.3).placed(translate=(0.0, 1.3, 0.0))))
     assert len(most.middles) == int(0.5 * (162 + 42)) and most.bytes_a_vertex <= 100.0
     assert len(np.unique(most.middles, axis=0)) == len(most.middles)

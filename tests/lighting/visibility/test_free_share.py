@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.lighting.visibility.free_share import LARGEST_ERROR, free_share
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 NODES, SHARES = np.polynomial.legendre.leggauss(200)
 ANGLES = np.linspace(-np.pi / 2.0, np.pi / 2.0, 61)

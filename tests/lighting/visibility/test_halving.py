@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import sphere
-from metamer.lighting.visibility.halving import Halving
+from metamer.lighting.mesh.shapes import sphere
+from metamer.lighting.visibility.edge_bisection import Halving
 
 
 @pytest.fixture(scope="module")

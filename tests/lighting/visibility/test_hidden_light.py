@@ -5,12 +5,12 @@ import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.bright_light import BrightLight
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.vectors import unit
 from metamer.lighting.visibility import compression, measure
 from metamer.lighting.visibility.hidden_light import HiddenLight
 from metamer.lighting.visibility.precompute import computed_visibility
-from metamer.materials.environment_form import bends
+from metamer.materials.core.environment_form import bends
 from metamer.spectral.illuminants import illuminant
 
 HEIGHT, WIDTH = 32, 64

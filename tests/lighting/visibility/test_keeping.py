@@ -5,10 +5,10 @@ import subprocess
 import sys
 
 import pytest
-from metamer.lighting.shapes import speed_shape, sphere
-from metamer.lighting.visibility import cache, keeping
+from metamer.lighting.mesh.shapes import speed_shape, sphere
+from metamer.lighting.visibility import cache, cache_limits
 from metamer.lighting.visibility.cache import scene_visibility, visibility_key
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 
 @pytest.fixture
@@ -25,35 +25,35 @@ def names(folder):
 
 
 def test_what_was_not_used_for_longest_goes_first(folder):
-    keeping.used(folder / "a.npz")
-    assert keeping.pruned(folder, 2500) == (2, 2000)
+    cache_limits.used(folder / "a.npz")
+    assert cache_limits.pruned(folder, 2500) == (2, 2000)
     assert names(folder) == ["a", "d"]
 
 
 def test_what_fits_stays_and_what_was_just_used_always_does(folder):
-    assert keeping.pruned(folder, 4000) == (4, 4000)
-    assert keeping.pruned(folder, 10, keep=[folder / "b.npz"]) == (1, 1000)
+    assert cache_limits.pruned(folder, 4000) == (4, 4000)
+    assert cache_limits.pruned(folder, 10, keep=[folder / "b.npz"]) == (1, 1000)
     assert names(folder) == ["b"]
 
 
 def test_other_files_are_left_alone(folder):
     (folder / "notes.txt").write_bytes(b"x" * 5000)
-    assert keeping.pruned(folder, 0) == (0, 0)
+    assert cache_limits.pruned(folder, 0) == (0, 0)
     assert names(folder) == ["notes"]
 
 
 def test_a_file_that_another_process_has_removed_counts_as_gone(folder, monkeypatch):
-    listed = [*keeping._files(folder)]
+    listed = [*cache_limits._files(folder)]
     (folder / "a.npz").unlink()
-    monkeypatch.setattr(keeping, "_files", lambda _: iter(listed))
-    assert keeping.pruned(folder, 2000) == (2, 2000)
+    monkeypatch.setattr(cache_limits, "_files", lambda _: iter(listed))
+    assert cache_limits.pruned(folder, 2000) == (2, 2000)
     assert names(folder) == ["c", "d"]
 
 
 PRUNING = """
 import os, sys
 from pathlib import Path
-from metamer.lighting.visibility import keeping
+from metamer.lighting.visibility import cache_limits as keeping
 folder, name = Path(sys.argv[1]), sys.argv[2]
 for number in range(300):
     file = folder / f"{name}{number}.npz"
@@ -70,7 +70,7 @@ def test_two_processes_at_once_keep_the_bound(tmp_path):
     for process in both:
         _, said = process.communicate()
         assert process.returncode == 0, said
-    assert keeping.pruned(tmp_path, 5000)[1] <= 5000
+    assert cache_limits.pruned(tmp_path, 5000)[1] <= 5000
 
 
 @pytest.mark.slow
@@ -79,7 +79,7 @@ def test_scenes_are_kept_up_to_the_limit(scene_of, tmp_path, monkeypatch):
     scene_visibility(scenes[0], tmp_path)
     (first,) = tmp_path.iterdir()
     os.utime(first, (1000.0, 1000.0))
-    monkeypatch.setenv(keeping.LIMIT_VARIABLE, str(2.5e-9 * first.stat().st_size))
+    monkeypatch.setenv(cache_limits.LIMIT_VARIABLE, str(2.5e-9 * first.stat().st_size))
     scene_visibility(scenes[1], tmp_path)
     # Looked up, and so of use: the second is the oldest now.
     os.utime(tmp_path / f"{visibility_key(scenes[1])}.npz", (2000.0, 2000.0))
@@ -89,7 +89,7 @@ def test_scenes_are_kept_up_to_the_limit(scene_of, tmp_path, monkeypatch):
 
 
 def test_a_limit_of_nothing_keeps_nothing(scene_of, tmp_path, monkeypatch):
-    monkeypatch.setenv(keeping.LIMIT_VARIABLE, "0")
+    monkeypatch.setenv(cache_limits.LIMIT_VARIABLE, "0")
     assert scene_visibility(scene_of(speed_shape(1)), tmp_path / "here") is not None
     assert not (tmp_path / "here").exists()
 
@@ -109,13 +109,13 @@ def test_a_file_removed_while_it_is_looked_up_is_no_damage(scene_of, tmp_path, m
 
 @pytest.mark.parametrize("stated", ["much", "-1", "nan", "inf"])
 def test_a_limit_that_is_no_size_is_refused(stated, monkeypatch):
-    monkeypatch.setenv(keeping.LIMIT_VARIABLE, stated)
+    monkeypatch.setenv(cache_limits.LIMIT_VARIABLE, stated)
     with pytest.raises(InputError, match="METAMER_CACHE_GB"):
-        keeping.most_bytes()
+        cache_limits.most_bytes()
 
 
 def test_the_limit_is_a_gigabyte_unless_stated(monkeypatch):
-    monkeypatch.delenv(keeping.LIMIT_VARIABLE, raising=False)
-    assert keeping.most_bytes() == 10**9
-    monkeypatch.setenv(keeping.LIMIT_VARIABLE, "2.5")
-    assert keeping.most_bytes() == 2_500_000_000
+    monkeypatch.delenv(cache_limits.LIMIT_VARIABLE, raising=False)
+    assert cache_limits.most_bytes() == 10**9
+    monkeypatch.setenv(cache_limits.LIMIT_VARIABLE, "2.5")
+    assert cache_limits.most_bytes() == 2_500_000_000

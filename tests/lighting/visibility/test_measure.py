@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh_files import load_mesh
-from metamer.lighting.shapes import plane, speed_shape, sphere
-from metamer.lighting.visibility import finer, measure, refinement
+from metamer.lighting.mesh.files import load_mesh
+from metamer.lighting.mesh.shapes import plane, speed_shape, sphere
+from metamer.lighting.visibility import edge_refinement, measure, refinement
 
 
 def test_truth_is_drawn_by_area_and_counts_above_both_horizons(scene_of):
@@ -21,7 +21,7 @@ def test_it_measures_what_it_says(scene_of, monkeypatch):
     assert found.misclassified < found.misclassified_coarse
     assert found.cpu_seconds_a_thousand > 0.0 and found.illuminance_error < 0.02
     assert measure.measured(scene_of(sphere(2))) is None
-    monkeypatch.setattr(finer, "APART", 9.0)
+    monkeypatch.setattr(edge_refinement, "APART", 9.0)
     uncut = measure.measured(scene_of(speed_shape(3)), points=300)
     assert uncut.misclassified == uncut.misclassified_coarse and uncut.bytes_a_vertex < found.bytes_a_vertex
 

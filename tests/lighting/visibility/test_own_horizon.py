@@ -11,9 +11,9 @@ from metamer.benchmarks.svbrdf.ours import by_slices
 from metamer.benchmarks.svbrdf.rendering import reduced
 from metamer.benchmarks.svbrdf.truth import truth
 from metamer.lighting.camera import Camera
+from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.scene import Part
-from metamer.lighting.shapes import sphere
-from metamer.lighting.visibility.own_horizon import share_above
+from metamer.lighting.visibility.geometric_horizon import share_above
 
 
 @pytest.mark.parametrize("sharpness", [25.0, 400.0, 1e4])

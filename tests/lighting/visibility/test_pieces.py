@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.mesh_files import joined
-from metamer.lighting.shapes import cloth, plane, speed_shape, sphere
+from metamer.lighting.mesh.files import joined
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import cloth, plane, speed_shape, sphere
 from metamer.lighting.visibility.pieces import pieces
 
 

@@ -9,11 +9,11 @@ from threading import Thread
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import plane, speed_shape, sphere
-from metamer.lighting.visibility import precompute, thinning
+from metamer.lighting.mesh.shapes import plane, speed_shape, sphere
+from metamer.lighting.visibility import adaptive_sampling, precompute
 from metamer.lighting.visibility.precompute import VisibilityCost, computed_visibility, visibility_cost
-from metamer.spectral import memory
-from metamer.spectral.errors import InputError
+from metamer.runtime import memory
+from metamer.runtime.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +30,12 @@ SAME = """
 import sys
 sys.path.insert(0, {folder!r})
 from conftest import scene_of
-from metamer.lighting.shapes import cloth, speed_shape
-from metamer.lighting.visibility import precompute, refinement, thinning
-from metamer.spectral.fingerprint import fingerprint
+from metamer.lighting.mesh.shapes import cloth, speed_shape
+from metamer.lighting.visibility import adaptive_sampling, precompute, refinement
+from metamer.runtime.fingerprint import fingerprint
 
 precompute._TRAINING, precompute._TILE, precompute._A_PROCESS, refinement.MOST_VERTICES = 150, 40, 40, 100
-thinning.WHOLE = {whole}
+adaptive_sampling.WHOLE = {whole}
 scene = scene_of.__wrapped__()(speed_shape(2), cloth(8).placed(translate=(0.0, -1.0, 0.0)))
 for jobs in (1, 2):
     found = precompute.computed_visibility(scene, jobs)
@@ -44,7 +44,7 @@ for jobs in (1, 2):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("whole", [thinning.WHOLE, 50])
+@pytest.mark.parametrize("whole", [adaptive_sampling.WHOLE, 50])
 def test_several_processes_give_the_same_bytes(tmp_path, whole):
     """Each works with one thread of BLAS; so does the command."""
     script = tmp_path / "same.py"

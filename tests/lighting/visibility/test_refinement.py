@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.shapes import plane, speed_shape, sphere
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import plane, speed_shape, sphere
 from metamer.lighting.visibility import refinement
 from metamer.lighting.visibility.pieces import pieces
 from metamer.lighting.visibility.refinement import Vertices, refined

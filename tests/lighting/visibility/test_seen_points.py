@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import cloth, plane, speed_shape, sphere
-from metamer.lighting.visibility import precompute, thinning
+from metamer.lighting.mesh.shapes import cloth, plane, speed_shape, sphere
+from metamer.lighting.visibility import adaptive_sampling, precompute
 from metamer.lighting.visibility.measure import truth
 from metamer.lighting.visibility.precompute import SeenPoints, computed_visibility
 
@@ -55,10 +55,10 @@ def same(one, other):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("whole", [pytest.param(thinning.WHOLE, marks=pytest.mark.slow), 200])
+@pytest.mark.parametrize("whole", [pytest.param(adaptive_sampling.WHOLE, marks=pytest.mark.slow), 200])
 def test_it_is_as_good_as_the_whole_around_these_points(scene, points, monkeypatch, whole):
     """200: most sites of the shape are foretold."""
-    monkeypatch.setattr(thinning, "WHOLE", whole)
+    monkeypatch.setattr(adaptive_sampling, "WHOLE", whole)
     alone = computed_visibility(scene)
     result, (first,) = found_first(scene, seen_of(points))
     assert same(result, alone)
@@ -113,10 +113,10 @@ def test_a_camera_that_sees_nothing_waits_for_nothing(scene):
 
 
 @pytest.mark.slow_cases("8192")
-@pytest.mark.parametrize("whole", [thinning.WHOLE, 200])
+@pytest.mark.parametrize("whole", [adaptive_sampling.WHOLE, 200])
 def test_sites_of_which_none_gave_the_axes(scene, points, monkeypatch, whole):
     """A small part among many may have no such site."""
-    monkeypatch.setattr(thinning, "WHOLE", whole)
+    monkeypatch.setattr(adaptive_sampling, "WHOLE", whole)
     monkeypatch.setattr(precompute, "_TRAINING", 2)
     monkeypatch.setattr(precompute, "_FEW", 2)
     assert found_first(scene, seen_of(points))[1]

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.shapes import sphere
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility import precompute, refinement, thinning
+from metamer.lighting.visibility import adaptive_sampling, precompute, refinement
+from metamer.lighting.visibility.blocked_probes import beside_shut, edges, shut_sites
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.precompute import computed_visibility
-from metamer.lighting.visibility.shut import beside_shut, edges, shut_sites
 from metamer.lighting.visibility.sites import corners_of, pieces_of, scaled_triangles, sites_at
 
 
@@ -82,12 +82,12 @@ def _free(found, scene, point_on, place, to):
     return found.signed_distances(vertices, shares, to)[0]
 
 
-@pytest.mark.parametrize("whole", [thinning.WHOLE, 50])
+@pytest.mark.parametrize("whole", [adaptive_sampling.WHOLE, 50])
 def test_a_floor_beside_a_box_sees_what_it_would(scene_of, box, point_on, monkeypatch, whole):
     """Directions away from the box are free up to it; without, light from there is half lost along it."""
     monkeypatch.setattr(refinement, "MOST_VERTICES", 10)
     monkeypatch.setattr(precompute, "_TRAINING", 200)
-    monkeypatch.setattr(thinning, "WHOLE", whole)
+    monkeypatch.setattr(adaptive_sampling, "WHOLE", whole)
     scene = scene_of(floor_of(4.0, 16), box())
     away = unit(np.array([[[1.0, 0.3, 0.0], [0.7, 0.7, 0.3], [0.5, 1.0, -0.5]]]))
     place = (0.53, 0.0, 0.05)

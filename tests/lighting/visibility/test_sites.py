@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.shapes import plane, sphere
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.visibility.occluders import OFFSET, Occluders
 from metamer.lighting.visibility.sites import pieces_of, scaled_triangles, sites
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import plane, speed_shape, sphere
-from metamer.lighting.visibility import measure, precompute, thinning
+from metamer.lighting.mesh.shapes import plane, speed_shape, sphere
+from metamer.lighting.visibility import adaptive_sampling, measure, precompute
+from metamer.lighting.visibility.adaptive_sampling import Surroundings, thinned
 from metamer.lighting.visibility.precompute import computed_visibility
-from metamer.lighting.visibility.thinning import Surroundings, thinned
 
 
 def traced_sites(monkeypatch, scene):
@@ -27,7 +27,7 @@ def scene(scene_of):
 def test_few_sites_are_as_good_as_all(scene, monkeypatch):
     whole, places = traced_sites(monkeypatch, scene)
     assert len(places) == len(whole.whole)
-    monkeypatch.setattr(thinning, "WHOLE", 100)
+    monkeypatch.setattr(adaptive_sampling, "WHOLE", 100)
     few, places = traced_sites(monkeypatch, scene)
     assert len(places) < 0.7 * len(few.whole)
     assert few.vertices == whole.vertices and few.bytes_a_vertex <= 100.0
@@ -37,15 +37,15 @@ def test_few_sites_are_as_good_as_all(scene, monkeypatch):
 
 
 def test_small_scenes_are_traced_whole(scene_of, monkeypatch):
-    monkeypatch.setattr(thinning, "thinned", lambda *_: pytest.fail("thinned"))
-    assert computed_visibility(scene_of(speed_shape(2))).vertices < thinning.WHOLE
+    monkeypatch.setattr(adaptive_sampling, "thinned", lambda *_: pytest.fail("thinned"))
+    assert computed_visibility(scene_of(speed_shape(2))).vertices < adaptive_sampling.WHOLE
 
 
 def test_what_stands_close_by_is_seen_however_small(scene_of, monkeypatch):
     """A pin on a floor whose sites see nothing of it from where the first of them are."""
     pin = sphere(2).placed(scale=(0.004, 0.05, 0.004), translate=(0.31, 0.04, 0.17))
     floor = scene_of(plane(2.0, 2.0), pin)
-    monkeypatch.setattr(thinning, "WHOLE", 100)
+    monkeypatch.setattr(adaptive_sampling, "WHOLE", 100)
     monkeypatch.setattr("metamer.lighting.visibility.refinement.MOST_VERTICES", 4096)
     monkeypatch.setattr(precompute, "_TRAINING", 64)
     monkeypatch.setattr(precompute, "_FEW", 64)
@@ -59,7 +59,7 @@ def test_what_stands_close_by_is_seen_however_small(scene_of, monkeypatch):
 
 def test_nothing_is_taken_for_nothing_before_all_sites_say_so(scene_of, monkeypatch):
     """Sheets side by side, of which none hides another: every site is asked."""
-    monkeypatch.setattr(thinning, "WHOLE", 100)
+    monkeypatch.setattr(adaptive_sampling, "WHOLE", 100)
     beside = scene_of(plane(1.0, 1.0), plane(1.0, 1.0).placed(translate=(2.0, 0.0, 0.0)))
     asked, whole = [], precompute.traced
     monkeypatch.setattr(precompute, "traced", lambda s, n, o: asked.extend(s) or whole(s, n, o))

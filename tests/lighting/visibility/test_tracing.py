@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.shapes import sphere
+from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.tracing import MAP, texels, traced
 

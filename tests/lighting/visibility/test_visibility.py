@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from metamer.lighting.environment import harmonics
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.mesh_files import joined
-from metamer.lighting.shapes import cloth, patches, plane, speed_shape, sphere
+from metamer.lighting.mesh.files import joined
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.mesh.shapes import cloth, patches, plane, speed_shape, sphere
 from metamer.lighting.vectors import unit
 from metamer.lighting.visibility import measure
 from metamer.lighting.visibility.precompute import computed_visibility
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 RANDOM = unit(np.random.default_rng(5).normal(size=(500, 3)))
 UP = RANDOM * np.where(RANDOM[:, 1:2] < 0.0, -1.0, 1.0)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS
-from metamer.materials.directions import TAU, io_from_half_difference, spherical
+from metamer.materials.core.directions import TAU, io_from_half_difference, spherical
 
 WAVELENGTHS = np.array([400.0, 500.0, 600.0, 700.0])
 EXAMPLES = [

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import CookTorrance
-from metamer.materials.directions import TAU, spherical
+from metamer.materials.core.directions import TAU, spherical
 from metamer.spectral.spectrum import Spectrum
 
 pytestmark = pytest.mark.mitsuba

@@ -5,8 +5,8 @@ import pytest
 from metamer.materials.analytic import CoatedDiffuse, CookTorrance
 from metamer.materials.analytic.coated_diffuse import diffuse_fresnel
 from metamer.materials.analytic.cook_torrance import fresnel
-from metamer.materials.directions import TAU, spherical
-from metamer.spectral.errors import InputError
+from metamer.materials.core.directions import TAU, spherical
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 
 WAVELENGTHS = np.array([450.0, 550.0, 650.0])

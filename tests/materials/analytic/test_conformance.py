@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from metamer.materials.analytic import MODELS
-from metamer.materials.directions import TAU, io_from_half_difference, spherical
+from metamer.materials.core.directions import TAU, io_from_half_difference, spherical
 
 WAVELENGTHS = np.array([400.0, 500.0, 600.0, 700.0])
 EXAMPLES = [

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 from metamer.materials.analytic import CookTorrance, Lambert, MetallicRoughness
-from metamer.materials.directions import spherical
+from metamer.materials.core.directions import spherical
 from metamer.materials.fitting.fit import fit
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 WAVELENGTHS = np.array([450.0, 550.0, 650.0])

@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from metamer.materials.analytic import OrenNayar
-from metamer.materials.directions import spherical
-from metamer.spectral.errors import InputError
+from metamer.materials.core.directions import spherical
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 
 NM = np.array([450.0, 550.0, 650.0, 750.0])

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from btf_samples import bumps
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.geometry import visible_geometry
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.geometry import visible_geometry
 from metamer.materials.btf.form import btf_form
 from metamer.materials.btf.local_pca import Size
-from metamer.materials.points import Points
+from metamer.materials.core.points import Points
 from metamer.spectral.folding import Folding
 from metamer.viewer.software.backend import software_session
 

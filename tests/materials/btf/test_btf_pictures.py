@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from btf_samples import bumps, sky
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment import latlong
+from metamer.lighting.mesh import shapes
 from metamer.materials.btf.form import btf_form
 from metamer.materials.btf.light_basis import light_functions
 from metamer.materials.btf.local_pca import Size
 from metamer.materials.btf.metric import folding_of
-from metamer.materials.environment_form import bends
-from metamer.materials.points import Points
+from metamer.materials.core.environment_form import bends
+from metamer.materials.core.points import Points
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.software.backend import software_session

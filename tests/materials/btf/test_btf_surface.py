@@ -8,9 +8,9 @@ from btf_sets import NINE, UBO, held
 from metamer.materials.btf import form
 from metamer.materials.btf.images import BtfImages, HeldImages, displacement
 from metamer.materials.btf.surface import MeasuredBtf
+from metamer.materials.core.points import Points
 from metamer.materials.formats.btf_names import directions_of
-from metamer.materials.points import Points
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 
 def surface(images):

@@ -9,8 +9,8 @@ from metamer.materials.btf.form import palette_of
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.polynomials import monomials, polynomials
-from metamer.materials.points import Points
-from metamer.spectral.errors import InputError
+from metamer.materials.core.points import Points
+from metamer.runtime.errors import InputError
 
 
 @pytest.fixture(scope="module")

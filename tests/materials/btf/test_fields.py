@@ -9,8 +9,8 @@ from metamer.lighting.synthetic_btf.samples import woven
 from metamer.materials.btf.fields import judged, lafortune, lobe_table, ptm, rfp
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
-from metamer.spectral.errors import InputError
 
 
 def rings(*degrees):

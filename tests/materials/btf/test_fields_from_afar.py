@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from btf_samples import bumps, sky
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
+from metamer.lighting.mesh import shapes
 from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
 from metamer.materials.btf.form import palette_of
 from metamer.materials.btf.lobe_field import LobeField, lobe_field
 from metamer.materials.btf.metric import folding_of
 from metamer.materials.btf.polynomials import polynomials
-from metamer.materials.points import Points
+from metamer.materials.core.points import Points
 from metamer.materials.svbrdf.texels import levels_of
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.gl.backend import gl_session

@@ -6,17 +6,17 @@ from typing import get_args
 import numpy as np
 import pytest
 from btf_samples import bumps
-from metamer.cli import catalogue_import
+from metamer.cli.catalogue import import_ as catalogue_import
 from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.form import NAMES, BtfForm, btf_form
 from metamer.materials.btf.images import HeldImages
-from metamer.materials.btf.judging import Sample, measured, worst_mean
 from metamer.materials.btf.metric import folding_of
 from metamer.materials.btf.polynomials import monomials, polynomials
-from metamer.materials.points import Points
+from metamer.materials.btf.texel_error import Sample, measured, worst_mean
+from metamer.materials.core.points import Points
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError, UnknownNameError
-from metamer.spectral.formats.answer import BtfFormName
+from metamer.spectral.formats.import_options import BtfFormName
 
 
 @pytest.fixture(scope="module")

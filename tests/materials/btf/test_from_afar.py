@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from btf_samples import bumps, sky
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
+from metamer.lighting.mesh import shapes
 from metamer.materials.btf.corners import by_cluster, level_count, levels_at
 from metamer.materials.btf.form import BtfForm, palette_of
-from metamer.materials.btf.from_afar import TexelLevel
 from metamer.materials.btf.local_pca import LocalPca, Size, local_pca
 from metamer.materials.btf.metric import folding_of
+from metamer.materials.btf.mip_levels import TexelLevel
 from metamer.materials.btf.paper_pca import paper_pca
 from metamer.materials.btf.texels import BtfTexels
-from metamer.materials.points import Points
+from metamer.materials.core.points import Points
 from metamer.materials.svbrdf.texels import between, levels_of
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.gl.backend import gl_session

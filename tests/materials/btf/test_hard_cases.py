@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from btf_cloths import NINE, SAID, UBO, cloth, draped, drawn, error_of, imported, refused, saved
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.upsampling import xyz_from_rgb
 from metamer.viewer.gl.backend import gl_session

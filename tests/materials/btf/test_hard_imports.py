@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from btf_cloths import SAID, cloth, error_of, imported, refused, saved
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.verification import verify_catalogue
 
@@ -19,7 +19,7 @@ _PROGRAM = """
 import os, signal, sys
 from pathlib import Path
 from metamer.materials.intake.importing import import_sources
-from metamer.spectral.formats.answer import Answer
+from metamer.spectral.formats.import_options import Answer
 
 source, catalogue, moment = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
 if moment == "fit":

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from btf_samples import of_degrees, rings
 from metamer.materials.btf.hemisphere import Hemisphere
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 
 def anywhere(count=20000):

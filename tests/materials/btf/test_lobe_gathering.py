@@ -5,10 +5,9 @@ from functools import cache
 import numpy as np
 import pytest
 from btf_samples import bumps, sky
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment import latlong
-from metamer.materials.btf.coding import EXPONENTS
+from metamer.lighting.mesh import shapes
 from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
 from metamer.materials.btf.form import palette_of
@@ -16,8 +15,9 @@ from metamer.materials.btf.light_basis import spread
 from metamer.materials.btf.lobe_field import lobe_field
 from metamer.materials.btf.metric import folding_of
 from metamer.materials.btf.prefiltered import nearest_angle, prefiltered
-from metamer.materials.environment_form import bends
-from metamer.materials.points import Points
+from metamer.materials.btf.quantisation import EXPONENTS
+from metamer.materials.core.environment_form import bends
+from metamer.materials.core.points import Points
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.software.backend import software_session

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 from btf_samples import bumps
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
+from metamer.lighting.mesh import shapes
 from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
 from metamer.materials.btf.form import palette_of
 from metamer.materials.btf.lobe_field import lobe_field
-from metamer.materials.points import Points
+from metamer.materials.core.points import Points
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.software.backend import software_session
 

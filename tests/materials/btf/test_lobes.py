@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from btf_sets import UBO
-from metamer.materials.btf import coding
+from metamer.materials.btf import quantisation
+from metamer.materials.btf.batched_cholesky import solved
 from metamer.materials.btf.lobes import fitted_lobes, lobe_values
-from metamer.materials.btf.side_by_side import solved
 from metamer.materials.formats.btf_names import directions_of
 
 LIGHTS = directions_of(UBO)
@@ -86,37 +86,43 @@ def test_black_and_even_rows():
     values = np.stack([np.zeros(len(LIGHTS)), np.full(len(LIGHTS), 0.3)])
     found = fitted_lobes(values, np.ones_like(values), LIGHTS, 2)
     np.testing.assert_allclose(made(found.diffuse, found.amplitudes, found.axes, found.exponents), values, atol=1e-5)
-    assert (found.exponents >= coding.LEAST * (1 - 1e-9)).all() and (found.exponents <= coding.MOST * (1 + 1e-9)).all()
+    assert (found.exponents >= quantisation.LEAST * (1 - 1e-9)).all() and (
+        found.exponents <= quantisation.MOST * (1 + 1e-9)
+    ).all()
 
 
 def test_axes_are_kept_within_a_degree():
     draw = np.random.default_rng(0)
     axes = draw.normal(size=(20000, 3))
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)
-    found = coding.decoded_axes(coding.coded_axes(axes)).astype(np.float64)
+    found = quantisation.decoded_axes(quantisation.coded_axes(axes)).astype(np.float64)
     assert np.degrees(np.arccos(np.clip((found * axes).sum(axis=1), -1, 1))).max() < 1.0
     exact = np.concatenate([np.eye(3), -np.eye(3)])
-    np.testing.assert_array_equal(coding.decoded_axes(coding.coded_axes(exact)), exact)
+    np.testing.assert_array_equal(quantisation.decoded_axes(quantisation.coded_axes(exact)), exact)
 
 
 def test_exponents_are_kept_within_a_fourth_of_an_octave():
     for count in (1, 2, 3):
-        exponents = np.exp(np.random.default_rng(0).uniform(np.log(coding.LEAST), np.log(coding.MOST), (500, count)))
-        codes = coding.coded_exponents(exponents)
+        exponents = np.exp(
+            np.random.default_rng(0).uniform(np.log(quantisation.LEAST), np.log(quantisation.MOST), (500, count))
+        )
+        codes = quantisation.coded_exponents(exponents)
         assert codes.shape == (500, -(-count // 2)) and codes.dtype == np.uint8
-        assert np.abs(np.log2(coding.decoded_exponents(codes, count) / exponents)).max() <= 0.25 + 1e-6
+        assert np.abs(np.log2(quantisation.decoded_exponents(codes, count) / exponents)).max() <= 0.25 + 1e-6
     exact = np.array([[0.5, 1.0, 2.0, 64.0]])
-    np.testing.assert_allclose(coding.decoded_exponents(coding.coded_exponents(exact), 4), exact, rtol=1e-6)
+    np.testing.assert_allclose(quantisation.decoded_exponents(quantisation.coded_exponents(exact), 4), exact, rtol=1e-6)
 
 
 def test_amplitudes_are_kept_finer_where_they_are_small():
     largest = np.array([[1.0, 4.0], [0.0, 2.0]])
     share = np.linspace(-1.0, 1.0, 801)[:, None, None]
-    codes = coding.coded_amplitudes(share * largest, largest)
-    off = np.abs(coding.decoded_amplitudes(codes, largest) - share * largest)
+    codes = quantisation.coded_amplitudes(share * largest, largest)
+    off = np.abs(quantisation.decoded_amplitudes(codes, largest) - share * largest)
     assert (off <= (np.sqrt(np.abs(share)) / 127 + 1e-4) * largest + 1e-12).all()
     for end in (0, 400, 800):
-        np.testing.assert_allclose(coding.decoded_amplitudes(codes[end], largest), share[end] * largest, atol=1e-12)
+        np.testing.assert_allclose(
+            quantisation.decoded_amplitudes(codes[end], largest), share[end] * largest, atol=1e-12
+        )
 
 
 def test_many_systems_are_solved():

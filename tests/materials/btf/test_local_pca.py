@@ -10,10 +10,10 @@ from metamer.materials.btf.images import HeldImages, displacement
 from metamer.materials.btf.local_pca import Size, local_pca
 from metamer.materials.btf.metric import folding_of, seen
 from metamer.materials.btf.reduced import reduced
-from metamer.materials.points import Points
+from metamer.materials.core.points import Points
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

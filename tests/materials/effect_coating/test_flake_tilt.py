@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.directions import spherical
-from metamer.materials.effect import light_and_detector
+from metamer.materials.core.directions import spherical
 from metamer.materials.effect_coating import flake_tilt
 from metamer.materials.effect_coating.coated_pair import CoatedPair
 from metamer.materials.effect_coating.fit import AngleReadings, body_albedo, reconstructed
 from metamer.materials.effect_coating.flake_tilt import FlakeTilt
+from metamer.materials.effect_coating.off_specular import light_and_detector
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.measurement import geometry_in
 from metamer.spectral.observers import observer

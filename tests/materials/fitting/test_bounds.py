@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
-from metamer.materials.axes import Axis
-from metamer.materials.directions import io_from_half_difference, spherical
+from metamer.materials.core.axes import Axis
+from metamer.materials.core.directions import io_from_half_difference, spherical
 from metamer.materials.factored.pack import FactorPack
+from metamer.materials.fitting.bounded_spectra import within_bounds
 from metamer.materials.fitting.bounds import LARGEST, LOWEST, Bounds
 from metamer.materials.fitting.fit import fit
-from metamer.materials.fitting.seen import seen_samples
-from metamer.materials.fitting.within import within_bounds
+from metamer.materials.fitting.visible_samples import seen_samples
 from metamer.materials.formats.rgl import read_rgl
 from metamer.materials.measured.rgl import RglBrdf
 from metamer.spectral.palette import Palette

@@ -7,7 +7,7 @@ import pytest
 from metamer.materials.fitting.cp import absorbed
 from metamer.materials.fitting.decompose import METHODS, decompose
 from metamer.materials.fitting.tucker import compressed, mode_gram, projected
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from tensorly.cp_tensor import cp_to_tensor
 from tensorly.tenalg import mode_dot, multi_mode_dot
 

@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, OrenNayar
-from metamer.materials.axes import Axis
-from metamer.materials.brdf import Brdf, Lobe
-from metamer.materials.directions import spherical
+from metamer.materials.core.axes import Axis
+from metamer.materials.core.brdf import Brdf, Lobe
+from metamer.materials.core.directions import spherical
+from metamer.materials.core.protocol import LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
+from metamer.materials.fitting.brdf_table import tabulate
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.grids import filled, floored, lobe_axes, node_weights
-from metamer.materials.fitting.tabulated import tabulate
-from metamer.materials.protocol import LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 L = len(WORKING_WAVELENGTHS_NM)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, OrenNayar
-from metamer.materials.directions import spherical
+from metamer.materials.core.directions import spherical
+from metamer.materials.core.protocol import sphere_protocol
 from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.fit import fit
-from metamer.materials.protocol import sphere_protocol
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 

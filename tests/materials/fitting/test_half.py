@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, OrenNayar
-from metamer.materials.directions import spherical
+from metamer.materials.core.directions import spherical
+from metamer.materials.core.protocol import sphere_protocol
 from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.fit import fit
-from metamer.materials.fitting.half import half_storage, rounded_to_half
-from metamer.materials.protocol import sphere_protocol
+from metamer.materials.fitting.half_precision import half_storage, rounded_to_half
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 L = len(WORKING_WAVELENGTHS_NM)

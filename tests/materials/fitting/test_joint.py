@@ -5,17 +5,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley
-from metamer.materials.axes import Axis
-from metamer.materials.brdf import Brdf
-from metamer.materials.directions import spherical
+from metamer.materials.core.axes import Axis
+from metamer.materials.core.brdf import Brdf
+from metamer.materials.core.directions import spherical
+from metamer.materials.core.protocol import LIGHTS, sphere_protocol
 from metamer.materials.fitting.axis_samples import AxisSamples
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.joint import JointProblem, new_terms, refined, refined_without_extrapolation
 from metamer.materials.fitting.pack_grids import merged
 from metamer.materials.fitting.pack_samples import PackSamples
-from metamer.materials.fitting.seen import seen_samples
-from metamer.materials.fitting.seen_pairs import seen_pairs
-from metamer.materials.protocol import LIGHTS, sphere_protocol
+from metamer.materials.fitting.visible_pairs import seen_pairs
+from metamer.materials.fitting.visible_samples import seen_samples
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import OrenNayar
 from metamer.materials.fitting.fit import fit
-from metamer.materials.fitting.outlook import one_more_step
+from metamer.materials.fitting.next_step import one_more_step
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 

@@ -1,7 +1,7 @@
 """Moving averages of factors."""
 
 import numpy as np
-from metamer.materials.axes import Axis
+from metamer.materials.core.axes import Axis
 from metamer.materials.factored.pack import FactorPack
 from metamer.materials.fitting.smoothing import smoothed, smoothed_pack
 from metamer.spectral.basis import SpectralBasis

@@ -7,12 +7,12 @@ from itertools import product
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
-from metamer.materials.axes import Axis
-from metamer.materials.brdf import Brdf
-from metamer.materials.directions import io_from_half_difference, spherical
-from metamer.materials.fitting.tabulated import Table, node_directions, tabulate
-from metamer.materials.frame_angles import frame_angles
-from metamer.spectral.errors import InputError
+from metamer.materials.core.axes import Axis
+from metamer.materials.core.brdf import Brdf
+from metamer.materials.core.directions import io_from_half_difference, spherical
+from metamer.materials.core.frame_angles import frame_angles
+from metamer.materials.fitting.brdf_table import Table, node_directions, tabulate
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 
 RIGHT, TURN = 0.5 * np.pi, 2.0 * np.pi

@@ -10,12 +10,12 @@ import pytest
 from metamer.materials.formats import registry
 
 ROOT = Path(__file__).resolve().parents[3]
-PACKAGES = ("spectral", "materials", "cli", "catalogs")
+PACKAGES = ("runtime", "spectral", "materials", "cli", "catalogs")
 SCRIPT = """
 import sys
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.intake.importing import import_sources
-from metamer.spectral.formats import reading
+from metamer.spectral.formats import registry as reading
 assert reading.__file__.startswith(sys.argv[1]), reading.__file__
 report = import_sources([sys.argv[2]], sys.argv[3], jobs=1)
 for outcome in report.outcomes:
@@ -42,9 +42,10 @@ def copy(example, tmp_path_factory):
         shutil.copytree(ROOT / package, folder / "metamer" / package, ignore=ignored)
     formats = folder / "metamer" / "spectral" / "formats"
     (formats / "swatch.py").write_text(example["python"], encoding="utf-8")
-    listed = (formats / "reading.py").read_text(encoding="utf-8")
+    listed = (formats / "registry.py").read_text(encoding="utf-8")
     assert listed.count('    "csv",\n') == 1
-    (formats / "reading.py").write_text(listed.replace('    "csv",\n', '    "swatch",\n    "csv",\n'), encoding="utf-8")
+    longer = listed.replace('    "csv",\n', '    "swatch",\n    "csv",\n')
+    (formats / "registry.py").write_text(longer, encoding="utf-8")
     return folder
 
 

@@ -9,11 +9,11 @@ from btf_sets import NINE, written
 from metamer.materials.btf.surface import MeasuredBtf
 from metamer.materials.formats import btf as btf_format
 from metamer.materials.intake.sources import read_sources
-from metamer.materials.source import MaterialSource, Rejected
-from metamer.materials.textures import linear_from_srgb
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
+from metamer.materials.records.source import MaterialSource, Rejected
+from metamer.materials.svbrdf.textures import linear_from_srgb
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.import_options import Answer
 from metamer.spectral.upsampling import xyz_from_rgb
 
 SAID = Answer(encoding="srgb", white=(1.0,))

@@ -4,8 +4,8 @@ import pytest
 from metamer.materials.formats.btf import read_sources
 from metamer.materials.formats.btf_headers import header_notes
 from metamer.materials.formats.registry import format_for
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.import_options import Answer
 from PIL import Image, ImageCms
 
 NAMES = [f"{n:05d} tl{tl:03d} pl000 tv000 pv000.jpg" for n, tl in enumerate((0, 15, 30, 45))]

@@ -6,17 +6,17 @@ from btf_sets import NINE, written
 from metamer.materials.btf import form
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.exporting import export
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.export.files import export
 from metamer.materials.formats.btf import read_sources
 from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.formats.btf_writer import ABOUT, write_btf
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.svbrdf.texture_form import texture_form
+from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
+from metamer.spectral.formats.import_options import Answer
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from metamer.materials.directions import io_angles
+from metamer.materials.core.directions import io_angles
 from metamer.materials.formats import cornell
 from metamer.materials.formats.cornell import read_cornell
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 HEADER = "# A laboratory\n# Test Green, lot #7\n# satin\n# num wls\n{count}\n# wls\n{wavelengths}\n# theta i, phi i\n"
 WAVELENGTHS = "400 500 600 700"

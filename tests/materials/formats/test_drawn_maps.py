@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
+from metamer.materials.core.points import Points
 from metamer.materials.formats import maps
 from metamer.materials.formats.pictures.normal_maps import green_of, normals_of
 from metamer.materials.intake.sources import read_sources
-from metamer.materials.points import Points
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import Rejected
-from metamer.materials.textures import Texture, linear_from_srgb
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import NO_ANSWER, Answer
+from metamer.materials.records.source import Rejected
+from metamer.materials.svbrdf.textures import Texture, linear_from_srgb
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.import_options import NO_ANSWER, Answer
 from PIL import Image
 
 RNG = np.random.default_rng(11)

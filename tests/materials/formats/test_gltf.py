@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from metamer.materials.formats import gltf
 from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import Rejected
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import NO_ANSWER, Answer
+from metamer.materials.records.source import Rejected
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.import_options import NO_ANSWER, Answer
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum

@@ -6,7 +6,7 @@ import struct
 import pytest
 from metamer.materials.formats import gltf
 from metamer.materials.formats.gltf_container import open_gltf
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from PIL import Image
 
 

@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
+from metamer.materials.core.points import Points
 from metamer.materials.formats import gltf
-from metamer.materials.points import Points
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import Rejected
-from metamer.materials.textures import linear_from_srgb
-from metamer.spectral.formats.answer import NO_ANSWER, Answer
+from metamer.materials.records.source import Rejected
+from metamer.materials.svbrdf.textures import linear_from_srgb
+from metamer.spectral.formats.import_options import NO_ANSWER, Answer
 from PIL import Image
 
 RNG = np.random.default_rng(3)

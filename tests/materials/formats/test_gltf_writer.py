@@ -5,21 +5,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting.mesh_files import load_mesh
+from metamer.lighting.mesh.files import load_mesh
 from metamer.materials.analytic import CookTorrance, Lambert, MetallicRoughness
-from metamer.materials.exporting import export
+from metamer.materials.core.points import Points
+from metamer.materials.core.protocol import sphere_protocol
+from metamer.materials.export.files import export
 from metamer.materials.formats import gltf
 from metamer.materials.formats.gltf_container import open_gltf
-from metamer.materials.points import Points
-from metamer.materials.protocol import sphere_protocol
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import Rejected
+from metamer.materials.records.source import Rejected
 from metamer.materials.svbrdf.map_set import Placement
 from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.materials.svbrdf.texture import SpectralTexture
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 

@@ -12,11 +12,11 @@ from metamer.materials.formats import maps
 from metamer.materials.formats.pictures.map_names import map_name
 from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import MaterialSource, Rejected
-from metamer.materials.textures import Texture, linear_from_srgb
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import NO_ANSWER, Answer
+from metamer.materials.records.source import MaterialSource, Rejected
+from metamer.materials.svbrdf.textures import Texture, linear_from_srgb
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.import_options import NO_ANSWER, Answer
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.upsampling import xyz_from_rgb

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from metamer.materials.formats import bispectral, cornell, merl, rgl
 from metamer.materials.formats.naming import id_word
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import MaterialSource
-from metamer.spectral.errors import InputError
+from metamer.materials.records.source import MaterialSource
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 
 MERL_BODY = 3 * 90 * 90 * 180 * 8

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.formats.merl import SCALES, read_merl, recognises
 from metamer.materials.measured.merl import SHAPE
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 HEADER = np.array(SHAPE, "<i4").tobytes()
 BODY = 3 * 90 * 90 * 180 * 8

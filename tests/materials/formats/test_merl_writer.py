@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
-from metamer.materials.directions import io_from_half_difference
+from metamer.materials.core.directions import io_from_half_difference
 from metamer.materials.formats.merl import SCALES, read_merl
 from metamer.materials.formats.merl_writer import DARKEST, merl_table, write_merl
 from metamer.materials.measured.merl import MerlBrdf, MerlMeasurement, node_angles
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum

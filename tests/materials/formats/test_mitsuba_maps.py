@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from metamer.materials.exporting import export
+from metamer.materials.export.files import export
 from metamer.materials.formats.mitsuba_maps import write_mitsuba_maps
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.svbrdf.map_set import Placement

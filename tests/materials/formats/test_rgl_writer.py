@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS, AshikhminShirley
+from metamer.materials.core.protocol import sphere_protocol
 from metamer.materials.formats.rgl import read_rgl, read_tensors
 from metamer.materials.formats.rgl_writer import write_tensors
 from metamer.materials.measured.rgl import RglBrdf
 from metamer.materials.measured.rgl_measurement import RglMeasurement
 from metamer.materials.measured.rgl_table import rgl_fields
-from metamer.materials.protocol import sphere_protocol
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 

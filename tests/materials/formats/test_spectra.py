@@ -4,19 +4,19 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.core.protocol import sphere_protocol
 from metamer.materials.formats import spectra
 from metamer.materials.formats.naming import id_word
 from metamer.materials.formats.spectra import read_sources
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.intake.work import fit_material
-from metamer.materials.protocol import sphere_protocol
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import MaterialSource, Rejected
+from metamer.materials.records.source import MaterialSource, Rejected
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
-from metamer.spectral.formats.reading import SpectralEntry, SpectralFile, StatedColour
+from metamer.spectral.formats.registry import SpectralEntry, SpectralFile, StatedColour
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum

@@ -5,17 +5,17 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from metamer.materials.effect import light_and_detector
 from metamer.materials.effect_coating.coated_pair import CoatedPair
+from metamer.materials.effect_coating.off_specular import light_and_detector
 from metamer.materials.effect_coating.stated_error import StatedError
 from metamer.materials.fitting.fit import fit
 from metamer.materials.intake.sources import read_sources
+from metamer.materials.records.description import shown_reconstruction
 from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import read_record, write_record
-from metamer.materials.records.shown import shown_reconstruction
-from metamer.materials.source import Rejected
-from metamer.spectral.formats.answer import Answer
+from metamer.materials.records.source import Rejected
+from metamer.spectral.formats.import_options import Answer
 from metamer.spectral.measurement import geometry_in
 
 NM = np.arange(400, 701, 10)

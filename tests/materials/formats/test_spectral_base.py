@@ -5,15 +5,15 @@ import warnings
 import numpy as np
 import OpenEXR
 import pytest
-from metamer.materials.exporting import export
+from metamer.materials.core.points import Points
+from metamer.materials.core.protocol import sphere_protocol
+from metamer.materials.export.files import export
 from metamer.materials.formats import maps, texture_exr
 from metamer.materials.formats.registry import format_for
-from metamer.materials.points import Points
-from metamer.materials.protocol import sphere_protocol
 from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import NO_ANSWER, Answer
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.import_options import NO_ANSWER, Answer
 from PIL import Image
 
 NM = np.arange(400.0, 701.0, 20.0)

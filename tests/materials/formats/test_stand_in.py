@@ -4,10 +4,10 @@ import io
 
 import numpy as np
 import pytest
-from metamer.materials.formats.pictures.emitted import emission_of
+from metamer.materials.formats.pictures.emission import emission_of
 from metamer.materials.formats.pictures.stand_in import Colour, Number, SurfaceMaps, reflectance_of
-from metamer.materials.textures import Texture, blocks, linear_from_srgb
-from metamer.spectral.errors import InputError
+from metamer.materials.svbrdf.textures import Texture, blocks, linear_from_srgb
+from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.upsampling import METHODS, xyz_from_rgb

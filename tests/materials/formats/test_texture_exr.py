@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.materials.formats import bispectral, texture_exr
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import Rejected
-from metamer.spectral.errors import InputError
+from metamer.materials.records.source import Rejected
+from metamer.runtime.errors import InputError
 
 NM = (400.0, 500.0, 600.0, 700.0)
 

@@ -5,7 +5,7 @@ import zipfile
 import pytest
 from metamer.materials.formats import unreadable
 from metamer.materials.intake.sources import read_sources
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 SAMPLES = {
     "paint.axf": (b"\x89HDF\r\n\x1a\n" + b"\0" * 50, "X-Rite AxF", "PANTORA"),

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
 from metamer.materials.analytic.lambert import Lambert
+from metamer.materials.core.protocol import LIGHTS, sphere_protocol
 from metamer.materials.formats.merl import read_merl
 from metamer.materials.gaussians.brdf import SHADOWING_DEG, GaussianBrdf
 from metamer.materials.gaussians.fit import colour_difference_slope, fit_gaussians
 from metamer.materials.measured.merl import MerlBrdf
-from metamer.materials.protocol import LIGHTS, sphere_protocol
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 
 WAVELENGTHS = np.arange(400.0, 701.0, 20.0)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic.cook_torrance import beckmann, ggx, smith_ggx
-from metamer.materials.directions import spherical
+from metamer.materials.core.directions import spherical
+from metamer.materials.core.protocol import sphere_protocol
 from metamer.materials.gaussians import ndf
 from metamer.materials.gaussians.mixture import fit_tabulated
-from metamer.materials.protocol import sphere_protocol
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from metamer.materials.axes import Axis
+from metamer.materials.core.axes import Axis
+from metamer.materials.core.fit_error import FitError
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
-from metamer.materials.fit_error import FitError
 from metamer.materials.intake import importing
 from metamer.spectral.palette import Palette
 

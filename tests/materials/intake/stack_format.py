@@ -13,8 +13,8 @@ from metamer.materials.formats import registry
 from metamer.materials.formats.reading_cost import Cost
 from metamer.materials.records.material import Provenance
 from metamer.materials.records.models import MEASURED, Measured
+from metamer.materials.records.source import MaterialSource
 from metamer.materials.records.stored_array import StoredArray, chunks_of
-from metamer.materials.source import MaterialSource
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 NAME = "stack"
@@ -103,9 +103,9 @@ def unpickled(fields):
 
 def import_one(path, catalogue, copy=""):
     """Import a stack, twice, verify the catalogue, look at the record, and say what came of it."""
-    from metamer.materials.catalogue import Catalogue
+    from metamer.materials.catalogue.catalogue import Catalogue
     from metamer.materials.intake.importing import import_sources
-    from metamer.materials.records.shown import shown_values
+    from metamer.materials.records.description import shown_values
     from metamer.materials.records.verification import verify_catalogue
 
     register()

@@ -15,15 +15,15 @@ from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
 from metamer.materials.btf.form import palette_of
 from metamer.materials.btf.polynomials import polynomials
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.record import material_path
 from metamer.materials.records.stored_array import StoredArray
 from metamer.materials.records.stored_files import StoredFiles
 from metamer.materials.records.verification import verify_catalogue
 from metamer.materials.svbrdf.texture_form import texture_form
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.import_options import Answer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
 SAID = Answer(encoding="srgb", white=(1.0,))

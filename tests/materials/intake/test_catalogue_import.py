@@ -11,16 +11,16 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from metamer.materials.analytic.oren_nayar import OrenNayar
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.directions import spherical
-from metamer.materials.intake import import_plan, importing, known
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.core.directions import spherical
+from metamer.materials.intake import import_history, import_plan, importing
 from metamer.materials.intake.importing import ImportInterrupted, import_sources
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import MARKER
-from metamer.materials.source import Rejected
-from metamer.spectral.errors import InputError
-from metamer.spectral.files import made_folder
+from metamer.materials.records.source import Rejected
+from metamer.runtime.errors import InputError
+from metamer.runtime.files import made_folder
 
 SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 TABLES = """
@@ -399,7 +399,7 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
         time.sleep(0.05)
     assert not _group_alive(process.pid)
     # Where the command took its time to start, its source was at rest, and what it saw of it is kept.
-    files = sorted(path.name for path in cat.rglob("*") if path.is_file() and path.name != known.FILE)
+    files = sorted(path.name for path in cat.rglob("*") if path.is_file() and path.name != import_history.FILE)
     assert files and not [name for name in files if name.startswith(".")]
     before = Catalogue.open(cat).ids()
     assert 0 < len(before) < 8

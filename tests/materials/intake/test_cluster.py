@@ -8,11 +8,11 @@ import sys
 from importlib.util import find_spec
 
 import pytest
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.intake import cluster, known
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.intake import cluster, import_history
 from metamer.materials.intake.importing import ImportInterrupted, import_sources
-from metamer.spectral import cluster as spectral_cluster
-from metamer.spectral.errors import InputError
+from metamer.runtime import dask_cluster as spectral_cluster
+from metamer.runtime.errors import InputError
 
 pytestmark = [
     # Imported where it is needed: whoever collects these tests need not wait for it.
@@ -44,7 +44,7 @@ def source(tmp_path):
 
 def contents(folder):
     """Hashes of what a catalogue holds; not of what it knows of files, which is their times and numbers on the disk."""
-    files = [file for file in folder.rglob("*") if file.is_file() and file.name != known.FILE]
+    files = [file for file in folder.rglob("*") if file.is_file() and file.name != import_history.FILE]
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
 
 

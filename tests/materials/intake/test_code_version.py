@@ -12,8 +12,8 @@ from metamer.materials.analytic import MODELS
 from metamer.materials.intake import code_version
 from metamer.materials.intake.code_version import code_hash, imported_by, imports_in, modules_of
 from metamer.materials.records.models import MEASURED, SPECTRA
-from metamer.spectral import code_hash as code_hash_module
-from metamer.spectral.errors import InputError
+from metamer.runtime import code_hash as code_hash_module
+from metamer.runtime.errors import InputError
 
 ROOT = Path(code_version.__file__).parents[2]
 ALL = (*(model.NAME for model in MODELS), *MEASURED, *SPECTRA)
@@ -22,7 +22,7 @@ ALL = (*(model.NAME for model in MODELS), *MEASURED, *SPECTRA)
 @pytest.fixture(scope="module")
 def copied(tmp_path_factory):
     folder = tmp_path_factory.mktemp("copied")
-    for name in ("spectral", "materials", "cli", "calibration"):
+    for name in ("runtime", "spectral", "materials", "cli", "calibration"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     return folder
 
@@ -72,7 +72,7 @@ def test_what_colours_are_made_by_counts_for_every_material(changed, module):
     assert changed(module) == set(ALL)
 
 
-@pytest.mark.parametrize("module", ["materials/fitting/cp", "materials/protocol", "materials/intake/work"])
+@pytest.mark.parametrize("module", ["materials/fitting/cp", "materials/core/protocol", "materials/intake/work"])
 def test_the_fit_counts_for_every_surface(changed, module):
     assert changed(module) == SURFACES
 
@@ -81,7 +81,7 @@ def test_the_fit_counts_for_every_surface(changed, module):
     ("module", "models"),
     [
         ("spectral/upsampling", {"btf", "maps", "merl", "rgl"}),
-        ("materials/fluorescent", {"fluorescent_lambert"}),
+        ("materials/analytic/fluorescent", {"fluorescent_lambert"}),
         ("materials/measured/kriging", {"scattered"}),
         ("materials/measured/rgl_measurement", {"rgl"}),
         ("materials/analytic/oren_nayar", {"oren_nayar"}),
@@ -94,8 +94,8 @@ def test_what_one_model_needs_counts_for_that_one(changed, module, models):
 @pytest.mark.parametrize(
     "module",
     [
-        "cli/catalogue_import",
-        "calibration/page",
+        "cli/catalogue/import_",
+        "calibration/report/page",
         "materials/intake/importing",
         "materials/formats/registry",
         "materials/formats/merl",
@@ -149,8 +149,9 @@ def test_every_module_that_a_fit_loads_counts(model):
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     names = {name.removeprefix("metamer.").replace(".", "/") for name in loaded}
     # The package brings the other formulas along, and the type of a measurement its reader's own imports.
-    files = ("spectral/files", "spectral/ending", "spectral/locks")
-    beside = ("materials/analytic/", "materials/formats/", "materials/intake/", "spectral/formats/", *files)
+    files = ("runtime/files", "runtime/shutdown", "runtime/locks")
+    formulas = ("materials/analytic/", "materials/core/domain")
+    beside = (*formulas, "materials/formats/", "materials/intake/", "spectral/formats/", *files)
     readers = {name for name in names if name.startswith(beside)} if model != "scattered" else set()
     assert names - readers <= set(modules_of(model))
 

@@ -5,12 +5,12 @@ from types import SimpleNamespace
 
 import pytest
 from metamer.materials.fitting.fit import RANKS
-from metamer.materials.intake import doing
-from metamer.materials.intake.doing import Doing, Expected, in_bytes, share_done
+from metamer.materials.intake import progress
 from metamer.materials.intake.importing import import_sources
+from metamer.materials.intake.progress import Doing, Expected, in_bytes, share_done
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.intake.work import fit_material
-from metamer.spectral.processes import Task, supervised
+from metamer.runtime.worker_pool import Task, supervised
 
 GREY = 'family = "grey"\nkind = "analytic"\n[[material]]\nname = "grey"\nmodel = "oren_nayar"\nsigma = 0.3\n'
 CONSTANT = "reflectance = { constant = 0.5 }\n"
@@ -44,17 +44,17 @@ def test_the_share_of_growth_is_what_terms_gained_so_far():
     # Eight terms halved it: sixteen more will do.
     assert share_done([lobe, other, *grown((8, 4.0), (16, 2.0))], 0.5) == pytest.approx(0.1 + 0.6 * (16 / 32) ** 2)
     # At that pace there is no end: the most terms are.
-    assert share_done(grown((8, 4.0), (24, 3.9)), 0.5) == pytest.approx(0.1 + 0.6 * (24 / doing.MOST_TERMS) ** 2)
+    assert share_done(grown((8, 4.0), (24, 3.9)), 0.5) == pytest.approx(0.1 + 0.6 * (24 / progress.MOST_TERMS) ** 2)
     assert share_done(grown((8, 4.0), (8, 4.0)), 0.5) < 0.2
 
 
 def test_the_share_of_a_fit_that_is_brought_within_its_bounds_leaves_time_for_it():
-    most = doing.MOST_TERMS
+    most = progress.MOST_TERMS
     assert share_done(grown((8, 4.0), (most - 8, 2.0), (most, 1.5)), 0.5) == pytest.approx(0.7)
 
 
 def test_most_terms_are_those_of_fits():
-    assert RANKS[-1] == doing.MOST_TERMS
+    assert RANKS[-1] == progress.MOST_TERMS
 
 
 def test_what_is_left_is_shared_by_the_processes():
@@ -93,7 +93,7 @@ def test_nothing_left_takes_no_time():
 @pytest.mark.parametrize(("total", "words"), [(4_000_000_000, "hashing, 2 GB of 4 GB"), (0, "hashing, 2 GB read")])
 def test_bytes_are_told_now_and_then(monkeypatch, total, words):
     now, said = [10.0], []
-    monkeypatch.setattr(doing, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    monkeypatch.setattr(progress, "time", SimpleNamespace(monotonic=lambda: now[0]))
     heard = in_bytes("hashing", total, said.append)
     for _ in range(3):
         heard(500_000_000)

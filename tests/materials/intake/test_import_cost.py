@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.formats import merl
 from metamer.materials.formats.registry import format_for, reading_cost
 from metamer.materials.intake import import_cost, import_plan

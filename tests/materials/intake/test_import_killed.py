@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.intake.import_folder import writing_to
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.verification import verify_catalogue
-from metamer.spectral.files import half_written
+from metamer.runtime.files import half_written
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
 
@@ -38,7 +38,7 @@ def killed_in_made_folder():
     def run(folder: Path, moment: str) -> Path:
         before = set(folder.iterdir())
         code = (
-            "import os, signal, sys; from metamer.spectral.files import made_folder; "
+            "import os, signal, sys; from metamer.runtime.files import made_folder; "
             f"os.{moment} = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL); made_folder(sys.argv[1])"
         )
         ended = subprocess.run([sys.executable, "-c", code, folder], check=False)

@@ -5,15 +5,15 @@ import zipfile
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.formats import registry
 from metamer.materials.intake import import_plan as planning
 from metamer.materials.intake.import_plan import Settings, planned
 from metamer.materials.intake.importing import ImportReport, import_sources
 from metamer.materials.intake.inputs import inputs_of
 from metamer.materials.intake.sources import read_sources
-from metamer.materials.source import MaterialSource
-from metamer.spectral.formats.answer import Answer
+from metamer.materials.records.source import MaterialSource
+from metamer.spectral.formats.import_options import Answer
 
 SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 FAMILY = """family = "grey"

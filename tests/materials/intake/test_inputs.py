@@ -7,12 +7,12 @@ import zipfile
 
 import fsspec
 import pytest
-from metamer.materials.input_file import InputFile
+from metamer.materials.formats.input_file import InputFile
 from metamer.materials.intake import archives
 from metamer.materials.intake.inputs import inputs_of
 from metamer.materials.records.record import MARKER
-from metamer.materials.source import Rejected
-from metamer.spectral.errors import InputError
+from metamer.materials.records.source import Rejected
+from metamer.runtime.errors import InputError
 
 SPECTRA = "# reflectance\nwavelength_nm,red\n400,0.1\n500,0.2\n600,0.7\n700,0.8\n"
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.formats import registry
+from metamer.materials.intake import import_history
 from metamer.materials.intake import import_plan as planning
-from metamer.materials.intake import known
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.record import material_path
 
@@ -24,7 +24,7 @@ pytestmark = pytest.mark.usefixtures("fits")
 @pytest.fixture(autouse=True)
 def at_rest(monkeypatch):
     """Files are as if they had lain there for long."""
-    monkeypatch.setattr(known, "_TICK_NS", -(10**15))
+    monkeypatch.setattr(import_history, "_TICK_NS", -(10**15))
 
 
 @pytest.fixture
@@ -43,8 +43,8 @@ def work(monkeypatch):
         monkeypatch.setattr(module, name, call)
 
     counted(planning, "read_with", "read")
-    counted(known, "format_for", "sniffed")
-    counted(known, "read_record", "checked")
+    counted(import_history, "format_for", "sniffed")
+    counted(import_history, "read_record", "checked")
     return done
 
 
@@ -87,7 +87,7 @@ def test_a_second_import_opens_nothing_and_says_the_same(source, tmp_path, work,
 def test_without_what_is_known_the_report_is_the_same(source, tmp_path, work):
     imported(source, tmp_path)
     with_it = imported(source, tmp_path)
-    (tmp_path / "cat" / known.FILE).unlink()
+    (tmp_path / "cat" / import_history.FILE).unlink()
     without = imported(source, tmp_path)
     assert told(without) == told(with_it)
     assert len(work["checked"]) == 3
@@ -105,7 +105,7 @@ def test_without_what_is_known_the_report_is_the_same(source, tmp_path, work):
 def test_damage_to_what_is_known_costs_time_only(source, tmp_path, work, damage):
     imported(source, tmp_path)
     expected = told(imported(source, tmp_path))
-    file = tmp_path / "cat" / known.FILE
+    file = tmp_path / "cat" / import_history.FILE
     file.write_bytes(damage(file.read_bytes()))
     work["read"].clear()
     assert told(imported(source, tmp_path)) == expected and "chart.csv" in work["read"]
@@ -114,7 +114,7 @@ def test_damage_to_what_is_known_costs_time_only(source, tmp_path, work, damage)
 def test_other_code_of_readers_reads_again(source, tmp_path, work, monkeypatch):
     imported(source, tmp_path)
     work["read"].clear()
-    monkeypatch.setattr(known, "readers_hash", lambda: "of another day")
+    monkeypatch.setattr(import_history, "readers_hash", lambda: "of another day")
     imported(source, tmp_path)
     assert "chart.csv" in work["read"]
 
@@ -147,10 +147,12 @@ def test_a_change_of_the_same_size_and_time_is_seen(source, tmp_path, fits):
 
 def test_a_file_that_was_just_written_is_not_trusted(source, tmp_path, work, monkeypatch):
     """It may change once more within the same tick of the clock, and show the same times."""
-    monkeypatch.setattr(known, "_TICK_NS", 10**15)
+    monkeypatch.setattr(import_history, "_TICK_NS", 10**15)
     imported(source, tmp_path)
-    state = known._state
-    monkeypatch.setattr(known, "_state", lambda path: [1, 1, 1, 1] if path.name == "chart.csv" else state(path))
+    state = import_history._state
+    monkeypatch.setattr(
+        import_history, "_state", lambda path: [1, 1, 1, 1] if path.name == "chart.csv" else state(path)
+    )
     (source / "chart.csv").write_text(SPECTRA.replace("0.7", "0.6"))
     work["checked"].clear()
     assert imported(source, tmp_path).count("imported") == 2
@@ -262,7 +264,7 @@ def test_nothing_is_written_by_a_dry_run_or_where_nothing_is_new(source, tmp_pat
     imported(source, tmp_path, dry_run=True)
     assert not (tmp_path / "cat").exists()
     imported(source, tmp_path), imported(source, tmp_path)
-    file = tmp_path / "cat" / known.FILE
+    file = tmp_path / "cat" / import_history.FILE
     before = file.stat().st_ino
     imported(source, tmp_path)
     assert file.stat().st_ino == before
@@ -272,11 +274,11 @@ def test_a_place_that_cannot_be_written_to_stops_nothing(source, tmp_path, monke
     def full(path):
         raise OSError(28, "no space")
 
-    monkeypatch.setattr(known, "written_whole", full)
+    monkeypatch.setattr(import_history, "written_whole", full)
     assert imported(source, tmp_path).count("imported") == 3
 
 
 def test_what_is_known_holds_no_more_than_it_says(source, tmp_path):
     imported(source, tmp_path)
-    text = (tmp_path / "cat" / known.FILE).read_bytes().partition(b"\n")[2]
+    text = (tmp_path / "cat" / import_history.FILE).read_bytes().partition(b"\n")[2]
     assert set(json.loads(text)) == {"version", "code", "formats", "readings", "records"}

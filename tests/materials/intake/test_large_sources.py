@@ -10,19 +10,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.formats import registry
-from metamer.materials.intake import known
+from metamer.materials.intake import import_history
 from metamer.materials.intake.import_plan import Settings, planned
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.intake.inputs import inputs_of
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import MEASURED
 from metamer.materials.records.record import material_path
+from metamer.materials.records.source import MaterialSource
 from metamer.materials.records.stored_array import StoredArray
 from metamer.materials.records.verification import verify_catalogue
-from metamer.materials.source import MaterialSource
-from metamer.spectral.files import half_written
+from metamer.runtime.files import half_written
 
 HERE = Path(__file__).parent
 # Texels and pairs of directions: 0.3 MB, and what does not fit beside what Python and its libraries take.
@@ -171,7 +171,7 @@ def test_damage_in_a_copy_is_noticed_by_the_next_import(stacks, tmp_path):
 def test_a_file_that_has_moved_is_imported_from_where_it_is(stacks, tmp_path, monkeypatch):
     path, catalogue = tmp_path / "scans" / "wool.npy", tmp_path / "cat"
     # What is known counts at once, as it does two seconds later.
-    monkeypatch.setattr(known, "_TICK_NS", -1_000_000_000)
+    monkeypatch.setattr(import_history, "_TICK_NS", -1_000_000_000)
     import_sources([path], catalogue, jobs=1)
     assert import_sources([path], catalogue, jobs=1).count("skipped") == 1
     elsewhere = at_rest(path.rename(tmp_path / "wool.npy"))

@@ -7,14 +7,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from metamer.materials.directions import TAU, half_difference, io_from_half_difference, spherical
+from metamer.materials.core.directions import TAU, half_difference, io_from_half_difference, spherical
 from metamer.materials.fitting.fit import fit
 from metamer.materials.formats.merl import SCALES, read_merl
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.measured.merl import SHAPE, MerlBrdf, node_angles
 from metamer.materials.records.models import rebuild
-from metamer.materials.source import Rejected
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.materials.records.source import Rejected
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.upsampling import METHODS, xyz_from_rgb

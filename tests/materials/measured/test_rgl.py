@@ -4,8 +4,8 @@ import struct
 
 import numpy as np
 import pytest
-from metamer.materials.axes import Axis
-from metamer.materials.directions import TAU, spherical
+from metamer.materials.core.axes import Axis
+from metamer.materials.core.directions import TAU, spherical
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.formats.rgl import MAGIC, read_rgl, recognises
 from metamer.materials.intake.code_version import modules_of
@@ -16,8 +16,8 @@ from metamer.materials.measured.rgl_measurement import RglMeasurement
 from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import read_record, write_record
-from metamer.materials.source import Rejected
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.materials.records.source import Rejected
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.palette import Palette

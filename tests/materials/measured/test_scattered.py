@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.benchmarks import scattered as benchmark
-from metamer.materials.directions import half_difference, io_angles, io_from_half_difference, spherical
+from metamer.materials.core.directions import half_difference, io_angles, io_from_half_difference, spherical
 from metamer.materials.formats.cornell import read_cornell
 from metamer.materials.measured.measurement import ScatteredMeasurement, estimated_background, prepared
 from metamer.materials.measured.scattered import ScatteredBrdf
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM

@@ -7,8 +7,8 @@ import pytest
 from metamer.materials.formats import family
 from metamer.materials.records.colour_standing import colour_standing, gloss_standing, standing_sentences, title_of
 from metamer.materials.records.material import MaterialRecord, Provenance
-from metamer.materials.source import Rejected
-from metamer.spectral.errors import InputError, MetamerError
+from metamer.materials.records.source import Rejected
+from metamer.runtime.errors import InputError, MetamerError
 
 DESCRIPTION = """
 family = "paint"

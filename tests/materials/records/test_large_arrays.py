@@ -9,16 +9,16 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
-from metamer.materials import brdf
+from metamer.materials.core import brdf
 from metamer.materials.records import hdf5_tree, stored_array
+from metamer.materials.records.description import shown_values
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.models import MEASURED, Measured, rebuild
 from metamer.materials.records.record import check_large, read_record, stored_arrays, write_record
 from metamer.materials.records.record_head import HEAD_BYTES, read_head
-from metamer.materials.records.shown import shown_values
 from metamer.materials.records.stored_array import StoredArray
 from metamer.materials.records.verification import verify_catalogue, verify_material
-from metamer.spectral.errors import InputError, NoRoomError
+from metamer.runtime.errors import InputError, NoRoomError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 STACK = np.random.default_rng(0).random((20, 30, 50)).astype(np.float16)
@@ -189,7 +189,7 @@ from types import SimpleNamespace
 import numpy as np
 sys.path.insert(0, sys.argv[1])
 import test_large_arrays as tests
-from metamer.spectral.errors import NoRoomError
+from metamer.runtime.errors import NoRoomError
 stack = np.random.default_rng(0).random((2, 3000, 3000))
 resource.setrlimit(resource.RLIMIT_FSIZE, (9_000_000, resource.RLIM_INFINITY))
 with tempfile.TemporaryDirectory() as folder:
@@ -212,7 +212,7 @@ def test_a_model_is_given_whole_arrays_unless_it_reads_files_itself(tmp_path, mo
     assert isinstance(found.parameters["reflectance"], StoredArray)
     up = np.array([0.0, 0.0, 1.0])
     assert np.array_equal(found.brdf().eval(up, up), record().brdf().eval(up, up))
-    monkeypatch.setitem(MEASURED, "as they are", Measured("brdf", "As", reads_files=True))
+    monkeypatch.setitem(MEASURED, "as they are", Measured("core.brdf", "As", reads_files=True))
     given = []
     as_it_is = SimpleNamespace(from_parameters=lambda parameters: given.append(parameters) or record().brdf())
     monkeypatch.setattr(brdf, "As", as_it_is, raising=False)

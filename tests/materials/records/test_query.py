@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.fit_error import FitError
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.core.fit_error import FitError
 from metamer.materials.records.material import Provenance
 from metamer.materials.records.query import Query
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e
-from metamer.spectral.errors import InputError, UnknownNameError
 
 
 def off_by(p99):

@@ -8,17 +8,17 @@ from typing import get_args
 import h5py
 import numpy as np
 import pytest
-from metamer.materials.axes import Axis
+from metamer.materials.core.axes import Axis
+from metamer.materials.core.fit_error import FitError
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
-from metamer.materials.fit_error import FitError
 from metamer.materials.fitting.fit import Trial
-from metamer.materials.fitting.half import rounded_to_half
+from metamer.materials.fitting.half_precision import rounded_to_half
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.models import MEASURED, SPECTRA
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.record_head import HEAD_BYTES, read_head
 from metamer.materials.records.trial_table import trial_table, trials_from
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Quantity
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM

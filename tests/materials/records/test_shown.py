@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley
-from metamer.materials.exported_spectrum import exported_spectrum
-from metamer.materials.fit_error import FitError
+from metamer.materials.core.fit_error import FitError
+from metamer.materials.export.spectrum import exported_spectrum
 from metamer.materials.fitting.fit import Trial
+from metamer.materials.records.description import shown_colours, shown_spectrum, shown_trials
 from metamer.materials.records.material import MaterialRecord, Provenance
-from metamer.materials.records.shown import shown_colours, shown_spectrum, shown_trials
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM
 
 

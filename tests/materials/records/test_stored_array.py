@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from metamer.materials.records import stored_array
 from metamer.materials.records.stored_array import StoredArray, blocks_of, chunks_of
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 
 @pytest.fixture(autouse=True)

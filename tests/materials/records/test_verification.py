@@ -5,8 +5,8 @@ from dataclasses import replace
 import h5py
 import numpy as np
 import pytest
-from metamer.materials.fluorescent import FluorescentLambert
-from metamer.materials.protocol import measured
+from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.core.protocol import measured
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.verification import TOLERANCE, verify_catalogue, verify_material
 from metamer.spectral.bispectral import Bispectral

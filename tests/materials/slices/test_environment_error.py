@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from metamer.materials.analytic.cook_torrance import CookTorrance
 from metamer.materials.analytic.lambert import Lambert
-from metamer.materials.protocol import LIGHTS
+from metamer.materials.core.protocol import LIGHTS
+from metamer.materials.core.spherical_gaussian import sphere_integral
 from metamer.materials.slices import error, sky
 from metamer.materials.slices.fit import view_slices
-from metamer.materials.spherical_gaussian import sphere_integral
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum

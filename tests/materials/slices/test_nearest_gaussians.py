@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from metamer.materials.analytic.cook_torrance import CookTorrance
-from metamer.materials.environment_form import bends
-from metamer.materials.points import Points
+from metamer.materials.core.environment_form import bends
+from metamer.materials.core.points import Points
 from metamer.materials.slices.error import measured_form
 from metamer.materials.slices.fit import view_slices
 from metamer.materials.slices.mixture import Mixture

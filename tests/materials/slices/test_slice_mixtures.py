@@ -8,8 +8,8 @@ from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
 from metamer.materials.analytic.coated_diffuse import CoatedDiffuse
 from metamer.materials.analytic.cook_torrance import CookTorrance
 from metamer.materials.analytic.lambert import Lambert
-from metamer.materials.brdf import Brdf, eval_lit
-from metamer.materials.points import Points
+from metamer.materials.core.brdf import Brdf, eval_lit
+from metamer.materials.core.points import Points
 from metamer.materials.slices.fit import COUNTS, fewest_slices, view_slices
 from metamer.materials.slices.quadrature import Grids, slice_directions
 from metamer.materials.slices.view_slices import ViewSlices, polar_angles

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.cli.main import main
-from metamer.materials.compare import compare_records
-from metamer.materials.fluorescent import FluorescentLambert
+from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.catalogue.compare import compare_records
+from metamer.materials.core.protocol import measured
 from metamer.materials.intake.code_version import modules_of
-from metamer.materials.protocol import measured
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.verification import verify_material
 from metamer.materials.slices.fit import view_slices

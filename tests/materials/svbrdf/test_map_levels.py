@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.directions import spherical
-from metamer.materials.points import Points
+from metamer.materials.core.directions import spherical
+from metamer.materials.core.points import Points
 from metamer.materials.svbrdf.facets import facets, turned_to
 from metamer.materials.svbrdf.map_levels import WIDENED, facets_apart, normals_from_afar, spread_from_afar
 from metamer.materials.svbrdf.maps import MappedSurface

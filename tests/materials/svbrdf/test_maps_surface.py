@@ -4,19 +4,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.directions import spherical
-from metamer.materials.fast import MOST_TEXELS
-from metamer.materials.points import Points
-from metamer.materials.protocol import LIGHTS, measured
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.core.directions import spherical
+from metamer.materials.core.fast import MOST_TEXELS
+from metamer.materials.core.points import Points
+from metamer.materials.core.protocol import LIGHTS, measured
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record
 from metamer.materials.svbrdf.map_set import Placement, spectra_of
 from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.maps_form import MapsForm
 from metamer.materials.svbrdf.texel_map import TexelMap
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

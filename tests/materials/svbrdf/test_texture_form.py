@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.points import Points
-from metamer.materials.protocol import LIGHTS, measured
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.core.points import Points
+from metamer.materials.core.protocol import LIGHTS, measured
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record
 from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.materials.svbrdf.texture_form import texture_form
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

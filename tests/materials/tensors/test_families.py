@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.materials.tensors.components import components_of
 from metamer.materials.tensors.families import blinn_phong, cook_torrance, half_cosine
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 
 def pairs(count=4000, lowest=0.3):

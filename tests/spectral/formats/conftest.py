@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import pytest
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 
 
 @pytest.fixture(scope="session")

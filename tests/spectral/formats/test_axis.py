@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
-from metamer.spectral.formats.reading import read_spectra
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import read_spectra
 from metamer.spectral.formats.tables.axis import axis_unit
 from metamer.spectral.spectrum import Spectrum
 

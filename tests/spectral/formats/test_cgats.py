@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.cgats import illuminant_of, observer_of, read, recognises
 from metamer.spectral.formats.cgats_tables import read_tables
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import format_of, read_spectra
 
 
 @pytest.fixture

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.cgats import read
-from metamer.spectral.formats.reading import format_of
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import format_of
 
 BANDS = tuple(range(400, 701, 20))
 

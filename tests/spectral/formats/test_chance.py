@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.reading import read_spectra
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.registry import read_spectra
 from metamer.spectral.formats.shared.resemblance import has_mercury_lines, likenesses
 from metamer.spectral.illuminants import illuminant
 

@@ -4,9 +4,9 @@ from itertools import permutations
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
-from metamer.spectral.formats.reading import read_spectra
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import read_spectra
 
 NM = np.arange(400, 701, 20)
 PERCENT = 6.2 + 57.0 / (1.0 + np.exp(-(NM - 583.0) / 13.0))

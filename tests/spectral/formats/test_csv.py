@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.csv import read_csv_spectra
 
 DOWN = "nm,Red,Grey\n400,0.05,0.2\n410,0.06,0.2\n420,0.07,0.2\n"

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.formats.csv_writer import write_csv
-from metamer.spectral.formats.reading import SpectralEntry, read_spectra
+from metamer.spectral.formats.registry import SpectralEntry, read_spectra
 from metamer.spectral.spectrum import Spectrum
 
 GRID = np.array([380.5, 400.0, 404.6565, 700.0])

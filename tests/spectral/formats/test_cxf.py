@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats import cxf
-from metamer.spectral.formats.answer import Answer
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import format_of, read_spectra
 
 SPEC = """
 <cc:ColorSpecification Id="M1">

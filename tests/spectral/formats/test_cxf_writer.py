@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats import cxf
 from metamer.spectral.formats.cxf_writer import write_cxf
-from metamer.spectral.formats.reading import SpectralEntry, StatedColour
+from metamer.spectral.formats.registry import SpectralEntry, StatedColour
 from metamer.spectral.spectrum import Spectrum
 
 LAB = StatedColour("Lab", np.array([50.1, -3.25, 1 / 3]), "D50", "1931_2")

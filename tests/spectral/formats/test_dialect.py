@@ -5,7 +5,7 @@ import random
 
 import pytest
 from metamer.spectral.formats import csv, instrument_text
-from metamer.spectral.formats.reading import HEAD
+from metamer.spectral.formats.registry import HEAD
 from metamer.spectral.formats.tables import dialect as module
 from metamer.spectral.formats.tables.dialect import Dialect, dialect_of, two_numbers
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats import iestm27
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.registry import format_of, read_spectra
 
 HEADER = "<Manufacturer>Acme</Manufacturer><Description>lamp 3</Description><ReportNumber>R7</ReportNumber>"
 POINTS = ((400, 0.2), (410.5, 0.4), (430, 0.9))

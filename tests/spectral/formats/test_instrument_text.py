@@ -1,10 +1,10 @@
 """Reports of light meters and spectrometers."""
 
 import pytest
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.import_options import Answer
 from metamer.spectral.formats.instrument_text import read, recognises
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.registry import format_of, read_spectra
 
 SEKONIC = (
     "Date Saved,15/03/2021\nTitle,stage left\n\nMeasuring Mode,Ambient\nViewing Angle [°],10\nTcp [K],3262\n"

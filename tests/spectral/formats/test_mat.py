@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 import scipy.io
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.mat import read, recognises
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.registry import format_of, read_spectra
 
 WAVELENGTHS = np.arange(400.0, 701.0, 10.0)
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats import cgats, csv, instrument_text, spd
-from metamer.spectral.formats.answer import AgainstAnswerError, Answer
-from metamer.spectral.formats.reading import (
+from metamer.spectral.formats.import_options import AgainstAnswerError, Answer
+from metamer.spectral.formats.registry import (
     FORMATS,
     HEAD,
     SpectralFile,

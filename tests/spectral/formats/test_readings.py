@@ -1,9 +1,9 @@
 """What instruments and libraries write into a table beside plain readings, and what is no colour at all."""
 
 import pytest
-from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.csv import read, recognises
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import format_of, read_spectra
 
 NM = range(360, 741, 20)
 

@@ -1,9 +1,9 @@
 """Several tables in one text file: each is what its own header and title say."""
 
 import pytest
-from metamer.spectral.formats.answer import Answer
 from metamer.spectral.formats.csv import read
-from metamer.spectral.formats.reading import read_spectra
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import read_spectra
 
 NM = (400, 410, 420, 430, 440)
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError
 from metamer.spectral.colour_library import colour_science
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
-from metamer.spectral.formats.reading import read_spectra
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import read_spectra
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import observer
 

@@ -1,7 +1,7 @@
 """Spectral power in two columns, and glazing files."""
 
 import pytest
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.registry import format_of, read_spectra
 from metamer.spectral.formats.spd import read
 
 

@@ -5,10 +5,10 @@ import OpenEXR
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats import spectral_exr
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.registry import format_of, read_spectra
 from metamer.spectral.formats.spectral_exr import read_spectral_exr, write_spectral_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from metamer.materials.formats.spectra import guessed
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.answer import Answer
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.csv import read, recognises
-from metamer.spectral.formats.reading import format_of, read_spectra
+from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.registry import format_of, read_spectra
 
 DOWN = "nm,Red,Grey\n400,0.05,0.2\n410,0.06,0.2\n420,0.07,0.2\n"
 ACROSS = "name,400,410,420\nRed,0.05,0.06,0.07\nGrey,0.2,0.2,0.2\n"

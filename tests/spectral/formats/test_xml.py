@@ -3,9 +3,9 @@
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats import cxf
-from metamer.spectral.formats.reading import format_of
+from metamer.spectral.formats.registry import format_of
 from metamer.spectral.formats.shared import xml
 
 

@@ -5,7 +5,7 @@ import os
 import numpy as np
 import OpenEXR
 import pytest
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.image import ColourImage

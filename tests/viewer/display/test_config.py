@@ -10,7 +10,7 @@ from metamer.calibration.display.aim import PICTURE_WHITE_XYZ, aimed
 from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.cube import Cube, make_cube
 from metamer.calibration.display.patches import patches
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.image import ColourImage
 from metamer.viewer.display.config import COMPENSATED, display_transform, make_config, write_config
 from metamer.viewer.display.gl_pass import DisplayPass

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.colour_library import colour_science
-from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import OBSERVERS, observer

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import MetamerError
+from metamer.runtime.errors import MetamerError
 from metamer.viewer.display.gl_pass import DisplayPass
 from metamer.viewer.display.transform import DisplayTransform
 from metamer.viewer.gl import context as module

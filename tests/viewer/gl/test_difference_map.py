@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.calibration.statistics import delta_e_map, delta_e_statistics
+from metamer.calibration.report.statistics import delta_e_map, delta_e_statistics
 from metamer.spectral.adaptation import adaptation_matrix
 from metamer.spectral.difference import xyz_from_lab
 from metamer.spectral.formula import Formula

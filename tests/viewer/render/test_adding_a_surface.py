@@ -9,18 +9,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
+from metamer.lighting.mesh import shapes
 from metamer.lighting.plan import plan_scene
-from metamer.lighting.reference import reference_images
-from metamer.materials.catalogue import Catalogue
+from metamer.lighting.reference.reference import reference_images
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.core.protocol import measured
 from metamer.materials.factored.pack import FactoredBrdf
-from metamer.materials.protocol import measured
 from metamer.materials.records import models, record
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record_head import read_head
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

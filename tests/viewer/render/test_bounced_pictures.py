@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.reference import reference_images
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.scene import Review
-from metamer.lighting.scene_files import load_scene
-from metamer.lighting.transfer import followed, indirect
+from metamer.lighting.scene_file.files import load_scene
+from metamer.lighting.transfer import bounce_solver, indirect
 from metamer.lighting.visibility import refinement
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
 from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.texel_map import TexelMap
@@ -295,7 +295,7 @@ def test_a_glossy_floor_throws_the_sun_onto_a_wall(scenes, make, monkeypatch):
     truth = reference_images(scene, None, surfaces, bounces=1, budget=1.0)
     with make() as renderer:
         found, coverage = renderer.render(scene, None, surfaces)
-    monkeypatch.setattr(followed, "glossy_parts", lambda *_: {})
+    monkeypatch.setattr(bounce_solver, "glossy_parts", lambda *_: {})
     with make() as renderer:
         evenly, _ = renderer.render(scene, None, surfaces)
     near, far = (np.percentile(off(scene, truth.xyz[0], one)[coverage == 1.0], 95) for one in (found, evenly))

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.benchmarks import filtering as benchmark
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.materials.axes import Axis
+from metamer.lighting.mesh import shapes
+from metamer.materials.core.axes import Axis
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
-from metamer.materials.fitting.half import rounded_to_half
+from metamer.materials.fitting.half_precision import rounded_to_half
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError, UnknownNameError
 from metamer.spectral.palette import Palette
 from metamer.viewer.gl.backend import create_session, gl_session
 from metamer.viewer.gl.resources import Owner
@@ -93,7 +93,7 @@ def test_mip_mapped_gl_equals_numpy_over_all_pixels(scenes, hardware, software, 
 
 
 def test_a_measured_mesh_mip_mapped(scenes, hardware, software, shared_data):
-    from metamer.lighting.mesh_files import load_mesh
+    from metamer.lighting.mesh.files import load_mesh
 
     mesh = load_mesh(shared_data / "meshes" / "shaderball.glb")
     low, high = mesh.bounds

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.reference import reference_images
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.visibility import refinement
+from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.factored.pack import matt_brdf
-from metamer.materials.fluorescent import FluorescentLambert
+from metamer.runtime.errors import InputError
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.mesh import Mesh
+from metamer.lighting.mesh import shapes
+from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.vectors import dot, orthonormal_frame, stated_tangents, unit
-from metamer.materials.directions import half_difference, io_angles
+from metamer.materials.core.directions import half_difference, io_angles
 from metamer.viewer.render.footprints import footprints
 from metamer.viewer.render.geometry import scene_geometry
 from metamer.viewer.render.surfaces import surface_samples

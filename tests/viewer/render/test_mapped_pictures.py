@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.reference import reference_images
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.reference import reference_images
 from metamer.materials.svbrdf.map_set import Placement
 from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.texel_map import TexelMap

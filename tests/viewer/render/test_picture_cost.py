@@ -6,17 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import scene_files, shapes
 from metamer.lighting.environment.booth import light_booth
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.mesh_cost import MeshCost, file_cost
-from metamer.lighting.mesh_files import load_mesh
-from metamer.lighting.reference import reference_images
-from metamer.lighting.scene_files import load_scene
+from metamer.lighting.mesh import shapes
+from metamer.lighting.mesh.cost import MeshCost, file_cost
+from metamer.lighting.mesh.files import load_mesh
+from metamer.lighting.reference.reference import reference_images
+from metamer.lighting.scene_file import files as scene_files
+from metamer.lighting.scene_file.files import load_scene
 from metamer.materials.analytic import AshikhminShirley
 from metamer.materials.analytic.lambert import Lambert
-from metamer.spectral import memory
-from metamer.spectral.errors import InputError
+from metamer.runtime import memory
+from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.reference import reference_image, reference_images
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.reference import reference_image, reference_images
 from metamer.materials.factored.pack import FactoredBrdf
+from metamer.runtime.errors import UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.viewer.gl.backend import create_session, gl_session
 from metamer.viewer.render.geometry import scene_geometry
@@ -258,7 +258,7 @@ def test_what_has_not_changed_is_taken_over(scenes):
 
 @pytest.mark.slow
 def test_a_measured_mesh_of_88_000_triangles(scenes, hardware, software, brdfs, shared_data):
-    from metamer.lighting.mesh_files import load_mesh
+    from metamer.lighting.mesh.files import load_mesh
 
     mesh = load_mesh(shared_data / "meshes" / "shaderball.glb")
     low, high = mesh.bounds

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.viewer.gl.backend import GLBackend

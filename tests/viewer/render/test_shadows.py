@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
+from metamer.lighting.mesh import shapes
 from metamer.viewer.render.shadows import CONTACT, OUTLINE_RAMP, shadow_grid, sorted_triangles, visibility
 
 SUN = np.array([0.48, 0.6, 0.64])

@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment import bright_light, latlong
 from metamer.lighting.environment.brights import taken_apart
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.reference import reference_images
-from metamer.lighting.visibility import finer, refinement
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.reference import reference_images
+from metamer.lighting.visibility import edge_refinement, refinement
+from metamer.materials.core.points import Points
 from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
-from metamer.materials.points import Points
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
 from metamer.viewer.gl.backend import gl_session
@@ -100,7 +100,7 @@ def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl):
 @pytest.mark.parametrize("shape", [shapes.speed_shape(3), shapes.cloth(10)])
 def test_gl_equals_numpy_where_triangles_are_cut_between_their_vertices(scenes, gl, shape, monkeypatch):
     monkeypatch.setattr(refinement, "MOST_VERTICES", 10)
-    monkeypatch.setattr(finer, "APART", 0.02)
+    monkeypatch.setattr(edge_refinement, "APART", 0.02)
     shade = shapes.sphere(1, 0.31).placed(translate=(0.3, 1.1, 0.4))
     camera = Camera("near", (0.5, 2.0, 5.0), (0, 0, 0), vertical_fov_deg=28, width=32, height_px=32, samples=1)
     scene = scenes.scene_of([(shape, "gloss"), (shade, "matt")], [scenes.sun((-0.5, 0.8, 0.3), 400.0)], camera)

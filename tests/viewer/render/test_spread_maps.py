@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.environment.gathering import GatheredLight
-from metamer.materials.directions import spherical
-from metamer.materials.points import Points
+from metamer.lighting.environment.prefiltering import GatheredLight
+from metamer.lighting.mesh import shapes
+from metamer.materials.core.directions import spherical
+from metamer.materials.core.points import Points
 from metamer.materials.slices.fit import view_slices
 from metamer.materials.svbrdf.facet_slices import facet_slices
 from metamer.materials.svbrdf.facets import facets, spread_of

@@ -7,12 +7,12 @@ from dataclasses import replace
 import metamer
 import numpy as np
 import pytest
-from metamer.lighting.environment import bright_light, gathering
+from metamer.lighting.environment import bright_light, prefiltering
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.softbox import SoftboxLight
-from metamer.lighting.reference import reference_images
-from metamer.lighting.scene_files import load_scene
-from metamer.materials.catalogue import Catalogue
+from metamer.lighting.reference.reference import reference_images
+from metamer.lighting.scene_file.files import load_scene
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -79,7 +79,7 @@ def work(monkeypatch):
 
 def _counted(counts, name, light):
     counts[name] += 1
-    return gathering.GatheredLight.of(light)
+    return prefiltering.GatheredLight.of(light)
 
 
 def shaded(counts):

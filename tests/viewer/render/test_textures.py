@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.cli.main import main
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.reference import reference_images
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.reference import reference_images
 from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.formats.spectral_exr import write_spectral_texture

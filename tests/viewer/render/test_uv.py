@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.geometry import visible_geometry
 from metamer.lighting.lights import DirectionalLight
-from metamer.lighting.mesh import Mesh
-from metamer.lighting.reference import reference_image
+from metamer.lighting.mesh import shapes
+from metamer.lighting.mesh.mesh import Mesh
+from metamer.lighting.reference.geometry import visible_geometry
+from metamer.lighting.reference.reference import reference_image
 from metamer.viewer.gl import resources
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.passes import Passes

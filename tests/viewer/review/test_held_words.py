@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 from btf_cloths import NINE, cloth, imported, saved
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.geometry import visible_geometry
-from metamer.materials.catalogue import Catalogue
+from metamer.lighting.mesh import shapes
+from metamer.lighting.reference.geometry import visible_geometry
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.viewer.review.review import review
 from metamer.viewer.review.words import held_words
 from metamer.viewer.software.backend import software_session

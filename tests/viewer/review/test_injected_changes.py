@@ -10,8 +10,8 @@ from metamer.calibration.regression.criteria import default_criteria
 from metamer.calibration.regression.picture_files import Seen
 from metamer.calibration.regression.sources import side_of
 from metamer.lighting.lights import DirectionalLight
-from metamer.materials.catalogue import Catalogue
-from metamer.spectral.errors import ComparisonError
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.runtime.errors import ComparisonError
 from metamer.spectral.formats.exr import read_exr, write_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.calibration.row import ReviewRow, RowColour
-from metamer.calibration.row_files import Drawn, read_rows, write_rows
-from metamer.calibration.statistics import DeltaEStatistics, SelfCheck
+from metamer.calibration.report.row import ReviewRow, RowColour
+from metamer.calibration.report.row_files import Drawn, read_rows, write_rows
+from metamer.calibration.report.statistics import DeltaEStatistics, SelfCheck
 from metamer.lighting.scene import Review
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.records.record import MARKER, write_record
-from metamer.spectral.errors import InputError
-from metamer.spectral.fingerprint import fingerprint
+from metamer.runtime.errors import InputError
+from metamer.runtime.fingerprint import fingerprint
 from metamer.viewer.review import row_key as review_key
 from metamer.viewer.review.review import review
 from metamer.viewer.software.backend import software_session

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.calibration.row_files import read_rows
-from metamer.calibration.statistics import compared_pixels
-from metamer.lighting.reference import reference_image
+from metamer.calibration.report.row_files import read_rows
+from metamer.calibration.report.statistics import compared_pixels
+from metamer.lighting.reference.reference import reference_image
 from metamer.lighting.scene import Review
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.reading import Reading
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.catalogue.instrument_reading import Reading
 from metamer.materials.records.record import MARKER, write_record
+from metamer.runtime.errors import InputError, MetamerError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz, lab_from_xyz
-from metamer.spectral.errors import InputError, MetamerError, UnknownNameError
 from metamer.spectral.formats.exr import read_exr
 from metamer.spectral.formula import formula
 from metamer.spectral.illuminants import illuminant

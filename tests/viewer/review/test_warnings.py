@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 from metamer.lighting.scene import Review
-from metamer.materials.catalogue import Catalogue
-from metamer.spectral.errors import InputError
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.runtime.errors import InputError
 from metamer.viewer.review.review import review
 from metamer.viewer.software.backend import software_session
 

@@ -5,18 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
+from metamer.lighting.mesh import shapes
 from metamer.lighting.scene import Review
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.fluorescent import FluorescentLambert
+from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.core.protocol import measured
 from metamer.materials.intake.importing import import_sources
-from metamer.materials.protocol import measured
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.folding import Folding
-from metamer.spectral.formats.answer import Answer
+from metamer.spectral.formats.import_options import Answer
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.gl.backend import gl_session

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.lighting import shapes
 from metamer.lighting.camera import Camera
-from metamer.lighting.transfer import kept
+from metamer.lighting.mesh import shapes
+from metamer.lighting.transfer import ray_cache
 from metamer.lighting.visibility import refinement
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.varied import VariedCatalogue, varied, varied_along
-from metamer.spectral.errors import InputError, UnknownNameError
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.search.edited_material import VariedCatalogue, varied, varied_along
+from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.picture import picture
 from metamer.viewer.sheets.material_sweep import along, row_of
@@ -43,8 +43,8 @@ def room(scenes, monkeypatch):
 
 @pytest.mark.slow_cases("GL")
 def test_each_picture_is_that_of_its_material_alone(room, catalogue, renderer, monkeypatch):
-    traced, calls = kept._traced, []
-    monkeypatch.setattr(kept, "_traced", lambda *given: calls.append(given) or traced(*given))
+    traced, calls = ray_cache._traced, []
+    monkeypatch.setattr(ray_cache, "_traced", lambda *given: calls.append(given) or traced(*given))
     floor = room.parts[0].name
     steps = varied_along(catalogue["paint/red"], {"reflectance_scale": (1.0, 0.5)}, 3)
     drawn = {made.id: found for made, found in along(room, floor, steps, catalogue, renderer)}

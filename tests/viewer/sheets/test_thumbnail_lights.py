@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from metamer.lighting.reference import reference_image
-from metamer.lighting.scene_files import load_scene
+from metamer.lighting.reference.reference import reference_image
+from metamer.lighting.scene_file.files import load_scene
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import rebuild
 from metamer.viewer.display.transform import CLIP_TOLERANCE

@@ -3,10 +3,10 @@
 import threading
 import time
 
-from metamer.materials.material import Material
-from metamer.viewer.window import fitting
+from metamer.materials.catalogue.material import Material
+from metamer.viewer.window import edited_materials
 from metamer.viewer.window.background import Background
-from metamer.viewer.window.fitting import Fitting
+from metamer.viewer.window.edited_materials import Fitting
 
 
 def until(true, seconds=30.0):
@@ -42,7 +42,7 @@ def test_a_defect_is_heard_of_and_the_next_work_is_done(capsys):
 
 def test_what_has_come_is_pending_until_it_is_heard_of(monkeypatch):
     made = object.__new__(Material)
-    monkeypatch.setattr(fitting, "varied", lambda *args: made)
+    monkeypatch.setattr(edited_materials, "varied", lambda *args: made)
     variants = Fitting(lambda name: made)
     assert variants.material("tiny/a", (("reflectance_scale", 0.5),)) is None and variants.pending
     until(lambda: variants._thread._heard and variants._thread._doing is None)

@@ -5,14 +5,14 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from metamer.lighting.scene_files import load_scene, shipped_scene
+from metamer.lighting.scene_file.files import load_scene, shipped_scene
 from metamer.spectral.illuminants import illuminant
 from metamer.viewer.window.choices import LIGHTS, Choices, opened
 from metamer.viewer.window.command_list import commands, swapped
 from metamer.viewer.window.commands import Command, Commands
-from metamer.viewer.window.dials import DIALS, EXPOSURE, TOLERANCE
 from metamer.viewer.window.history import History
 from metamer.viewer.window.light_choice import LightChoice
+from metamer.viewer.window.numeric_controls import DIALS, EXPOSURE, TOLERANCE
 from metamer.viewer.window.places import Pin, Region
 from metamer.viewer.window.state import Other, Subject
 from metamer.viewer.window.viewpoint import orbited, panned, zoomed

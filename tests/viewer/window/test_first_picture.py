@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.softbox import SoftboxLight
-from metamer.lighting.reference import reference_images
+from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.visibility import precompute, refinement
 from metamer.lighting.visibility.precompute import computed_visibility
+from metamer.runtime.errors import MetamerError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import MetamerError
 from metamer.spectral.illuminants import illuminant
 from metamer.viewer.gl.side import Side
 from metamer.viewer.gl.tile import read
 from metamer.viewer.render import light_cache
 from metamer.viewer.render.light_cache import LightCache
+from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.choices import opened
-from metamer.viewer.window.drawing import Quality
 from metamer.viewer.window.first_picture import MOST_PIXELS, SAMPLES, first_pictures, first_size
 from metamer.viewer.window.frame import Frame
 from metamer.viewer.window.sides import Sources

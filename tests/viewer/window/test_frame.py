@@ -4,18 +4,18 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from metamer.runtime.errors import UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import UnknownNameError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.viewer.gl.backend import GLBackend, gl_session
 from metamer.viewer.gl.live import LiveSession
 from metamer.viewer.gl.tile import read
 from metamer.viewer.render import geometry
-from metamer.viewer.window import drawing
+from metamer.viewer.window import canvas_renderer
+from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.choices import opened
 from metamer.viewer.window.coarseness import Coarseness
-from metamer.viewer.window.drawing import Quality
 from metamer.viewer.window.frame import Frame
 from metamer.viewer.window.light_choice import LightChoice
 from metamer.viewer.window.sides import Sources
@@ -128,7 +128,7 @@ def test_what_settles_is_what_the_headless_renderer_draws(gl, frame, session):
 
 
 def test_windows_that_are_done_soon_are_drawn_anew_in_larger_ones(gl, scene, scenes, session, monkeypatch):
-    monkeypatch.setattr(drawing, "_SIDES", (12, 2048))
+    monkeypatch.setattr(canvas_renderer, "_SIDES", (12, 2048))
     ticks = iter(range(1_000_000))
     frame = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)), clock=lambda: 0.002 * next(ticks))
     try:
@@ -149,8 +149,8 @@ def test_windows_that_are_done_soon_are_drawn_anew_in_larger_ones(gl, scene, sce
 
 
 def test_one_window_that_the_machine_was_busy_in_makes_no_others_small():
-    assert drawing._fitting_side(256, [0.04] * 9 + [1.0]) == 256
-    assert drawing._fitting_side(256, [0.01]) == 512 and drawing._fitting_side(400, [0.16]) == 200
+    assert canvas_renderer._fitting_side(256, [0.04] * 9 + [1.0]) == 256
+    assert canvas_renderer._fitting_side(256, [0.01]) == 512 and canvas_renderer._fitting_side(400, [0.16]) == 200
 
 
 def test_every_way_to_an_exact_picture_ends_at_the_same_one(gl, frame, session):

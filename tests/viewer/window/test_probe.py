@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.lighting.environment.booth import light_booth
-from metamer.lighting.reference import reference_images
-from metamer.materials.catalogue import Catalogue
-from metamer.materials.fluorescent import FluorescentLambert
+from metamer.lighting.reference.reference import reference_images
+from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.record import MARKER, write_record
+from metamer.runtime.errors import InputError
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.display.transform import DISPLAY_WHITE_XYZ, DisplayTransform
 from metamer.viewer.picture import picture
 from metamer.viewer.software.backend import software_session
-from metamer.viewer.window.displayed import displayed
+from metamer.viewer.window.displayed_value import displayed
 from metamer.viewer.window.picking import Picker
 from metamer.viewer.window.places import Pin
 from metamer.viewer.window.probe import FAST, ORIGINAL, Prober

@@ -4,11 +4,11 @@ import csv
 
 import numpy as np
 import pytest
-from metamer.spectral.errors import InputError
-from metamer.spectral.formats.reading import read_spectra
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.registry import read_spectra
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
-from metamer.viewer.window.displayed import Displayed
+from metamer.viewer.window.displayed_value import Displayed
 from metamer.viewer.window.probe import ORIGINAL, Reading, Spectra
 from metamer.viewer.window.probe_text import copied, write_colours, write_probes_cxf, write_spectra
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
-from metamer.spectral.errors import InputError, NoRoomError, UnknownNameError
-from metamer.spectral.toml_records import record_of
+from metamer.runtime.errors import InputError, NoRoomError, UnknownNameError
+from metamer.runtime.toml_records import record_of
 from metamer.viewer.window.session import VERSION, is_session, read_session, session_text, write_session
 from metamer.viewer.window.state import Session, Subject
 from window_sessions import sessions

@@ -10,7 +10,7 @@ from metamer.spectral.observers import observer
 from metamer.viewer.display.proof import Proof
 from metamer.viewer.display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, PINNED_CONFIG, DisplayTransform
 from metamer.viewer.gl.resources import Owner
-from metamer.viewer.window.showing import STRIPE, Showing, surround_xyz
+from metamer.viewer.window.display_pass import STRIPE, Showing, surround_xyz
 from metamer.viewer.window.state import Adaptation, Compare, Session, Shown
 
 ROWS, COLUMNS = 24, 40
@@ -122,7 +122,7 @@ def test_every_way_to_compare_shows_the_side_that_it_says(showing, textures, dif
 
 
 def test_a_map_has_a_step_of_its_scale_at_each_pixel_and_none_where_nothing_is_compared(showing, textures, differences):
-    from metamer.calibration import plots
+    from metamer.calibration.report import plots
 
     session = Session(compare=Compare("difference", scale=5.0, contour=False), surround=30.0)
     found = shown(showing, textures, differences, session).reshape(-1, 3).astype(int)

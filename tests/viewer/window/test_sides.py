@@ -10,20 +10,20 @@ import pytest
 from metamer.lighting.environment.map_light import load_environment
 from metamer.lighting.scene import Part
 from metamer.lighting.visibility import refinement
-from metamer.materials.catalogue import Catalogue
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.factored.pack import FactoredBrdf
+from metamer.materials.search.edited_material import VariedCatalogue, varied
 from metamer.materials.svbrdf.texture import SpectralTexture
-from metamer.materials.varied import VariedCatalogue, varied
-from metamer.spectral.errors import InputError
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.image import ColourImage
 from metamer.viewer.gl import shaders
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.tile import read
-from metamer.viewer.window import fitting
+from metamer.viewer.window import edited_materials
+from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.choices import opened
-from metamer.viewer.window.drawing import Quality
 from metamer.viewer.window.frame import Frame
 from metamer.viewer.window.light_choice import Lamp, LightChoice
 from metamer.viewer.window.sides import Sources
@@ -284,7 +284,7 @@ def worn(scene):
 
 def test_an_edited_material_is_fitted_beside_what_is_seen(frame, headless, worn, catalogue, session, monkeypatch):
     held = []
-    monkeypatch.setattr(fitting, "varied", lambda *args: (held.append(args), varied(*args))[1])
+    monkeypatch.setattr(edited_materials, "varied", lambda *args: (held.append(args), varied(*args))[1])
     assert frame.turn_to(Sources(worn, catalogue), session, SIZE)
     frame.settle()
     before = read(frame.canvases[0])

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.catalogue import Catalogue
-from metamer.spectral import memory
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.runtime import memory
+from metamer.runtime.errors import InputError
 from metamer.spectral.bispectral import Bispectral, fluorophore
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.spectral_exr import (
     RELATIVE_UNITS,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from metamer.lighting.scene_files import load_scene, shipped_scene
-from metamer.spectral.errors import InputError
+from metamer.lighting.scene_file.files import load_scene, shipped_scene
+from metamer.runtime.errors import InputError
 from metamer.viewer.sheets.turntable import orbited as turned
 from metamer.viewer.window.viewpoint import Viewpoint, framed, orbited, panned, zoomed
 from window_sessions import viewpoints

@@ -5,10 +5,10 @@ import shutil
 
 import numpy as np
 import pytest
-from metamer.lighting.scene_files import load_scene
-from metamer.materials.catalogue import Catalogue
-from metamer.spectral.errors import InputError
-from metamer.viewer.window.watch import Reloading, Watch, files_of_materials, files_of_scene
+from metamer.lighting.scene_file.files import load_scene
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.runtime.errors import InputError
+from metamer.viewer.window.file_watcher import Reloading, Watch, files_of_materials, files_of_scene
 
 SCENE = """
 [[part]]

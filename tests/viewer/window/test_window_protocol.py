@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.window.choices import Choices
-from metamer.viewer.window.displayed import Displayed
+from metamer.viewer.window.displayed_value import Displayed
 from metamer.viewer.window.light_choice import LightChoice
 from metamer.viewer.window.probe import Reading
 from metamer.viewer.window.protocol import rating_of

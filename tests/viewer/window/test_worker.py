@@ -6,9 +6,9 @@ from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
-from metamer.calibration.statistics import delta_e_map, delta_e_statistics
-from metamer.lighting.reference import reference_images
-from metamer.materials.catalogue import Catalogue
+from metamer.calibration.report.statistics import delta_e_map, delta_e_statistics
+from metamer.lighting.reference.reference import reference_images
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.spectral.illuminants import illuminant
 from metamer.viewer.picture import picture
 from metamer.viewer.software.backend import software_session

@@ -4,24 +4,24 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.calibration.page import window_command
-from metamer.materials.catalogue import Catalogue
+from metamer.calibration.report.page import window_command
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import OBSERVERS, observer
 from metamer.viewer.gl.tile import read
-from metamer.viewer.window.desk import begun
 from metamer.viewer.window.image_frame import ImageFrame
 from metamer.viewer.window.image_probe import image_reading
 from metamer.viewer.window.light_choice import LightChoice
-from metamer.viewer.window.loading import comparison_of, load, subject_of
+from metamer.viewer.window.session_loader import comparison_of, load, subject_of
 from metamer.viewer.window.spectral_image import XyzPicture
 from metamer.viewer.window.spectral_image_file import read_looked_at
 from metamer.viewer.window.state import Compare, Other, Subject
+from metamer.viewer.window.workspace import begun
 
 SIZE = 7, 5
 WHITE = observer("1964_10").white(illuminant("A"))

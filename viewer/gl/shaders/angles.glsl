@@ -1,4 +1,4 @@
-// Angles of a direction pair in the io and hd frames; twin of materials/directions.py.
+// Angles of a direction pair in the io and hd frames; twin of materials/core/directions.py.
 // GLSL's own atan may be off by 4096 units in the last place, and Mesa's is by thousands: sharp lobes would show it.
 
 const float TAU = 6.28318530717958648;

@@ -1,1 +1,4 @@
-"""The window itself: imgui draws panels, and what is done in them becomes commands; nothing outside imports imgui."""
+"""Window of the operating system: imgui draws panels, and input becomes commands; nothing outside imports imgui.
+
+Begin with `main_loop.py`; `panels/` has a file a panel.
+"""

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from imgui_bundle import imgui
 
-from ....calibration.rating import Verdict
-from ..displayed import displayed
+from ....calibration.report.rating import Verdict
+from ..displayed_value import displayed
 from ..frame import Frame
 from ..probe import Reading
 from ..probe_text import Named, copied, write_colours, write_probes_cxf, write_spectra

@@ -5,7 +5,7 @@ from __future__ import annotations
 from imgui_bundle import imgui
 
 from ..commands import Command, Commands, chord_parts
-from ..desk import Desk
+from ..workspace import Desk
 
 _NAMED: dict[str, imgui.Key] = {
     "Left": imgui.Key.left_arrow, "Right": imgui.Key.right_arrow, "Up": imgui.Key.up_arrow,

@@ -10,7 +10,7 @@ from imgui_bundle import ImVec2, imgui
 from .dialogs import draw_dialog
 from .keys import press_keys
 from .notices import draw_notices
-from .panels import bottom, left, right, top
+from .panels import bottom, left_column, right, top_row
 from .picture import PictureArea
 from .style import grey
 from .widgets import em
@@ -42,12 +42,12 @@ def draw(window: Window, area: PictureArea) -> None:
     height = max(room.y - above - below, 0.0)
     if above:
         with _area("Top", 0.0, 0.0, room.x, above):
-            top.draw(window)
+            top_row.draw(window)
         with _area("Chain", 0.0, room.y - below, room.x, below):
             bottom.draw(window)
     if columns:
         with _area("Left", 0.0, above, before, height, scrolled=True):
-            left.draw(window)
+            left_column.draw(window)
         with _area("Right", room.x - after, above, after, height, scrolled=True):
             right.draw(window)
     width = max(room.x - before - after, 0.0)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from imgui_bundle import ImVec2, imgui
 
-from ..pointing import seen_at
-from ..showing import scale_rgb
+from ..display_pass import scale_rgb
+from ..picture_position import seen_at
 from ..state import Session
 from .lens import Placed
 from .style import grey

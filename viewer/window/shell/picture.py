@@ -7,8 +7,8 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from ..commands import Dial
-from ..dials import POSITION
 from ..frame import Frame
+from ..numeric_controls import POSITION
 from ..places import Region, free_name
 from ..viewpoint import orbited, panned, zoomed
 from .lens import Lens

@@ -8,7 +8,7 @@ import numpy as np
 from imgui_bundle import ImVec2, ImVec4, hello_imgui, imgui, implot
 
 from ...display.transform import DisplayTransform
-from ..showing import surround_xyz
+from ..display_pass import surround_xyz
 from ..state import Interface
 
 #: L* of panels, of text, of what is said less loudly, and the sign of steps that stand out.

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from imgui_bundle import ImVec2, hello_imgui, imgui
 
 from ..commands import Dial
-from ..desk import Desk
+from ..workspace import Desk
 from .style import SMALL, Style
 
 

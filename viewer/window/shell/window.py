@@ -10,28 +10,28 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ....calibration.statistics import DeltaEStatistics
+from ....calibration.report.statistics import DeltaEStatistics
 from ...gl.context import describe
 from ...render.view import view_key
-from ..asking import Asking
 from ..background import Background
-from ..counting import count_clipped
-from ..desk import Desk
-from ..drawing import Quality
+from ..canvas_readback import Values, differences, values_of
+from ..canvas_renderer import Quality
+from ..file_watcher import Watch, files_of_shaders
 from ..frame import Frame
 from ..image_frame import ImageFrame
-from ..loading import Loaded, load
-from ..measuring import PATIENCE_S, Measuring
+from ..picture_position import side_under
+from ..picture_statistics import count_clipped
 from ..pictures import Pictures
 from ..places import Pin, free_name
-from ..pointing import side_under
-from ..probing import ProbedView, Probing
-from ..reading_canvas import Values, differences, values_of
+from ..probe_reader import ProbedView, Probing
+from ..queries import Asking
+from ..session_loader import Loaded, load
 from ..state import Session
-from ..turning import turned_on
-from ..watch import Watch, files_of_shaders
+from ..turntable import turned_on
+from ..view_measurement import PATIENCE_S, Measuring
 from ..worker import ReferenceWorker
-from .kept import Kept
+from ..workspace import Desk
+from .panel_state import Kept
 from .style import Style
 
 if TYPE_CHECKING:

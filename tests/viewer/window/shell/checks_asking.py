@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import numpy as np
-from metamer.calibration.protocol import read_protocol
-from metamer.materials.catalogue import Catalogue
+from metamer.calibration.report.protocol import read_protocol
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.spectral.formula import Formula
 from metamer.viewer.window.metamerism import metamerism
 from metamer.viewer.window.state import Other

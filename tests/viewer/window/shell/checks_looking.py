@@ -1,7 +1,7 @@
 """Looking: the mouse, keys, light, observer, adaptation, and the picture that follows."""
 
 import numpy as np
-from metamer.viewer.window.drawing import Quality
+from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.light_choice import LightChoice
 
 

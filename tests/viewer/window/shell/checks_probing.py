@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.gl.tile import read
-from metamer.viewer.window.displayed import displayed
+from metamer.viewer.window.displayed_value import displayed
 
 
 def check_the_pointer_reads_what_the_canvas_holds(it):

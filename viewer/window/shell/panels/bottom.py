@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
+from ...canvas_renderer import Quality
 from ...chain import chain, is_colorimetric
-from ...drawing import Quality
 from ...frame import Frame
 from ..widgets import right, said
 from ..window import Window

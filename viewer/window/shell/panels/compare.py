@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from ...dials import CELL, SCALE, TOLERANCE
+from ...numeric_controls import CELL, SCALE, TOLERANCE
 from ...state import FORMULAS
 from ..widgets import button, combo, facts, heading, quiet, section, slider, tooltip
 from ..window import Window

@@ -8,11 +8,11 @@ from functools import partial
 
 from imgui_bundle import imgui
 
-from .....spectral.errors import InputError
+from .....runtime.errors import InputError
 from ....display.transform import DisplayTransform
 from ...chain import is_colorimetric
-from ...dials import DEGREE, EXPOSURE, SURROUND
-from ...loading import display_views
+from ...numeric_controls import DEGREE, EXPOSURE, SURROUND
+from ...session_loader import display_views
 from ...state import Session
 from ..widgets import combo, em, heading, quiet, section, slider
 from ..window import Window

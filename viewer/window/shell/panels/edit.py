@@ -7,9 +7,9 @@ from typing import cast
 
 from imgui_bundle import imgui
 
-from .....materials.sliders import Slider
-from .....materials.wish import WORDS
-from ...asking import neighbours, sliders_of
+from .....materials.search.appearance_offset import WORDS
+from .....materials.search.sliders import Slider
+from ...queries import neighbours, sliders_of
 from ..widgets import em, heading, quiet, tooltip
 from ..window import Window
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from ...dials import DIMMING, ROTATION
 from ...light_choice import Lamp, LightChoice
+from ...numeric_controls import DIMMING, ROTATION
 from ...state import Session
 from ..widgets import combo, em, heading, quiet, section, slider, tooltip
 from ..window import Window

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 from imgui_bundle import ImVec2, imgui
 
-from .....materials.catalogue import Catalogue
-from .....spectral.errors import InputError
+from .....materials.catalogue.catalogue import Catalogue
+from .....runtime.errors import InputError
 from ...commands import searched
 from ..widgets import combo, em, quiet, section, tooltip
 from ..window import Window

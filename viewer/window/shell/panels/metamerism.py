@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from ...asking import metamers
 from ...metamerism import Cell, shown
+from ...queries import metamers
 from ...state import Session
 from ..widgets import em, quiet, right, tooltip
 from ..window import Window

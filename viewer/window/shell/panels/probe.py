@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from ...drawing import Quality
-from ...pointing import side_under
+from ...canvas_readback import Values
+from ...canvas_renderer import Quality
+from ...picture_position import side_under
 from ...probe import Spectra
-from ...reading_canvas import Values
 from ..widgets import combo, em, facts, heading, quiet
 from ..window import Window
 

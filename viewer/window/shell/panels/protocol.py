@@ -6,8 +6,8 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from .....calibration.protocol import write_protocol
-from .....calibration.rating import MOST, Rating, Verdict
+from .....calibration.report.protocol import write_protocol
+from .....calibration.report.rating import MOST, Rating, Verdict
 from ..actions import rate
 from ..widgets import em, quiet, tooltip
 from ..window import Window

@@ -5,7 +5,7 @@ from __future__ import annotations
 from imgui_bundle import imgui
 
 from ...chain import chain
-from ...counting import ask_plan
+from ...picture_statistics import ask_plan
 from ..widgets import facts, heading, quiet, said, tooltip
 from ..window import Window
 

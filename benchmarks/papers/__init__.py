@@ -1,0 +1,4 @@
+"""Methods of papers that exist here to be compared with, and in no product.
+
+Begin with `distribution_based.py`: one distribution of half vectors, fitted to any BRDF.
+"""

@@ -1,0 +1,114 @@
+"""Rows as pictures on a page: before, after, the map of ΔE94 between them, and what else is told of their pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from ...spectral.adaptation import adaptation_matrix
+from ...spectral.difference import lab_from_xyz
+from ...spectral.formula import Formula
+from ...spectral.upsampling import xyz_from_rgb
+from ..report import coded_map, plots
+from ..report.histogram import histogram
+from .change import change
+from .row import Layer, LayerKind, Pixels, Row
+
+# Less than this is no picture but a reading: it is enlarged to a patch.
+_PATCH = 24
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One layer of one side as a WebP file for a page, and its size; `clipped` : share of it that sRGB cannot show."""
+
+    file: bytes
+    width: int
+    height: int
+    clipped: float
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """One layer of a pair of rows.
+
+    map : PNG of their ΔE94, as of `coded_map`. full_size : height and width before they were reduced to be shown.
+    histogram : pixels by their ΔE94, as of `histogram`. lab : mean CIELAB of the compared pixels before.
+    spectra : of the pixel that moved most, wavelengths in nm (L,) and values (L,) before and after; or None.
+    """
+
+    layer: LayerKind
+    before: Picture
+    after: Picture
+    map: bytes
+    full_size: tuple[int, int]
+    histogram: tuple[int, ...]
+    lab: tuple[float, float, float]
+    spectra: tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"], Float[np.ndarray, " L"]] | None = None
+
+
+def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int) -> Shown:
+    """One layer of a pair of rows.
+
+    Parameters
+    ----------
+    scale : ΔE94 that the map's scale is made for. limit : ΔE94 that the histogram is drawn about.
+    side : longest side of the pictures, in pixels.
+    """
+    before, after = a.layers[kind].load(), b.layers[kind].load()
+    moved = change(before, after, (Formula("CIE 1994"),), str(a.name), rounding=False)
+    delta_e = moved.maps["CIE 1994"]
+    known = np.isfinite(delta_e)
+    lab = lab_from_xyz(before.xyz[known], before.white_xyz).astype(np.float64)
+    lightness, red_green, yellow_blue = (lab.mean(axis=0) if len(lab) else np.full(3, np.nan)).tolist()
+    return Shown(
+        kind,
+        _encoded(before, side),
+        _encoded(after, side),
+        coded_map.map_png(_patch(plots.reduce_map(delta_e, plots.fitted_size(delta_e.shape, side))), scale),
+        (delta_e.shape[0], delta_e.shape[1]),
+        histogram(delta_e, limit),
+        (lightness, red_green, yellow_blue),
+        _spectra(a.layers[kind], b.layers[kind], moved.worst),
+    )
+
+
+def alone(layer: Layer, side: int) -> Picture:
+    """A layer that nothing is compared with; `side` is the longest in pixels."""
+    return _encoded(layer.load(), side)
+
+
+def _encoded(pixels: Pixels, side: int) -> Picture:
+    rgb, clipped = srgb(pixels)
+    reduced = _patch(plots.reduce_picture(rgb, plots.fitted_size(rgb.shape[:2], side)))
+    return Picture(plots.lossless(reduced), reduced.shape[1], reduced.shape[0], clipped)
+
+
+def _spectra(
+    before: Layer, after: Layer, place: tuple[int, int]
+) -> tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"], Float[np.ndarray, " L"]] | None:
+    """On the wavelengths of the one before, where both sides have them."""
+    if before.spectrum is None or after.spectrum is None:
+        return None
+    (nm, first), (other_nm, second) = before.spectrum(place), after.spectrum(place)
+    return nm, first, np.interp(nm, other_nm, second, left=np.nan, right=np.nan)
+
+
+def srgb(pixels: Pixels) -> tuple[UInt8[np.ndarray, "H W 3"], float]:
+    """Codes for an sRGB display, adapted once (Bradford), and the share of pixels that were clipped to it."""
+    matrix = xyz_from_rgb()
+    adapted = adaptation_matrix(pixels.white_xyz, matrix.sum(axis=1))
+    linear = np.nan_to_num(pixels.xyz @ (np.linalg.inv(matrix) @ adapted).T, posinf=1.0, neginf=0.0)
+    outside = ((linear < -1e-3) | (linear > 1.0 + 1e-3)).any(axis=-1)
+    held = np.clip(linear, 0.0, 1.0)
+    encoded = np.where(held <= 0.0031308, 12.92 * held, 1.055 * np.maximum(held, 1e-9) ** (1 / 2.4) - 0.055)
+    return np.rint(255.0 * encoded).astype(np.uint8), float(outside.mean())
+
+
+def _patch(values: Float[np.ndarray, "H W"] | UInt8[np.ndarray, "H W 3"]) -> np.ndarray:
+    height, width = values.shape[:2]
+    if height > 1 and width > 1:
+        return values
+    return np.repeat(np.repeat(values, max(1, _PATCH // height), axis=0), max(1, _PATCH // width), axis=1)

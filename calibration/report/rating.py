@@ -1,0 +1,72 @@
+"""What a reviewer says of a material as seen under a light: a verdict, a score, a note, and the probe's values."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from ...runtime.errors import InputError, UnknownNameError
+
+Verdict = Literal["approved", "rejected", "open"]
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+#: Scores go from 1, bad, to 5, good; 0 is none.
+MOST = 5
+
+
+@dataclass(frozen=True)
+class Probed:
+    """What a probe read when it was rated, a number by its name ("L*", "ΔE94"); what it was read of is in the name."""
+
+    name: str
+    value: float
+
+    def __post_init__(self) -> None:
+        if not self.name.strip():
+            raise InputError("a value without a name", field="name", expected="some letters")
+        if not math.isfinite(self.value):
+            raise InputError("not a number", field=self.name, found=self.value, expected="a finite number")
+
+
+@dataclass(frozen=True)
+class Rating:
+    """One material under one light, as somebody saw it.
+
+    Parameters
+    ----------
+    material, light, observer : what was seen, as reports call it.
+    verdict : "approved", "rejected", or "open" where only a score or a note is given.
+    score : 1 (bad) to 5 (good); 0 is none.
+    note : in the reviewer's words.
+    reviewer : who. at : when, ISO 8601.
+    probed : what the probe read.
+
+    Raises
+    ------
+    InputError, UnknownNameError : no material or light, another verdict, a score out of range.
+    """
+
+    material: str
+    light: str
+    observer: str
+    verdict: Verdict = "open"
+    score: int = 0
+    note: str = ""
+    reviewer: str = ""
+    at: str = ""
+    probed: tuple[Probed, ...] = ()
+
+    def __post_init__(self) -> None:
+        for field in ("material", "light", "observer"):
+            if not getattr(self, field).strip():
+                raise InputError("a rating of nothing", field=field, expected="what was seen")
+        if self.verdict not in VERDICTS:
+            raise UnknownNameError("verdict", self.verdict, VERDICTS, field="verdict")
+        if not (type(self.score) is int and 0 <= self.score <= MOST):
+            expected = f"1 to {MOST}, or 0 for none"
+            raise InputError("not a score", field="score", found=self.score, expected=expected)
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What it is of: a later rating of the same takes its place."""
+        return self.material, self.light, self.observer

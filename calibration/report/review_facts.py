@@ -1,0 +1,229 @@
+"""Materials and lights of a review: what the report says of them beside the pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...runtime.errors import InputError
+from ...spectral.adaptation import adaptation_matrix
+from ...spectral.axis_letters import Lab, White
+from ...spectral.difference import delta_e, differences, lab_from_xyz
+from .direction import direction
+from .row import ReviewRow
+
+#: Light that colours are adapted to and that shifts are counted from; how eyes get used to another; and the formula.
+SHIFT_FROM, SHIFT_ADAPTATION, SHIFT_FORMULA = "D65", "CAT02", "CIE 2000"
+ADAPTED = f"{SHIFT_ADAPTATION} to {SHIFT_FROM}"
+#: Lights that figures are given for beside those of the pictures: they cost nothing.
+FIGURE_LIGHTS = ("D65", "A", "FL11", "FL2", "LED-B3")
+# Differences in CIELAB that no word is spent on.
+_SPOKEN_FROM = 0.5
+_TITLES = {
+    "D65": ("Daylight", "daylight"),
+    "D50": ("Warm daylight", "daylight"),
+    "D75": ("North sky", "daylight"),
+    "A": ("Tungsten lamp", "lamp"),
+    "FL11": ("Shop light TL84", "tube"),
+    "FL2": ("Office light CWF", "tube"),
+    "E": ("Equal energy", "other"),
+    "horizon": ("Horizon lamp", "lamp"),
+}
+_KINDS = (("LED-", "LED lamp", "led"), ("FL", "Fluorescent lamp", "tube"), ("HP", "Discharge lamp", "tube"))
+
+
+@dataclass(frozen=True)
+class Shift:
+    """Change of a colour from `SHIFT_FROM` to another light, once the eye has adapted: ΔE, and which way in words."""
+
+    delta_e: float
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class LitColour:
+    """Colour of a material's original data under a light for an observer.
+
+    xyz : (3,), Y = 1 for the perfect diffuser. lab : relative to the light's white. adapted_lab : of the corresponding
+    colour under `SHIFT_FROM`; None where nothing adapts from the light. swatch : encoded for the display, 8 bits.
+    """
+
+    light: str
+    observer: str
+    xyz: Float[np.ndarray, "3"]
+    lab: Float[np.ndarray, "3"]
+    adapted_lab: Float[np.ndarray, "3"] | None
+    shift: Shift | None
+    swatch: tuple[int, int, int] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ReviewedLight:
+    """A light that pictures or figures are given for; (L,) relative power, None of the scene's own mixture."""
+
+    name: str
+    title: str
+    kind: str
+    pictured: bool
+    wavelengths_nm: Float[np.ndarray, "L"] | None = None
+    power: Float[np.ndarray, "L"] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ReviewedMaterial:
+    """A material of a review.
+
+    colour, gloss : standing of each, "measured", "analytic", "uplifted", "reconstructed" or "unknown"; plain : in
+    sentences. wavelengths_nm, values (L,) : its spectrum, a `quantity`; measured_nm : where that was measured, None
+    where the record does not say. colours : by light and observer.
+    """
+
+    id: str
+    title: str
+    family: str
+    colour: str = "unknown"
+    gloss: str = "unknown"
+    plain: str = "Nothing is known of where it comes from."
+    wavelengths_nm: Float[np.ndarray, "L"] | None = None
+    values: Float[np.ndarray, "L"] | None = None
+    quantity: str = "radiance factor at 45a:0"
+    measured_nm: tuple[float, float] | None = None
+    source: str = ""
+    licence: str = ""
+    colours: tuple[LitColour, ...] = ()
+
+    def under(self, light: str, observer: str) -> LitColour | None:
+        """Its colour under a light for an observer."""
+        found = (one for one in self.colours if (one.light, one.observer) == (light, observer))
+        return next(found, None)
+
+
+def light_title(name: str) -> tuple[str, str]:
+    """A light's name for people, and which kind it is; a name that is not known is its own title.
+
+    >>> light_title("A"), light_title("LED-B3"), light_title("D55"), light_title("Philips TL-84")
+    (('Tungsten lamp', 'lamp'), ('LED lamp', 'led'), ('Daylight', 'daylight'), ('Philips TL-84', 'other'))
+    """
+    if name in _TITLES:
+        return _TITLES[name]
+    for start, title, kind in _KINDS:
+        if name.startswith(start) and name != start:
+            return title, kind
+    return ("Daylight", "daylight") if name[:1] == "D" and name[1:].isdigit() else (name, "other")
+
+
+def titled(lights: Sequence[ReviewedLight]) -> tuple[ReviewedLight, ...]:
+    """The lights with titles that tell them apart."""
+    titles = [one.title for one in lights]
+    return tuple(
+        replace(one, title=f"{one.title} {one.name}") if titles.count(one.title) > 1 else one for one in lights
+    )
+
+
+def distinct_titles(materials: Sequence[ReviewedMaterial]) -> tuple[ReviewedMaterial, ...]:
+    """The materials with titles that tell them apart: what several are called gets the id behind it."""
+    titles = [one.title for one in materials]
+    return tuple(
+        replace(one, title=f"{one.title} ({one.id})") if titles.count(one.title) > 1 else one for one in materials
+    )
+
+
+def corresponding_lab(xyz: Float[np.ndarray, "3"], white: White, daylight: White) -> Lab | None:
+    """CIELAB under `SHIFT_FROM` of the colour that looks alike there, by complete adaptation; None where none is
+    possible.
+
+    daylight : white of `SHIFT_FROM` for the same observer.
+    """
+    try:
+        adapted = adaptation_matrix(white, daylight, SHIFT_ADAPTATION) @ xyz
+    except InputError:
+        return None
+    return lab_from_xyz(adapted, daylight)
+
+
+def shift_between(first: Lab, second: Lab) -> Shift:
+    """Change from one adapted colour to another: CIE 2000, and the direction in the words of a match."""
+    return Shift(
+        float(delta_e(first, second, SHIFT_FORMULA)), direction(first, differences(first, second), _SPOKEN_FROM)
+    )
+
+
+def materials_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedMaterial, ...]:
+    """What rows alone say of their materials."""
+    found = {}
+    for row in rows:
+        family, _, last = row.material.rpartition("/")
+        spelt = last.replace("-", " ")
+        found.setdefault(
+            row.material,
+            ReviewedMaterial(
+                row.material,
+                spelt[:1].upper() + spelt[1:],
+                family,
+                wavelengths_nm=row.wavelengths_nm,
+                values=row.reflectance,
+                source=row.provenance.get("Source", ""),
+                licence=row.provenance.get("Licence", ""),
+            ),
+        )
+    return distinct_titles(tuple(found.values()))
+
+
+def lights_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedLight, ...]:
+    """What rows alone say of their lights."""
+    names = dict.fromkeys(row.illuminant for row in rows)
+    return titled([ReviewedLight(name, *light_title(name), pictured=True) for name in names])
+
+
+def material_document(one: ReviewedMaterial) -> dict[str, Any]:
+    """A material as `review.json` has it."""
+    spectrum = None
+    if one.wavelengths_nm is not None and one.values is not None:
+        spectrum = {
+            "wavelengths_nm": one.wavelengths_nm.tolist(),
+            "values": one.values.tolist(),
+            "measured_nm": None if one.measured_nm is None else list(one.measured_nm),
+            "quantity": one.quantity,
+        }
+    return {
+        "id": one.id,
+        "title": one.title,
+        "family": one.family,
+        "standing": {"colour": one.colour, "gloss": one.gloss, "plain": one.plain},
+        "spectrum": spectrum,
+        "source": one.source,
+        "licence": one.licence,
+        "colours": [_colour(colour) for colour in one.colours],
+    }
+
+
+def light_document(one: ReviewedLight) -> dict[str, Any]:
+    """A light as `review.json` has it."""
+    spd = None
+    if one.wavelengths_nm is not None and one.power is not None:
+        spd = {"wavelengths_nm": one.wavelengths_nm.tolist(), "values": one.power.tolist()}
+    return {"name": one.name, "title": one.title, "kind": one.kind, "pictured": one.pictured, "spd": spd}
+
+
+def shift_document(shift: Shift | None) -> dict[str, Any] | None:
+    """A shift as `review.json` has it."""
+    if shift is None:
+        return None
+    return {"from": SHIFT_FROM, "delta_e": shift.delta_e, "formula": SHIFT_FORMULA, "words": shift.words}
+
+
+def _colour(one: LitColour) -> dict[str, Any]:
+    return {
+        "light": one.light,
+        "observer": one.observer,
+        "xyz": one.xyz.tolist(),
+        "lab": one.lab.tolist(),
+        "adapted_lab": None if one.adapted_lab is None else one.adapted_lab.tolist(),
+        "adaptation": ADAPTED,
+        "shift": shift_document(one.shift),
+        "swatch": None if one.swatch is None else list(one.swatch),
+    }

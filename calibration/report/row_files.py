@@ -1,0 +1,93 @@
+"""Rows of a review as a file each set, so that a review that was broken off goes on from there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...runtime.files import written_whole
+from .row import Limits, ReferenceNoise, ReviewRow, RowColour, WorstPixel
+from .statistics import DeltaEStatistics, SelfCheck
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Rows that were drawn together, and what else came of it.
+
+    Parameters
+    ----------
+    checks : the report's checks of itself that were made with them.
+    warnings : what was said of their pictures.
+    files : SHA-256 of each of their files, by its name.
+    """
+
+    rows: tuple[ReviewRow, ...]
+    checks: tuple[SelfCheck, ...] = ()
+    warnings: tuple[str, ...] = ()
+    files: Mapping[str, str] = field(default_factory=dict)
+
+
+_KINDS = (Drawn, ReviewRow, RowColour, ReferenceNoise, Limits, WorstPixel, DeltaEStatistics, SelfCheck)
+_TYPES = {kind.__name__: kind for kind in _KINDS}
+_TREE = "tree"
+
+
+def write_rows(path: Path, drawn: Drawn) -> None:
+    """Write everything in `drawn` to one file."""
+    arrays: dict[str, np.ndarray] = {}
+    tree = json.dumps(_plain(drawn, arrays))
+    arrays[_TREE] = np.frombuffer(tree.encode(), dtype=np.uint8)
+    with written_whole(path) as beside, beside.open("wb") as file:
+        np.savez(file, **arrays)  # type: ignore[arg-type]
+
+
+def read_rows(path: Path) -> Drawn:
+    """What `write_rows` was given.
+
+    Raises
+    ------
+    OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile : not such a file, or of another version.
+    """
+    # Opened here: numpy leaves a damaged file open.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
+        found = _whole(json.loads(held[_TREE].tobytes()), held)
+    if not isinstance(found, Drawn):
+        raise TypeError("no rows")
+    return found
+
+
+def _plain(value: Any, arrays: dict[str, np.ndarray]) -> Any:
+    """`value` as JSON has it; arrays and bytes go into `arrays`."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, bytes | np.ndarray):
+        name = f"a{len(arrays)}"
+        arrays[name] = np.frombuffer(value, dtype=np.uint8) if isinstance(value, bytes) else value
+        return {"bytes" if isinstance(value, bytes) else "array": name}
+    kind = type(value).__name__
+    if is_dataclass(value) and kind in _TYPES:
+        return {"a": kind, "of": {each.name: _plain(getattr(value, each.name), arrays) for each in fields(value)}}
+    if isinstance(value, Mapping):
+        return {"map": [[str(key), _plain(held, arrays)] for key, held in value.items()]}
+    if isinstance(value, tuple | list):
+        return {kind: [_plain(held, arrays) for held in value]}
+    raise TypeError(f"a row cannot hold {kind}")
+
+
+def _whole(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+    """What `_plain` was given."""
+    if not isinstance(tree, dict):
+        return tree
+    if "a" in tree:
+        return _TYPES[tree["a"]](**{name: _whole(held, arrays) for name, held in tree["of"].items()})
+    ((kind, held),) = tree.items()
+    if kind == "map":
+        return {key: _whole(each, arrays) for key, each in held}
+    if kind in ("tuple", "list"):
+        return (tuple if kind == "tuple" else list)(_whole(each, arrays) for each in held)
+    return arrays[held].tobytes() if kind == "bytes" else arrays[held]

@@ -1,0 +1,111 @@
+"""`metamer catalogue preview`: a contact sheet as PNG, and a page to search through, of a catalogue's materials."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..catalogue_words import add_catalogue_argument, write_text
+from ..shared import add_renderer_option, positive_count, progress_bar, renderer_for
+from .query import add_query_options, found_by
+
+if TYPE_CHECKING:
+    from ...calibration.report.preview_page import PreviewCard
+    from ...lighting.scene import Scene
+    from ...viewer.sheets.preview import Thumbnail
+
+_DEFAULT = "catalogue"
+
+
+def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add `preview`."""
+    preview = verbs.add_parser(
+        "preview",
+        help="a contact sheet (PNG) and a page with search (HTML) of the materials",
+        description=f"Writes {_DEFAULT}.png and {_DEFAULT}.html where neither --png nor --html is given.",
+    )
+    add_catalogue_argument(preview)
+    preview.add_argument("--png", type=Path, metavar="FILE", help="write a contact sheet")
+    preview.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page with search")
+    preview.add_argument("--size", type=positive_count, default=128, metavar="N", help="pixels across (default: 128)")
+    preview.add_argument("--columns", type=positive_count, default=8, metavar="N", help="of the PNG (default: 8)")
+    preview.add_argument("--illuminant", metavar="NAME", help="default: the light of the scene, D65")
+    add_renderer_option(preview)
+    add_query_options(preview)
+    preview.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draw; 0, or 4 where a file could not be used or nothing fits."""
+    from ...runtime.errors import InputError
+    from ...runtime.files import check_outputs
+    from ...viewer.picture import lit_by
+    from ...viewer.sheets.preview import contact_sheet, thumbnail_scene, thumbnails, write_sheet
+
+    png, html = args.png, args.html
+    if png is None and html is None:
+        png, html = Path(f"{_DEFAULT}.png"), Path(f"{_DEFAULT}.html")
+    check_outputs(path for path in (png, html) if path is not None)
+    asked = found_by(args)
+    catalogue, unusable = asked.catalogue, asked.unusable
+    if not asked.fitting:
+        found = f"{len(asked.everything)} materials, none of which fits" if asked.everything else "no materials"
+        hint = "name fewer filters; metamer catalogue list CAT shows what there is"
+        if unusable:
+            found += f", and {len(unusable)} files that cannot be used"
+            hint = "metamer catalogue verify CAT says what is wrong with each"
+        raise InputError("nothing to show", file=catalogue.folder, found=found, expected="one at least", hint=hint)
+    scene, cloth = (lit_by(thumbnail_scene(model), args.illuminant) for model in ("", "btf"))
+    with renderer_for(args.renderer) as renderer, progress_bar("drawing") as progress:
+        drawn = list(thumbnails(catalogue, asked.fitting, scene, renderer, args.size, progress, cloth))
+        words = _words(scene, renderer.made_by, len(drawn))
+    if png is not None:
+        write_sheet(png, contact_sheet(drawn, args.columns, f"{catalogue.folder.resolve().name}: {words}"))
+        print(png)
+    if html is not None:
+        from ...calibration.report.preview_page import render_preview_page
+
+        write_text(html, render_preview_page(_cards(drawn), catalogue.folder.resolve().name, words))
+        print(html)
+    for reason in [*unusable, *(one.reason for one in drawn if one.reason)]:
+        print(reason)
+    return 4 if unusable or any(one.reason for one in drawn) else 0
+
+
+def _words(scene: Scene, made_by: str, count: int) -> str:
+    lights = ", ".join(dict.fromkeys(light.spectrum_name or light.name for light in scene.lights))
+    return f"{count} materials, their fast forms on a {scene.name.lower()}, BTFs on a cloth, under {lights}, {made_by}"
+
+
+def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
+    import numpy as np
+
+    from ...calibration.report.preview_page import PreviewCard
+    from ...viewer.sheets.preview import caption
+
+    cards = []
+    for one in drawn:
+        said = one.summary
+        facts = {"model": said.model, "kind": said.kind, "licence": said.licence}
+        if said.terms:
+            facts["terms"] = " + ".join(f"{count} in {frame}" for count, frame in said.terms)
+        if said.lab is not None:
+            facts["L*a*b* (45:0, D65, 2°)"] = " ".join(f"{value:.1f}" for value in said.lab)
+        cards.append(
+            PreviewCard(
+                id=said.id,
+                family=said.family,
+                kind=said.kind,
+                quantity=said.quantity,
+                caption=caption(one),
+                picture=one.picture,
+                facts=facts,
+                lab=None if said.lab is None else np.array(said.lab),
+                p99=said.p99,
+                words=one.reason,
+                standing=said.standing,
+            )
+        )
+    return cards

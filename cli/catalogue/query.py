@@ -1,0 +1,101 @@
+"""Which materials, in which order: the options that `list` and `preview` share."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from ...materials.records.query import SORT_KEYS, Query
+from ..catalogue_words import opened
+from ..shared import Added, comma_separated, positive_delta_e
+
+if TYPE_CHECKING:
+    from ...materials.catalogue.catalogue import Catalogue
+    from ...materials.records.query import Summary
+    from ...runtime.errors import InputError
+
+_FORMULAS = {"94": "CIE 1994", "2000": "CIE 2000"}
+
+
+def add_query_options(verb: argparse.ArgumentParser) -> None:
+    """Filters and order."""
+    filters = verb.add_argument_group("which")
+    for name, example in (
+        ("match", 'ids, such as "paint/*"'),
+        ("family", "families"),
+        ("model", "models, such as lambert"),
+        ("kind", "measured, analytic or uplifted"),
+        ("quantity", 'such as reflectance, emission, transmittance or "radiance factor"'),
+    ):
+        filters.add_argument(
+            f"--{name}", type=comma_separated, action=Added, default=(), metavar="WORD,WORD", help=example
+        )
+    filters.add_argument("--max-error", type=positive_delta_e, metavar="D", help="ΔE94 p99 at most")
+    filters.add_argument(
+        "--near", type=_lab, metavar="L,A,B", help="sort by ΔE from this CIELAB (45:0, D65, 2 degrees)"
+    )
+    filters.add_argument("--within", type=positive_delta_e, metavar="D", help="maximum ΔE from --near")
+    filters.add_argument(
+        "--formula", choices=_FORMULAS, default="94", help="ΔE of --near, which is its reference; default: 94"
+    )
+    order = verb.add_argument_group("in which order")
+    order.add_argument("--sort", choices=SORT_KEYS, help="default: id, or near where --near is given")
+    order.add_argument("--reverse", action="store_true", help="largest first")
+    order.add_argument("--limit", type=_count, metavar="N", help="the first N")
+
+
+def query_from(args: argparse.Namespace) -> Query:
+    """The query that the options ask for; raises `UsageError` where they do not fit together."""
+    from ...runtime.errors import UsageError
+
+    if args.near is None and (args.within is not None or args.sort == "near"):
+        raise UsageError("--within and --sort near need a colour: --near L,A,B")
+    return Query(
+        ids=args.match,
+        families=args.family,
+        models=args.model,
+        kinds=args.kind,
+        quantities=args.quantity,
+        max_error=args.max_error,
+        near=args.near,
+        within=args.within,
+        formula=_FORMULAS[args.formula],
+        sort=args.sort,
+        reverse=args.reverse,
+        limit=args.limit,
+    )
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a catalogue holds, what of it fits, sorted, and one error for each file that cannot be used."""
+
+    catalogue: Catalogue
+    everything: tuple[Summary, ...]
+    fitting: tuple[Summary, ...]
+    unusable: list[InputError]
+
+
+def found_by(args: argparse.Namespace) -> Found:
+    """Ask the catalogue of the options for what they name; the heads of its files are read once."""
+    catalogue, query = opened(args.catalogue), query_from(args)
+    unusable: list[InputError] = []
+    everything = catalogue.query(unusable=unusable)
+    return Found(catalogue, everything, query.of(everything), unusable)
+
+
+def _lab(text: str) -> tuple[float, float, float]:
+    try:
+        first, second, third = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"three numbers such as 50,20,10, not {text}") from None
+    if not all(abs(part) < 1000 for part in (first, second, third)):
+        raise argparse.ArgumentTypeError(f"a colour, not {text}")
+    return first, second, third
+
+
+def _count(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"a whole number, not {text}")
+    return int(text)

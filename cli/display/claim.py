@@ -1,0 +1,46 @@
+"""`metamer display claim`: how far a display is from what it says it is."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from ..catalogue_words import write_text
+from .common import add_readings_argument, readings_of
+
+
+def add_parser(kinds: argparse._SubParsersAction) -> None:
+    """Add `display claim`."""
+    verb = kinds.add_parser(
+        "claim",
+        help="how far a display is from sRGB, P3 or Adobe RGB",
+        description="Compare readings with what the display says it is, white at its own luminance.",
+    )
+    add_readings_argument(verb)
+    verb.add_argument("--against", choices=("sRGB", "P3", "AdobeRGB"), default="sRGB", help="default: sRGB")
+    verb.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
+    verb.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare and print; 0."""
+    import numpy as np
+
+    from ...calibration.display.claims import held_to
+
+    held = held_to(readings_of(args), args.against)
+    mean, p95, most = float(held.delta_e.mean()), float(np.percentile(held.delta_e, 95)), float(held.delta_e.max())
+    print(
+        f"{len(held.readings)} patches against {held.claim.name}: ΔE94 mean {mean:.2f}, p95 {p95:.2f}, max {most:.2f}"
+    )
+    print(f"white {held.white:.2f}; " + ", ".join(f"{name} {value:.2f}" for name, value in held.corners.items()))
+    if args.json is not None:
+        figures = {
+            "against": held.claim.name,
+            "delta_e94": {"mean": mean, "p95": p95, "max": most},
+            "white": held.white,
+            "corners": held.corners,
+        }
+        write_text(args.json, json.dumps(figures, indent=1, ensure_ascii=False) + "\n")
+    return 0

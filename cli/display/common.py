@@ -1,0 +1,28 @@
+"""What the verbs of `metamer display` share: files of readings and what they leave open."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ...calibration.display.readings import Readings
+
+
+def add_readings_argument(verb: argparse.ArgumentParser, name: str = "readings") -> None:
+    """The file, and the options for what it does not say."""
+    verb.add_argument(name, type=Path, metavar=name.upper(), help=".ti3, CSV or CxF3")
+    verb.add_argument("--codes", type=float, metavar="N", help="code that is full scale: 1, 100, 255, 1023 or 65535")
+    verb.add_argument("--xyz", choices=("cd/m2", "Y100"), help="what XYZ are, where the file does not say it")
+    verb.add_argument(
+        "--white-luminance", type=float, metavar="L", help="cd/m2 of white, where XYZ are relative to white = 100"
+    )
+    verb.add_argument("--observer", metavar="NAME", help="whose XYZ they are, or are made of spectra (1931_2)")
+
+
+def readings_of(args: argparse.Namespace, name: str = "readings") -> Readings:
+    """Read the file that `add_readings_argument` asked for."""
+    from ...calibration.display.reading_files import Answers, read_readings
+
+    return read_readings(getattr(args, name), Answers(args.codes, args.xyz, args.white_luminance, args.observer))

@@ -1,0 +1,44 @@
+"""`metamer report compare`: two files or folders of anything comparable."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..shared import add_across_option, progress_bar
+from .output import EXIT_CODES, add_output_options, check_outputs, said
+from .sides import add_side_options, seen_by, side_at
+
+
+def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add `compare`."""
+    compare = verbs.add_parser(
+        "compare",
+        help="what moved between two files or folders",
+        description="Compare reviews, pictures in XYZ or spectra (EXR), PNG of a stated display, readings (CxF, CGATS, "
+        f"...) or catalogues. A is the reference of every ΔE. {EXIT_CODES}",
+    )
+    for side in ("A", "B"):
+        compare.add_argument(side.lower(), metavar=side, type=Path, help="file or folder")
+    compare.add_argument("--criteria", type=Path, metavar="FILE", help="TOML with [[criteria]]; docs/regression.md")
+    add_side_options(compare)
+    add_across_option(compare)
+    add_output_options(compare)
+    compare.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compare; the exit code is in the command's description."""
+    from ...calibration.regression.baseline import as_recorded
+    from ...calibration.regression.comparison import compare
+    from ...calibration.regression.criteria import default_criteria, read_criteria
+
+    criteria = read_criteria(args.criteria) if args.criteria else default_criteria()
+    seen = seen_by(args)
+    check_outputs(args)
+    before, after = (side_at(path, seen, args.display) for path in (args.a, args.b))
+    if "baseline" in (before.kind, after.kind):
+        before, after = as_recorded(before), as_recorded(after)
+    with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
+        result = compare(before, after, criteria, progress, args.across)
+    return said(result, before, after, args)

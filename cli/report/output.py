@@ -1,0 +1,79 @@
+"""Where the result of a comparison goes: the terminal, and files for people and other programs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..catalogue_words import say as printed
+from ..catalogue_words import write_text
+from ..shared import progress_bar
+
+if TYPE_CHECKING:
+    from ...calibration.regression.result import Result
+    from ...calibration.regression.row import Side
+
+EXIT_CODES = (
+    "Exit code 0: pass, or identical; 1: warnings; 2: failures; 3: the two cannot be compared (the same file, other "
+    "whites, observers or sizes, nothing in common); 4: a file is unusable."
+)
+_FILES = (
+    ("html", "a page: summary and worst rows first, with pictures"),
+    ("junit", "JUnit XML, a test case a row"),
+    ("csv", "a table, a line a layer of a row"),
+    ("xlsx", "the same as a workbook (extra `xlsx`)"),
+    ("markdown", "a short summary for a merge request"),
+)
+
+
+def add_output_options(command: argparse.ArgumentParser) -> None:
+    """`--json` and the files."""
+    command.add_argument("--json", action="store_true", help="every figure on standard output, for a program")
+    for name, words in _FILES:
+        command.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
+    command.add_argument(
+        "--history", type=Path, metavar="FILE", help="earlier results, whose trend the page shows; this one is added"
+    )
+
+
+def check_outputs(args: argparse.Namespace) -> None:
+    """Refuse, before any work, files that cannot be written."""
+    from ...calibration.report.sheets import check_workbook
+    from ...runtime import files
+
+    asked = (getattr(args, name) for name in (*(name for name, _ in _FILES), "history"))
+    # Into a folder that is compared, a page may be written.
+    read = (getattr(args, name, None) for name in ("a", "b", "criteria"))
+    files.check_outputs((path for path in asked if path is not None), (p for p in read if p and Path(p).is_file()))
+    if args.xlsx is not None:
+        check_workbook(args.xlsx)
+
+
+def said(result: Result, before: Side, after: Side, args: argparse.Namespace) -> int:
+    """Write and print what was asked for; the exit code of the result."""
+    from importlib.metadata import version
+
+    from ...calibration.regression.json_result import as_json
+    from ...calibration.regression.junit import as_junit
+    from ...calibration.regression.markdown import as_markdown
+    from ...calibration.regression.table import as_csv, write_xlsx
+    from ...calibration.regression.words import as_text
+    from ...calibration.report.history import history_text, read_history, with_run
+
+    for path, form in ((args.junit, as_junit), (args.csv, as_csv), (args.markdown, as_markdown)):
+        if path is not None:
+            write_text(path, form(result))
+    if args.xlsx is not None:
+        write_xlsx(result, args.xlsx)
+    runs = () if args.history is None else with_run(read_history(args.history), result.as_run(version("metamer")))
+    if args.html is not None:
+        from ...calibration.regression.page import render_page
+
+        with progress_bar("Writing the page", quiet=args.json, after=1.0) as progress:
+            page = render_page(result, before, after, version("metamer"), runs, progress)
+        write_text(args.html, page)
+    if args.history is not None:
+        write_text(args.history, history_text(runs))
+    printed(as_json(result, version("metamer")).rstrip("\n") if args.json else as_text(result))
+    return result.exit_code

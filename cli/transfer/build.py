@@ -1,0 +1,74 @@
+"""`metamer transfer build`: the rays between the parts of a scene, traced once for its geometry and kept."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+
+from ..chosen_catalogue import add_catalogue_option, catalogue_for
+from ..shared import counted, positive_count, progress_bar, say
+
+
+def add_parser(kinds: argparse._SubParsersAction) -> None:
+    """Add `transfer build`."""
+    build = kinds.add_parser(
+        "build",
+        help="trace the rays between the parts of a scene once, and keep them",
+        description="Find where light from each vertex goes, which hangs on the geometry alone: materials, lights and "
+        "cameras may change, also meanwhile. What is there already is not traced again, so that a build that was "
+        "broken off goes on.",
+    )
+    build.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
+    add_kept_options(build, "--into", "folder to keep them in, for good (default: the user's cache)")
+    build.add_argument(
+        "--scheduler", metavar="ADDRESS", help="let the workers of this Dask scheduler trace (extra: cluster)"
+    )
+    add_catalogue_option(build)
+    build.set_defaults(run=run)
+
+
+def add_kept_options(command: argparse.ArgumentParser, folder: str, words: str) -> None:
+    """`--rays`, `--processes`, and the option that names a folder of kept rays."""
+    command.add_argument("--rays", type=positive_count, default=256, metavar="N", help="of each vertex (default: 256)")
+    command.add_argument("--processes", type=positive_count, metavar="N", help="that trace (default: one a core)")
+    command.add_argument(folder, type=Path, metavar="DIR", help=words)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Trace, keep and print; 0."""
+    from ...lighting.scene_file.files import load_scene, scene_file
+    from ...lighting.transfer.ray_cache import build_rays
+    from ...lighting.visibility.cache_limits import LIMIT_VARIABLE, most_bytes, transfer_folder
+    from ...runtime.errors import InputError
+    from ...runtime.shutdown import saying
+    from ...runtime.worker_pool import usable_cores
+
+    most = most_bytes() if args.into is None else None
+    if most == 0:
+        words = "a limit above 0, or a folder"
+        raise InputError("nothing is kept", field=LIMIT_VARIABLE, found="0", expected=words, hint="name one by --into")
+    scene = load_scene(scene_file(args.scene), catalogue_for(args.catalogue, 1), say)
+    begun = time.monotonic()
+    goes_on = "What is traced is kept; the same command goes on from there."
+    with saying(lambda: goes_on), progress_bar("Tracing") as progress:
+        built = build_rays(
+            scene,
+            args.into or transfer_folder(),
+            args.rays,
+            args.processes or usable_cores(),
+            progress,
+            say=say,
+            most=most,
+            scheduler=args.scheduler,
+        )
+    for note in scene.notes:
+        print(note)
+    blocks = counted(len(built.files), "block")
+    there = f", {built.there} of which were there" if built.there else ""
+    print(
+        f"{scene.name}: {built.sites:,} vertices of {built.rays} rays, {built.nbytes / 1e6:.1f} MB in {blocks}{there}; "
+        f"{time.monotonic() - begun:.1f} s"
+    )
+    print(built.files[0].parent)
+    return 0

@@ -1,0 +1,104 @@
+"""An environment made ready for renderers: what any lobe and any matt surface gathers of it, by look-ups."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from ...materials.core.environment_form import BENDS, bends
+from . import latlong, octahedral
+from .environment import EnvironmentLight
+from .irradiance import Irradiance
+from .pyramid import SHARPEST, Pyramid
+
+#: Side of the map of irradiances: matt surfaces see nothing finer, but for the edge of a sun that sets on them.
+IRRADIANCE_SIDE = 128
+#: Rows of a map from which its finest level is as sharp as levels get. Of coarser maps it is as wide in texels, a third
+#: of one: beyond, the map itself is linear between texels.
+ROWS_OF_SHARPEST = 64
+# Environments of the last scenes, by the bytes of their maps: a scene that is loaded anew seldom has another light.
+_KEPT = 2
+_recent: dict[tuple[tuple[int, ...], bytes], GatheredLight] = {}
+_lock = threading.Lock()
+
+
+@dataclass(frozen=True, eq=False)
+class GatheredLight:
+    """Light from all around, of K spectra, in the environment's own frame: made once, good for every rotation.
+
+    pyramid : for lobes. irradiance (side, side, 9, K) : by normals, lux, and its moments (`bends`) in the directions
+    that it comes from; float32, octahedral.
+    """
+
+    pyramid: Pyramid
+    irradiance: Float[np.ndarray, "side side 9 K"]
+
+    @classmethod
+    def of(cls, environment: EnvironmentLight) -> GatheredLight:
+        """Gather what an environment sends, whichever way it is turned; the last few of a process are remembered."""
+        key = environment.fields.shape, hashlib.sha256(np.ascontiguousarray(environment.fields).data).digest()
+        with _lock:
+            found = _recent.pop(key, None)
+        if found is None:
+            found = cls._gathered(replace(environment, rotation_deg=0.0))
+        with _lock:
+            _recent[key] = found
+            while len(_recent) > _KEPT:
+                _recent.pop(next(iter(_recent)))
+        return found
+
+    @classmethod
+    def _gathered(cls, level: EnvironmentLight) -> GatheredLight:
+        normals = octahedral.texel_directions(IRRADIANCE_SIDE).reshape(-1, 3)
+        shape = (IRRADIANCE_SIDE, IRRADIANCE_SIDE)
+        bent = bends(latlong.texel_directions(*level.fields.shape[1:]))
+        # All moments of all fields at once: the kernel is worked out once.
+        each = np.concatenate([level.fields * bent[..., k] for k in range(BENDS)])
+        found = Irradiance.of_fields(each)(normals).astype(np.float32)
+        coarseness = min(1.0, level.fields.shape[1] / ROWS_OF_SHARPEST)
+        return cls(Pyramid.of(level, SHARPEST * coarseness**2), found.reshape(*shape, BENDS, -1))
+
+    def by_lobes(
+        self, directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
+    ) -> Float[np.ndarray, "N Q K"]:
+        """Mean luminance under each Gaussian about unit directions, cd/m^2."""
+        found = self.pyramid(directions.reshape(-1, 3), sharpness.reshape(-1))
+        return found.reshape(*sharpness.shape, self.irradiance.shape[3])
+
+    def by_frames(self, frames: Float[np.ndarray, "N 3 3"], bent: int = BENDS) -> Float[np.ndarray, "N B K"]:
+        """Illuminance on surfaces, lx, and its moments in their own axes (rows of `frames`; the last is the normal),
+        were nothing in between; with `bent` 1 the illuminance alone.
+        """
+        u, v = octahedral.places(frames[:, 2])
+        padded = self._bordered if bent > 1 else self._bordered[:, :, :1]
+        column, row = (0.5 * (place + 1.0) * IRRADIANCE_SIDE + 0.5 for place in (u, v))
+        left, top = (np.minimum(np.floor(at).astype(np.int64), IRRADIANCE_SIDE) for at in (column, row))
+        right, down = (column - left)[:, None, None], (row - top)[:, None, None]
+        above = padded[top, left] * (1.0 - right) + padded[top, left + 1] * right
+        below = padded[top + 1, left] * (1.0 - right) + padded[top + 1, left + 1] * right
+        found = above * (1.0 - down) + below * down
+        return found if bent == 1 else turned(found, frames)
+
+    @cached_property
+    def _bordered(self) -> Float[np.ndarray, "padded padded 9 K"]:
+        side, count = IRRADIANCE_SIDE, self.irradiance.shape[3]
+        bordered = octahedral.bordered(self.irradiance.reshape(side, side, -1)).astype(np.float64)
+        return bordered.reshape(side + 2, side + 2, BENDS, count)
+
+
+def turned(moments: Float[np.ndarray, "N 9 K"], frames: Float[np.ndarray, "N 3 3"]) -> Float[np.ndarray, "N 9 K"]:
+    """Moments along other axes: those of degree one turn as a vector, those of degree two as a symmetric matrix."""
+    whole, xy, yz, xz, difference, third = moments[:, 0], *(moments[:, k] for k in range(4, 9))
+    zz = (third + whole) / 3.0
+    xx, yy = 0.5 * (whole - zz + difference), 0.5 * (whole - zz - difference)
+    matrix = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=1).reshape(len(moments), 3, 3, -1)
+    vector = np.einsum("nij,njk->nik", frames, moments[:, 1:4])
+    inner = np.einsum("nai,nijk,nbj->nabk", frames, matrix, frames)
+    uneven, steep = inner[:, 0, 0] - inner[:, 1, 1], 3.0 * inner[:, 2, 2] - whole
+    bent = np.stack([inner[:, 0, 1], inner[:, 1, 2], inner[:, 0, 2], uneven, steep], axis=1)
+    return np.concatenate([whole[:, None], vector, bent], axis=1)

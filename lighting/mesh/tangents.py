@@ -1,0 +1,117 @@
+"""Tangents from texture coordinates, by the convention of MikkTSpace (Mikkelsen 2008), which normal maps are baked for.
+
+The tangent runs along increasing u. The bitangent is `handedness` * cross(normal, tangent), with 1 where (u, v) turns
+as (x, y) does on the side that the triangle winds anticlockwise, and -1 where the texture is mirrored. Triangles of one
+handedness that share a vertex, and edges at it, have one tangent there: the mean of their directions of u, each laid
+into the plane of the vertex normal, at length one, weighted with the triangle's angle at the vertex in that plane.
+
+As in mikktspace.c, with its usual threshold of 180 degrees: all of that; vertices that agree in place, normal and uv
+count as one, however a file numbers them; a triangle without area in uv adds nothing and takes its neighbours'
+handedness.
+
+Otherwise: (1) where those neighbours differ, it takes that of the unmirrored ones, not of the first in the file; where
+it has none, it is unmirrored. (2)
+"Without area" is relative to the triangle's longest side in uv, not a smallest float32. (3) Polygons are triangles
+before they come here, so that a quad whose halves differ in handedness is not brought to one. (4) Numbers are float64.
+(5) Renderers make the interpolated tangent and normal square and unit at every sample, where MikkTSpace leaves them as
+interpolated.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ..vectors import dot, orthonormal_frame, stated_tangents, unit, welded
+from .creases import corner_groups
+
+# A triangle thinner than this in uv, as height over longest side, has no direction of u that float64 can tell.
+THINNEST_UV = 1e-10
+
+
+class Tangents(NamedTuple):
+    """Tangents of a mesh of F triangles.
+
+    directions (T, 3) : unit, square to the normal of their vertex.
+    faces (F, 3) : which direction each corner of each triangle has.
+    handedness (F,) : 1.0 or -1.0; the bitangent is handedness * cross(normal, tangent), along increasing v.
+    """
+
+    directions: Float[np.ndarray, "T 3"]
+    faces: Int[np.ndarray, "F 3"]
+    handedness: Float[np.ndarray, " F"]
+
+
+def horizontal_tangents(normals: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"]) -> Tangents:
+    """Of a mesh without texture coordinates: `stated_tangents`, unmirrored."""
+    directions = orthonormal_frame(normals, stated_tangents(normals))[:, 0]
+    return Tangents(directions, faces, np.ones(len(faces)))
+
+
+def uv_tangents(
+    vertices: Float[np.ndarray, "V 3"],
+    normals: Float[np.ndarray, "V 3"],
+    faces: Int[np.ndarray, "F 3"],
+    uv: Float[np.ndarray, "V 2"],
+) -> Tangents:
+    """Of a mesh with texture coordinates, as the head of this file says; `stated_tangents` where uv gives none."""
+    along_u, sign = _directions_of_u(vertices[faces], uv[faces])
+    alike, vertex = welded(np.concatenate([vertices, normals, uv], axis=1))
+    corners = vertex[faces]
+    handedness = _handedness(corners, sign, len(alike))
+    groups, label = corner_groups(corners, lambda one, other: handedness[one] == handedness[other])
+    label = label.reshape(-1, 3)
+
+    total, normal_of = np.zeros((2, groups, 3))
+    for k in range(3):
+        normal = normals[faces[:, k]]
+        here = vertices[faces[:, k]]
+        following, last = (_level(vertices[faces[:, (k + step) % 3]] - here, normal) for step in (1, 2))
+        angle = np.arctan2(np.linalg.norm(np.cross(following, last), axis=1), dot(following, last))
+        np.add.at(total, label[:, k], angle[:, None] * unit(_level(along_u, normal)))
+        normal_of[label[:, k]] = normal
+    return Tangents(orthonormal_frame(normal_of, total)[:, 0], label, handedness)
+
+
+def seen_handedness(
+    handedness: Float[np.ndarray, "*n"], has_uv: np.ndarray, side: Float[np.ndarray, "*n"]
+) -> Float[np.ndarray, "*n"]:
+    """The handedness of the frame about the normal on the viewer's `side` (1 front, -1 back) of triangles.
+
+    The bitangent stays along increasing v on both sides, so that what is mapped in uv means the same seen from either.
+    Where there is no uv, the frame is right-handed on both.
+    """
+    return np.where(has_uv, handedness * side, 1.0)
+
+
+def _directions_of_u(
+    points: Float[np.ndarray, "F 3 3"], uv: Float[np.ndarray, "F 3 2"]
+) -> tuple[Float[np.ndarray, "F 3"], Float[np.ndarray, " F"]]:
+    """Unit directions of increasing u in the triangles, and the sign of their area in uv; 0 where that is none."""
+    (du1, dv1), (du2, dv2) = (uv[:, 1] - uv[:, 0]).T, (uv[:, 2] - uv[:, 0]).T
+    area = du1 * dv2 - du2 * dv1
+    longest = np.max([du1**2 + dv1**2, du2**2 + dv2**2, (du2 - du1) ** 2 + (dv2 - dv1) ** 2], axis=0)
+    sign = np.where(np.abs(area) > THINNEST_UV * longest, np.sign(area), 0.0)
+    rough = dv2[:, None] * (points[:, 1] - points[:, 0]) - dv1[:, None] * (points[:, 2] - points[:, 0])
+    return unit(rough * sign[:, None]), sign
+
+
+def _handedness(
+    corners: Int[np.ndarray, "F 3"], sign: Float[np.ndarray, " F"], vertices: int
+) -> Float[np.ndarray, " F"]:
+    """1 or -1 a triangle; one without area in uv has that of its unmirrored neighbours, or of its mirrored ones."""
+    found = np.where(sign == 0.0, 1.0, sign)
+    lost = np.flatnonzero(sign == 0.0)
+    if len(lost):
+        beside = np.zeros((2, vertices), dtype=bool)
+        beside[0, corners[sign > 0.0]] = True
+        beside[1, corners[sign < 0.0]] = True
+        unmirrored, mirrored = (np.any(one[corners[lost]], axis=1) for one in beside)
+        found[lost] = np.where(mirrored & ~unmirrored, -1.0, 1.0)
+    return found
+
+
+def _level(directions: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    return directions - dot(directions, normals)[:, None] * normals

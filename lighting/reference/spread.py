@@ -1,0 +1,328 @@
+"""What lights that spread over directions give each pixel of a reference, as sums over drawn directions.
+
+Directions are drawn in two ways, as the light shines (density p_l, 1/sr) and as the surface scatters (p_s), equally
+many of each, and each counts by both densities together: the balance heuristic (Veach and Guibas, "Optimally combining
+sampling techniques for Monte Carlo rendering", SIGGRAPH 1995, section 3.3). With n of each, the integral over
+directions is
+
+    1/n sum over all 2n of f_r cos(theta_i) V L / (p_s + p_l).
+
+A surface is a sum, and what is even in it needs no directions of its own: where the light is even too, or is one
+rectangle, that is 1/n sum of f_r cos(theta_i) V L / p_l over n of the light's, which have no noise but that of f_r
+cos(theta_i) and V. Highlights have both kinds.
+
+Each picture is the mean of two halves that are drawn alike and independently; `noise` makes of their
+difference what is stated.
+
+The points that directions are drawn from are Sobol's (scipy's `qmc`): one of their dimensions says which sample of a
+pixel is asked. In each half all are scrambled by the exclusive or with random numbers (Kollig and Keller, "Efficient
+multidimensional sampling", Computer Graphics Forum 21(3), 2002). Pixel by pixel they are taken from another place of
+the sequence: from j to (j xor a random number), so that the first 2^k of a pixel are some 2^k of the sequence that
+stand beside each other, which are as even as its first are. What the light gives from where it is drawn is so worked
+out once for all pixels, where it is infinitely far off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...materials.core.points import Points
+from ...materials.core.sampling import DirectionSampler
+from ...materials.core.scattering import Scattering
+from ...materials.core.surface import Surface
+from ...runtime.errors import InputError
+from ...spectral.folding import Folding
+from ...spectral.spectrum import Spectrum
+from ..environment.softbox import SoftboxLight
+from ..lights import SpreadLight
+from ..mesh.convexity import is_convex
+from ..mesh.mesh import Mesh
+from ..scene import Scene
+from ..vectors import dot
+from .direction_sampling import Drawn, drawn_pool, is_even
+from .geometry import Tracer, VisibleGeometry
+
+# Pairs of a sample and a direction worked on at once: some 3 MB of numbers, which stay in cache.
+_PAIRS = 16384
+# Directions of either kind for highlights, for each direction for what is even, under such a light.
+_GLOSSY = 0.5
+
+
+class SpreadSum:
+    """Sums over drawn directions for one geometry: what each light that spreads gives each pixel, in two halves.
+
+    Parameters
+    ----------
+    geometry : with `frame` and `geometric`. tracer : gives that of the same scene, if it is asked.
+    surfaces : by material id. illuminants : see `reference.reference_images`.
+    seed : of the scrambling; equal seeds give equal pictures.
+    most : directions of each kind and half that a pixel may be asked for.
+
+    Raises
+    ------
+    InputError : the geometry was made for a scene without lights that spread.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        geometry: VisibleGeometry,
+        surfaces: Mapping[str, Scattering],
+        illuminants: Sequence[Spectrum | None],
+        tracer: Callable[[], Tracer],
+        seed: tuple[int, ...],
+        most: int,
+    ) -> None:
+        if geometry.frame is None or geometry.geometric is None:
+            raise InputError(
+                "this geometry does not know how surfaces lie",
+                field="geometry",
+                found="one of a scene without lights that spread",
+                expected="`visible_geometry` of the scene itself",
+            )
+        self._scene, self._geometry, self._surfaces, self._seed = scene, geometry, surfaces, seed
+        self._frame, self._outwards = geometry.frame, geometry.geometric
+        self._tracer = None if _nothing_hides(scene, geometry) else tracer()
+        self._lights = [_Shining(scene, light, illuminants) for light in scene.spread_lights]
+        self._sums = np.zeros((2, geometry.rows * geometry.width, 3 * len(illuminants)))
+        self._order = np.argsort(geometry.pixel, kind="stable")
+        self._hits = np.bincount(geometry.pixel, minlength=self._sums.shape[1])
+        self._first = np.cumsum(self._hits) - self._hits
+        self._most = most
+        self._pools: dict[tuple[int, int], tuple[Drawn, Int[np.ndarray, " P"]]] = {}
+        #: (H W,) directions of each kind that each pixel has had, in each half.
+        self.directions = np.zeros(self._sums.shape[1], dtype=np.int64)
+        #: (H W,) pixels that meet a surface.
+        self.covered = self._hits > 0
+
+    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
+        """Carry some pixels (ascending), all of which have had as many, on to so many directions of each kind and half.
+
+        A multiple of 2, so that half is a whole number.
+        """
+        pixels = np.flatnonzero(self.covered) if pixels is None else pixels
+        if not len(pixels):
+            return
+        start = int(self.directions[pixels[0]])
+        for number, light in enumerate(self._lights):
+            for half in range(2):
+                pool, shift = self._pool(number, half)
+                for task in light.tasks(start, directions):
+                    self._carry_on(self._sums[half], light, pool, shift, task, pixels)
+        self.directions[pixels] = directions
+
+    def _pool(self, number: int, half: int) -> tuple[Drawn, Int[np.ndarray, " P"]]:
+        """Points and, by pixel, where in them it begins."""
+        if (number, half) not in self._pools:
+            rng = np.random.default_rng([*self._seed, number, half])
+            pool = drawn_pool(self._lights[number].light, self._most, rng)
+            self._pools[number, half] = pool, rng.integers(0, len(pool.uniform), self._sums.shape[1])
+        return self._pools[number, half]
+
+    def _carry_on(
+        self,
+        sums: Float[np.ndarray, "P C"],
+        light: _Shining,
+        pool: Drawn,
+        shift: Int[np.ndarray, " P"],
+        task: _Task,
+        pixels: Int[np.ndarray, " n"],
+    ) -> None:
+        """One task for all these pixels."""
+        wearing = [task.part(self._surfaces[part.material]) for part in self._scene.parts]
+        if all(one is None for one in wearing):
+            return
+        for pixel, which in _pairs(pixels, task.start, task.stop):
+            row = which ^ shift[pixel]
+            of_pixel = (pool.uniform[row, 4] * self._hits[pixel]).astype(np.int64)
+            sample = self._order[self._first[pixel] + of_pixel]
+            if len(wearing) == 1:
+                self._add(sums, light, pool, task, wearing[0], sample, row)
+                continue
+            worn = self._geometry.part[sample]
+            for index in np.unique(worn):
+                mine = np.flatnonzero(worn == index)
+                self._add(sums, light, pool, task, wearing[index], sample[mine], row[mine])
+
+    @property
+    def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
+        """XYZ by each half alone."""
+        geometry = self._geometry
+        # A sample of a pixel stands for all that meet a surface.
+        scale = (
+            np.pi / self._scene.viewing.reference_illuminance_lux / (geometry.samples * np.maximum(self.directions, 1))
+        )
+        return (self._sums * (self._hits * scale)[:, None]).reshape(2, geometry.rows, geometry.width, -1, 3)
+
+    def _add(
+        self,
+        sums: Float[np.ndarray, "P C"],
+        light: _Shining,
+        pool: Drawn,
+        task: _Task,
+        worn: _Worn | None,
+        sample: Int[np.ndarray, " n"],
+        row: Int[np.ndarray, " n"],
+    ) -> None:
+        """One direction for each pair of a sample and a row of the pool."""
+        if worn is None or not len(sample):
+            return
+        low = self._geometry.pixel[sample[0]]
+        arriving = (
+            self._scattered(light, pool, worn, sample, row) if task.scattered else self._shone(light, pool, sample, row)
+        )
+        sample, towards, wi, luminance, by_light = arriving
+        if self._tracer is not None and len(sample):
+            start = self._tracer.lifted(self._geometry.position[sample], self._outwards[sample])
+            towards = np.ascontiguousarray(towards)
+            free = np.flatnonzero(self._tracer.free(start, towards, light.light.distance(start, towards)))
+            sample, wi, luminance, by_light = (values[free] for values in (sample, wi, luminance, by_light))
+        if not len(sample):
+            return
+        geometry = self._geometry
+        wo = geometry.wo[sample]
+        density = by_light
+        if worn.sampler is not None:
+            density = task.of_n * (worn.sampler.density(wo, wi) + by_light)
+        uv, footprint = (None if one is None else one[sample] for one in (geometry.uv, geometry.footprint))
+        # What was drawn has a density, but for the last bit at a cell's border.
+        weight = np.where(density > 0.0, wi[:, 2], 0.0) / np.where(density > 0.0, density, 1.0)
+        f_r = worn.surface.xyz(Points(wi, wo, uv, footprint), light.folding)
+        values = light.added(f_r, luminance * weight[:, None])
+        pixel = geometry.pixel[sample] - low
+        for channel in range(values.shape[1]):
+            found = np.bincount(pixel, values[:, channel])
+            sums[low : low + len(found), channel] += found
+
+    def _shone(
+        self, light: _Shining, pool: Drawn, sample: Int[np.ndarray, " n"], row: Int[np.ndarray, " n"]
+    ) -> tuple[np.ndarray, ...]:
+        """Samples, directions in the world and in their frames, luminance and density, as the light shines."""
+        if pool.towards is None or pool.luminance is None or pool.density is None:
+            position = self._geometry.position[sample]
+            towards, density = light.light.drawn(position, pool.uniform[row, :2])
+            luminance = light.light.luminance(position, towards)
+        else:
+            towards, density, luminance = pool.towards[row], pool.density[row], pool.luminance[row]
+        wi = np.einsum("nij,nj->ni", self._frame[sample], towards)
+        up = (wi[:, 2] > 0.0) & (dot(self._outwards[sample], towards) > 0.0) & luminance.any(axis=1)
+        some = np.flatnonzero(up)
+        return sample[some], towards[some], wi[some], luminance[some], density[some]
+
+    def _scattered(
+        self, light: _Shining, pool: Drawn, worn: _Worn, sample: Int[np.ndarray, " n"], row: Int[np.ndarray, " n"]
+    ) -> tuple[np.ndarray, ...]:
+        """The same, as the surface scatters."""
+        assert worn.sampler is not None
+        wi = worn.sampler.drawn(self._geometry.wo[sample], pool.uniform[row, 2:4])
+        some = np.flatnonzero(wi[:, 2] > 0.0)
+        sample, wi = sample[some], wi[some]
+        towards = np.einsum("nji,nj->ni", self._frame[sample], wi)
+        some = np.flatnonzero(dot(self._outwards[sample], towards) > 0.0)
+        sample, wi, towards = sample[some], wi[some], towards[some]
+        position = self._geometry.position[sample]
+        luminance = light.light.luminance(position, towards)
+        some = np.flatnonzero(luminance.any(axis=1))
+        sample, wi, towards, luminance = sample[some], wi[some], towards[some], luminance[some]
+        return sample, towards, wi, luminance, light.light.density(position[some], towards)
+
+
+@dataclass(frozen=True, eq=False)
+class _Worn:
+    """What of a material a task adds up, and as it is drawn; without a sampler by the light alone."""
+
+    surface: Surface
+    sampler: DirectionSampler | None
+
+
+@dataclass(frozen=True)
+class _Task:
+    """Directions from `start` to `stop` of one kind, for one share of what surfaces scatter.
+
+    scattered : as surfaces scatter, or else as the light shines. share : "even", "glossy" or "all".
+    of_n : how many of either kind there are for each of n.
+    """
+
+    scattered: bool
+    share: str
+    start: int
+    stop: int
+    of_n: float = 1.0
+
+    def part(self, scattering: Scattering) -> _Worn | None:
+        """Of a material; None where it has no such part."""
+        if self.share == "all":
+            return _Worn(scattering.surface, scattering.sampler)
+        if self.share == "even":
+            return None if scattering.even is None else _Worn(scattering.even, None)
+        return None if scattering.glossy is None else _Worn(scattering.glossy, scattering.glossy_sampler)
+
+
+class _Shining:
+    """A light ready to be folded: a column of XYZ for each spectrum that it has in each picture."""
+
+    def __init__(self, scene: Scene, light: SpreadLight, illuminants: Sequence[Spectrum | None]) -> None:
+        self.light = light
+        # Fields of one spectrum are one.
+        own = {spectrum.key: spectrum for spectrum in light.spectra}
+        numbers = {key: number for number, key in enumerate(own)}
+        self._fields_of = np.zeros((len(light.spectra), len(own)))
+        self._fields_of[range(len(light.spectra)), [numbers[spectrum.key] for spectrum in light.spectra]] = 1.0
+        spectra = [tuple(own.values()) if other is None else (other,) for other in illuminants]
+        self.folding = Folding(scene.observer, [one for each in spectra for one in each])
+        self._whole = [other is not None for other in illuminants]
+        self._first = np.cumsum([0, *(len(each) for each in spectra)])[:-1]
+        self._even = is_even(light)
+        # A rectangle is drawn evenly by solid angle, and there is nothing beside it.
+        self._alone = self._even or isinstance(light, SoftboxLight)
+
+    def tasks(self, start: int, stop: int) -> Iterator[_Task]:
+        """What is to be done so that there are `stop` directions where there were `start`."""
+        if self._alone:
+            yield _Task(False, "even", start, stop)
+        of_n = _GLOSSY if self._even else 1.0
+        for scattered in (False, True):
+            yield _Task(scattered, "glossy" if self._alone else "all", round(of_n * start), round(of_n * stop), of_n)
+
+    def added(self, f_r: Float[np.ndarray, "n C3"], fields: Float[np.ndarray, "n K"]) -> Float[np.ndarray, "n M3"]:
+        """f_r times what arrives of each spectrum, added up by picture."""
+        total = fields.sum(axis=1, keepdims=True)
+        if all(self._whole):
+            return f_r * total
+        fields = fields if fields.shape[1] == self._fields_of.shape[1] else fields @ self._fields_of
+        columns = np.concatenate([total if whole else fields for whole in self._whole], axis=1)
+        each = f_r.reshape(len(f_r), -1, 3) * columns[:, :, None]
+        return np.add.reduceat(each, self._first, axis=1).reshape(len(f_r), -1)
+
+
+def _nothing_hides(scene: Scene, geometry: VisibleGeometry) -> bool:
+    """Whether all that is seen is one convex body from outside: no ray from it meets it again."""
+    if len(scene.parts) != 1 or geometry.geometric is None:
+        return False
+    mesh = scene.parts[0].mesh
+    if not (dot(geometry.geometric, geometry.position - mesh.vertices.mean(axis=0)) > 0.0).all():
+        return False
+    if mesh not in _convex:
+        _convex[mesh] = is_convex(mesh)
+    return _convex[mesh]
+
+
+# A mesh is seen in many materials, and pixel by pixel.
+_convex: WeakKeyDictionary[Mesh, bool] = WeakKeyDictionary()
+
+
+def _pairs(
+    pixels: Int[np.ndarray, " n"], start: int, stop: int
+) -> Iterator[tuple[Int[np.ndarray, " p"], Int[np.ndarray, " p"]]]:
+    """Pixels and numbers of directions, about `_PAIRS` of them at a time; pixels stay in order."""
+    for first in range(start, stop, _PAIRS):
+        numbers = np.arange(first, min(first + _PAIRS, stop))
+        step = max(1, _PAIRS // len(numbers))
+        for begin in range(0, len(pixels), step):
+            some = pixels[begin : begin + step]
+            yield np.repeat(some, len(numbers)), np.tile(numbers, len(some))

@@ -1,0 +1,142 @@
+"""What surfaces pass on of the light that arrives by way of others: as matt ones, by what is drawn of them.
+
+Of even light a slice reflects its integral (`EnvironmentForm`), however sharp it is. A uniform material has one
+reflectance, a texture one at each site: the mean of its texels over the triangles about it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ...materials.core.environment_form import BENDS, EnvironmentForm
+from ...materials.core.fast import Fast
+from ...materials.core.points import Points
+from ...materials.core.sampling import DirectionSampler
+from ...materials.core.surface import Surface
+from ...spectral.bispectral import Bispectral
+from ...spectral.spectrum import Spectrum
+from ...spectral.wavelengths import interpolation_matrix
+from ..scene import Scene
+from .hits import Hits, shifted_pattern
+from .radiant import donaldson
+
+# Pairs of directions, and places on a texture, that a reflectance under even light is a mean over.
+_PAIRS = 4096
+# Steps of an even sequence of the six numbers of each: powers of the inverse of the real root of x^7 = x + 1 (M.
+# Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). One pattern for all would tie them.
+_STEPS = 1.11277568427870550 ** -np.arange(1.0, 7.0)
+#: What the moments z and 3 zz - 1 are of the illuminance, where light comes evenly from above.
+EVEN_Z, EVEN_ZZ = 2.0 / 3.0, 0.5
+# Viewers, and places on a texture, that a reflectance under even light is a mean over.
+_VIEWERS = 2048
+# Places in each triangle of a texture, and points at once.
+_PLACES, _AT_ONCE = 4, 1 << 14
+# Reflectances of a texture's sites that a basis is found from, beside its mean.
+_SHOWN = 8
+
+
+def even_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
+    """What a surface reflects of even light, as a share: a mean over viewers, by their cosines, and over texels.
+
+    Of a fast form it is from each side the integral of the slice that is drawn (`EnvironmentForm`), however sharp that
+    is. Of others, directions to the light are drawn as the surface scatters it: off by some 0.3 % with highlights of
+    alpha 0.05, and exact for matt surfaces.
+    """
+    if not isinstance(surface, Fast):
+        return _drawn_albedo(surface)
+    form = surface.environment_form()
+    square = shifted_pattern(np.arange(2), _VIEWERS)
+    radius, turn = np.sqrt(square[0, :, 0]), 2.0 * np.pi * square[0, :, 1]
+    to = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[0, :, 0])], axis=1)
+    # In another order: both patterns are one, and places would go with directions.
+    places = np.random.default_rng(0).permutation(square[1])
+    return _even(form, Points(to, to, places)).mean(axis=0) @ form.palette.samples[0]
+
+
+def even_matrix(surface: Surface) -> Bispectral:
+    """The same of surfaces of which some fluoresce: exact for those that do, which are matt."""
+    found = donaldson(surface)
+    if found is not None:
+        return found
+    return Bispectral.diagonal(Spectrum.sampled(surface.wavelengths_nm, even_albedo(surface), "reflectance"))
+
+
+def _drawn_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
+    even = (0.5 + np.arange(1, _PAIRS + 1)[:, None] * _STEPS) % 1.0
+    radius, turn = np.sqrt(even[:, 0]), 2.0 * np.pi * even[:, 1]
+    wo = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - even[:, 0])], axis=1)
+    sampler = DirectionSampler(surface)
+    wi = sampler.drawn(wo, even[:, 2:4])
+    density = sampler.density(wo, wi)
+    some = np.flatnonzero((wi[:, 2] > 0.0) & (density > 0.0))
+    weight = wi[some, 2] / density[some] / _PAIRS
+    return weight @ surface.at(Points(wi[some], wo[some], even[some, 4:]))
+
+
+def _even(form: EnvironmentForm, points: Points) -> Float[np.ndarray, "N R"]:
+    """Terms of what is reflected of even light."""
+    lobes = form.lobes(points)
+    matt = lobes.matt[:, 0].copy()
+    if lobes.matt.shape[1] == BENDS:
+        matt += EVEN_Z * lobes.matt[:, 3] + EVEN_ZZ * lobes.matt[:, 8]
+    return lobes.value.sum(axis=1) + matt
+
+
+def regions_of(
+    fine: Scene, surfaces: Mapping[str, Fast], hits: Hits, wavelengths_nm: Float[np.ndarray, " L"]
+) -> tuple[tuple[Int[np.ndarray, " S"], Float[np.ndarray, "R L"]], Float[np.ndarray, "n L"]]:
+    """Which region each site is of and what each region reflects, as `Regions` takes them; and some of all
+    reflectances, for a basis.
+
+    fine : the scene that `hits` are of, with texture coordinates where materials use them.
+    """
+    region, parts = hits.part_of_site.copy(), []
+    for part in fine.parts:
+        surface = surfaces[part.material]
+        parts.append(interpolation_matrix(surface.wavelengths_nm, wavelengths_nm) @ even_albedo(surface))
+    found, shown, count = [np.stack(parts)], [np.stack(parts)], len(parts)
+    for number, part in enumerate(fine.parts):
+        form = surfaces[part.material].environment_form()
+        if not form.uses_uv:
+            continue
+        sites, reflectances = _of_sites(form, fine, hits, number)
+        reflectances = reflectances @ interpolation_matrix(form.palette.wavelengths_nm, wavelengths_nm).T
+        region[sites] = count + np.arange(len(sites))
+        found.append(reflectances)
+        shown.append(reflectances[np.linspace(0, len(sites) - 1, _SHOWN).astype(np.int64)])
+        count += len(sites)
+    return (region, np.concatenate(found)), np.concatenate(shown)
+
+
+def _of_sites(
+    form: EnvironmentForm, fine: Scene, hits: Hits, number: int
+) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n L"]]:
+    """The sites of a part that wears a texture, and what each reflects."""
+    mesh = fine.parts[number].mesh
+    assert mesh.uv is not None
+    triangles = np.flatnonzero(hits.part == number)
+    square = shifted_pattern(np.arange(len(triangles)), _PLACES).reshape(-1, 2)
+    square = np.where(square.sum(axis=1, keepdims=True) > 1.0, 1.0 - square, square)
+    shares = np.column_stack([1.0 - square.sum(axis=1), square])
+    uv = np.einsum("nc,nci->ni", shares, np.repeat(mesh.uv[mesh.faces], _PLACES, axis=0))
+    # Viewers by their cosines, another one at each place.
+    even = np.random.default_rng(0).random((len(uv), 2))
+    radius, turn = np.sqrt(even[:, 0]), 2.0 * np.pi * even[:, 1]
+    to = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - even[:, 0])], axis=1)
+    blocks = [slice(start, start + _AT_ONCE) for start in range(0, len(uv), _AT_ONCE)]
+    terms = np.concatenate([_even(form, Points(to[rows], to[rows], uv[rows])) for rows in blocks])
+    corners = mesh.vertices[mesh.faces]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    weights = shares * np.repeat(areas, _PLACES)[:, None]
+    total, whole = np.zeros((len(hits.sites), terms.shape[1])), np.zeros(len(hits.sites))
+    for sites in (hits.corners[triangles], hits.backs[triangles]):
+        at = np.repeat(sites, _PLACES, axis=0)
+        for corner in range(3):
+            there = at[:, corner] >= 0
+            np.add.at(total, at[there, corner], weights[there, corner, None] * terms[there])
+            np.add.at(whole, at[there, corner], weights[there, corner])
+    mine = np.flatnonzero(whole > 0.0)
+    return mine, (total[mine] / whole[mine, None]) @ form.palette.samples[0]

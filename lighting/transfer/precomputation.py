@@ -1,0 +1,152 @@
+"""All that relighting keeps of a scene's geometry: rays, operators, frames and which rays see the sky."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ..environment.cube import CubeMap
+from ..mesh.tangents import seen_handedness
+from ..scene import Scene
+from ..vectors import LEAST_COSINE, dot, orthonormal_frame, unit
+from ..visibility.occluders import Occluders
+from ..visibility.sites import scaled_triangles
+from .bodies import Bodies
+from .cells import Cells
+from .glossy_rays import GlossyRays
+from .hits import RAYS, Hits
+from .operator import ByPart, irradiance_operator
+
+#: Texels across a face of the sky: 2.8 degrees in the middle.
+SKY = 32
+# Sites at once; sets of glossy parts that are kept.
+_BLOCK, _KEPT = 2048, 4
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """Geometry of a scene: good for all materials, lights and cameras.
+
+    scene : with the triangles that sites are of. centre, radius : that its coordinates are scaled by for rays.
+    """
+
+    scene: Scene
+    hits: Hits
+    cells: Cells
+    _glossy: dict[bytes, GlossyRays] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def of(
+        cls,
+        scene: Scene,
+        rays: int = RAYS,
+        longest_edge: float | None = None,
+        progress: Callable[[int, int, str], None] = lambda done, total, what: None,
+    ) -> Prepared:
+        """Trace a scene. See `scene_hits`."""
+        bodies = Bodies.of(scene, longest_edge)
+        return cls(bodies.placed.scene, bodies.traced(rays, progress), Cells())
+
+    @cached_property
+    def operator(self) -> Any:
+        """G, see `irradiance_operator`."""
+        return irradiance_operator(self.hits)
+
+    @cached_property
+    def by_part(self) -> ByPart:
+        """`operator`, cut by the parts that light comes from."""
+        return ByPart.of(self.operator, self.hits.part_of_site)
+
+    @cached_property
+    def later(self) -> Any:
+        """G by the first quarter of the rays, for light that has met two surfaces or more and is nearly even: the first
+        of a sequence are as even as all of it.
+        """
+        rays = max(1, self.hits.rays // 4)
+        return irradiance_operator(
+            replace(self.hits, triangle=self.hits.triangle[:, :rays], place=self.hits.place[:, :rays])
+        )
+
+    @cached_property
+    def occluders(self) -> Occluders:
+        """All triangles."""
+        return Occluders(scaled_triangles(self.scene).astype(np.float32))
+
+    @cached_property
+    def sky(self) -> CubeMap:
+        """Texels that light from infinitely far off is taken as means over."""
+        return CubeMap(SKY)
+
+    @cached_property
+    def escapes(self) -> Int[np.ndarray, "S N"]:
+        """The texel of the sky that each ray sees; -1 where it meets a part."""
+        found = np.full(self.hits.triangle.shape, -1, dtype=np.int16)
+        for start in range(0, len(found), _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            free = self.hits.triangle[rows] < 0
+            found[rows][free] = self.sky.texel_of(self.hits.directions(rows)[free])
+        return found
+
+    @cached_property
+    def sky_operator(self) -> Any:
+        """(S, texels): lux at each site = this times luminance, cd/m^2."""
+        from scipy.sparse import csr_array
+
+        row, ray = np.nonzero(self.escapes >= 0)
+        value = np.full(len(row), np.pi / self.hits.rays, dtype=np.float32)
+        places = row.astype(np.int32), self.escapes[row, ray].astype(np.int32)
+        found = csr_array((value, places), shape=(len(self.escapes), len(self.sky)))
+        found.sum_duplicates()
+        return found
+
+    @cached_property
+    def frames(self) -> Float[np.ndarray, "S 3 3"]:
+        """From the world to the frame of each site, on its side."""
+        hits, parts = self.hits, self.scene.parts
+        tangents = np.concatenate([part.mesh.tangents.directions[part.mesh.tangents.faces] for part in parts])
+        hand = np.concatenate([part.mesh.tangents.handedness for part in parts])
+        has_uv = np.array([part.mesh.uv is not None for part in parts])[hits.part]
+        along, side = np.zeros((len(hits.sites), 3)), np.ones(len(hits.sites))
+        for corners, sign in ((hits.backs, -1.0), (hits.corners, 1.0)):
+            there = corners >= 0
+            along[corners[there]] = tangents[there]
+            signed = np.broadcast_to(seen_handedness(hand, has_uv, np.full(len(hand), sign))[:, None], there.shape)
+            side[corners[there]] = signed[there]
+        return orthonormal_frame(hits.sites.normals, along, side)
+
+    @cached_property
+    def _faces(self) -> tuple[Float[np.ndarray, "F 3"], Float[np.ndarray, "F 3"]]:
+        """A corner of each triangle, in the world, and its normal."""
+        meshes = [part.mesh for part in self.scene.parts]
+        corners = np.concatenate([mesh.vertices[mesh.faces[:, 0]] for mesh in meshes])
+        return corners, np.concatenate([mesh.face_normals for mesh in meshes])
+
+    def seen(self, towards: Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, "n 3"]]) -> Bool[np.ndarray, " S"]:
+        """Which sites are about triangles that look at a viewer, on that side. towards : him, from places."""
+        corners, normals = self._faces
+        cosine = dot(normals, unit(towards(corners)))
+        found = np.zeros(len(self.hits.sites) + 1, dtype=bool)
+        # One that is seen edge-on may be taken for either side. Where the other side is dark it has no sites, -1.
+        for sites, facing in ((self.hits.corners, cosine), (self.hits.backs, -cosine)):
+            found[sites[facing > -LEAST_COSINE].ravel()] = True
+        return found[:-1]
+
+    def glossy_rays(self, glossy: Bool[np.ndarray, " P"]) -> GlossyRays:
+        """Of these parts; the last few sets are kept."""
+        key = glossy.tobytes()
+        if key not in self._glossy:
+            while len(self._glossy) >= _KEPT:
+                self._glossy.pop(next(iter(self._glossy)), None)
+            self._glossy[key] = GlossyRays.of(self.hits, self.frames, self.escapes, glossy, self.cells)
+        return self._glossy[key]
+
+    @property
+    def centre_and_radius(self) -> tuple[Float[np.ndarray, "3"], float]:
+        """World coordinates = those of sites times the radius, plus the centre."""
+        low, high = self.scene.bounds
+        return 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))

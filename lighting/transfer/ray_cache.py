@@ -1,0 +1,252 @@
+"""Rays of a scene's sites that were traced before: on disk, in blocks of sites, each a file that is whole or not there.
+
+A block is named by a hash of all that its rays depend on: where they start and the normals there, how many, the
+triangles that they may end on, the code that traces them and the libraries. Materials, lights and cameras are not in
+it. So a build that was killed goes on from the blocks that are there, two processes may be at it at once, and the
+bytes are the same however often it was broken off and whoever traced them. A block holds a hash of its content; one
+that is damaged is traced anew, and that is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int, UInt16
+
+from ...runtime.code_hash import files_hash
+from ...runtime.files import check_writable, made_folder
+from ...runtime.fingerprint import fingerprint
+from ...runtime.worker_pool import numbered
+from ..scene import Scene
+from ..visibility.cache_limits import most_bytes, pruned, used
+from ..visibility.kept_arrays import UNREADABLE, read_arrays, write_arrays
+from .bodies import Bodies
+from .hits import RAYS, Hits, RayTracer, blocks_of, check_rays_fit, hits_of
+from .on_cluster import traced_on_cluster
+
+Progress = Callable[[int, int, str], None]
+# Where rays end is Embree's; their directions are numpy's.
+_LIBRARIES = ("numpy", "embreex")
+# Blocks that make a further process worth its start.
+_A_PROCESS = 4
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Rays of a scene on disk.
+
+    key : the hash that its files are named by. files : of the blocks, in their order. sites, rays : how many there are,
+    and of each. there : blocks that were there before. nbytes : of all files.
+    """
+
+    key: str
+    files: tuple[Path, ...]
+    sites: int
+    rays: int
+    there: int
+    nbytes: int
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """The rays of the sites `rows`; `there` where they were on disk before."""
+
+    number: int
+    rows: slice
+    triangle: Int[np.ndarray, "n N"]
+    place: UInt16[np.ndarray, "n N 2"]
+    there: bool
+
+
+def build_rays(
+    scene: Scene,
+    folder: Path | str,
+    rays: int = RAYS,
+    jobs: int = 1,
+    progress: Progress = lambda done, total, what: None,
+    longest_edge: float | None = None,
+    say: Callable[[str], object] = lambda words: None,
+    most: int | None = None,
+    scheduler: str | None = None,
+) -> Kept:
+    """Trace the rays of a scene that are not in `folder` yet, and keep them there; few blocks are in memory at once.
+
+    Parameters
+    ----------
+    folder : made where it is missing. rays, progress, longest_edge : see `scene_hits`.
+    jobs : processes, at most; the files are the same bytes with any number.
+    say : hears a sentence of each block that is damaged.
+    most : bytes that the folder may hold beside these files; what was not used for longest goes. None removes nothing.
+    scheduler : address of a Dask scheduler, whose workers then trace; needs the extra `cluster`.
+
+    Raises
+    ------
+    InputError : the folder cannot be made or written to; see `traced_on_cluster`. NoRoomError : its disk is full; what
+    is there stays.
+    """
+    bodies = Bodies.of(scene, longest_edge)
+    key = ray_key(bodies, rays)
+    folder = made_folder(folder)
+    there = 0
+    for block in _blocks(bodies, key, folder, rays, jobs, progress, say, scheduler):
+        there += block.there
+    files = tuple(_files(folder, key, len(blocks_of(len(bodies.sites), rays))))
+    if most is not None:
+        pruned(folder, most, keep=files)
+    return Kept(key, files, len(bodies.sites), rays, there, sum(file.stat().st_size for file in files))
+
+
+def kept_hits(
+    scene: Scene,
+    folder: Path | str | None,
+    rays: int = RAYS,
+    jobs: int = 1,
+    progress: Progress = lambda done, total, what: None,
+    longest_edge: float | None = None,
+    say: Callable[[str], object] = lambda words: None,
+    bodies: Bodies | None = None,
+) -> Hits:
+    """`scene_hits`, from `folder` where they are there, else traced and kept there, within `$METAMER_CACHE_GB`.
+
+    folder : None keeps nothing, nor does a limit of 0. bodies : of the scene, where they are known. The rest as of
+    `build_rays`.
+
+    Raises
+    ------
+    InputError : it would not fit into memory; and what `build_rays` raises.
+    """
+    limit = 0 if folder is None else most_bytes()
+    where = None if folder is None or not limit else Path(folder)
+    bodies = Bodies.of(scene, longest_edge) if bodies is None else bodies
+    count = len(bodies.sites)
+    check_rays_fit(count, rays)
+    triangle, place = np.empty((count, rays), dtype=np.int32), np.empty((count, rays, 2), dtype=np.uint16)
+    key = "" if where is None else ray_key(bodies, rays)
+    for block in _blocks(bodies, key, where, rays, jobs, progress, say):
+        triangle[block.rows], place[block.rows] = block.triangle, block.place
+    if where is not None:
+        pruned(where, limit, keep=_files(where, key, len(blocks_of(count, rays))))
+    return hits_of(bodies.sites, bodies.corners, bodies.triangles, triangle, place)
+
+
+def ray_key(bodies: Bodies, rays: int) -> str:
+    """The hash of everything that the rays of sites depend on."""
+    where = bodies.sites
+    given = (where.starts, where.normals, bodies.triangles, bodies.corners.face_normals, rays)
+    return fingerprint(given, len(blocks_of(len(where), rays)), tracing_code())
+
+
+@cache
+def tracing_code() -> str:
+    """Hash the modules that trace, and the versions of libraries."""
+    here = Path(__file__).parent
+    return files_hash(here.parents[1], (here / "hits.py", here.parent / "vectors.py"), _LIBRARIES)
+
+
+def _files(folder: Path, key: str, count: int) -> list[Path]:
+    return [folder / f"{key}-{number:05d}.npz" for number in range(count)]
+
+
+def _blocks(
+    bodies: Bodies,
+    key: str,
+    folder: Path | None,
+    rays: int,
+    jobs: int,
+    progress: Progress,
+    say: Callable[[str], object],
+    scheduler: str | None = None,
+) -> Iterator[_Block]:
+    """All blocks, each once: first those that are on disk, then those that are traced, as they come, on disk too."""
+    rows = blocks_of(len(bodies.sites), rays)
+    files = [] if folder is None else _files(folder, key, len(rows))
+    missing, done = [], 0
+
+    def passed(block: _Block) -> _Block:
+        nonlocal done
+        done += block.rows.stop - block.rows.start
+        progress(done, len(bodies.sites), "interreflection")
+        return block
+
+    for number, some in enumerate(rows):
+        found = _read(files[number], key, number, (some.stop - some.start, rays), say) if files else None
+        if found is None:
+            missing.append(number)
+        else:
+            yield passed(_Block(number, some, *found, there=True))
+    if not missing:
+        return
+    if files:
+        # Before the work; what killed processes have left of these files goes as well.
+        made_folder(files[0].parent)
+        for number in missing:
+            check_writable(files[number])
+    tasks = ((bodies.sites.starts[rows[n]], bodies.sites.normals[rows[n]], rows[n].start, rays) for n in missing)
+    held = bodies.triangles, bodies.corners.face_normals
+    jobs = max(1, min(jobs, len(missing) // _A_PROCESS))
+    if scheduler is not None:
+        traced = traced_on_cluster(tasks, key, held, scheduler, tracing_code)
+    elif jobs > 1:
+        traced = numbered(_traced, tasks, jobs, (_start_worker, held))
+    else:
+        traced = _traced_here(tasks, held)
+    with closing(traced) as results:
+        for which, (triangle, place) in results:
+            number = missing[which]
+            if files:
+                write_arrays(files[number], {"of": _of(key, number), "triangle": triangle, "place": place})
+            yield passed(_Block(number, rows[number], triangle, place, there=False))
+
+
+def _of(key: str, number: int) -> np.ndarray:
+    return np.array(f"{key} {number}")
+
+
+def _read(
+    file: Path, key: str, number: int, shape: tuple[int, int], say: Callable[[str], object]
+) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]] | None:
+    """A block, or None where there is none that can be used."""
+    try:
+        held = read_arrays(file)
+        if str(held["of"]) != str(_of(key, number)) or held["triangle"].shape != shape:
+            raise ValueError("another block")
+        used(file)
+        return held["triangle"], held["place"]
+    except FileNotFoundError:
+        return None
+    except UNREADABLE:
+        say(f"{file} is damaged; the rays in it are traced again")
+        return None
+
+
+def _traced_here(
+    tasks: Iterable[tuple[np.ndarray, np.ndarray, int, int]], held: tuple[np.ndarray, np.ndarray]
+) -> Generator[tuple[int, tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]], None, None]:
+    """In this process, with an index of its own: another scene may be traced meanwhile."""
+    tracer = RayTracer(*held)
+    for number, task in enumerate(tasks):
+        yield number, _traced(*task, tracer)
+
+
+# What a process that does nothing else holds: the triangles are the same for every block.
+_worker: dict[str, RayTracer] = {}
+
+
+def _start_worker(triangles: Float[np.ndarray, "F 3 3"], face_normals: Float[np.ndarray, "F 3"]) -> None:
+    _worker["tracer"] = RayTracer(triangles, face_normals)
+
+
+def _traced(
+    starts: Float[np.ndarray, "n 3"],
+    normals: Float[np.ndarray, "n 3"],
+    first: int,
+    rays: int,
+    tracer: RayTracer | None = None,
+) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
+    """tracer : None is the one that this process was started with."""
+    return (_worker["tracer"] if tracer is None else tracer).ends(starts, normals, first, rays)

@@ -1,0 +1,74 @@
+"""What gathers light from all around under Gaussians that stand still in the surface's frame, and a bent cosine.
+
+What a point has are terms (N,B,J); what it gathers under each function is a sum of them that is the same everywhere.
+"""
+
+from __future__ import annotations
+
+import abc
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ..core.environment_form import BENDS, EnvironmentForm, Lobes
+from ..core.points import Points
+from .light_basis import LightFunctions
+
+# Points at once.
+_BLOCK = 1 << 11
+
+
+class StandingForm(EnvironmentForm):
+    """B terms a point, in `light_functions`' Gaussians and moments; subclasses are frozen dataclasses."""
+
+    uses_uv: ClassVar[bool] = True
+    bent = BENDS
+
+    @property
+    def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Gaussians that light is looked up under."""
+        return len(self.functions.axes)
+
+    @property
+    @abc.abstractmethod
+    def functions(self) -> LightFunctions:
+        """Gaussians and moments."""
+
+    @property
+    @abc.abstractmethod
+    def lights(self) -> Float[np.ndarray, "B F"]:
+        """Of each term what it takes of each function."""
+
+    @abc.abstractmethod
+    def terms(
+        self,
+        uv: Float[np.ndarray, "N 2"],
+        wo: Float[np.ndarray, "N 3"],
+        footprint: Float[np.ndarray, "N 2 2"] | None = None,
+    ) -> Float[np.ndarray, "N B J"]:
+        """Of points that are seen from somewhere; where they say what they span, the mean over that."""
+
+    def lobes(self, points: Points) -> Lobes:
+        """See `EnvironmentForm.lobes`."""
+        assert points.uv is not None
+        count, rank = len(points), self.palette.rank
+        terms = np.empty((count, len(self.lights), rank))
+        for start in range(0, count, _BLOCK):
+            rows = slice(start, start + _BLOCK)
+            spanned = None if points.spans is None or points.footprint is None else points.footprint[rows]
+            terms[rows] = self.terms(points.uv[rows], points.wo[rows], spanned)
+        found = np.einsum("nbj,bf->nfj", terms, self.lights)
+        axes = np.broadcast_to(self.functions.axes, (count, self.count, 3))
+        sharpness = np.full((count, self.count), self.functions.sharpness)
+        return Lobes(axes, sharpness, found[:, : self.count], np.pi * found[:, self.count :])
+
+    def standing_textures(self, unit: float = 1.0) -> dict[str, np.ndarray]:
+        """What `fixed_lobes.glsl` reads; terms are given to it in `unit`s."""
+        lights = (unit * self.lights).T.astype(np.float32)
+        quads = -(-lights.shape[1] // 4)
+        listed = np.zeros((len(lights), quads * 4), dtype=np.float32)
+        listed[:, : lights.shape[1]] = lights
+        axes = np.zeros((1, self.count, 4), dtype=np.float32)
+        axes[0, :, :3], axes[0, :, 3] = self.functions.axes, 1.0 / self.functions.sharpness
+        return {"taken": listed.reshape(len(lights), quads, 4), "axes": axes}

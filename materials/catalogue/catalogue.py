@@ -1,0 +1,137 @@
+"""A catalogue: a folder of material files (`record.py`), found by id."""
+
+from __future__ import annotations
+
+import fnmatch
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...runtime.errors import InputError, UnknownNameError
+from ..records.models import SPECTRA, no_surface
+from ..records.query import Query, Summary, material_files, summary
+from ..records.record import MARKER, SUFFIX, check_marker, read_record
+from ..records.record_head import other_material
+from .material import Material
+
+__all__ = ["Catalogue", "Query", "Summary", "default_catalogue"]
+
+
+def default_catalogue() -> Path:
+    """`$METAMER_CATALOGUE`, or `metamer-catalogue` in the current folder."""
+    return Path(os.environ.get("METAMER_CATALOGUE") or "metamer-catalogue")
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """A folder of materials; "family/name" lies in FOLDER/family/name.h5. Make one with `open`.
+
+    `catalogue["family/name"]` loads a material; to go through a catalogue is to go through its ids.
+    """
+
+    folder: Path
+
+    @classmethod
+    def open(cls, folder: str | Path | None = None) -> Catalogue:
+        """The catalogue in `folder`, or `default_catalogue()`; raises `InputError` where there is none."""
+        folder = default_catalogue() if folder is None else Path(folder)
+        hint = f"metamer catalogue import --into {folder}"
+        if not folder.exists():
+            raise InputError("no such catalogue", file=folder, hint=hint)
+        if not (folder / MARKER).is_file():
+            found = f"a folder without {MARKER}" if folder.is_dir() else "a file"
+            if not folder.is_dir():
+                hint = "name the folder that an import has made: metamer catalogue import --into FOLDER"
+            expected = f"a folder that holds {MARKER}"
+            raise InputError("not a catalogue", file=folder, found=found, expected=expected, hint=hint)
+        check_marker(folder)
+        return cls(folder)
+
+    def ids(self) -> tuple[str, ...]:
+        """Every material's id, sorted; files are not opened."""
+        return tuple(sorted(material_id for material_id, _ in material_files(self.folder, SUFFIX)))
+
+    def match(self, pattern: str) -> tuple[str, ...]:
+        """Ids that fit a pattern such as "colorchecker/*-gloss"; raises `UnknownNameError` where none does."""
+        known = self.ids()
+        found = tuple(fnmatch.filter(known, pattern))
+        if not found:
+            raise UnknownNameError("material", pattern, known, file=self.folder)
+        return found
+
+    def match_surfaces(self, pattern: str) -> tuple[str, ...]:
+        """Ids as of `match`, but for spectra without a surface; raises `InputError` where those are all there are."""
+        found = {material_id: self.summary(material_id) for material_id in self.match(pattern)}
+        surfaces = tuple(material_id for material_id, one in found.items() if one.model not in SPECTRA)
+        if not surfaces:
+            first = next(iter(found.values()))
+            raise no_surface(first.model, first.id)
+        return surfaces
+
+    def path(self, material_id: str) -> Path:
+        """The file of a material; raises `UnknownNameError`, which gives the nearest ids."""
+        path = self.folder / f"{material_id}{SUFFIX}"
+        plain = all(part and not part.startswith(".") for part in material_id.split("/"))
+        # The names of all files are asked for only where a wrong one was given.
+        if not (plain and path.is_file()):
+            raise UnknownNameError("material", material_id, self.ids(), file=self.folder)
+        return path
+
+    def state(self, material_id: str) -> tuple:
+        """Equal as long as nobody has written the material anew; raises `UnknownNameError` as `path` does."""
+        path = self.path(material_id)
+        found = path.stat()
+        return path, found.st_mtime_ns, found.st_size, found.st_ino
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.ids())
+
+    def __len__(self) -> int:
+        return len(self.ids())
+
+    def __getitem__(self, material_id: str) -> Material:
+        return self.load(material_id)
+
+    def load(self, material_id: str) -> Material:
+        """A material, its checksum verified; raises `InputError` naming a file that is damaged."""
+        path = self.path(material_id)
+        record = read_record(path)
+        if record.id != material_id:
+            raise other_material(path, record.id, material_id)
+        return Material(**vars(record))
+
+    def surface(self, material_id: str) -> Material:
+        """`load` of what a part of a scene can be made of; raises `InputError` for a spectrum without a surface."""
+        record = self.load(material_id)
+        if not record.is_surface:
+            raise no_surface(record.model, material_id)
+        return record
+
+    def summary(self, material_id: str) -> Summary:
+        """What the head of a material's file says: no more is read."""
+        return summary(material_id, self.path(material_id))
+
+    def query(self, query: Query | None = None, unusable: list[InputError] | None = None) -> tuple[Summary, ...]:
+        """Summaries of the materials that fit, sorted; all of them by default.
+
+        `unusable` takes one error for each file whose head cannot be read; without it, the first one is raised.
+
+        >>> Query(families=("paint",), near=(50.0, 20.0, 10.0), within=3.0, sort="error").formula
+        'CIE 1994'
+        """
+        found: list[Summary] = []
+        for material_id, file in material_files(self.folder, SUFFIX):
+            try:
+                found.append(summary(material_id, file))
+            except InputError as reason:
+                if unusable is None:
+                    raise
+                unusable.append(reason)
+        return (query or Query()).of(found)
+
+    def verify(self) -> dict[str, InputError | None]:
+        """Every id with what is wrong with its file, or None: checksums and heads (`verification` does more)."""
+        from ..records.verification import verify_catalogue
+
+        return {one.id: one.problem for one in verify_catalogue(self.folder, quick=True, jobs=1).results}

@@ -1,0 +1,59 @@
+"""What a 45:0 instrument reads of a material's original data: its curve, and its XYZ under any light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.folding import Folding
+from ...spectral.observers import Observer
+from ...spectral.spectrum import Spectrum
+from ..core.brdf import Brdf
+from ..core.points import Points
+from ..effect_coating.off_specular import ANGLES, effect_of, towards
+from ..records.record_colour import annular_45_0, radiance_factor_45_0
+
+#: How the reading is taken: lit at 45 degrees all around, seen along the normal.
+GEOMETRY = "45a:0"
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A material as an annular 45:0 instrument meets it.
+
+    Parameters
+    ----------
+    wavelengths_nm, factor : (L,) radiance factor of what keeps its wavelength, at the data's own wavelengths.
+    brdf : the data where they fluoresce; None where the factor is all there is.
+    around : radiance factors at `effect.ANGLES` (3, L), of metals and effect coatings; None of others.
+    """
+
+    wavelengths_nm: Float[np.ndarray, " L"]
+    factor: Float[np.ndarray, " L"]
+    brdf: Brdf | None = None
+    around: Float[np.ndarray, "3 L"] | None = None
+
+    @classmethod
+    def of(cls, brdf: Brdf) -> Reading:
+        """The reading of a material's original data."""
+        around = None
+        if effect_of(brdf):
+            around = np.pi * np.asarray(brdf.eval(*towards(ANGLES)), dtype=np.float64)
+        return cls(brdf.wavelengths_nm, radiance_factor_45_0(brdf), brdf if brdf.bispectral else None, around)
+
+    def xyz(self, light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
+        """XYZ under a light, emission included; the perfect diffuser has Y = 1.
+
+        Raises `InputError` as `Observer.weights` does.
+        """
+        if self.brdf is None:
+            return eye.weights(light, self.wavelengths_nm) @ self.factor
+        return self.brdf.xyz(Points(*annular_45_0()), Folding(eye, [light], np.pi)).mean(axis=0)
+
+    def xyz_around(self, light: Spectrum, eye: Observer) -> Float[np.ndarray, "n 3"]:
+        """XYZ at each of `effect.ANGLES`, of metals and effect coatings; none of others."""
+        if self.around is None:
+            return np.zeros((0, 3))
+        return self.around @ eye.weights(light, self.wavelengths_nm).T

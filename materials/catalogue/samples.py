@@ -1,0 +1,322 @@
+"""From what a person names to samples: an id of a catalogue, a file of readings, a folder, or a colour in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from ...runtime.errors import ComparisonError, InputError, UnknownNameError
+from ...spectral.angles import FEWEST, Reading, Thing, things, without_light
+from ...spectral.formats.colours_only import colour_in, read_colours
+from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.registry import details_of_readings, read_filling_gaps
+from ...spectral.measurement import MUST, Geometry, Measurement, Said, geometry_in, refusal
+from ...spectral.sample import Sample, check_covers
+from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum
+from ..effect_coating.off_specular import effect_of, light_and_detector
+from ..records.material import MaterialRecord
+from ..records.record import read_record
+from .catalogue import Catalogue
+from .material import Material
+
+
+def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: Answer = NO_ANSWER) -> tuple[Sample, ...]:
+    """All samples of what `text` names; readings of one name in one file are readings of one sample.
+
+    Parameters
+    ----------
+    text : "family/name" of a catalogue; a file of readings or a material's own; FILE#NAME, one reading of it; a folder
+        of such files; or a colour such as "lab:52.1,10.3,-5.6@D65/1964_10".
+    catalogue : asked where `text` is no file.
+
+    Raises
+    ------
+    InputError : nothing of that name, or nothing in it that has a colour.
+    """
+    if (colour := colour_in(text)) is not None:
+        return (Sample(text.partition("@")[0], "stated", stated=(colour,)),)
+    path, hash_, name = Path(text), "", ""
+    if not path.exists():
+        before, hash_, name = text.rpartition("#")
+        path = Path(before) if hash_ and Path(before).is_file() else path
+    if path.is_dir():
+        return _of_folder(path, answer)
+    if path.is_file():
+        found = _of_file(path, answer)
+        return found if not hash_ else (_named(found, name, path),)
+    if path.suffix and len(path.suffix) <= 6 and not path.suffix[1:].isdigit() and "/" not in text.rstrip("/"):
+        raise InputError("no such file", file=path)
+    return (sample_of(catalogue().load(text)),)
+
+
+def repeated_readings(path: Path, answer: Answer = NO_ANSWER) -> Sample:
+    """All readings of a file, whatever they are called, as readings of one thing.
+
+    Raises
+    ------
+    InputError : a file without spectra.
+    """
+    found = _of_file(path, answer)
+    for other in found[1:]:
+        if reason := refusal(found[0].side, other.side, ()):
+            raise ComparisonError(reason)
+    readings = tuple(reading for one in found for reading in one.readings)
+    if not readings:
+        raise InputError("no readings with spectra", file=path, expected="spectra of one thing, measured repeatedly")
+    return Sample(path.name, str(path), readings)
+
+
+def sample_of(material: Material) -> Sample:
+    """A material as an instrument of annular 45:0 reads it.
+
+    Raises
+    ------
+    InputError : a light; a spectrum of too little of the visible.
+    """
+    reading = material.reading()
+    details = {"instrument": "", "geometry": _geometry_of(material), "standing": material.provenance.kind}
+    measured = measurement_of(material)
+    angles = _readings_of(material, measured)
+    made_up = material.provenance.kind if material.provenance.standing in ("uplifted", "reconstructed") else ""
+    notes = ()
+    if made_up:
+        where = f", but at the angles that it was read at ({', '.join(a.name for a in angles)})" if angles else ""
+        notes = (f"{material.id} of the catalogue is {made_up}, not measured: it judges no colour{where}.",)
+    effect = effect_of(material.brdf()) if material.is_surface and material.model != "lambert" else ""
+    if reading.brdf is not None:
+        return Sample(
+            material.id,
+            "catalogue",
+            seen=reading.xyz,
+            effect=effect,
+            details=details,
+            measurement=measured,
+            finish=_finish_of(material),
+            made_up=made_up,
+            notes=notes,
+        )
+    values = reading.factor
+    quantity: Quantity = "radiance factor" if values.max() > 1.0 or values.min() < 0.0 else "reflectance"
+    # A fitted BRDF may be a little below zero: what it is there is the colour that pictures show.
+    spectrum = Spectrum.sampled(reading.wavelengths_nm, np.maximum(values, 0.0), quantity)
+    check_covers(spectrum, "catalogue", material.id)
+    angled = partial(_read_at, material) if material.is_surface and material.model != "lambert" else None
+    return Sample(
+        material.id,
+        "catalogue",
+        (spectrum,),
+        effect=effect,
+        details=details,
+        measurement=measured,
+        angles=angles,
+        angled=angled,
+        finish=_finish_of(material),
+        made_up=made_up,
+        notes=notes,
+    )
+
+
+def _readings_of(material: MaterialRecord, measured: Measurement) -> tuple[Sample, ...]:
+    """Readings that a BRDF was reconstructed from, a sample an angle; none of other materials."""
+    kept, found = material.original, dict[str, list[Spectrum]]()
+    if material.provenance.standing != "reconstructed" or "aspecular_deg" not in kept:
+        return ()
+    for place, angles in enumerate(zip(kept["light_deg"], kept["aspecular_deg"], kept["azimuth_deg"], strict=True)):
+        geometry = Geometry("multi-angle", *(float(one) for one in angles))
+        if "readings" in kept:
+            nm, values = kept["readings_nm"], kept["readings"][place]
+        else:
+            nm, values = kept[f"reading.{place + 1}.nm"], kept[f"reading.{place + 1}"]
+        known = next((name for name in found if geometry.matches(geometry_in(name) or geometry)), geometry.notation)
+        found.setdefault(known, []).append(Spectrum.sampled(nm, values, "radiance factor"))
+    return tuple(
+        Sample(
+            name,
+            "catalogue",
+            tuple(some),
+            measurement=Measurement({**measured.parts, "geometry": Said(at, name, "geometry")}),
+        )
+        for name, some in found.items()
+        if (at := geometry_in(name)) is not None
+    )
+
+
+def _finish_of(material: MaterialRecord) -> str:
+    if not material.is_surface:
+        return ""
+    numbers = (f"{name} {value!r}" for name, value in material.parameters.items() if np.isscalar(value))
+    return ", ".join([material.model, *numbers])
+
+
+def _read_at(material: Material, geometry: Geometry) -> Sample:
+    """A material as an instrument reads it at one angle, by its BRDF."""
+    brdf = material.brdf()
+    try:
+        wi, wo = light_and_detector((geometry,))
+    except InputError:
+        raise ComparisonError(f"{material.id}: no detector above the surface at {geometry.notation}") from None
+    values = np.pi * np.asarray(brdf.eval(wi, wo), dtype=np.float64)[0]
+    spectrum = Spectrum.sampled(brdf.wavelengths_nm, np.maximum(values, 0.0), "radiance factor")
+    measured = Measurement.of("radiance factor", {"geometry": geometry.notation})
+    made_up = material.provenance.kind if material.provenance.standing in ("uplifted", "reconstructed") else ""
+    name = f"{material.id}, {geometry.notation}"
+    return Sample(name, "catalogue", (spectrum,), measurement=measured, made_up=made_up)
+
+
+def measurement_of(material: MaterialRecord) -> Measurement:
+    """The conditions that a material's colour is of: those of its file, and of a surface with a BRDF 45a:0."""
+    kept = {key.partition(".")[2]: str(value) for key, value in material.original.items() if key.startswith("details.")}
+    form = str(material.original.get("format", ""))
+    if form and form not in ("CxF3", "CGATS"):
+        kept = {k.partition(".")[2]: str(v) for k, v in material.original.items() if k.startswith("file.")} | kept
+    geometry = {"geometry": stated} if (stated := _geometry_of(material)) else {}
+    quantity: Quantity = "reflectance"
+    if material.quantity in ("transmittance", "radiance factor"):
+        quantity = "transmittance" if material.quantity == "transmittance" else "radiance factor"
+    return Measurement.of(quantity, kept | geometry | {"format": form})
+
+
+def _geometry_of(material: MaterialRecord) -> str:
+    """A surface with a BRDF is read at 45a:0; a spectrum, and a matt surface, count as they were measured."""
+    return "45a:0" if material.is_surface and material.model != "lambert" else material.provenance.geometry
+
+
+def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
+    if path.suffix == ".h5":
+        return (sample_of(Material(**vars(read_record(path)))),)
+    try:
+        file, left_out = read_filling_gaps(path, answer)
+    except InputError as refusal:
+        # A file of colours alone is refused by readers of spectra, who say why.
+        try:
+            colours = read_colours(path, answer)
+        except InputError:
+            raise refusal from None
+        return tuple(
+            Sample(one.name, str(path), stated=one.stated, details=one.details, measurement=one.measurement)
+            for one in colours
+        )
+    if not file.entries:
+        raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path, expected="at least one")
+    beside = details_of_readings(file)
+    found = [Sample.of_entry(entry, str(path), beside) for entry in file.entries]
+    unlit = without_light([one.name for one in found], [{**beside, **one.details} for one in found])
+    for at, one in unlit.items():
+        # Angles are paired by their numbers, wherever the light was.
+        if one.noted and found[at].measurement.geometry is None:
+            geometry = Geometry("multi-angle", None, one.aspecular)
+            said = {"geometry": Said(geometry, geometry.notation, "the name")}
+            found[at] = replace(found[at], measurement=Measurement({**found[at].measurement.parts, **said}))
+    details = {key: value for key, value in file.details.items() if isinstance(value, str)}
+    by_name: dict[str, list[Sample]] = {}
+    at_angles: list[Sample] = []
+    for thing in things(Reading(one, one.name, one.details.get("object", ""), one.measurement) for one in found):
+        if thing.angles:
+            at_angles.append(_at_angles(thing, path, details))
+        else:
+            by_name.setdefault(thing.name, []).append(thing.readings[0].item)
+    single = [
+        _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
+    ]
+    told = (left_out,) if left_out else ()
+    return tuple(replace(one, notes=(*one.notes, *told)) for one in (*single, *at_angles))
+
+
+def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sample:
+    """One sample of readings at several angles; those at one angle count by their mean."""
+    parts = []
+    for angle in thing.angles:
+        some = [one.item for one in thing.readings if one.angle is not None and one.angle.matches(angle)]
+        parts.append(replace(_together(some[0].name, some, details), details=some[0].details))
+    first = parts[0]
+    common = {part: said for part, said in first.measurement.parts.items() if part not in ("geometry", "configuration")}
+    notes = ()
+    if thing.by_name:
+        names = ", ".join(one.name for one in thing.readings)
+        notes = (
+            f"Taken as readings of one thing, {thing.name}, for their names differ by their angle alone: {names}.",
+        )
+    if doubt := _doubtful(parts):
+        notes = (*notes, f"{thing.name or path.stem} of {path}: {doubt}.")
+    return Sample(
+        thing.name or path.stem,
+        first.source,
+        effect=first.effect,
+        details={**details, **first.details, "geometry": ", ".join(one.notation for one in thing.angles)},
+        measurement=Measurement(common),
+        angles=tuple(parts),
+        notes=notes,
+    )
+
+
+def _doubtful(parts: list[Sample]) -> str:
+    """Why readings hardly belong to their angles, in words; "" of too few, or where nothing speaks against it."""
+    from ..effect_coating.fit import AngleReadings, reconstructed
+    from ..effect_coating.reading_order import doubtful_order
+
+    read = [(angle, one) for one in parts if (angle := one.measurement.geometry) is not None and one.readings]
+    if len(read) < FEWEST:
+        return ""
+    try:
+        wi, wo = light_and_detector([angle for angle, _ in read])
+    except InputError:
+        # An angle that no light or detector can have is refused where a BRDF is made of it.
+        return ""
+    values = np.stack([one.factor(WORKING_WAVELENGTHS_NM) for _, one in read]) / np.pi
+    readings = AngleReadings(WORKING_WAVELENGTHS_NM, wi, wo, values)
+    return doubtful_order(readings, [angle for angle, _ in read], reconstructed(readings).interference)
+
+
+def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:
+    """Readings of one name, those together that were measured alike; where there are several kinds, each has a name."""
+    groups: list[list[Sample]] = []
+    for one in some:
+        group = next(
+            (group for group in groups if not any(one.measurement.unlike(two.measurement) for two in group)), None
+        )
+        if group is None:
+            groups.append([one])
+        else:
+            group.append(one)
+    if len(groups) == 1:
+        return [(name, some)]
+    firsts = [group[0].measurement for group in groups]
+    parts = [part for part in MUST if any(part in one.unlike(two) for one in firsts for two in firsts)]
+    labels = [", ".join(one.parts[part].words for part in parts if part in one.parts) for one in firsts]
+    return [(f"{name}, {label}", group) for label, group in zip(labels, groups, strict=True)]
+
+
+def _together(name: str, some: list[Sample], of_file: dict[str, str]) -> Sample:
+    first = some[0]
+    readings = tuple(reading for one in some for reading in one.readings)
+    details = of_file | dict(first.details)
+    return Sample(name, first.source, readings, first.stated, details=details, measurement=first.measurement)
+
+
+def _of_folder(path: Path, answer: Answer) -> tuple[Sample, ...]:
+    files = sorted(file for file in path.iterdir() if file.is_file() and not file.name.startswith("."))
+    found, refused = [], []
+    for file in files:
+        try:
+            found += _of_file(file, answer)
+        except InputError as reason:
+            refused.append(reason)
+    if refused:
+        # None is left out of a batch unseen.
+        raise refused[0]
+    if not found:
+        raise InputError("no readings in this folder", file=path, expected="files of readings, such as CxF or CGATS")
+    return tuple(found)
+
+
+def _named(found: tuple[Sample, ...], name: str, path: Path) -> Sample:
+    chosen = [one for one in found if one.name == name]
+    # One angle of several is a sample that was read at that angle alone.
+    chosen = chosen or [replace(one, angles=(at,)) for one in found for at in one.angles if at.name == name]
+    if not chosen:
+        raise UnknownNameError("reading", name, [one.name for one in found]).at(file=path)
+    return chosen[0]

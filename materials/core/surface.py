@@ -1,0 +1,68 @@
+"""The interface of everything that light falls on: originals, and the fast forms that stand for them."""
+
+from __future__ import annotations
+
+import abc
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.bispectral import Bispectral
+from ...spectral.folding import Folding
+from .cutout import Cutout
+from .points import Points
+
+
+class Surface(abc.ABC):
+    """How a surface scatters light, point by point.
+
+    Attributes
+    ----------
+    wavelengths_nm : (L,) ascending.
+    isotropic : True where turning both directions about the normal changes nothing.
+    bispectral : what also leaves at other wavelengths than it came in (`fluorescent`); None where nothing does.
+    uses_uv : whether it has to know where on its texture a point is.
+    points_at_once : as many as it is best asked for in one call, of points of which nothing large is held.
+    """
+
+    wavelengths_nm: Float[np.ndarray, " L"]
+    isotropic: bool
+    bispectral: Bispectral | None = None
+    uses_uv: ClassVar[bool] = False
+    points_at_once: ClassVar[int] = 8192
+
+    def own_form(self, budget: float = 0.5) -> Surface | None:
+        """The fast form (`fast.Fast`) that this surface knows itself; None where one has to be fitted.
+
+        budget : ΔE94 that the 99th percentile should not exceed, for those that are not exact.
+        """
+        return None
+
+    @property
+    def measured_to(self) -> tuple[float, float] | None:
+        """Degrees from the normal beyond which views, and beyond which light, were not measured and are held; 90 where
+        all are. None where a rule or a formula says all, or nobody says.
+        """
+        return None
+
+    @property
+    def cutout(self) -> Cutout | None:
+        """Where it has holes, through which is seen what lies behind; None where it has none."""
+        return None
+
+    def average(self) -> Surface:
+        """What it is from afar: a surface that is alike everywhere."""
+        return self
+
+    def from_afar(self) -> Surface:
+        """`average`, also of forms that have none of their own kind."""
+        return self.average()
+
+    @abc.abstractmethod
+    def at(self, points: Points) -> Float[np.ndarray, "N L"]:
+        """f_r in 1/sr at each point, without the cosine; zero where either direction is on or below the horizon."""
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """All that leaves in colour, at every wavelength, under each of M lights; 1/sr, without the cosine."""
+        return self.at(points) @ folding.weights(self.wavelengths_nm)

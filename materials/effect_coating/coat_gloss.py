@@ -1,0 +1,33 @@
+"""Width of a coat's reflection from its gloss units."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scipy.optimize import root_scalar
+
+from ...spectral.folding import Folding
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
+from ..analytic.glossmeter import gloss_of
+from .flake_tilt import FlakeTilt
+
+#: Widths of a needle, Beckmann: a mirror to the eye, and a semi-gloss coat.
+NARROWEST, WIDEST = 0.008, 0.1
+
+
+def needle_for(brdf: FlakeTilt, units: float) -> float | None:
+    """Width of the needle with which a coating has so many gloss units at 60 degrees; None where none has so few.
+
+    A reading above what a coat of that index can have gives the narrowest.
+    """
+    folding = Folding(observer("1931_2"), [illuminant("D65")])
+
+    def above(width: float) -> float:
+        return gloss_of(replace(brdf, coat_roughness=width, needle=1), folding, 0.0).units - units
+
+    if above(NARROWEST) <= 0.0:
+        return NARROWEST
+    if above(WIDEST) > 0.0:
+        return None
+    return float(root_scalar(above, bracket=(NARROWEST, WIDEST), xtol=1e-4).root)

@@ -1,0 +1,161 @@
+"""More and more terms, for as long as they are needed and pay.
+
+Four terms at a time are added, in the frame in which they leave less of what the others have left, or as many in either
+where the budget is far: that is how a BRDF that names no lobes gets split. All packs are refined together after each
+step. Where terms alone do not help, grids become finer: factors of twice as many nodes, which begin as what they were.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..core.axes import Axis, Frame
+from ..factored.pack import FactorPack
+from .candidates import Candidate
+from .decompose import PACK
+from .grids import lobe_axes
+from .joint import new_terms
+from .pack_grids import axes_up_to_farthest_light, finer, merged, up_to_farthest_light
+from .refinement import Refinement
+
+# New terms begin on every so many samples.
+_THINNING = 2
+# Sweeps of new terms alone.
+_FIRST_SWEEPS = 8
+# Up to so many times the budget, four terms at a time are added.
+_NEAR_BUDGET = 1.5
+# Terms from which twice as many are added at a time.
+_MANY = 32
+# Growth is judged over this many steps together.
+_STEPS = 2
+# Growth ends where those steps gained less than this share for each of their terms.
+_GAIN_A_TERM = 0.003
+# Nodes that an axis may come to have.
+_MOST_NODES = 192
+# Share of the distance that finer grids must get below.
+_FINER_PAYS = 0.9
+
+
+class Growth:
+    """Adds terms to candidates of one fit, which `refinement` refines."""
+
+    def __init__(self, refinement: Refinement) -> None:
+        self.refinement = refinement
+        self.brdf, self.judge, self.settings = refinement.brdf, refinement.judge, refinement.settings
+
+    def first_terms(self, frame: Frame, rival: Candidate) -> FactorPack:
+        """A pack of four terms for everything, in one frame, on the grid that `rival` has there."""
+        axes, seed = self._axes(frame, rival.packs), self.settings.seed
+        return new_terms((), self.refinement.samples(PACK), frame, axes, PACK, seed)[0]
+
+    def grow(self, candidate: Candidate, rival: Candidate | None = None) -> Candidate:
+        """The best candidate that comes of this one by more terms and finer grids.
+
+        rival : given up as soon as the candidate can no longer be better than this one.
+        """
+        budget, most = self.settings.budget, self.settings.ranks[-1]
+        best = candidate = self._on_finer_grids(self._up_to_farthest_light(candidate))
+        steps, safe = [(candidate.rank, candidate.judgement.headway)], None
+        while not best.meets(budget) and candidate.rank + PACK <= most:
+            if rival is not None and not self._may_win(candidate, rival):
+                break
+            candidate = self._with_more_terms(candidate)
+            best = candidate if self.refinement.is_gain(candidate, best.judgement.distance) else best
+            if candidate.within and (safe is None or candidate.better_than(safe, budget)):
+                safe = candidate
+            steps.append((candidate.rank, min(steps[-1][1], candidate.judgement.headway)))
+            if len(steps) > _STEPS and _is_slow(steps[-1 - _STEPS], steps[-1]):
+                candidate = self._on_finer_grids(best)
+                if candidate is best:
+                    break
+                best, steps = candidate, [(candidate.rank, candidate.judgement.headway)]
+        last = best if best.meets(budget) else self.refinement.bring_within(best)
+        # Bringing packs back within their bounds may cost more than it is worth.
+        return self.ended(safe if safe is not None and safe.better_than(last, budget) else last)
+
+    def ended(self, candidate: Candidate) -> Candidate:
+        """The candidate, with the reason why no more terms are tried."""
+        if candidate.judgement.score <= self.settings.budget:
+            why = "budget met"
+        elif candidate.rank + PACK > self.settings.ranks[-1]:
+            why = "none left to try"
+        else:
+            why = "more terms stopped paying"
+        return replace(candidate, stopped=why)
+
+    def _with_more_terms(self, candidate: Candidate) -> Candidate:
+        """One step of growth: new terms, then all packs refined together."""
+        settings, packs = self.settings, candidate.packs
+        self.judge.doing(f"{candidate.rank} terms in {candidate.frames}: looking for more")
+        more = self._more(candidate)
+        samples = self.refinement.samples(candidate.rank + more).thinned(_THINNING)
+        # Half in either frame, or all in the one in which they leave less.
+        each = PACK if more == PACK else more // len(settings.frames)
+        tried = [
+            new_terms(packs, samples, frame, self._axes(frame, packs), each, settings.seed, _FIRST_SWEEPS)
+            for frame in settings.frames
+        ]
+        best_first = [pack for pack, _ in sorted(tried, key=lambda one: one[1])]
+        candidate = self.refinement.refine_once(candidate, merged((*packs, *best_first[: 1 if more == PACK else None])))
+        return self.refinement.bring_within(candidate) if candidate.judgement.score <= settings.budget else candidate
+
+    def _more(self, candidate: Candidate) -> int:
+        """Return how many terms are added next: few near the budget, more where there are many already."""
+        left = self.settings.ranks[-1] - candidate.rank
+        wanted = PACK if candidate.judgement.score <= _NEAR_BUDGET * self.settings.budget else 2 * PACK
+        wanted *= 1 if candidate.rank < _MANY else 2
+        while wanted > left:
+            wanted //= 2
+        return wanted
+
+    def _up_to_farthest_light(self, candidate: Candidate) -> Candidate:
+        """The same terms on grids that end where lights of pictures do: beyond, nothing would hold their factors."""
+        packs = tuple(up_to_farthest_light(pack) for pack in candidate.packs)
+        same = all(new is old for new, old in zip(packs, candidate.packs, strict=True))
+        if self.settings.axes is not None or same:
+            return candidate
+        found = self.refinement.refine_once(candidate, packs)
+        self.refinement.is_gain(found, candidate.judgement.distance)
+        return found
+
+    def _on_finer_grids(self, candidate: Candidate) -> Candidate:
+        """The same terms with twice as many nodes an axis, for as long as that pays."""
+        best = candidate
+        while best.judgement.score > self.settings.budget and self.settings.axes is None:
+            packs = tuple(finer(pack, _MOST_NODES) for pack in best.packs)
+            if all(pack.axes == before.axes for pack, before in zip(packs, best.packs, strict=True)):
+                break
+            candidate = self.refinement.refine_once(best, packs)
+            if not self.refinement.is_gain(candidate, _FINER_PAYS * best.judgement.distance):
+                break
+            best = candidate
+        return best
+
+    def _may_win(self, candidate: Candidate, rival: Candidate) -> bool:
+        """Fewer terms than the rival's, or a better score than the rival had with as few."""
+        if rival.judgement.score <= self.settings.budget and candidate.rank + PACK >= rival.rank:
+            return False
+        known = [
+            trial.score
+            for trial in self.judge.trials
+            if trial.candidate == rival.name and trial.joint and trial.rank <= candidate.rank
+        ]
+        return not known or candidate.judgement.score < min(known)
+
+    def _axes(self, frame: Frame, packs: tuple[FactorPack, ...]) -> tuple[Axis, ...]:
+        """The grid that the material has in this frame already, else one made for it."""
+        for pack in packs:
+            if pack.frame == frame and pack.anisotropic != self.brdf.isotropic:
+                return pack.axes
+        asked = self.settings.axes
+        if asked is not None and asked[0].name.endswith(("_i",) if frame == "io" else ("_h",)):
+            return asked
+        observed = self.judge.front.weights(self.brdf.wavelengths_nm)
+        return axes_up_to_farthest_light(frame, lobe_axes(self.brdf, frame, np.pi * observed[:, 1]))
+
+
+def _is_slow(before: tuple[int, float], now: tuple[int, float]) -> bool:
+    """Whether terms between two states (terms, headway) gained too little."""
+    return now[1] > (1.0 - _GAIN_A_TERM * (now[0] - before[0])) * before[1]

@@ -1,0 +1,273 @@
+"""What earlier imports into a catalogue saw, so that files that have not changed are neither read nor checked again.
+
+One file beside the catalogue's marker, which is only a cache: lost, damaged or of another version, it costs time and
+nothing else. A file counts as unchanged where its size, its times and its number on the disk are what they were, and
+it had been at rest when they were taken: one that changes twice within a tick of the clock shows the same times. What
+is packed or remote lies elsewhere each time, and is known by its content.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import astuple, dataclass, field
+from functools import lru_cache
+from pathlib import Path
+
+from ...runtime.errors import InputError
+from ...runtime.files import written_whole
+from ..formats.input_file import InputFile
+from ..formats.registry import Format, companions, format_for, formats
+from ..records.record import check_large, material_path, read_record, stored_arrays
+from ..records.record_head import read_head
+from .code_version import readers_hash
+
+FILE = ".import.known"
+_VERSION = 2
+# The coarsest clock of a file system, FAT's, ticks every other second.
+_TICK_NS = 2_000_000_000
+# Above this many bytes, a file whose times have changed is read again rather than hashed.
+_HASHED_BYTES = 64 << 20
+# So many files of other folders are remembered.
+_MOST_FILES = 50_000
+
+State = list[int]
+
+
+@dataclass(frozen=True)
+class Read:
+    """One material that a file gave: id, content hash, model, bytes in memory (`size`) and in files (`stored`) and what
+    it was taken for; or, with a `reason`, one that it refused.
+    """
+
+    id: str
+    content: str = ""
+    model: str = ""
+    size: int = 0
+    reason: str = ""
+    taken: str = ""
+    stored: int = 0
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What came out of a file: its format in words, its materials, and why it is passed over, if it is ("" if not)."""
+
+    label: str
+    materials: tuple[Read, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Look:
+    """A file and its companions as they are before they are read: for each its path, state and content hash."""
+
+    key: str
+    moment_ns: int
+    parts: tuple[list, ...]
+
+
+@dataclass
+class Known:
+    """What is known of files (`formats`, `readings`) and of the catalogue's own (`records`); grows with every look."""
+
+    folder: Path
+    formats: dict[str, list] = field(default_factory=dict)
+    readings: dict[str, dict] = field(default_factory=dict)
+    records: dict[str, list] = field(default_factory=dict)
+    # What this import asked for or added; the rest may be of files that are no more.
+    _used: set[str] = field(default_factory=set)
+    _changed: bool = False
+
+    @classmethod
+    def of(cls, folder: Path) -> Known:
+        """What earlier imports into the catalogue in `folder` left; nothing where that cannot be used."""
+        try:
+            checksum, _, text = (folder / FILE).read_bytes().partition(b"\n")
+            if hashlib.sha256(text).hexdigest().encode() != checksum:
+                return cls(folder)
+            stored = json.loads(text)
+            if stored["version"] != _VERSION:
+                return cls(folder)
+            same = bool(readers_hash()) and stored["code"] == readers_hash()
+            return cls(folder, stored["formats"] if same else {}, stored["readings"] if same else {}, stored["records"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return cls(folder)
+
+    def save(self) -> None:
+        """Keep it for the next import; where that cannot be, nothing is lost but time."""
+        if not self._changed:
+            return
+        now = time.time_ns()
+        records = {}
+        for name, entry in self.records.items():
+            state = _state(material_path(self.folder, name))
+            if state == entry[:-1] and state is not None and _at_rest(state, now):
+                records[name] = entry
+        kept = [
+            {name: entry for name, entry in entries.items() if name in self._used or len(entries) <= _MOST_FILES}
+            for entries in (self.formats, self.readings)
+        ]
+        stored = {"version": _VERSION, "code": readers_hash(), "formats": kept[0], "readings": kept[1]}
+        text = json.dumps(stored | {"records": records}, separators=(",", ":")).encode()
+        with suppress(InputError, OSError), written_whole(self.folder / FILE) as beside:
+            beside.write_bytes(hashlib.sha256(text).hexdigest().encode() + b"\n" + text)
+
+    def format_of(self, file: InputFile) -> Format | None:
+        """`format_for`, or what that said when the file was the same, among files of the same names."""
+        if is_private(file):
+            return format_for(file.path, file.named)
+        path, moment, state = os.path.abspath(file.path), time.time_ns(), _state(file.path)  # noqa: PTH100 links stay
+        stored = [*(state or ()), _names_beside(path), file.named]
+        self._used.add(path)
+        known = self.formats.get(path, [])
+        if known[:-1] == stored:
+            return next((reader for reader in formats() if known[-1] == reader.NAME), None)
+        found = format_for(file.path, file.named)
+        if state is not None and _at_rest(state, moment) and _state(file.path) == state:
+            self.formats[path], self._changed = [*stored, found.NAME if found else ""], True
+        return found
+
+    def reading(self, file: InputFile, reader: Format, words: str) -> Reading | None:
+        """What came out of a file when it was as it is now, read under the same `words`; None where that is unknown."""
+        key = _key(file, reader, words)
+        entry = self.readings.get(key)
+        parts = _parts(file, reader)
+        if entry is None or len(entry["parts"]) != len(parts):
+            return None
+        if not all(self._is_as_stored(stored, path, file) for stored, path in zip(entry["parts"], parts, strict=True)):
+            return None
+        self._used.add(key)
+        return Reading(entry["label"], tuple(Read(*each) for each in entry["materials"]), entry["note"])
+
+    def look(self, file: InputFile, reader: Format, words: str) -> Look:
+        """What `keep` compares with, once the file has been read."""
+        moment, private = time.time_ns(), is_private(file)
+        parts = [
+            ["", _content(path)] if private else [os.path.abspath(path), *(_state(path) or ()), _content(path)]  # noqa: PTH100
+            for path in _parts(file, reader)
+        ]
+        return Look(_key(file, reader, words), moment, tuple(parts))
+
+    def keep(self, file: InputFile, look: Look, reading: Reading) -> None:
+        """Remember what came out of a file, where it was at rest before it was read and is still the same."""
+        for path, *stored, _ in look.parts if not is_private(file) else ():
+            if (_state(Path(path)) or []) != stored or (stored and not _at_rest(stored, look.moment_ns)):
+                return
+        materials = [astuple(each) for each in reading.materials]
+        self.readings[look.key] = {
+            "parts": list(look.parts),
+            "label": reading.label,
+            "note": reading.note,
+            "materials": materials,
+        }
+        self._used.add(look.key)
+        self._changed = True
+
+    def stored(self, material_id: str, wanted: str, heard: Callable[[int], None] = lambda read: None) -> str | None:
+        """`source_hash` of the material that the catalogue has under an id; None where there is none that is whole.
+
+        It is not whole either where files that large arrays were left in are gone. heard : hears of bytes of large
+        arrays that are checked.
+
+        Where it is the `wanted` one, the file has been checked, now or when it was last as it is: the head of a file
+        is whole when its end is missing.
+        """
+        path = material_path(self.folder, material_id)
+        if (state := _state(path)) is None:
+            return None
+        if self.records.get(material_id) == [*state, wanted]:
+            return wanted
+        try:
+            found = read_head(path).get("source_hash")
+            if found == wanted:
+                record = read_record(path)
+                if (record.id, record.source_hash) != (material_id, wanted):
+                    return None
+                check_large(record, path, heard)
+                # What lies elsewhere is looked for each time.
+                if all(array.file == path.absolute() for array in stored_arrays(record)):
+                    self.wrote(material_id, wanted, state)
+            return found
+        except InputError:
+            return None
+
+    def wrote(self, material_id: str, source_hash: str, state: State | None = None) -> None:
+        """Remember that a file of the catalogue is whole: just written, or checked when it was in that state."""
+        state = state or _state(material_path(self.folder, material_id))
+        if state is not None:
+            self.records[material_id], self._changed = [*state, source_hash], True
+
+    def _is_as_stored(self, stored: list, path: Path, file: InputFile) -> bool:
+        """Whether a part is what an entry says; where only its times have changed, the entry learns the new ones."""
+        name, *then, content = stored
+        if is_private(file):
+            return bool(content) and _content(path) == content
+        if name != os.path.abspath(path):  # noqa: PTH100
+            return False
+        moment, state = time.time_ns(), _state(path)
+        if (state or []) == then:
+            return True
+        if not content or state is None or not then or state[0] != then[0] or _content(path) != content:
+            return False
+        if _at_rest(state, moment) and _state(path) == state:
+            stored[1:-1], self._changed = state, True
+        return True
+
+
+def _key(file: InputFile, reader: Format, words: str) -> str:
+    name = file.name if is_private(file) else os.path.abspath(file.path)  # noqa: PTH100
+    return "\n".join([name, reader.NAME, str(file.named), words])
+
+
+def is_private(file: InputFile) -> bool:
+    """Whether the file is a copy that this import has made: of a member of an archive, or of something remote."""
+    return file.name != str(file.path)
+
+
+def _parts(file: InputFile, reader: Format) -> list[Path]:
+    """The file, and the further ones that its format makes of it; they may be missing."""
+    return [file.path, *sorted(companions(reader, file.path))]
+
+
+def _state(path: Path) -> State | None:
+    """What tells that a file is another one than before: size, times of content and of anything, number on the disk."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return [found.st_size, found.st_mtime_ns, found.st_ctime_ns, found.st_ino]
+
+
+def _at_rest(state: State, moment_ns: int) -> bool:
+    """Whether a file had not been touched for longer than a tick of any clock."""
+    return max(state[1:3]) < moment_ns - _TICK_NS
+
+
+def _content(path: Path) -> str:
+    """SHA-256 of a file, "" of one that is large, or cannot be read."""
+    try:
+        with path.open("rb") as file:
+            if os.fstat(file.fileno()).st_size > _HASHED_BYTES:
+                return ""
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""
+
+
+def _names_beside(path: str) -> str:
+    """A hash of the names in a file's folder: what a file is may depend on them, as a texture's does."""
+    folder = os.path.dirname(path)  # noqa: PTH120
+    try:
+        return _names_in(folder, os.stat(folder).st_mtime_ns)  # noqa: PTH116
+    except OSError:
+        return ""
+
+
+@lru_cache(maxsize=256)
+def _names_in(folder: str, changed_ns: int) -> str:
+    return hashlib.sha256("\n".join(sorted(os.listdir(folder))).encode("utf-8", "surrogateescape")).hexdigest()[:16]  # noqa: PTH208

@@ -1,0 +1,5 @@
+"""Search by appearance, and edits of what was found.
+
+Begin with `neighbours.py`: the nearest materials of a catalogue, or the nearest after a wish (`wish.py`), as
+"warmer".
+"""

@@ -1,0 +1,140 @@
+"""Neighbours of a material in a catalogue: what looks like it, or like it but warmer and glossier.
+
+A material is a point: CIELAB at 45:0, as its head has it, and gloss (`gloss`), for which its file has to be read. How
+far a neighbour is from the point asked for, which is the reference:
+
+    distance^2 = ΔE94^2 + (stop x difference of gloss in stops)^2
+
+Colour alone is a bound from below: candidates are read from the nearest in colour on, and no further than where colour
+alone is farther off than the last that is kept. So that nothing is missed, and few files are read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...runtime.errors import InputError
+from ...spectral.difference import delta_e
+from ..catalogue.catalogue import Catalogue
+from ..records.material import MaterialRecord
+from ..records.models import SPECTRA
+from ..records.query import Summary
+from .appearance_offset import STOP, Look, Wish, wished
+from .gloss import record_gloss
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbour:
+    """A material, how it looks, and how far that is from what was asked for."""
+
+    summary: Summary
+    look: Look
+    distance: float
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """What `like` found.
+
+    of : the material that was asked about. wish : from how it looks to where. own_distance : how far itself is from
+    there. found : the nearest first; with a wish, only those that are nearer to it than the material itself.
+    looked_at : how many had to be read. left_out : ids with the reason why they cannot be compared, of all heads, and
+    of the files that were read. unusable : an error for each file that could not be read.
+    """
+
+    of: Summary
+    wish: Wish
+    own_distance: float
+    found: tuple[Neighbour, ...]
+    looked_at: int
+    left_out: dict[str, str]
+    unusable: tuple[InputError, ...]
+
+
+def like(
+    catalogue: Catalogue,
+    material_id: str,
+    wish: Mapping[str, float | int] | None = None,
+    limit: int = 12,
+    stop: float = STOP,
+) -> Neighbours:
+    """Materials of the catalogue that look like one of them, but for what is wished.
+
+    Parameters
+    ----------
+    wish : amounts by words of `wish.WORDS`: in CIELAB, of gloss in stops. None or nothing: its neighbours as it is.
+    limit : at most so many. stop : what a stop of gloss counts, in units of CIELAB.
+
+    Raises
+    ------
+    UnknownNameError : no such material, no such word. InputError : a material that has no look to start from, what
+        `wished` refuses, a stop below 0.
+    """
+    if not (np.isfinite(stop) and stop >= 0):
+        raise InputError("unusable weight of gloss", field="stop", found=stop, expected="0 or more, in units of CIELAB")
+    if limit < 1:
+        raise InputError("unusable limit", field="limit", found=limit, expected="1 or more")
+    own = catalogue.summary(material_id)
+    start = unlike(own) or look_of(catalogue.load(material_id), own)
+    if isinstance(start, str):
+        expected = "a surface that reflects, with a colour of its own"
+        raise InputError("no neighbours", field=material_id, found=start, expected=expected)
+    way = wished(start, wish or {})
+    unusable: list[InputError] = []
+    others = [one for one in catalogue.query(unusable=unusable) if one.id != material_id]
+    left_out = {one.id: why for one in others if (why := unlike(one)) is not None}
+    candidates = [one for one in others if one.id not in left_out]
+    reference = np.array(way.to.lab)
+    labs = np.array([one.lab for one in candidates], dtype=float).reshape(-1, 3)
+    by_colour = delta_e(np.broadcast_to(reference, labs.shape), labs)
+    own_distance = _distance(float(delta_e(reference, np.array(start.lab))), start, way.to, stop)
+    found: list[Neighbour] = []
+    looked_at = 0
+    farthest = own_distance if way.amounts else np.inf
+    for place in np.argsort(by_colour, kind="stable"):
+        if len(found) >= limit:
+            farthest = min(farthest, found[-1].distance)
+        if by_colour[place] >= farthest:
+            break
+        one = candidates[place]
+        looked_at += 1
+        try:
+            look = look_of(catalogue.load(one.id), one)
+        except InputError as problem:
+            unusable.append(problem)
+            continue
+        if isinstance(look, str):
+            left_out[one.id] = look
+            continue
+        distance = _distance(float(by_colour[place]), look, way.to, stop)
+        if distance < farthest:
+            found.append(Neighbour(one, look, distance))
+            found.sort(key=lambda neighbour: (neighbour.distance, neighbour.summary.id))
+            del found[limit:]
+    return Neighbours(own, way, own_distance, tuple(found), looked_at, left_out, tuple(unusable))
+
+
+def unlike(one: Summary) -> str | None:
+    """Why a material cannot be compared by its look, as far as the head of its file says; None where it can."""
+    if one.model in SPECTRA:
+        return f"{SPECTRA[one.model].words}, not a surface"
+    if one.quantity == "bispectral":
+        return "fluorescent: its colour is that of one light"
+    if one.lab is None:
+        return "no colour is known of it"
+    return None
+
+
+def look_of(record: MaterialRecord, one: Summary) -> Look | str:
+    """How a material looks, its colour as the head of its file has it; or why it cannot be said."""
+    if one.lab is None or one.xyz is None:
+        return "no colour is known of it"
+    gloss = record_gloss(record, one.xyz[1])
+    return gloss if isinstance(gloss, str) else Look(one.lab, gloss.stops, gloss.units)
+
+
+def _distance(colour: float, look: Look, asked: Look, stop: float) -> float:
+    return float(np.hypot(colour, stop * (look.gloss - asked.gloss)))

@@ -1,0 +1,43 @@
+"""A folder of this process alone among the temporary ones: gone at the end, and after a kill with the next one made."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import tempfile
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from .locks import abandoned, made_and_held
+from .shutdown import clearing, undisturbed
+
+_NAME = re.compile(r"metamer-[0-9a-f]{32}")
+
+
+@contextmanager
+def private_folder() -> Iterator[Path]:
+    """An empty folder that is removed with all that is in it, whichever way the block ends."""
+    clear_abandoned()
+    path = temporary_folder() / f"metamer-{uuid.uuid4().hex}"
+    with clearing(lambda: shutil.rmtree(path, ignore_errors=True)), made_and_held(path, lambda: path.mkdir(mode=0o700)):
+        yield path
+
+
+def temporary_folder() -> Path:
+    """The system's folder of temporary files.
+
+    Python tries it with a file of its own when it is first asked for, which a signal must not leave there.
+    """
+    with undisturbed():
+        return Path(tempfile.gettempdir())
+
+
+def clear_abandoned() -> None:
+    """Remove private folders whose process was killed."""
+    with suppress(OSError), os.scandir(temporary_folder()) as entries:
+        for entry in entries:
+            if _NAME.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False) and abandoned(Path(entry.path)):
+                shutil.rmtree(entry.path, ignore_errors=True)

@@ -1,0 +1,328 @@
+"""Worker processes that may die: each has one task at a time, so that a death costs that task alone, and once.
+
+A pool of the standard library gives up whole when one of its processes is killed, cannot say over which task, and keeps
+semaphores that outlive an abrupt end. Here each process has a pipe of its own; the task of one that dies is tried
+again, alone, when all others are done (two large ones at once may not fit into memory where one does), and given up the
+second time. What a task says of itself on its way comes by the same pipe, before its result.
+
+The processes have one thread of BLAS each, are deaf to Ctrl-C, and end when their work is no longer wanted: with the
+iterator, with a signal that ends this process, and by themselves where it is killed.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+import tempfile
+import threading
+import traceback
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection, wait
+from types import ModuleType
+from typing import Any, TypeVar
+
+from .errors import MetamerError
+from .private_folder import clear_abandoned, temporary_folder
+from .shutdown import clearing, undisturbed
+
+Result = TypeVar("Result")
+#: What each process calls before its first task, and with what.
+Start = tuple[Callable[..., Any], tuple]
+
+# The processes are the parallelism; threads of their own would only contend.
+_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+#: How processes of ours are started: a fresh Python each.
+SPAWNING = multiprocessing.get_context("spawn")
+
+
+@dataclass(frozen=True)
+class Lost:
+    """What stands in place of the result of a task whose process died, twice."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Task:
+    """`arguments` of the work, and the `key` that its result comes back with."""
+
+    key: Any
+    arguments: tuple
+
+
+def usable_cores() -> int:
+    """Cores that this process may run on."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def supervised(
+    work: Callable[..., Any],
+    tasks: Iterable[Task],
+    jobs: int,
+    heard: Callable[[Any, Any], None] | None = None,
+    start: Start | None = None,
+) -> Generator[tuple[Any, Any], None, None]:
+    """Do `work(*arguments)` for each task in `jobs` processes: (key, result) as they come, the result perhaps `Lost`.
+
+    `tasks` is asked for the next one when a process is free, so that it may read what it hands out only then. Closing
+    the iterator early ends the processes at once. `work`, and what it is given, are of modules that a fresh Python can
+    import: the script that calls is not run again. What `work` raises is raised here.
+
+    heard : hears (key, what) of what a task says on its way; `work` is then called with `say=`, to say it by.
+    """
+    again: list[Task] = []
+    for key, result, task in _each(work, iter(tasks), jobs, heard, start):
+        if isinstance(result, Lost):
+            again.append(task)
+        else:
+            yield key, result
+    for key, result, _ in _each(work, iter(again), min(1, len(again)), heard, start):
+        yield key, result
+
+
+def in_order(
+    work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int, start: Start | None = None
+) -> Generator[Result, None, None]:
+    """`work(*task)` for every task, in their order: in this process where `jobs` is 1, else in so many.
+
+    Raises
+    ------
+    MetamerError : a process died over the same task twice. And what `work` raises.
+    """
+    waiting: dict[int, Result] = {}
+    following = 0
+    with closing(numbered(work, tasks, jobs, start)) as results:
+        for number, result in results:
+            waiting[number] = result
+            while following in waiting:
+                yield waiting.pop(following)
+                following += 1
+
+
+def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
+    """`work(*task)` for every task, as each is done: in this process, in order, where `jobs` is 1, else in so many."""
+    with closing(numbered(work, tasks, jobs)) as results:
+        for _, result in results:
+            yield result
+
+
+def numbered(
+    work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int, start: Start | None = None
+) -> Generator[tuple[int, Result], None, None]:
+    """As `in_order`, which holds back what is early: here the place of each task and its result, as each is done."""
+    if jobs <= 1:
+        if start is not None:
+            start[0](*start[1])
+        for number, task in enumerate(tasks):
+            yield number, work(*task)
+        return
+    with closing(supervised(work, (Task(*each) for each in enumerate(tasks)), jobs, start=start)) as results:
+        for number, result in results:
+            if isinstance(result, Lost):
+                raise MetamerError(result.reason)
+            yield number, result
+
+
+def _each(
+    work: Callable[..., Any],
+    tasks: Iterator[Task],
+    jobs: int,
+    heard: Callable[[Any, Any], None] | None,
+    start: Start | None,
+) -> Iterator[tuple[Any, Any, Task]]:
+    if not jobs:
+        return
+    ours: list[_Worker] = []
+    busy: dict[Connection, _Worker] = {}
+
+    def another() -> _Worker:
+        worker = _Worker(work, heard is not None, start)
+        ours.append(worker)
+        worker.wake()
+        return worker
+
+    def hand_out() -> None:
+        while idle and (task := next(tasks, None)) is not None:
+            worker = idle.pop(0)
+            worker.give(task)
+            busy[worker.connection] = worker
+
+    with clearing(lambda: _end_all(ours)):
+        # All are started before the first gets anything: a large task would be waited for until its process is up.
+        idle = [another() for _ in range(jobs)]
+        hand_out()
+        while busy:
+            done: list[tuple[Any, Any, Task]] = []
+            for connection in wait(list(busy)):
+                worker = busy[connection]  # type: ignore[index]
+                task, result = worker.take()
+                if isinstance(result, _Said):
+                    if heard is not None:
+                        heard(task.key, result.what)
+                    continue
+                del busy[worker.connection]
+                if isinstance(result, _Raised):
+                    raise result.reason
+                idle.append(another() if isinstance(result, Lost) else worker)
+                done.append((task.key, result, task))
+            # Nobody waits while the caller is at work on what came.
+            hand_out()
+            yield from done
+
+
+def _end_all(workers: list[_Worker]) -> None:
+    for worker in workers:
+        worker.kill()
+    for worker in workers:
+        worker.forget()
+    # What they had laid among the temporary files is nobody's now.
+    clear_abandoned()
+
+
+@dataclass(frozen=True)
+class _Said:
+    """What comes by the pipe before a result."""
+
+    what: Any
+
+
+@dataclass(frozen=True)
+class _Raised:
+    """What comes by the pipe where there is no result."""
+
+    reason: Exception
+
+
+class _Worker:
+    """A process, our end of its pipe, and the task that it has."""
+
+    def __init__(self, work: Callable[..., Any], says: bool, start: Start | None) -> None:
+        self.connection, self._theirs = SPAWNING.Pipe()
+        self.process = SPAWNING.Process(
+            target=_serve, args=(self._theirs, work, says, str(temporary_folder())), daemon=True
+        )
+        self.task: Task | None = None
+        self._start = start
+
+    def wake(self) -> None:
+        """Start the process; whoever is to end it knows of it before."""
+        # Half started it would be nobody's, and print that its parent has gone.
+        with undisturbed(), as_workers_should_start():
+            self.process.start()
+        self._theirs.close()
+
+    def give(self, task: Task) -> None:
+        self.task = task
+        # A process that has died since: `take` finds the pipe closed.
+        with suppress(BrokenPipeError, ConnectionResetError):
+            if self._start is not None:
+                self.connection.send(("start", self._start))
+                self._start = None
+            self.connection.send(("task", task.arguments))
+
+    def take(self) -> tuple[Task, Any]:
+        """The task, and what came by the pipe: its result, `Lost`, or something `_Said` on the way."""
+        assert self.task is not None
+        task = self.task
+        try:
+            result = self.connection.recv()
+            if not isinstance(result, _Said):
+                self.task = None
+            return task, result
+        except (EOFError, ConnectionResetError):
+            self.task = None
+            self.process.join(timeout=5)
+            self.connection.close()
+            how = ending_words(self.process.exitcode)
+            hint = "; try --jobs 1" if self.process.exitcode == -9 else ""
+            return task, Lost(f"the process that worked on it ended abruptly ({how}{hint})")
+
+    def kill(self) -> None:
+        """End the process now; it writes nothing that could be left half-written."""
+        if self.process.pid is not None:
+            self.process.kill()
+
+    def forget(self) -> None:
+        if self.process.pid is not None:
+            self.process.join(timeout=1)
+        self.connection.close()
+
+
+def ending_words(code: int | None) -> str:
+    """How a process ended, by its exit code."""
+    if code == -9:
+        return "signal 9, as when memory runs out"
+    return f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
+
+
+def _serve(connection: Connection, work: Callable[..., Any], says: bool, temporary: str) -> None:
+    """What a process does: a task, its result, the next; until the pipe or the parent is gone."""
+    # Known, it is not tried with a file, which would stay where this process is ended in between.
+    tempfile.tempdir = temporary
+    threading.Thread(target=end_with_the_parent, daemon=True).start()
+    words: dict[str, Any] = {"say": lambda what: connection.send(_Said(what))} if says else {}
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        while True:
+            what, given = connection.recv()
+            try:
+                if what == "start":
+                    given[0](*given[1])
+                else:
+                    connection.send(work(*given, **words))
+            except Exception as reason:
+                if not isinstance(reason, MetamerError):
+                    reason.add_note(traceback.format_exc())
+                connection.send(_Raised(reason))
+
+
+def end_with_the_parent() -> None:
+    """A parent that is killed cannot end its children: in the middle of a task they would go on for nobody."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+
+def one_thread() -> None:
+    """BLAS works in one thread of this process, unless the environment says otherwise or numpy is there already.
+
+    What we multiply is small: beside other work threads wait for each other, which was measured to take twelve
+    times the CPU time in a fit, and fifty times in reading a scattered BRDF.
+    """
+    if "numpy" not in sys.modules:
+        for name in _ONE_THREAD:
+            os.environ.setdefault(name, "1")
+
+
+@contextmanager
+def as_workers_should_start() -> Iterator[None]:
+    """What is started within this inherits a blocked SIGINT and BLAS set to one thread, and does not run our script.
+
+    multiprocessing has each process import the script that was started, for what may be defined there. One that does
+    its work without asking for its `__name__` would start it all over again in every process.
+    """
+    script = sys.modules["__main__"]
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    masks = hasattr(signal, "pthread_sigmask")
+    if masks:
+        # It comes with the first process, and when it starts, SIGINT is let through again.
+        resource_tracker.ensure_running()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    try:
+        os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+        sys.modules["__main__"] = ModuleType("__main__")
+        yield
+    finally:
+        sys.modules["__main__"] = script
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)

@@ -1,0 +1,130 @@
+"""Directions drawn as surfaces scatter: whatever the table holds, the density must be that of what is drawn."""
+
+import numpy as np
+import pytest
+from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, OrenNayar
+from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.core.points import Points
+from metamer.materials.core.sampling import DirectionSampler
+from metamer.materials.svbrdf.texture import SpectralTexture
+from metamer.spectral.bispectral import Bispectral
+from metamer.spectral.folding import Folding
+from metamer.spectral.observers import observer
+from metamer.spectral.spectrum import Spectrum
+from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+
+EVEN = Folding(observer("1931_2"), [Spectrum(np.ones(2), np.array([360.0, 830.0]), "emission")])
+WHITE, BLACK = (Spectrum.sampled(NM, np.full(81, value)) for value in (1.0, 0.0))
+
+
+def metal(alpha, masking="smith"):
+    return CookTorrance(BLACK, np.full(81, 0.2), np.full(81, 3.4), alpha, 1.0, "ggx", masking)
+
+
+SURFACES = {
+    "white": Lambert(WHITE),
+    "black": Lambert(BLACK),
+    "rough": OrenNayar.examples(NM)[2],
+    "plastic": CookTorrance.examples(NM)[1],
+    "gloss": CookTorrance.examples(NM)[3],
+    "roughness 1": metal(1.0),
+    "roughness 0.01": metal(0.01),
+    "nearly a mirror": metal(1e-6),
+    "brushed": AshikhminShirley(Spectrum.sampled(NM, np.full(81, 0.1)), WHITE, 10.0, 400.0),
+}
+
+
+def viewers(degrees, count):
+    theta = np.deg2rad(degrees)
+    return np.tile([0.8 * np.sin(theta), 0.6 * np.sin(theta), np.cos(theta)], (count, 1))
+
+
+def weights(surface, wo, seed=0):
+    """f_r cos / density of drawn directions, Y; 0 below the horizon."""
+    sampler = DirectionSampler(surface)
+    wi = sampler.drawn(wo, np.random.default_rng(seed).random((len(wo), 2)))
+    np.testing.assert_allclose(np.linalg.norm(wi, axis=1), 1.0, atol=1e-12)
+    up = wi[:, 2] > 0
+    density = sampler.density(wo[up], wi[up])
+    assert (density > 0).all()
+    out = np.zeros(len(wo))
+    out[up] = surface.xyz(Points(wi[up], wo[up]), EVEN)[:, 1] * wi[up, 2] / density
+    return out
+
+
+def albedo(surface, wo):
+    """Y of all that leaves to one viewer under even light, by a rule of many half vectors about the normal."""
+    # Half vectors at evenly spaced logarithms of the angle, so that the narrowest highlight is resolved.
+    edges = np.concatenate([[0.0], np.geomspace(1e-9, 0.5 * np.pi, 500)])
+    theta, width = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
+    phi = (np.arange(36) + 0.5) * (2.0 * np.pi / 36)
+    t, p = np.meshgrid(theta, phi, indexing="ij")
+    h = np.stack([np.sin(t) * np.cos(p), np.sin(t) * np.sin(p), np.cos(t)], axis=-1).reshape(-1, 3)
+    solid = np.repeat(np.sin(theta) * width, 36) * (2.0 * np.pi / 36)
+    h_wo = h @ wo
+    wi = 2.0 * h_wo[:, None] * h - wo
+    some = (wi[:, 2] > 0) & (h_wo > 0)
+    f = surface.xyz(Points(wi[some], np.tile(wo, (some.sum(), 1))), EVEN)[:, 1]
+    return float((f * wi[some, 2] * 4.0 * h_wo[some] * solid[some]).sum())
+
+
+@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize("degrees", [0.0, 35.0, 80.0])
+def test_drawn_directions_integrate_to_the_albedo(name, degrees):
+    wo = viewers(degrees, 20000)
+    found = weights(SURFACES[name], wo)
+    error = found.std() / np.sqrt(len(found))
+    assert abs(found.mean() - albedo(SURFACES[name], wo[0])) < 5 * error + 2e-3
+
+
+@pytest.mark.parametrize("name", [name for name in SURFACES if name not in ("nearly a mirror", "roughness 0.01")])
+@pytest.mark.parametrize("degrees", [10.0, 70.0, 89.9])
+def test_the_density_integrates_to_the_share_above_the_horizon(name, degrees):
+    sampler, rng = DirectionSampler(SURFACES[name]), np.random.default_rng(1)
+    wo = viewers(degrees, 20_000)
+    up = (sampler.drawn(wo, rng.random((len(wo), 2)))[:, 2] > 0).mean()
+    z, phi = rng.random(len(wo)), 2.0 * np.pi * rng.random(len(wo))
+    across = np.sqrt(1.0 - z * z)
+    density = sampler.density(wo, np.stack([across * np.cos(phi), across * np.sin(phi), z], axis=1)) * 2.0 * np.pi
+    assert abs(density.mean() - up) < 5 * density.std() / np.sqrt(len(wo)) + 5e-3
+
+
+def test_a_white_lambertian_is_drawn_without_any_noise():
+    np.testing.assert_allclose(weights(SURFACES["white"], viewers(60.0, 500)), 1.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("alpha", [1e-6, 1e-3, 0.05, 0.3, 1.0])
+def test_metals_of_every_roughness_are_drawn_well(alpha):
+    for degrees in (0.0, 45.0):
+        found = weights(metal(alpha), viewers(degrees, 20000))
+        assert found.std() < 0.6 * found.mean()
+
+
+def test_at_grazing_angles_nothing_becomes_infinite():
+    for surface in SURFACES.values():
+        found = weights(surface, viewers(89.9, 5000))
+        assert np.isfinite(found).all() and found.max() < 50
+
+
+def test_an_anisotropic_surface_is_drawn_along_its_grooves():
+    sampler, wo = DirectionSampler(SURFACES["brushed"]), viewers(20.0, 20000)
+    wi = sampler.drawn(wo, np.random.default_rng(2).random((len(wo), 2)))
+    h = wi + wo
+    h /= np.linalg.norm(h, axis=1, keepdims=True)
+    assert np.median(np.abs(h[:, 0])) > 1.5 * np.median(np.abs(h[:, 1]))
+
+
+def test_a_texture_is_drawn_as_its_mean_is_and_one_without_a_mean_by_the_cosine():
+    even = SpectralTexture(NM, np.full((2, 2, 81), 0.4))
+    beyond = SpectralTexture(NM, np.full((2, 2, 81), 1.4))
+    for texture in (even, beyond):
+        sampler, wo = DirectionSampler(texture), viewers(50.0, 1000)
+        wi = sampler.drawn(wo, np.random.default_rng(3).random((1000, 2)))
+        np.testing.assert_allclose(sampler.density(wo, wi), wi[:, 2] / np.pi, rtol=1e-12)
+
+
+def test_a_fluorescent_surface_is_drawn_by_the_cosine():
+    donaldson = np.diag(np.full(81, 0.2)) + np.tri(81, 81, -1) * 0.005
+    sampler, wo = DirectionSampler(FluorescentLambert(Bispectral(NM, NM, donaldson))), viewers(50.0, 1000)
+    wi = sampler.drawn(wo, np.random.default_rng(4).random((1000, 2)))
+    np.testing.assert_allclose(sampler.density(wo, wi), wi[:, 2] / np.pi, rtol=1e-12)

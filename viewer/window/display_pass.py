@@ -1,0 +1,185 @@
+"""Canvases to the display: compared, laid over their surround, adapted once, then OpenColorIO; all on the GPU."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from ...calibration.report import plots
+from ...spectral.adaptation import adaptation_matrix
+from ...spectral.difference import xyz_from_lab
+from ...spectral.upsampling import xyz_from_rgb
+from ..display.gl_pass import DisplayPass
+from ..display.proof import proof_of
+from ..display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
+from ..gl.difference_map import columns
+from ..gl.full_screen import FullScreen
+from ..gl.programs import Programs
+from ..gl.resources import Owner, release_target
+from .state import MODES, Adaptation, Session
+
+if TYPE_CHECKING:
+    import moderngl
+
+#: Pixels of a warning's stripes, which are a quarter each: red above, blue below.
+STRIPE = 3
+Whites = tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]
+
+
+class Showing:
+    """Draws two canvases of one size as a session compares them; `shown` is what the display is sent (RGBA8).
+
+    Raises
+    ------
+    InputError, UnknownNameError : the display transform cannot be used.
+    """
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self._context = context
+        self._owner, self._sized = Owner(context), Owner(context)
+        self._compare = FullScreen(context, "compare.frag")
+        self._scale = self._owner.texels(_scale_xyz()[None])
+        self._marked = FullScreen(context, "marked.frag")
+        self._passes: dict[tuple[DisplayTransform, bool], DisplayPass] = {}
+        self._spare: list[moderngl.Texture] = []
+        self._textures: tuple[moderngl.Texture, moderngl.Texture] | None = None
+
+    def release(self) -> None:
+        """Free everything."""
+        self._sized.release()
+        self._compare.release()
+        self._marked.release()
+        self._owner.release()
+
+    @property
+    def all_programs(self) -> list[Programs]:
+        """Those that are drawn with, but for OpenColorIO's own."""
+        return [self._compare.programs, self._marked.programs]
+
+    def draw(
+        self,
+        canvases: tuple[moderngl.Texture, moderngl.Texture],
+        differences: moderngl.Texture,
+        whites: Whites,
+        session: Session,
+        display: DisplayTransform,
+    ) -> moderngl.Texture:
+        """What is sent to the display, rows from the top; good until the next call.
+
+        differences : as `DifferencePass` makes them; asked for where the session shows their map alone.
+        """
+        size = canvases[0].size
+        xyz_d65, shown = self._targets(size)
+        compare = session.compare
+        seen = {"first": canvases[0], "second": canvases[1], "differences": differences, "scale": self._scale}
+        values: dict[str, object] = {
+            "adapt_first": columns(to_display(whites[0], session.adaptation)),
+            "adapt_second": columns(to_display(whites[1], session.adaptation)),
+            "exposure": 2.0**session.exposure,
+            "surround": tuple(surround_xyz(session.surround)),
+            "mode": MODES.index(session.seen),
+            "position": compare.position * size[0],
+            "cell": max(1, round(compare.cell * size[1])),
+            "largest": compare.scale,
+            "tolerance": compare.tolerance if compare.contour else -1.0,
+            "contour": _contour_xyz(compare.tolerance / compare.scale),
+        }
+        self._compare.draw(xyz_d65, seen, values)
+        proof = proof_of(display, session.shown.proof)
+        # A map's colours are no colours of the scene.
+        proof = None if session.seen == "difference" else proof
+        warned = session.shown.gamut_warning and session.seen != "difference"
+        limited = None
+        if proof is not None:
+            limited = self._encoded(xyz_d65, proof.of, self._float(0, size))
+            xyz_d65 = self._encoded(limited, proof.of, self._float(1, size), back=True)
+        if not warned:
+            return self._encoded(xyz_d65, display, shown)
+        sent = self._encoded(xyz_d65, display, self._float(2, size))
+        numbers = {"tolerance": CLIP_TOLERANCE, "stripe": STRIPE}
+        self._marked.draw(shown, {"sent": sent, "limited": limited or sent}, numbers)
+        return shown
+
+    def _encoded(
+        self, taken: moderngl.Texture, display: DisplayTransform, onto: moderngl.Texture, back: bool = False
+    ) -> moderngl.Texture:
+        if (display, back) not in self._passes:
+            self._passes[display, back] = DisplayPass(self._context, display, back)
+        target = self._context.framebuffer([onto])
+        try:
+            self._passes[display, back].draw(taken, target)
+        finally:
+            release_target(target)
+        return onto
+
+    def _float(self, number: int, size: tuple[int, int]) -> moderngl.Texture:
+        """One of a few canvases on the way to the display, made when first asked for."""
+        while len(self._spare) <= number:
+            self._spare.append(self._sized.texture(size, 4))
+        return self._spare[number]
+
+    def check(self, display: DisplayTransform, session: Session) -> None:
+        """Raise what `draw` would."""
+        _ = display.processor
+        if (proof := proof_of(display, session.shown.proof)) is not None:
+            _ = proof.of.inverse
+
+    @property
+    def compared(self) -> moderngl.Texture:
+        """XYZ of the display's white that was drawn last."""
+        assert self._textures is not None
+        return self._textures[0]
+
+    def _targets(self, size: tuple[int, int]) -> tuple[moderngl.Texture, moderngl.Texture]:
+        if self._textures is None or self._textures[0].size != size:
+            self._sized.release()
+            self._spare.clear()
+            self._textures = self._sized.texture(size, 4), self._sized.texture(size, 4, dtype="f1")
+        return self._textures
+
+
+def to_display(white: Float[np.ndarray, "3"], adaptation: Adaptation) -> Float[np.ndarray, "3 3"]:
+    """From XYZ under a white to XYZ that OpenColorIO takes."""
+    return adaptation_matrix(white, DISPLAY_WHITE_XYZ, adaptation.method, adaptation.degree)  # pyright: ignore
+
+
+def surround_xyz(lightness: float) -> Float[np.ndarray, "3"]:
+    """XYZ of the grey of this L*, under the display's white."""
+    return xyz_from_lab(np.array([lightness, 0.0, 0.0]), DISPLAY_WHITE_XYZ)
+
+
+def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTransform:
+    """The session's, and what it leaves open the scene's.
+
+    Raises
+    ------
+    InputError, UnknownNameError : as of `DisplayTransform`.
+    """
+    shown = session.shown
+    return DisplayTransform(
+        shown.display or scene_display.display,
+        shown.view or scene_display.view,
+        shown.config or scene_display.config,
+        scene_display.adaptation,
+    )
+
+
+def scale_rgb(share: float) -> tuple[int, int, int]:
+    """The colour of a ΔE map at a share of its scale, sRGB."""
+    table = plots.scale_rgb()
+    red, green, blue = table[min(int(share * len(table)), len(table) - 1)] if share <= 1.0 else plots.OVER_RGB
+    return int(red), int(green), int(blue)
+
+
+def _scale_xyz() -> Float[np.ndarray, "steps 4"]:
+    """The steps of the scale, what is beyond it, and what holds no number."""
+    codes = np.concatenate([plots.scale_rgb(), [plots.OVER_RGB, plots.UNDEFINED_RGB]]) / 255.0
+    linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    return np.pad(linear @ xyz_from_rgb().T, ((0, 0), (0, 1))).astype(np.float32)
+
+
+def _contour_xyz(share: float) -> tuple[float, ...]:
+    """White on the scale's dark half, black on its light one."""
+    return tuple(DISPLAY_WHITE_XYZ) if share < 0.6 else (0.0, 0.0, 0.0)

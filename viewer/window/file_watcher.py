@@ -1,0 +1,171 @@
+"""Files that change underneath: told by their content, and read again; what was read last and was good stays.
+
+Polled, not notified: what is watched are a few files, on any system and any network folder. A file counts as changed
+once its time or size and then its content differ, and once it has stopped changing: editors write in several steps.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.records.record import SUFFIX
+from ...runtime.errors import InputError, MetamerError
+from ...runtime.files import read_text
+from ..gl.shaders import shader_folder
+
+Loaded = TypeVar("Loaded")
+
+
+@dataclass(frozen=True)
+class _State:
+    """Of a file: its stamp, and a hash of what is in it; None of both where it is not there."""
+
+    stamp: tuple[int, int, int] | None
+    digest: bytes | None
+
+
+class Watch:
+    """A set of files, asked now and then for those that have changed."""
+
+    def __init__(self, files: Iterable[str | Path] = ()) -> None:
+        self._known: dict[Path, _State] = {}
+        # Stamps that differed the last time, of files that may still be being written.
+        self._moving: dict[Path, tuple[int, int, int] | None] = {}
+        self.put(files)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Those that are watched."""
+        return tuple(self._known)
+
+    def put(self, files: Iterable[str | Path]) -> None:
+        """Watch these and no others; what is known of those among them that were watched stays."""
+        wanted = dict.fromkeys(Path(one) for one in files)
+        self._known = {one: self._known.get(one) or _state(one) for one in wanted}
+        self._moving = {one: stamp for one, stamp in self._moving.items() if one in self._known}
+
+    def changed(self) -> tuple[Path, ...]:
+        """Files whose content is another one than when they were last told of; one that has gone or come, too.
+
+        Each is told once, when two calls in a row have found it alike. Of what is not changed no more is read than its
+        time and size.
+        """
+        told = []
+        for file, before in self._known.items():
+            stamp = _stamp(file)
+            if stamp == before.stamp:
+                self._moving.pop(file, None)
+                continue
+            if file not in self._moving or self._moving[file] != stamp:
+                self._moving[file] = stamp
+                continue
+            del self._moving[file]
+            now = _state(file)
+            self._known[file] = now
+            if now.digest != before.digest:
+                told.append(file)
+        return tuple(told)
+
+
+class Reloading(Generic[Loaded]):
+    """Something that is read from files and is read again as they change.
+
+    Attributes
+    ----------
+    good : what was read last without an error. problem : why what is in the files now is not it; None where it is.
+    """
+
+    def __init__(self, load: Callable[[], Loaded], files: Callable[[Loaded], Iterable[str | Path]]) -> None:
+        """Read it for the first time, which has to succeed: there is nothing else to show."""
+        self._load, self._files = load, files
+        self.good: Loaded = load()
+        self.problem: str | None = None
+        self.watch = Watch(files(self.good))
+
+    def poll(self) -> bool:
+        """Read again if a file has changed; True where there is something new, be it good or a problem.
+
+        To read takes as long as it takes: where that is seconds, ask `watch.changed` and call `reload` from a thread.
+        """
+        return self.reload() if self.watch.changed() else False
+
+    def reload(self) -> bool:
+        """Read again; True, since there is something new to show or to tell."""
+        try:
+            self.good = self._load()
+        except MetamerError as reason:
+            self.problem = str(reason)
+            return True
+        except OSError as reason:
+            self.problem = f"{reason.filename or 'a file'}: {reason.strerror or reason}"
+            return True
+        self.problem = None
+        # It may name other files now.
+        self.watch.put(self._files(self.good))
+        return True
+
+
+def files_of_scene(path: str | Path) -> tuple[Path, ...]:
+    """A scene's file, and all that it names beside it: meshes, maps, spectra, a display's configuration.
+
+    A text in it that is the name of a file there counts as one. A file that is no TOML names none.
+    """
+    path = Path(path)
+    found = [path]
+    with suppress(InputError, tomllib.TOMLDecodeError):
+        texts = _texts(tomllib.loads(read_text(path, "a TOML file")))
+        found += [path.parent / text for text in texts if _names_a_file(path.parent, text)]
+    return tuple(dict.fromkeys(found))
+
+
+def files_of_materials(catalogue: Catalogue, ids: Iterable[str]) -> tuple[Path, ...]:
+    """Where materials of a catalogue lie, whether they are there or not: one that was taken away may come back."""
+    return tuple(catalogue.folder / f"{one}{SUFFIX}" for one in ids)
+
+
+def files_of_shaders() -> tuple[Path, ...]:
+    """The renderer's own shaders; those of surfaces lie beside their classes, and are read with the program."""
+    return tuple(sorted(shader_folder().iterdir()))
+
+
+def _names_a_file(folder: Path, text: str) -> bool:
+    # Some texts are no names at all: too long, or with a NUL.
+    with suppress(OSError, ValueError):
+        return bool(text.strip()) and (folder / text).is_file()
+    return False
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for one in value.values():
+            yield from _texts(one)
+    elif isinstance(value, list):
+        for one in value:
+            yield from _texts(one)
+
+
+def _stamp(file: Path) -> tuple[int, int, int] | None:
+    """Time, size and number of a file; None where there is none to read."""
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def _state(file: Path) -> _State:
+    stamp = _stamp(file)
+    try:
+        with file.open("rb") as opened:
+            return _State(stamp, hashlib.file_digest(opened, "sha256").digest())
+    except OSError:
+        return _State(stamp, None)

@@ -1,0 +1,36 @@
+"""What is counted and planned of a picture that stands still, beside the window."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from typing import Any
+
+from .canvas_readback import read_box
+from .frame import Frame
+from .image_frame import ImageFrame
+from .queries import Asking, clipping, plan_of
+from .state import Session
+
+
+def count_clipped(asking: Asking, frame: Frame | ImageFrame | None, session: Session, seen: Hashable) -> None:
+    """Ask what of the side that is seen the display cannot show, unless that was asked of this picture already.
+
+    seen : tells pictures apart.
+    """
+    if frame is None:
+        return
+    number = int(session.compare.mode == "B")
+    key = (number, session.adaptation, session.exposure, session.surround, frame.display, seen)
+    if asking.answer("clipping", key) is not None or asking.busy("clipping"):
+        return
+    width, height = frame.canvases[number].size
+    found = read_box(frame.canvases[number], slice(0, height), slice(0, width)).copy()
+    white, display = frame.whites[number], frame.display
+    asking.ask("clipping", key, lambda: clipping(found[..., :3], found[..., 3], white, session, display), again=False)
+
+
+def ask_plan(asking: Asking, frame: Frame | ImageFrame | None, lights: Sequence[str], catalogue: Any) -> None:
+    """Plan the scene on side A for these lights beside its own."""
+    if isinstance(frame, Frame) and frame.sides is not None:
+        side = frame.sides[0]
+        asking.ask("plan", side.scene, lambda: plan_of(side, lights, catalogue))

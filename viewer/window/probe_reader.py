@@ -1,0 +1,171 @@
+"""Probes of what is seen, read beside the window: under the pointer, at pins; rays are kept from one to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from ...lighting.camera import Camera
+from ...lighting.scene import Scene
+from ...runtime.errors import MetamerError
+from ..gl.side import Side
+from .background import Background
+from .image_frame import ImageFrame
+from .image_probe import image_reading
+from .light_choice import LightChoice
+from .picking import Picker
+from .places import Pin
+from .probe import Prober, Reading
+from .state import Session
+
+
+@dataclass(frozen=True, eq=False)
+class ProbedView:
+    """What is seen: sides, the exact picture's camera, where materials come from; lights as people call them."""
+
+    sides: tuple[Side, Side]
+    camera: Camera
+    catalogue: Any
+    lights: tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """A probe as it was read.
+
+    pixel : where; None where it is not seen, which `why` says. readings : of A and B; one where they are alike.
+    """
+
+    name: str
+    pixel: tuple[int, int] | None
+    why: str = ""
+    readings: tuple[Reading, ...] = ()
+
+
+class Probing:
+    """Asks for readings and hears of them.
+
+    Attributes
+    ----------
+    cursor : what the pointer was over when it last rested. pins : as they were last read. problem : why nothing is.
+    """
+
+    def __init__(self) -> None:
+        self._thread = Background()
+        self._rays = _Rays()
+        self._asked: dict[str, tuple] = {}
+        self._pinned = 0
+        self.cursor: Spot | None = None
+        self.pins: tuple[Spot, ...] = ()
+        self.problem: str | None = None
+
+    def close(self) -> None:
+        """Read nothing more."""
+        self._thread.close()
+
+    @property
+    def busy(self) -> bool:
+        """Whether something is being read."""
+        return self._thread.busy()
+
+    def at(self, view: ProbedView, pixel: tuple[int, int]) -> None:
+        """Read what the pointer is over; asked again for the same it does nothing."""
+        self._ask("cursor", (view, pixel), lambda: self._rays.spot(view, pixel))
+
+    def at_image(self, frame: ImageFrame, session: Session, pixel: tuple[int, int]) -> None:
+        """The same of a spectral image."""
+        key = (session.light, session.observer, session.other, session.subject, pixel)
+        self._ask("cursor", key, lambda: _image_spot(frame, session, pixel))
+
+    def at_pins(self, view: ProbedView, pins: Sequence[Pin]) -> None:
+        """Read the pins, wherever the picture shows them now."""
+        if not pins:
+            self.pins = ()
+        self._ask("pins", (view, *pins), lambda: tuple(self._rays.pinned(view, one) for one in pins))
+
+    def pin(self, view: ProbedView, place: tuple[float, float], name: str) -> None:
+        """Find the point of the surface under a place of the picture, pixels; `poll` gives it."""
+        # Each is a kind of its own: none takes another's place.
+        self._pinned += 1
+        find = self._rays.picker
+        self._thread.ask(f"pin {self._pinned}", lambda: find(view.sides[0].scene).pin(view.camera, *place, name))
+
+    def poll(self) -> list[Pin | None]:
+        """Take what came; points that were to be pinned, None where nothing was under the pointer."""
+        found: list[Pin | None] = []
+        for heard in self._thread.poll():
+            self.problem = heard.problem
+            if heard.problem is not None:
+                continue
+            if heard.kind == "cursor":
+                self.cursor = heard.result if "cursor" in self._asked else None
+            elif heard.kind == "pins":
+                self.pins = heard.result
+            else:
+                found.append(heard.result)
+        return found
+
+    def _ask(self, kind: str, key: tuple, work: Any) -> None:
+        before = self._asked.get(kind)
+        if before is None or len(before) != len(key) or any(
+            one is not other and one != other for one, other in zip(before, key, strict=True)
+        ):  # fmt: skip
+            self._asked[kind] = key
+            self._thread.ask(kind, work)
+
+
+class _Rays:
+    """Lives in the thread: probers of both sides, and rays of the meshes."""
+
+    def __init__(self) -> None:
+        self._probers: dict[int, Prober] = {}
+        self._picker: Picker | None = None
+
+    def spot(self, view: ProbedView, pixel: tuple[int, int], name: str = "cursor") -> Spot:
+        # Of a reference, and of what is read from a file, there is no more than its colours.
+        both = view.sides[0] is not view.sides[1] and view.sides[1].made == "fast"
+        return Spot(name, pixel, "", tuple(self._reading(view, number, pixel) for number in range(1 + both)))
+
+    def pinned(self, view: ProbedView, pin: Pin) -> Spot:
+        try:
+            sight = self.picker(view.sides[0].scene).sight(view.camera, pin)
+        except MetamerError as reason:
+            return Spot(pin.name, None, str(reason))
+        return Spot(pin.name, None, sight.why) if sight.pixel is None else self.spot(view, sight.pixel, pin.name)
+
+    def picker(self, scene: Scene) -> Picker:
+        known = self._picker
+        if known is None or [id(part.mesh) for part in known.scene.parts] != [id(part.mesh) for part in scene.parts]:
+            known = self._picker = Picker(scene)
+        return known
+
+    def _reading(self, view: ProbedView, number: int, pixel: tuple[int, int]) -> Reading:
+        side = view.sides[number]
+        scene = side.lit
+        if number not in self._probers:
+            self._probers[number] = Prober(scene, view.catalogue)
+        prober = self._probers[number]
+        if prober.scene is not scene:
+            prober.turn_to(scene, view.catalogue)
+        return dimmed(prober.at(view.camera, *pixel, light=view.lights[number]), side.dimming)
+
+
+def dimmed(reading: Reading, factor: float) -> Reading:
+    """A reading in less light, beside the same white."""
+    if factor == 1.0:
+        return reading
+    spectra = reading.spectra
+    if spectra is not None:
+        spectra = replace(spectra, incident=factor * spectra.incident, reflected=factor * spectra.reflected)
+    return replace(reading, xyz=factor * reading.xyz, spectra=spectra)
+
+
+def _image_spot(frame: ImageFrame, session: Session, pixel: tuple[int, int]) -> Spot:
+    other = session.other
+    sides: list[tuple[LightChoice, str]] = [(session.light, session.observer)]
+    if other.light is not None or other.observer is not None or other.file is not None:
+        sides.append((other.light or session.light, other.observer or session.observer))
+    return Spot("cursor", pixel, "", tuple(
+        image_reading(frame, session, number, choice, who, pixel) for number, (choice, who) in enumerate(sides)
+    ))  # fmt: skip

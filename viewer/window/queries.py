@@ -1,0 +1,116 @@
+"""What panels ask about materials and pictures, answered beside the window: the last answer of each kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from ...lighting.plan import ScenePlan, plan_scene
+from ...lighting.scene_file.lamps import lamp
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.search.neighbours import Neighbours, like
+from ...materials.search.sliders import Slider, sliders
+from ...spectral.formula import Formula
+from ...spectral.image import ColourImage
+from ..display.transform import DisplayTransform
+from ..gl.side import Side
+from .background import Background
+from .display_pass import surround_xyz, to_display
+from .metamerism import Metamerism, metamerism
+from .state import Session
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """To the question `key` asks: `result`, or in `problem` why there is none."""
+
+    key: Hashable
+    result: Any = None
+    problem: str | None = None
+
+
+class Asking:
+    """One thread for all questions; of a kind the newest is answered."""
+
+    def __init__(self) -> None:
+        self._thread = Background()
+        self._asked: dict[str, Hashable] = {}
+        self._answers: dict[str, Answer] = {}
+
+    def close(self) -> None:
+        """Answer nothing more."""
+        self._thread.close()
+
+    def ask(self, kind: str, key: Hashable, work: Callable[[], Any], again: bool = True) -> None:
+        """Ask; where `again` is False, a question that was asked last is not asked again."""
+        if again or self._asked.get(kind) != key:
+            self._asked[kind] = key
+            self._thread.ask(kind, lambda: (key, work()))
+
+    def answer(self, kind: str, key: Hashable = None) -> Answer | None:
+        """The last answer of a kind, if it is to this question; to whichever, where none is named."""
+        found = self._answers.get(kind)
+        return found if found is None or key is None or found.key == key else None
+
+    def busy(self, kind: str | None = None) -> bool:
+        """Whether a question of this kind, or any, waits for its answer."""
+        return self._thread.busy(kind)
+
+    def forget(self) -> None:
+        """Other materials: no answer holds any more."""
+        self._asked.clear()
+        self._answers.clear()
+
+    def poll(self) -> bool:
+        """Take what came; whether anything did."""
+        came = self._thread.poll()
+        for heard in came:
+            if heard.problem is not None:
+                self._answers[heard.kind] = Answer(self._asked.get(heard.kind), problem=heard.problem)
+            else:
+                self._answers[heard.kind] = Answer(*heard.result)
+        return bool(came)
+
+
+def metamers(catalogue: Catalogue, names: Sequence[str], lights: Sequence[str], observers: Sequence[str],
+             formula: str) -> Metamerism:  # fmt: skip
+    """Materials under all lights for all observers; errors as of `metamerism`, and a lamp that is not there."""
+    materials = [catalogue.load(name) for name in names]
+    spectra: Mapping[str, Any] = dict.fromkeys(lights)
+    return metamerism(materials, spectra, observers, Formula(formula))
+
+
+def neighbours(catalogue: Catalogue, name: str, word: str, amount: float) -> Neighbours:
+    """What of a catalogue looks like a material, but for a wish; errors as of `like`."""
+    return like(catalogue, name, {word: amount})
+
+
+def sliders_of(catalogue: Catalogue, name: str) -> tuple[Slider, ...]:
+    """The parameters of a material; InputError where it has none."""
+    return sliders(catalogue.surface(name).surface(), name)
+
+
+def plan_of(side: Side, lights: Sequence[str], catalogue: Any) -> ScenePlan:
+    """The plan for a side's materials under its own lights and some more, by name."""
+    spectra = [one.spectrum for one in side.scene.lights]
+    spectra += [lamp(name, None, Path(), catalogue)[0] for name in lights]
+    return plan_scene(list(side.surfaces.values()), spectra, side.scene.observer)
+
+
+def clipping(
+    xyz: Float[np.ndarray, "H W 3"],
+    coverage: Float[np.ndarray, "H W"],
+    white: Float[np.ndarray, "3"],
+    session: Session,
+    display: DisplayTransform,
+) -> tuple[str, ...]:
+    """What of a picture the display cannot show, counted, in words; () where it can show all."""
+    adapt = to_display(white, session.adaptation)
+    behind = (1.0 - coverage.astype(np.float64))[..., None] * surround_xyz(session.surround)
+    sent = 2.0**session.exposure * xyz.astype(np.float64) @ adapt.T + behind
+    return display.encode(ColourImage(sent, "xyz_d65", white))[1]

@@ -1,0 +1,148 @@
+"""From what a session names to what is in memory: scene, catalogue, image, and what there is to choose from."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from ...lighting.mesh.files import SUFFIXES as MESHES
+from ...lighting.scene import Scene
+from ...lighting.scene_file.files import load_scene, possible_scene, shipped_scene
+from ...materials.catalogue.catalogue import Catalogue, default_catalogue
+from ...materials.records.models import SPECTRA
+from ...runtime.errors import InputError
+from ...runtime.files import existing_file
+from ..display.transform import PINNED_CONFIG
+from .choices import Choices
+from .file_watcher import files_of_materials, files_of_scene
+from .session import is_session, read_session
+from .spectral_image import SpectralPicture, XyzPicture
+from .spectral_image_file import read_looked_at
+from .state import Compare, Other, Session, Subject
+
+#: Scene that materials are shown in where no other is named.
+SHOWN_IN = "speed_shape"
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded:
+    """What a subject is in memory.
+
+    subject, catalogue_name : by which it was asked for. scene : None of an image. image : None of all else.
+    """
+
+    subject: Subject
+    catalogue_name: str | None
+    catalogue: Catalogue
+    choices: Choices
+    scene: Scene | None = None
+    image: SpectralPicture | XyzPicture | None = None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What it was read from."""
+        if self.scene is None:
+            return (Path(self.subject.path or ""),)
+        worn = files_of_materials(self.catalogue, self.scene.material_ids)
+        return (*files_of_scene(scene_path(self.subject)), *worn)
+
+    def is_of(self, session: Session) -> bool:
+        """Whether it is what a session names; shapes are put in where it is drawn."""
+        same = replace(session.subject, shape=None) == replace(self.subject, shape=None)
+        return same and session.catalogue == self.catalogue_name
+
+
+def scene_path(subject: Subject) -> Path:
+    """The file of a subject's scene."""
+    return Path(subject.path) if subject.path is not None else shipped_scene(SHOWN_IN)
+
+
+def load(subject: Subject, catalogue_name: str | None = None) -> Loaded:
+    """Read all that a subject names.
+
+    Raises
+    ------
+    InputError, UnknownNameError, NoRoomError : a file that is missing or unusable, a material that is not there.
+    """
+    catalogue = Catalogue.open(default_catalogue() if catalogue_name is None else Path(catalogue_name))
+    views = display_views()
+    if subject.kind == "image":
+        assert subject.path is not None
+        image = read_looked_at(subject.path)
+        choices = replace(Choices(), views=views, cameras=(), parts=(), shapes=(), booths=())
+        return Loaded(subject, catalogue_name, catalogue, choices, image=image)
+    scene = load_scene(scene_path(subject), catalogue)
+    surfaces = tuple(one.id for one in catalogue.query(unusable=[]) if one.model not in SPECTRA)
+    for name in subject.materials:
+        catalogue.path(name)
+    choices = Choices.of(scene, subject.materials or surfaces, views)
+    return Loaded(subject, catalogue_name, catalogue, choices, scene)
+
+
+@lru_cache(maxsize=8)
+def display_views(config: str | None = None) -> Mapping[str, tuple[str, ...]]:
+    """The displays of a configuration of OpenColorIO, each with its views; of the one in use where none is named.
+
+    Raises
+    ------
+    InputError : it cannot be read.
+    """
+    import PyOpenColorIO as ocio
+
+    name = config or os.environ.get("OCIO") or PINNED_CONFIG
+    try:
+        found = ocio.Config.CreateFromFile(name)
+    except (ocio.Exception, ocio.ExceptionMissingFile) as reason:
+        expected = "a configuration that OpenColorIO can load"
+        raise InputError("no configuration of OpenColorIO", file=name, found=str(reason), expected=expected) from None
+    return {display: tuple(found.getViews(display)) for display in found.getDisplays()}
+
+
+def subject_of(words: Sequence[str], catalogue: Catalogue) -> Subject | Session:
+    """What the words of a command name: a scene, an image, a saved session, or materials by ids and patterns.
+
+    Raises
+    ------
+    InputError, UnknownNameError : files that do not go together, no such file or material.
+    """
+    if not words:
+        return Subject("scene")
+    files = [word for word in words if Path(word).suffix.lower() in (".toml", ".exr", *MESHES)]
+    if files:
+        if len(words) > 1 and not comparison_of(words):
+            expected = "one file, two images, or materials"
+            raise InputError("several things to look at", found=", ".join(words), expected=expected)
+        return subject_of_file(files[0])
+    found = [name for word in words for name in catalogue.match_surfaces(word)]
+    return Subject("materials", materials=tuple(dict.fromkeys(found)))
+
+
+def comparison_of(words: Sequence[str]) -> dict[str, Any]:
+    """Return what a session begins with where the words are two images: the second on side B, under a wipe; else {}.
+
+    Raises
+    ------
+    InputError : no such file.
+    """
+    if [Path(word).suffix.lower() for word in words] != [".exr", ".exr"]:
+        return {}
+    file = str(existing_file(Path(words[1])))
+    return {"other": Other(made="file", file=file), "compare": Compare("wipe")}
+
+
+def subject_of_file(path: str) -> Subject | Session:
+    """What is in a file: a session, an image by its name, else a scene.
+
+    Raises
+    ------
+    InputError : no such file, or a session that cannot be read.
+    """
+    if not Path(path).is_file():
+        raise InputError("no such file", file=path, expected="a scene.toml, a saved session, or an OpenEXR image")
+    if Path(path).suffix.lower() == ".exr":
+        return Subject("image", path)
+    return read_session(path) if is_session(path) else Subject("scene", str(possible_scene(path)))
