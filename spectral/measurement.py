@@ -41,18 +41,24 @@ _LABELS: tuple[tuple[str, re.Pattern[str]], ...] = (
     ("source", re.compile(r"measurement source|meas(?:urement)? ?parameters?|bieri info \d")),
     ("specular component", re.compile(r".*\bspecular\b.*|sc[ie] ?/? ?sc[ie]|gloss trap|spin ?/? ?spex")),
     ("geometry", re.compile(r".*geometr(?:y|i[ea])|(?:std|bat)? ?viewing|measur(?:ing|ement) mode")),
-    ("polarisation", re.compile(r".*\bpolari[sz]ation(?: filter)?|(?:device|instrument) polari[sz]ation|pol(?:ari[sz]ing)? filter")),  # noqa: E501
+    ("polarisation", re.compile(r".*\bpolari[sz]ation(?: filter)?|pol(?:ari[sz]ing)? ?filter|polari[sz]er")),
     ("measurement condition", re.compile(
         r"(?:measurement |meas |m )?conditions?|m ?standard|(?:device )?illumination(?: mode| condition)?|iso 13655")),
     ("filter", re.compile(r"(?:instrument |device |measurement |physical |uv )?filter(?: status| type| name)?|uv|uv mode|uv setting")),  # noqa: E501
-    ("backing", re.compile(r"(?:sample )?(?:backing|background)|(?:sample )?underlay|unterlage")),
+    ("uv cut", re.compile(r"uv (?:cut(?: ?off)?|exclusion|block(?:ing)?|sperre)(?: filter)?")),
+    ("backing", re.compile(
+        r"(?:sample )?(?:backing|background)|(?:sample )?underlay|unterlage|(?:mess)?hintergrund|support")),
     ("white base", re.compile(r"white ?base")),
     ("material", re.compile(r"material|substrate|medium")),
     ("calibration standard", re.compile(r"calibration(?: standard)?")),
-    ("aperture", re.compile(r"(?:measuring )?(?:aperture|area|spot)(?: size)?")),
+    ("aperture", re.compile(
+        r"(?:measuring |viewing |target )?(?:aperture|area|spot|mask)(?: size)?|(?:area|field) of view|blende")),
     ("instrument", re.compile(r"(?:target )?instrument(?:ation)?|device model")),
     # Readings as another instrument would give them.
     ("data mode", re.compile(r".*\bdata ?mode")),
+    # Words that may be anything, and of which some say what was measured.
+    ("gloss", re.compile(r"gloss(?: component| mode)?|glanz(?:einschluss|komponente|modus)?|brilliance")),
+    ("anything", re.compile(r"units?|(?:mess)?mod(?:e|us)|mask/gloss|options?|settings?")),
 )  # fmt: skip
 # What the parts are called in CxF3.
 _CXF = {
@@ -100,13 +106,19 @@ _SPHERE = re.compile(
 _IS_SPHERE = re.compile(r"sphere|kugel|specular_(?:in|ex)cluded|\bSC[IE]\b|ulbricht|(?<![a-z])diffuse", re.I)
 _ANGLES = re.compile(rf"(?<![\d.])({_NUMBER})\s*°?\s*[acx]?\s*[:/-]\s*({_NUMBER})(?![\d.])", re.I)
 _INCLUDED = re.compile(
-    r"specular[ _]?(?:component )?incl|\bSCI\b|\bSPIN\b|\bRSIN\b|(?<![a-z])di\s*[:/]|[:/]\s*di(?![a-z])", re.I
+    r"specular[ _]?(?:component )?incl|"
+    r"\bSCI\b|\bSPINC?\b|\bRSIN\b|^[A-Z]{1,3}/I$|(?<![a-z])di\s*[:/]|[:/]\s*di(?![a-z])",
+    re.I,
 )
 _EXCLUDED = re.compile(
-    r"specular[ _]?(?:component )?excl|\bSCE\b|\bSPEX\b|\bRSEX\b|(?<![a-z])de\s*[:/]|[:/]\s*de(?![a-z])", re.I
+    r"specular[ _]?(?:component )?excl|"
+    r"\bSCE\b|\bSPEXC?\b|\bRSEX\b|^[A-Z]{1,3}/E$|(?<![a-z])de\s*[:/]|[:/]\s*de(?![a-z])",
+    re.I,
 )
-_YES = re.compile(r"incl|^(?:yes|true|on|1|in|i|ein|ja|crossed|pol\w*)\b|closed", re.I)
-_NO = re.compile(r"excl|^(?:no|none|false|off|0|out|e|ex|aus|nein|without|unpolari[sz]ed|not)\b|\bnone\b|open", re.I)
+_YES = re.compile(r"incl|^(?:yes|true|on|1|in|i|ein|ja|mit|with|crossed|pol\w*)\b|closed", re.I)
+_NO = re.compile(
+    r"excl|^(?:no|none|false|off|0|out|e|ex|aus|nein|ohne|without|unpolari[sz]ed|not)\b|\bnone\b|open", re.I
+)
 _LETTER = re.compile(r"(?<![A-Za-z0-9])M([0-3])(?![0-9A-Za-z])")
 _UNKNOWN = re.compile(r"(?:|-+|\?|n/?a|unknown|not (?:stated|known)|unspecified|unbekannt)", re.I)
 _FILM = re.compile(r"\b(?:film|foil|transparen\w+|translucent|slide|dia|folie)\b", re.I)
@@ -116,6 +128,16 @@ _BACKINGS = {
     "self": r"self|own|stack\w*|pile",
     "substrate": r"substrate",
 }
+
+_COLOUR = "|".join(_BACKINGS[name] for name in ("white", "black"))
+_BACKING_IN_NAME = re.compile(
+    rf"\b(?:over|on|above|auf|ueber|über|sur) ({_COLOUR})\b|\b({_COLOUR}) (?:backing|background|underlay)\b", re.I
+)
+_UV_IN_NAME = re.compile(r"\bUV (?:(incl\w*|on|in|with)|excl\w*|cut|off|ex|without)\b", re.I)
+# Digits beside it would be of a chip's notation or a date.
+_GEOMETRY_IN_NAME = re.compile(
+    r"(?<![\w./:])(?:45°?[acx]?[:/]0°?|0°?[:/]45°?[acx]?|d[ie]?[:/]\s?8°?|8°?[:/]d[ie]?)(?![\w./:])"
+)
 
 _KINDS = ("directional", "sphere", "multi-angle")
 
@@ -317,7 +339,7 @@ def signed(text: str) -> float:
 
 def is_condition(label: str) -> bool:
     """Whether a label of a file is that of a part of a measurement."""
-    return _part(label) is not None
+    return _part(label) not in (None, "gloss", "anything")
 
 
 def _part(label: str) -> str | None:
@@ -337,6 +359,11 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, Said], ...]
         # A condition may be anything, such as that of the sample.
         return ()
     where = _CXF.get(label, label) if is_cxf else label
+    if part == "uv cut":
+        cut = None if _YES.search(text) is _NO.search(text) else bool(_YES.search(text))
+        return () if cut is None else (("filter", Said("uv excluded" if cut else "none", text, where)),)
+    if part in ("gloss", "anything"):
+        return _in_free_words(text, where, gloss=part == "gloss")
     if part == "source":
         inside = ((_IN_SOURCE.get(re.sub(r"[ _]", "", key.casefold())), value) for key, value in _INSIDE.findall(text))
         return tuple(told for name, value in inside if name for told in _told(name, value, where))
@@ -345,6 +372,18 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, Said], ...]
         # A mode may be anything; a geometry has angles, or a sphere.
         found = [one for one in found if not isinstance(one[1].value, Geometry) or one[1].value.kind in _KINDS]
     return tuple(found)
+
+
+def _in_free_words(text: str, where: str, gloss: bool) -> tuple[tuple[str, Said], ...]:
+    """A specular component or an M condition where words say nothing else; of gloss, a number is one of its units."""
+    if re.fullmatch(r"M[0-3]", text):
+        return (("measurement condition", Said(text, text, where)),)
+    included, excluded = bool(_INCLUDED.search(text)), bool(_EXCLUDED.search(text))
+    if gloss and not re.search(r"\d", text):
+        included, excluded = bool(_YES.search(text)), bool(_NO.search(text))
+    if included == excluded:
+        return ()
+    return (("specular component", Said("included" if included else "excluded", text, where)),)
 
 
 def _told(part: str, text: str, where: str) -> list[tuple[str, Said]]:
@@ -364,7 +403,7 @@ def _told(part: str, text: str, where: str) -> list[tuple[str, Said]]:
     if part == "geometry":
         return _geometry(text, where)
     if part == "filter":
-        return _filter(text, where)
+        return _uv(text, where) if re.fullmatch(r"uv(?:[ _-]?(?:mode|setting))?", where, re.I) else _filter(text, where)
     if part == "polarisation":
         return [(part, said(not _NO.search(text)))]
     if part == "backing":
@@ -407,15 +446,34 @@ def _filter(text: str, where: str) -> list[tuple[str, Said]]:
     return [("filter", Said(value, text, where))]
 
 
+def _uv(text: str, where: str) -> list[tuple[str, Said]]:
+    """Whether ultraviolet was in the light, by a label such as "UV"."""
+    share = re.fullmatch(r"(\d+(?:\.\d+)?)\s*%?", text)
+    without = float(share[1]) == 0.0 if share else bool(_NO.search(text))
+    with_it = float(share[1]) in (1.0, 100.0) if share else bool(_YES.search(text))
+    if without != with_it:
+        return [("filter", Said("uv excluded" if without else "none", text, where))]
+    return _filter(text, where)
+
+
 def _in_name(name: str) -> list[tuple[str, Said]]:
     """Parts that the name of a reading states: SCI or SCE as words of their own, an angle in its notation."""
     found: list[tuple[str, Said]] = []
     words = re.sub(r"[_\W]+", " ", name)
-    stated = {word.upper() for word in re.findall(r"\b(?:SCI|SCE|SPIN|SPEX|RSIN|RSEX)\b", words)}
+    stated = {word.upper() for word in re.findall(r"(?<![A-Z])(?:SCI|SCE|SPINC?|SPEXC?|RSIN|RSEX)(?![A-Za-z])", words)}
     if len(stated) == 1:
         word = stated.pop()
-        value = "included" if word in ("SCI", "SPIN", "RSIN") else "excluded"
+        value = "included" if word.startswith(("SCI", "SPIN", "RSIN")) else "excluded"
         found.append(("specular component", Said(value, word, "the name")))
+    if ultraviolet := _UV_IN_NAME.search(words):
+        found.append(("filter", Said("none" if ultraviolet[1] else "uv excluded", ultraviolet[0], "the name")))
+    if lies := _BACKING_IN_NAME.search(words):
+        named = (lies[1] or lies[2]).casefold()
+        found.append(
+            ("backing", Said(next(n for n, p in _BACKINGS.items() if re.match(p, named)), lies[0], "the name"))
+        )
+    if angles := _GEOMETRY_IN_NAME.search(name):
+        found += [told for told in _geometry(angles[0], "the name") if told[0] != "configuration"]
     angles = list(ANGLE_NOTATION.finditer(name))
     if len(angles) == 1:
         geometry = geometry_in(angles[0][0])

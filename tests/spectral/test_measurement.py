@@ -49,6 +49,19 @@ def test_geometries_are_compared_by_their_numbers(one, other):
         (("SAMPLE_BACKING", "black"), ("Backing", "White tile"), "backing"),
         (("MEASUREMENT_SOURCE", "WhiteBase=Abs"), ("MEASUREMENT_SOURCE", "WhiteBase=Pap"), "white base"),
         (("MATERIAL", "Polyester film"), ("MATERIAL", "paint"), "film"),
+        (("Mode", "SCI"), ("Mode", "SCE"), "specular component"),
+        (("units", "SCI"), ("units", "SPEX"), "specular component"),
+        (("Specular component", "SPINC"), ("Specular component", "SPEXC"), "specular component"),
+        (("Gloss", "included"), ("gloss component", "excluded"), "specular component"),
+        (("Glanz", "ein"), ("Glanzeinschluss", "ohne"), "specular component"),
+        (("Mask/Gloss", "M/I"), ("Mask/Gloss", "S/E"), "specular component"),
+        (("Mode", "M1"), ("Modus", "M0"), "measurement condition"),
+        (("UV", "100%"), ("UV", "0 %"), "filter"),
+        (("UV", "no"), ("UV mode", "included"), "filter"),
+        (("UV cut", "yes"), ("UV cut", "no"), "filter"),
+        (("UV-Cut Filter", "on"), ("UV", "full"), "filter"),
+        (("Polfilter", "ja"), ("Polarizer", "none"), "polarisation"),
+        (("Hintergrund", "weiß"), ("Background", "black"), "backing"),
     ],
 )
 def test_what_was_not_measured_alike_is_refused_until_somebody_asks(one, other, part):
@@ -78,6 +91,15 @@ def test_no_wish_compares_reflectance_with_transmittance(quantity):
         ("FILTER", "-"),
         ("ILLUMINATION_NAME", "D50"),
         ("ORIGINATOR", "45/0 laboratory"),
+        ("Gloss", "85.1"),
+        ("Gloss", "1"),
+        ("units", "1"),
+        ("units", "%"),
+        ("Mode", "single"),
+        ("Mode", "reflectance"),
+        ("Options", "SCI + SCE"),
+        ("Mode", "M12"),
+        ("UV cut", "400"),
     ],
 )
 def test_words_that_say_nothing_of_the_measurement_are_none_of_it(label, words):
@@ -101,6 +123,15 @@ def test_a_part_is_named_by_its_field_in_the_file():
 def test_a_name_states_a_specular_component_and_an_angle_but_no_condition():
     assert Measurement.of(None, {}, "red SCE").parts["specular component"].value == "excluded"
     assert Measurement.of(None, {}, "Silver 45as-15").geometry == Geometry("multi-angle", 45.0, -15.0)
+    assert Measurement.of(None, {}, "redSCI").parts["specular component"].value == "included"
+    assert Measurement.of(None, {}, "red, UV excluded").parts["filter"].value == "uv excluded"
+    assert Measurement.of(None, {}, "red over black").parts["backing"].value == "black"
+    assert Measurement.of(None, {}, "red_white_backing").parts["backing"].value == "white"
+    assert Measurement.of(None, {}, "red 45/0").geometry == Measurement.of(None, {}, "0:45 red").geometry
+    sphere = Measurement.of(None, {}, "red di:8")
+    assert sphere.geometry == Geometry("sphere", 8.0) and sphere.parts["specular component"].value == "included"
+    for name in ("ASCII red", "5R 4/10", "1/45/0", "Blackboard", "black on request", "red 145/0", "UV red", "spine"):
+        assert not Measurement.of(None, {}, name).parts, name
     assert not Measurement.of(None, {}, "M1").parts and not Measurement.of(None, {}, "Texas 15").parts
 
 
