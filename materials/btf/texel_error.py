@@ -18,6 +18,8 @@ from .metric import folding_of
 
 # One of so many images of each texel is looked at for how dark and bright its spectra are.
 _SPECTRA = 61
+# Colours whose differences are taken in one go: texels of few images are judged many at a time.
+_AT_ONCE = 1 << 15
 
 
 @runtime_checkable
@@ -75,6 +77,8 @@ def _error(sample: Sample, form: Decoded) -> FitError:
     to_xyz = np.pi * folding.coefficients(images.basis)
     whites = folding.weights(images.basis.wavelengths_nm).sum(axis=0)
     off: list[list[np.ndarray]] = [[] for _ in LIGHTS]
+    # XYZ of true and made spectra, light by light, whose differences are still to be taken.
+    waiting: list[tuple[np.ndarray, np.ndarray]] = []
     squares, extremes = np.zeros(2), np.zeros(3)
     for place, (true, made) in enumerate(zip(sample.truth, form.decoded(sample.texels), strict=True)):
         squares += [np.sum(np.square(one, dtype=np.float64)) for one in (made - true, true)]
@@ -84,7 +88,12 @@ def _error(sample: Sample, form: Decoded) -> FitError:
         extremes = np.maximum(extremes, [-spectra[0].min(), spectra[0].max(), spectra[1].max()])
         for light in range(len(LIGHTS)):
             at = slice(3 * light, 3 * light + 3)
-            off[light].append(delta_e_xyz(true @ to_xyz[:, at], made @ to_xyz[:, at], whites[at]).ravel())
+            waiting.append(((true @ to_xyz[:, at]).reshape(-1, 3), (made @ to_xyz[:, at]).reshape(-1, 3)))
+        if len(waiting) * len(waiting[0][0]) > _AT_ONCE or place + 1 == len(sample.truth):
+            for light in range(len(LIGHTS)):
+                true_xyz, made_xyz = map(np.concatenate, zip(*waiting[light :: len(LIGHTS)], strict=True))
+                off[light].append(delta_e_xyz(true_xyz, made_xyz, whites[3 * light : 3 * light + 3]))
+            waiting.clear()
     rows = []
     for name, some in zip(LIGHTS, off, strict=True):
         each = np.concatenate(some)

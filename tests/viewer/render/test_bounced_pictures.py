@@ -10,7 +10,6 @@ from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.scene import Review
 from metamer.lighting.scene_file.files import load_scene
 from metamer.lighting.transfer import bounce_solver, indirect
-from metamer.lighting.visibility import refinement
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.factored.pack import FactoredBrdf, matt_brdf
 from metamer.materials.svbrdf.maps import MappedSurface
@@ -32,12 +31,6 @@ RED = np.interp(NM, [380, 560, 620, 780], [0.04, 0.08, 0.75, 0.8])
 
 def matt(reflectance):
     return matt_brdf(np.ones(1), Palette.of(np.broadcast_to(reflectance, (1, 81)) / np.pi))
-
-
-@pytest.fixture(autouse=True)
-def few_divisions(monkeypatch):
-    """Floors and walls of few sites: these tests have to be quick."""
-    monkeypatch.setattr(refinement, "MOST_VERTICES", 400)
 
 
 @pytest.fixture(params=["numpy", "GL"])
