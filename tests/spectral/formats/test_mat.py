@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 import scipy.io
 from metamer.runtime.errors import InputError
+from metamer.spectral.formats import mat, mat_variables
 from metamer.spectral.formats.mat import read, recognises
+from metamer.spectral.formats.mat_library import variables as variables_of
 from metamer.spectral.formats.registry import format_of, read_spectra
 
 WAVELENGTHS = np.arange(400.0, 701.0, 10.0)
@@ -26,6 +28,12 @@ def saved(tmp_path):
         return tmp_path / name
 
     return save
+
+
+@pytest.fixture
+def here(monkeypatch):
+    """Variables are read in this process: what they mean is tested, not how they come out of a file."""
+    monkeypatch.setattr(mat, "read_variables", lambda path: variables_of(path, mat_variables.MOST_SAMPLES))
 
 
 def written_7_3(path, **variables):
@@ -131,6 +139,7 @@ def test_a_variable_that_claims_to_be_huge(saved, refused):
     assert lines[:2] == ["huge.mat: a variable is too large", "  found: wavelength: 100000 x 100000"]
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     ("name", "variables", "found"),
     [
@@ -151,6 +160,7 @@ def test_what_is_no_colour_is_refused_by_its_name(saved, rng, name, variables, f
     assert found in str(caught.value.found) and "reflectance" in (caught.value.hint or "")
 
 
+@pytest.mark.usefixtures("here")
 def test_names_that_say_reflectance_count_before_others(saved, paints):
     """Paints of a laboratory called Stockman, and the observer's functions beside them."""
     file = read(saved("xyz.mat", wavelength=WAVELENGTHS, refl_cones=paints, xyz=paints[:, :3], comment="by Stockman"))
@@ -158,12 +168,14 @@ def test_names_that_say_reflectance_count_before_others(saved, paints):
     assert any("xyz is left out: colour-matching functions" in note for note in file.notes)
 
 
+@pytest.mark.usefixtures("here")
 def test_a_light_beside_reflectances(saved, paints):
     file = read(saved(wave=WAVELENGTHS, refl_A=paints, illum=np.linspace(10, 100, 31)))
     assert [entry.spectrum.quantity for entry in file.entries] == ["reflectance"] * 5 + ["emission"]
     assert file.entries[5].spectrum.samples[-1] == 100
 
 
+@pytest.mark.usefixtures("here")
 def test_a_scene_has_its_light_alone(saved, paints):
     """The layout of ISETCam: coefficients of a basis a pixel, and the light in a struct with its own wavelengths."""
     light = {"data": np.linspace(1, 2, 31), "wavelength": WAVELENGTHS}
@@ -174,10 +186,12 @@ def test_a_scene_has_its_light_alone(saved, paints):
     assert any("basis.basis is left out" in note for note in file.notes)
 
 
+@pytest.mark.usefixtures("here")
 def test_wavelengths_that_stand_twice_are_no_spectrum(saved, paints):
     check(read(saved(wavelength=WAVELENGTHS, wave2=WAVELENGTHS, x=WAVELENGTHS, reflectance=paints)), paints)
 
 
+@pytest.mark.usefixtures("here")
 def test_each_struct_has_its_own_wavelengths(saved, paints):
     both = {"a": {"wl": WAVELENGTHS, "refl": paints}, "b": {"wl": WAVELENGTHS + 5, "refl": paints}}
     file = read(saved(**both))
@@ -188,6 +202,7 @@ def test_each_struct_has_its_own_wavelengths(saved, paints):
     check(spaced, paints)
 
 
+@pytest.mark.usefixtures("here")
 def test_an_array_of_structs(saved, paints):
     kinds = [("wl", "O"), ("R", "O"), ("name", "O")]
     rows = np.array([(WAVELENGTHS, paints[:, 0], "red"), (WAVELENGTHS + 5, paints[:, 1], "blue")], dtype=kinds)
@@ -197,6 +212,7 @@ def test_an_array_of_structs(saved, paints):
     np.testing.assert_array_equal(file.entries[1].spectrum.samples, paints[:, 1])
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(("scale", "unit", "hint"), [(1e-9, "metres", "1e9"), (1e-3, "micrometres", "1000")])
 def test_wavelengths_in_another_unit_are_named(saved, paints, scale, unit, hint):
     with pytest.raises(InputError, match=f"look like {unit}") as caught:
@@ -218,6 +234,7 @@ def test_real_sets(shared_data, name, count):
     assert entry.spectrum.wavelengths_nm[[0, -1]].tolist() == [400.0, 700.0]
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize("order", ["<", ">"])
 def test_version_4_is_known_in_both_orders_of_bytes(tmp_path, order):
     """Five numbers, a name and the columns of each matrix; the thousands of the first number are the order of bytes."""
@@ -233,6 +250,7 @@ def test_version_4_is_known_in_both_orders_of_bytes(tmp_path, order):
     np.testing.assert_array_equal([entry.spectrum.samples for entry in entries], spectra.T)
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     ("name", "comment"),
     [
