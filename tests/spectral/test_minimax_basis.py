@@ -14,6 +14,7 @@ def chart():
     return stage()
 
 
+@pytest.mark.slow_cases("10-0.06")
 @pytest.mark.parametrize(("size", "bound"), [(6, 1.1), (7, 0.20), (8, 0.16), (10, 0.06)])
 def test_largest_error_at_each_size(chart, size, bound):
     ours = basis_error(minimax_basis(chart.reflectances, chart.columns, size), chart)
@@ -22,7 +23,7 @@ def test_largest_error_at_each_size(chart, size, bound):
     assert ours < 0.9 * balanced
 
 
-@pytest.mark.slow_cases("2", "3", "16")
+@pytest.mark.slow_cases("2", "3", "16", "4")
 @pytest.mark.parametrize("size", [1, 2, 3, 4, 16, 24])
 def test_never_worse_than_balanced(chart, size):
     ours = basis_error(minimax_basis(chart.reflectances, chart.columns, size), chart)

@@ -163,7 +163,7 @@ def test_a_btf_is_shown_on_a_cloth():
     ]
 
 
-@pytest.mark.slow_cases("measured-measured", "analytic-analytic")
+@pytest.mark.slow_cases("measured-measured", "analytic-analytic", "reconstructed(flakes)-reconstructed")
 @pytest.mark.parametrize(
     ("kind", "standing"),
     [

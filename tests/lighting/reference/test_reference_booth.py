@@ -77,7 +77,7 @@ def summed(scene, which):
     return total * np.pi / scene.viewing.reference_illuminance_lux / geometry.samples
 
 
-@pytest.mark.slow_cases("metal", "ramp", "gloss")
+@pytest.mark.slow_cases("metal", "ramp", "gloss", "brushed")
 @pytest.mark.parametrize("material", SURFACES)
 def test_a_booth_is_the_sum_over_all_its_texels(material):
     scene = scene_of(material)

@@ -72,6 +72,7 @@ def exactly(state):
     return replace(state, _received=replace(got, lux=got.lux.astype(float), incoming=got.incoming.astype(float)))
 
 
+@pytest.mark.slow_cases("A")
 @pytest.mark.parametrize("name", ["D65", "A", "FL11"])
 def test_fluorescent_parts_are_full_matrices_at_every_wavelength(corner, geometry, name):
     """Three bounces worked out with Donaldson matrices at each nanometre: sampled to rounding, few numbers unseen."""

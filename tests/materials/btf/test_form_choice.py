@@ -96,7 +96,9 @@ def test_names_are_the_same_wherever_they_are_asked_for():
     assert get_args(BtfFormName) == catalogue_import.BTF_FORMS == NAMES
 
 
-@pytest.mark.slow_cases("rfnl-4", "rfnl-2-separate", "rfnl-4-separate", "lpca-paper", "rfnl-1", "rfnl-1-separate")
+@pytest.mark.slow_cases(
+    "rfnl-4", "rfnl-2-separate", "rfnl-4-separate", "lpca-paper", "rfnl-1", "rfnl-1-separate", "lpca"
+)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_form_is_kept_in_a_file_and_draws_the_same(bumpy, name):
     found = btf_form(bumpy, 1.0, name=name)

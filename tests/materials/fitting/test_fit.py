@@ -42,6 +42,7 @@ class Scaled(Brdf):
         return (np.where(lit, self.shape(wi, wo), 0.0) / np.pi)[..., None] * self.spectrum
 
 
+@pytest.mark.slow_cases("cook_torrance-10_1")
 @pytest.mark.parametrize(
     ("brdf", "terms"),
     [
@@ -135,6 +136,7 @@ def test_a_lobe_without_light_is_left_out():
     assert [pack.frame for pack in found.fast.packs] == ["hd"]
 
 
+@pytest.mark.slow_cases("10000.0")
 @pytest.mark.parametrize("exponent", [1.0, 10000.0])
 def test_exponents_from_1_to_10000(exponent):
     brdf = AshikhminShirley(DARK, GREY, exponent, exponent)

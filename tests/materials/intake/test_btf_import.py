@@ -160,7 +160,7 @@ def test_an_import_that_is_ended_in_the_middle_goes_on(wool, tmp_path, monkeypat
     assert brought(wool, tmp_path / "cat").count("imported") == 1
 
 
-@pytest.mark.slow_cases("rfp", "rfnl-1", "rfnl-1-separate")
+@pytest.mark.slow_cases("rfp", "rfnl-1", "rfnl-1-separate", "lpca-paper")
 @pytest.mark.parametrize("name", ["rfp", "rfnl-1", "rfnl-1-separate", "lpca", "lpca-paper"])
 def test_a_fast_form_is_asked_for_by_its_name(wool, tmp_path, monkeypatch, name):
     monkeypatch.undo()

@@ -348,6 +348,7 @@ def test_benchmark_of_a_small_measurement():
         assert rows["kriged"][statistic] < min(rows["linear"][statistic], rows["nearest"][statistic]), rows
 
 
+@pytest.mark.slow_cases("krylon_blue", "mystique")
 @pytest.mark.parametrize("name", ["garnet_red", "krylon_blue", "mystique"])
 def test_left_out_pairs_of_real_paint(shared_data, name):
     """Two of ten folds: clearly better than linear and nearest-neighbour interpolation, by mean and by p95."""

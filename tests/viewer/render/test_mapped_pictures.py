@@ -92,6 +92,7 @@ def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats, surfa
     assert len(off) > 1000 and np.median(off) < 0.02 and np.percentile(off, 95) < 0.2
 
 
+@pytest.mark.slow_cases("hammered-wrap0-near-mipmapped", "lacquered-wrap2-near-mipmapped")
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
 @pytest.mark.parametrize("distance", [2.5, 40.0], ids=["near", "far"])
 @pytest.mark.parametrize(

@@ -246,6 +246,7 @@ def test_each_picture_is_planned_by_itself(written):
     assert any("Peercy" in reason for reason in document["plan"]["reasons"])
 
 
+@pytest.mark.slow_cases("0.95")
 @pytest.mark.parametrize("scale", [1.05, 0.95])
 def test_wrong_pack_is_found(sphere, catalogue, tmp_path, scale):
     """5 % too light or too dark is over the budget for every material under every light."""
