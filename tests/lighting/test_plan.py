@@ -50,7 +50,7 @@ def test_several_lights_take_the_smallest_size_within_the_share(chart):
 
 
 def test_a_tighter_budget_never_takes_fewer_coefficients(chart):
-    lights = [illuminant(f"FL{n}") for n in range(1, 13)]
+    lights = [illuminant(f"FL{n}") for n in (1, 4, 9, 11)]
     sizes = [plan_scene(chart, lights, observer("1931_2"), b).basis_size for b in (10.0, 3.0, 1.0, 0.1)]
     assert sizes == sorted(sizes) and sizes[-1] > sizes[0], sizes
 

@@ -126,10 +126,15 @@ def test_a_budget_that_is_missed_is_said_with_what_one_more_step_would_have_paid
     shown, met = (metamer("catalogue", "show", name, folder)[1].splitlines() for name in ("paint/over", "paint/met"))
     assert [" ".join(line.split()) for line in shown if line.startswith("budget")] == [f"budget {words}"]
     assert not any(line.startswith("budget") for line in met)
-    code, _, _ = metamer("catalogue", "show", "paint/over", folder, "--html", folder / "page.html")
-    assert code == 0 and words in (folder / "page.html").read_text()
     (document,) = json.loads(metamer("catalogue", "list", folder, "--match", "paint/over", "--json")[1])["materials"]
     assert {name: document[name] for name in aims} == aims
+
+
+def test_the_page_of_a_material_says_the_budget_that_its_fit_missed(metamer, folder, write_matt):
+    declared = Catalogue.open(folder)["paint/dark"].error
+    write_matt(folder, "paint/over", 0.3, error=replace(declared, budget=0.25, score=0.75))
+    assert metamer("catalogue", "show", "paint/over", folder, "--html", folder / "page.html")[0] == 0
+    assert "misses the budget of ΔE94 0.25 by 0.50" in (folder / "page.html").read_text()
 
 
 WHERE = "light 80.0° from the normal, azimuth 0.0°; view 79.5° from the normal, azimuth 180.0°"
