@@ -121,6 +121,9 @@ def _steps(page: Any) -> Iterator[Step]:
     there("#find")
     yield from pressed("type a letter", ["Space" if letter == " " else letter for letter in _WORDS])
     yield from pressed("delete a letter", ["Backspace"] * len(_WORDS))
+    if page.evaluate("!!document.getElementById('detail')"):
+        yield from _review_steps(page, pressed, there)
+        return
     for at, choice in enumerate(page.evaluate("[...document.querySelectorAll('form select')].map((one) => one.id)")):
         others = page.evaluate("(at) => document.querySelectorAll('form select')[at].options.length - 1", at)
         there(f"#{choice}")
@@ -143,6 +146,31 @@ def _steps(page: Any) -> Iterator[Step]:
             yield f"point at {place}", lambda box=box: page.mouse.move(*box)
             yield f"click {place}", lambda box=box: page.mouse.click(*box)
     last = page.evaluate("[...document.querySelectorAll('[data-line] a')].at(-1).getAttribute('href')")
+    yield "follow a link to the last row", lambda: page.evaluate("(to) => { location.hash = to; }", last)
+
+
+def _review_steps(
+    page: Any, pressed: Callable[[str, Sequence[str]], Iterator[Step]], there: Callable[[str], bool]
+) -> Iterator[Step]:
+    """What a person does on the page of a review, once it has searched."""
+    there("#order")
+    yield from pressed("choose in #order", ["ArrowDown"] * 6 + ["Home"])
+    there(".tile[tabindex]")
+    yield from pressed("press an arrow", ["ArrowRight"] * 4)
+    yield from pressed("press a light", ["2", "3", "1"])
+    yield from pressed("press a view", ["r", "d", "p"])
+    yield from pressed("tick and untick marks", ["m", "m"])
+    yield from pressed("open a picture", ["Enter"])
+    page.wait_for_selector(".compare input")
+    there(".compare input")
+    yield from pressed("move the divider", ["ArrowRight"] * 3)
+    yield from pressed("press the map", ["d"])
+    page.wait_for_selector("#d-stage canvas")
+    box = page.evaluate(_PLACE.format(_SEEN.format("#d-stage canvas")))
+    yield "point at the map", lambda: page.mouse.move(*box)
+    yield from pressed("close the picture", ["Escape"])
+    yield from pressed("press the colour shift", ["s", "g"])
+    last = page.evaluate("Object.values(MATERIALS.at(-1).rows).at(-1).anchor")
     yield "follow a link to the last row", lambda: page.evaluate("(to) => { location.hash = to; }", last)
 
 

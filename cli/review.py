@@ -11,6 +11,7 @@ from .shared import (
     Added,
     add_renderer_option,
     comma_separated,
+    counted,
     positive_count,
     positive_delta_e,
     progress_bar,
@@ -112,6 +113,7 @@ def run(args: argparse.Namespace) -> int:
         )
     worst = max(result.rows, key=lambda row: row.statistics.p99)
     print(f"{result.verdict}\n{result.facts}")
-    print(f"Farthest off: {worst.material} under {worst.illuminant}. Took {time.perf_counter() - start:.0f} s.")
+    took = f"{counted(len(result.rows), 'picture')} in {time.perf_counter() - start:.0f} s"
+    print(f"Farthest off: {worst.material} under {worst.illuminant}. {took}.")
     print(f"Report:   {result.page}\nFigures:  {result.figures}\nPictures: {args.out / 'pictures'}")
     return {"pass": 0, "near": 1, "over": 2}.get(result.status, 2)

@@ -129,7 +129,8 @@ def test_page_is_self_contained_and_not_too_large(reviewed):
     assert len(page.encode()) < MOST_PAGE_BYTES
     targets = set(re.findall(r"""(?:src|href|poster|action|srcset)=["']([^"']+)""", page))
     targets |= set(re.findall(r"""url\(\s*["']?([^"')]+)""", page))
-    outside = {t[:80] for t in targets if not t.startswith(("data:", "#", "pictures/", "review.json"))}
+    # A mask of what the screen cannot show is named by its script.
+    outside = {t[:80] for t in targets - {"${url}"} if not t.startswith(("data:", "#", "pictures/", "review.json"))}
     assert not outside
     assert not re.search(r"(?:src|href|url\()\W{0,3}(?:https?:)?//", page)
     assert "@import" not in page and "fetch(" not in page and "XMLHttpRequest" not in page
@@ -154,7 +155,8 @@ def test_the_default_review_stands_in_a_booth_and_says_how_uncertain_its_referen
         assert 0.0 < noise["mean"] <= noise["aimed"] == 0.1 * MOST_P99 and not noise["limited"], row
         assert noise["mean"] < noise["p99"]
     page = (both[2] / "index.html").read_text(encoding="utf-8")
-    assert page.count("reference uncertain by ΔE94") == len(rows)
+    noises = re.findall(r'"noise":\{"mean":([0-9.e-]+)', page)
+    assert noises == [repr(row["reference_noise"]["mean"]) for row in rows]
 
 
 def test_a_row_under_one_direction_has_no_noise(reviewed):

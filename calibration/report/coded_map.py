@@ -61,6 +61,12 @@ def map_png(delta_e: Float[np.ndarray, "H W"], budget: float) -> bytes:
     )
 
 
+def clear_chunk() -> bytes:
+    """Chunk that leaves out what a map does not compare; put behind its palette, it moves neither head nor palette."""
+    data = b"tRNS" + b"\xff" * NOT_COMPARED + b"\x00"
+    return struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
+
+
 def code_words(budget: float) -> dict[str, Any]:
     """What the page's script has to know of the codes."""
     return {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from collections.abc import Callable, Sequence
@@ -9,13 +10,14 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from . import coded_map, plots
-from .histogram import histogram_plot
-from .history import Run, earlier_figures, trend_plot
+from . import plots
+from .history import Run, trend_plot
 from .rating import MOST, VERDICTS
-from .row import ReviewRow, WorstPixel
+from .review_data import page_data
+from .review_facts import SHIFT_ADAPTATION, SHIFT_FROM
+from .review_words import screen_name
+from .row import ReviewRow
+from .row_name import observer_name, row_id
 from .shift_plot import Shift, shift_plots
 from .statistics import beside, verdict
 
@@ -27,21 +29,7 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).with_name("templates")
 SHOWN_WORST = 6
 
-_PLOT_SIZE = (262.0, 132.0)
-_PAIR_SIZE = (168.0, 62.0)
-# Never the words and signs of a colour's verdict: a small error of the renderer does not approve a colour.
-_VERDICTS = {
-    "pass": ("error within budget", "●"),
-    "near": ("error near budget", "▲"),
-    "over": ("error over budget", "■"),
-    "invalid": ("not valid", "✕"),
-}
-_HEADINGS = {
-    "pass": "The renderer's error is within its budget",
-    "near": "The renderer's error is near its budget",
-    "over": "The renderer's error is over its budget",
-    "invalid": "Not valid",
-}
+_STATUS_ICONS = {"pass": "i-ok", "near": "i-near", "over": "i-warn", "invalid": "i-warn"}
 
 
 def html_environment(*folders: Path, **filters: Callable[..., Any]) -> jinja2.Environment:
@@ -87,32 +75,31 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
     budget = document["budget_delta_e94"]
     # A figure over the budget is not written as the budget.
     figure = partial(_figure, limits=(budget, 1.5 * budget))
-    environment = html_environment(de=figure, seconds=_seconds, uri=plots.data_uri, breakable=breakable)
-    environment.globals["window"] = window_command
-    cards = _cards(rows, budget, history)
-    views = [view for card in cards for view in card["rows"]]
-    counts = {word: sum(view["status"] == word for view in views) for word in ("pass", "near", "over")}
-    return environment.get_template("report.html").render(
+    environment = html_environment(de=figure, breakable=breakable)
+    data, embedded = page_data(document, rows, title, history)
+    pictured = [
+        (one["id"], _light_words(one["name"], one["id"]), str(number), one["icon"])
+        for number, one in enumerate((light for light in data["lights"] if light["pictured"]), start=1)
+    ]
+    return environment.get_template("review.html").render(
         title=title,
+        heading=data["title"],
         document=document,
-        cards=cards,
-        counts=counts,
-        total=len(views),
-        headline=_headline(document, counts, len(views)),
-        verdicts=_VERDICTS,
-        headings=_HEADINGS,
-        worst=sorted(views, key=_badness, reverse=True)[:SHOWN_WORST],
-        largest=max(views, key=_p99),
-        illuminants=_unique(row.illuminant for row in rows),
-        observers=_unique(_observer(row.observer) for row in rows),
-        whites=_whites(rows),
-        mean=float(np.mean([row.statistics.mean for row in rows])),
+        data=_script(data),
+        embedded=_script(embedded),
+        status_icon=_STATUS_ICONS[document["status"]],
+        pictured=[(*one[:2], one[2] if int(one[2]) < 10 else "", one[3]) for one in pictured],
+        pictured_plain=[
+            (light["id"], light["name"], "", light["icon"]) for light in data["lights"] if light["pictured"]
+        ],
+        observers=[(name, name, "", "") for name in data["observers"]],
+        screen=screen_name(document["display"]),
+        shift_words=f"ΔE2000 from the colour under {SHIFT_FROM}, after complete adaptation by {SHIFT_ADAPTATION}",
         scale=plots.scale_words(budget),
-        codes=coded_map.code_words(budget),
-        step=100.0 * coded_map.STEP_SHARE,
+        scale_bar=_scale_bar(budget),
+        whites=_whites(rows),
         shifts=_shifts(rows, budget),
         trend=trend_plot(history, "ΔE94 p99"),
-        pair=_PAIR_SIZE,
         budget=budget,
         most=MOST,
         said=_said(document["protocol"]),
@@ -120,57 +107,44 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
     )
 
 
+def _light_words(title: str, name: str) -> Markup:
+    """A light's title and, where there is room and it does not stand there yet, its name."""
+    from markupsafe import Markup, escape
+
+    return escape(title) if name in title else Markup('{}<span class="long"> {}</span>').format(title, name)
+
+
+def _script(value: Any) -> Markup:
+    """JSON for a script element: nothing in it ends the element."""
+    from markupsafe import Markup
+
+    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
+
+
+def _scale_bar(budget: float) -> Markup:
+    """The scale of all maps: its steps, red beyond, and ticks at whole budgets."""
+    from markupsafe import Markup
+
+    words = plots.scale_words(budget)
+    ramp = Markup("").join(
+        Markup('<i style="background:rgb{}"></i>').format(tuple(c)) for c in plots.scale_rgb()[::3].tolist()
+    )
+    ticks = Markup("").join(
+        Markup('<span style="left:{:.1f}%">{}{}</span>').format(at, label, " limit" if number == 1 else "")
+        for number, (at, label) in enumerate(words["ticks"])
+    )
+    label = f"Scale of the difference map: ΔE94 from 0, dark, to {words['top']}, light; red is above"
+    return Markup(
+        '<div class="scale"><div class="ramp" role="img" aria-label="{}">{}<i class="over"></i></div>'
+        '<div class="ticks" aria-hidden="true">{}</div></div>'
+    ).format(label, ramp, ticks)
+
+
 def _said(protocol: Sequence[dict[str, Any]]) -> str:
     """How many reviewers' ratings say what."""
     counts = {word: sum(one["verdict"] == word for one in protocol) for word in VERDICTS}
     return ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-
-
-def _headline(document: dict[str, Any], counts: dict[str, int], total: int) -> str:
-    budget = f"ΔE94 {document['budget_delta_e94']:g}"
-    if document["status"] == "invalid":
-        return "The report's check of itself is missing or failed: do not rely on its figures."
-    if counts["pass"] == total:
-        return f"All {total} rows: at least 99 % of the lit surface is within {budget} of the reference."
-    outside = [f"{counts[word]} {word}" for word in ("near", "over") if counts[word]]
-    return f"{counts['pass']} of {total} rows are within the budget of {budget}; {' and '.join(outside)} it."
-
-
-def _cards(rows: Sequence[ReviewRow], budget: float, history: Sequence[Run]) -> list[dict[str, Any]]:
-    """One card a material, the worst first; `order` is its place in the review."""
-    cards: list[dict[str, Any]] = []
-    for order, material in enumerate(_unique(row.material for row in rows), start=1):
-        anchor = f"m{order}"
-        own = [row for row in rows if row.material == material]
-        views = [{"row": row, "anchor": anchor, "status": verdict(row.statistics, budget)} for row in own]
-        for view in views:
-            view["observer"] = _observer(view["row"].observer)
-            view["colour"] = _colour(view["row"])
-            view["id"] = row_id(view["row"].name)
-            view["histogram"] = histogram_plot(view["row"].histogram, budget)
-            view["worst"] = _worst(view["row"].worst)
-            view["earlier"] = earlier_figures(history, view["row"].name)
-        worst = max(views, key=_badness)
-        cards.append(
-            {
-                "material": material,
-                "anchor": anchor,
-                "order": order,
-                "rows": views,
-                "worst": worst,
-                "mean": max(row.statistics.mean for row in own),
-                "max": max(row.statistics.max for row in own),
-                "swatches": [(row.illuminant, row.swatch) for row in own if row.swatch is not None],
-                "plot": next((_plot(row) for row in own if row.reflectance is not None), None),
-                "provenance": {label: text for row in own for label, text in row.provenance.items()},
-            }
-        )
-    return sorted(cards, key=lambda card: _badness(card["worst"]), reverse=True)
-
-
-def row_id(name: str) -> str:
-    """What a link leads to: a row's name without white space, which an address would not keep."""
-    return re.sub(r"\s", "_", name)
 
 
 def _shifts(rows: Sequence[ReviewRow], budget: float) -> list[tuple[str, dict[str, Any]]]:
@@ -188,58 +162,15 @@ def _shifts(rows: Sequence[ReviewRow], budget: float) -> list[tuple[str, dict[st
     return found
 
 
-def _worst(worst: WorstPixel | None) -> dict[str, Any] | None:
-    """What is said of the worst pixel, with its spectra where there are any."""
-    if worst is None:
-        return None
-    curves = (worst.wavelengths_nm, worst.reference_factor, worst.picture_factor)
-    plot = None if any(one is None for one in curves) else plots.pair_plot(*curves, _PAIR_SIZE)  # type: ignore[arg-type]
-    off = worst.picture_lab - worst.reference_lab
-    words = " ".join(f"Δ{name} {value:+.2f}" for name, value in zip(("L*", "a*", "b*"), off, strict=True))
-    return {
-        "place": f"{worst.place[1]}, {worst.place[0]}",
-        "words": words.replace("-", "\N{MINUS SIGN}"),
-        "plot": plot,
-        "delta_e": worst.delta_e94,
-    }
-
-
-def _colour(row: ReviewRow) -> str:
-    """`L* 41.2 a* 30.1 b* -12.0` with a real minus, or nothing."""
-    if row.colour is None:
-        return ""
-    named = zip(("L*", "a*", "b*"), row.colour.lab, strict=True)
-    return " ".join(f"{name} {value:.1f}" for name, value in named).replace("-", "\N{MINUS SIGN}")
-
-
-def _p99(view: dict[str, Any]) -> float:
-    return view["row"].statistics.p99
-
-
-def _badness(view: dict[str, Any]) -> tuple[bool, float]:
-    statistics = view["row"].statistics
-    return statistics.undefined > 0, statistics.p99
-
-
-def _plot(row: ReviewRow) -> dict[str, Any]:
-    assert row.wavelengths_nm is not None and row.reflectance is not None
-    return plots.spectrum_plot(row.wavelengths_nm, row.reflectance, row.reflectance_label, _PLOT_SIZE)
-
-
 def _whites(rows: Sequence[ReviewRow]) -> list[str]:
     words = []
     for row in rows:
         if row.white_xyz is not None:
             x, y = row.white_xyz[:2] / row.white_xyz.sum()
             white = " ".join(f"{value:.4f}" for value in row.white_xyz)
-            observer = _observer(row.observer)
+            observer = observer_name(row.observer)
             words.append(f"{row.illuminant}, {observer}: XYZ {white} (x {x:.4f}, y {y:.4f})")
     return _unique(words)
-
-
-def _observer(name: str) -> str:
-    """`CIE 1931 2°` for colour-science's `CIE 1931 2 Degree Standard Observer`."""
-    return name.replace(" Degree Standard Observer", "°")
 
 
 def _unique(words: Any) -> list[str]:
@@ -267,7 +198,3 @@ def breakable(name: str) -> Markup:
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"([/_.-])", r"\1<wbr>", str(escape(name))))
-
-
-def _seconds(value: float) -> str:
-    return f"{value * 1000.0:.0f} ms" if value < 1.0 else f"{value:.1f} s"

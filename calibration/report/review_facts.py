@@ -9,11 +9,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
-from ...spectral.adaptation import adaptation_matrix
-from ...spectral.axis_letters import Lab, White
-from ...spectral.difference import delta_e, differences, lab_from_xyz
-from .direction import direction
 from .row import ReviewRow
 
 #: Light that colours are adapted to and that shifts are counted from; how eyes get used to another; and the formula.
@@ -21,8 +16,6 @@ SHIFT_FROM, SHIFT_ADAPTATION, SHIFT_FORMULA = "D65", "CAT02", "CIE 2000"
 ADAPTED = f"{SHIFT_ADAPTATION} to {SHIFT_FROM}"
 #: Lights that figures are given for beside those of the pictures: they cost nothing.
 FIGURE_LIGHTS = ("D65", "A", "FL11", "FL2", "LED-B3")
-# Differences in CIELAB that no word is spent on.
-_SPOKEN_FROM = 0.5
 _TITLES = {
     "D65": ("Daylight", "daylight"),
     "D50": ("Warm daylight", "daylight"),
@@ -129,26 +122,6 @@ def distinct_titles(materials: Sequence[ReviewedMaterial]) -> tuple[ReviewedMate
     titles = [one.title for one in materials]
     return tuple(
         replace(one, title=f"{one.title} ({one.id})") if titles.count(one.title) > 1 else one for one in materials
-    )
-
-
-def corresponding_lab(xyz: Float[np.ndarray, "3"], white: White, daylight: White) -> Lab | None:
-    """CIELAB under `SHIFT_FROM` of the colour that looks alike there, by complete adaptation; None where none is
-    possible.
-
-    daylight : white of `SHIFT_FROM` for the same observer.
-    """
-    try:
-        adapted = adaptation_matrix(white, daylight, SHIFT_ADAPTATION) @ xyz
-    except InputError:
-        return None
-    return lab_from_xyz(adapted, daylight)
-
-
-def shift_between(first: Lab, second: Lab) -> Shift:
-    """Change from one adapted colour to another: CIE 2000, and the direction in the words of a match."""
-    return Shift(
-        float(delta_e(first, second, SHIFT_FORMULA)), direction(first, differences(first, second), _SPOKEN_FROM)
     )
 
 

@@ -32,7 +32,9 @@ def opened(browser):
         page.faults = []
         page.on("console", lambda said: page.faults.append(said.text))
         page.on("pageerror", lambda error: page.faults.append(str(error)))
-        page.on("request", lambda asked: asked.url.startswith(("file:", "data:")) or page.faults.append(asked.url))
+        page.on(
+            "request", lambda asked: asked.url.startswith(("file:", "data:", "blob:")) or page.faults.append(asked.url)
+        )
         page.goto(path.as_uri())
         return page
 

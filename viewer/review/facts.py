@@ -14,10 +14,8 @@ from ...calibration.report.review_facts import (
     LitColour,
     ReviewedLight,
     ReviewedMaterial,
-    corresponding_lab,
     distinct_titles,
     light_title,
-    shift_between,
     titled,
 )
 from ...lighting.scene import Scene
@@ -35,6 +33,7 @@ from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
 from ..scene_reading import swatch, xyz_in
 from .cases import Setting
+from .shifts import corresponding_lab, shift_between
 
 # Of people who match by eye, and of larger fields: figures are given for both, whichever the pictures are for.
 _OBSERVERS = ("1931_2", "1964_10")

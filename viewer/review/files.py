@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from ...calibration.report.plots import mask_png
+from ...calibration.report.plots import lossless, mask_png
+from ...calibration.report.review_data import BESIDE
 from ...runtime.files import written_whole
 from ...spectral.formats.exr import write_exr
 from ...spectral.formats.xyz_exr import write_xyz_exr
@@ -60,6 +61,7 @@ def write_row(
     delta_e: Float[np.ndarray, "H W"],
     said: Mapping[str, str],
     limits_mask: UInt8[np.ndarray, "H W"] | None = None,
+    cut_outs: tuple[UInt8[np.ndarray, "H W 4"], UInt8[np.ndarray, "H W 4"]] | None = None,
 ) -> tuple[str, dict[str, str]]:
     """Write the picture of a row and what its figures come from; paths relative to `out`: the PNG, the rest by label.
 
@@ -70,6 +72,7 @@ def write_row(
     sample, reference : XYZ of the renderer and of the truth, and the `coverage` of each.
     delta_e : ΔE94 of the two; NaN where they are not compared, infinite where there is no number.
     said : attributes for every header, by name.
+    cut_outs : picture and reference without a background, for a page that embeds them smaller than they are.
     limits_mask : not 0 where the display cannot show the picture; written where it is so anywhere.
     """
     files = {
@@ -84,6 +87,11 @@ def write_row(
     write_xyz_exr(out / files["reference EXR"], reference, coverage[1], {**said, "picture": "reference"})
     what = {**said, "picture": "CIE 1994 (graphic arts) of sample and reference; NaN: not compared, inf: no number"}
     write_exr(out / files["ΔE94 EXR"], what, {"deltaE94": delta_e})
+    if cut_outs is not None:
+        for label, ending, cut_out in zip(BESIDE.values(), ("webp", "reference.webp"), cut_outs, strict=True):
+            files[label] = f"{PICTURES}/{name}.{ending}"
+            with written_whole(out / files[label]) as beside:
+                beside.write_bytes(lossless(cut_out))
     if limits_mask is not None and limits_mask.any():
         files["limits PNG"] = f"{PICTURES}/{name}.limits.png"
         with written_whole(out / files["limits PNG"]) as beside:

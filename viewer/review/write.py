@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+from ...calibration.report.plots import embedded_side, fitted_size
 from ...calibration.report.row import ReviewRow, RowColour, WorstPixel, review_row
 from ...materials.catalogue.instrument_reading import GEOMETRY, Reading
 from ...spectral.difference import lab_from_xyz
@@ -28,6 +29,8 @@ def write(
     begun = time.perf_counter()
     scene, display, lit = setting.scene, setting.display, drawing.scene
     words = picture_words(lit, setting.view, setting.renderer.made_by, setting.version)
+    full = found.difference.shape
+    reduced = fitted_size(full, embedded_side(setting.total)) != full
     limits = limits_of(drawing.sample, found.share, display)
     image, files = write_row(
         out,
@@ -40,6 +43,7 @@ def write(
         found.difference,
         words | {"material": found.material},
         None if limits is None else limits[1],
+        (drawing.cut_out, drawing.truth_cut_out) if reduced else None,
     )
     seconds = drawing.seconds | {"compare": found.seconds, "write": time.perf_counter() - begun}
     seconds["write"] += seconds.pop("encode")

@@ -1,11 +1,17 @@
-"""The review page in a real browser: search, orders, keys, comparison, maps, paper, and what axe-core finds."""
+"""The review page in a real browser: keys, search, orders, links, divider, maps, paper, and what axe-core finds."""
+
+import re
 
 import numpy as np
 import pytest
+from metamer.calibration.report.direction import direction
 from metamer.calibration.report.history import Run
 from metamer.calibration.report.report import write_report
-from metamer.calibration.report.row import RowColour, WorstPixel, review_row
+from metamer.calibration.report.review_facts import LitColour, ReviewedLight, ReviewedMaterial, light_title
+from metamer.calibration.report.row import Limits, RowColour, WorstPixel, review_row
 from metamer.calibration.report.statistics import DeltaEStatistics, SelfCheck
+from metamer.spectral.difference import delta_e, differences
+from metamer.viewer.review.shifts import shift_between
 
 #: ΔE94 of the map of the first row.
 DELTA_E = np.array([[0.0, 0.5, 1.0, 1.001], [3.0, 40.0, np.inf, np.nan], [0.004, 0.25, 0.26, 2.0]])
@@ -24,32 +30,56 @@ class Plan:
     reasons = ("One light, no bounce: 3 coefficients are exact.",)
 
 
+EYE = "CIE 1931 2 Degree Standard Observer"
 WORST = WorstPixel(
     (1, 2), 1.2, np.array([50.0, 5.0, 5.0]), np.array([50.5, 4.0, 5.0]), np.arange(400.0, 701.0, 10.0),
     np.linspace(0.1, 0.5, 31), np.linspace(0.12, 0.49, 31),
 )  # fmt: skip
 
 
-def written(folder, figures, shape=DELTA_E.shape):
+def written(folder, figures, shape=DELTA_E.shape, beside=False):
     """A page of rows, each a material, a light and a p99, with all that a row may hold; the second run of it.
 
-    `shape` : of the pictures.
+    `shape` : of the pictures. `beside` : the page is told of larger pictures, which are not there.
     """
     rows, delta_e = [], np.resize(DELTA_E, shape)
-    for material, light, p99 in figures:
-        picture = np.full((*shape, 3), 90, dtype=np.uint8)
-        statistics = DeltaEStatistics(0.5 * p99, 0.9 * p99, p99, 2.0 * p99, 12)
+    mask = np.zeros(shape, np.uint8)
+    mask[0] = 1
+    for number, (material, light, p99) in enumerate(figures):
+        picture = np.full((*shape, 4), 90 + number, dtype=np.uint8)
+        picture[..., 3] = 255
+        files = {"XYZ EXR": "a.exr"} | ({"picture WebP": "pictures/none.webp"} if beside else {})
         rows.append(
             review_row(
-                material, light, "1931_2", statistics=statistics, picture=picture, reference=picture + 9,
-                delta_e=delta_e, budget=1.0, rows=len(figures), image="a.png", files={"XYZ EXR": "a.exr"},
-                shift=(0.1, -0.2, 0.05), worst=WORST, notes=("Said of it.",),
-                colour=RowColour(np.array([0.2, 0.2, 0.1]), np.array([50.0, 5.0, 5.0]), "45a:0"),
+                material, light, EYE, statistics=DeltaEStatistics(0.5 * p99, 0.9 * p99, p99, 2.0 * p99, 12),
+                picture=picture, reference=picture // 2, delta_e=delta_e, budget=1.0, rows=len(figures), image="a.png",
+                files=files, shift=(0.1, -0.2, 0.05), worst=WORST, notes=("Said of it.",), limits=Limits(0.2, 0.0, 1.5),
+                limits_mask=mask, colour=RowColour(np.array([0.2, 0.2, 0.1]), np.array([50.0, 5.0, 5.0]), "45a:0"),
             )
         )  # fmt: skip
     checks = (SelfCheck("L*", 1.0, 1.0),)
     before = [Run("2026-01-01T00:00:00+00:00", "0", "pass", {row.name: 0.9 * row.statistics.p99 for row in rows})]
-    return write_report(folder, rows, Plan(), "numpy", 1.0, [], "0", checks=checks, history=before)[0]
+    lights = [ReviewedLight(name, *light_title(name), pictured=name != "FL2") for name in ("D65", "A", "FL2")]
+    materials = [reviewed(name) for name in dict.fromkeys(row.material for row in rows)]
+    said = {"checks": checks, "history": before, "lights": lights, "materials": materials}
+    return write_report(folder, rows, Plan(), "numpy", 1.0, [], "0", **said)[0]
+
+
+def reviewed(name):
+    """A material with colours under three lights for two observers; blue is nearly red in daylight, and not under A."""
+    start = np.array([50.0, 40.0, 5.0]) + (0.3 if "blue" in name else 0.0)
+    moved = np.array([0.0, 1.0 + len(name) % 5, 2.0]) * (3.0 if "blue" in name else 1.0)
+    colours = []
+    for number, eye in enumerate((EYE, "CIE 1964 10 Degree Standard Observer")):
+        for light, share in (("D65", 0.0), ("A", 1.0), ("FL2", -0.5)):
+            lab = start + share * moved + number
+            shift = shift_between(start + number, lab)
+            colours.append(LitColour(light, eye, np.full(3, 0.2), lab, lab, shift, (120, 60, 50)))
+    nm = np.arange(400.0, 701.0, 10.0)
+    words = {"colour": "measured", "gloss": "analytic", "plain": "Measured. Modelled."}
+    curve = {"wavelengths_nm": nm, "values": np.linspace(0.1, 0.5, nm.size), "measured_nm": (420.0, 680.0)}
+    title = name.partition("/")[2].capitalize()
+    return ReviewedMaterial(name, title, name.partition("/")[0], **words, **curve, colours=tuple(colours))
 
 
 @pytest.fixture(scope="module")
@@ -58,287 +88,180 @@ def page(tmp_path_factory):
     return written(tmp_path_factory.mktemp("page"), ROWS)
 
 
-@pytest.fixture
-def told(page, opened):
-    """Runs a script on a page that has just been opened, and gives what it returns."""
+@pytest.mark.browser
+@pytest.mark.parametrize("script", [
+    None, "set('view', 'd')", "set('tab', 'shift')", "openDetail(MATERIALS[0])", "one('#help').showModal()",
+    "set('marks', true); set('surround', 'light')", "openDetail(MATERIALS[0]); turn('d'); set('surround', 'dark')",
+])  # fmt: skip
+def test_anyone_can_read_every_view_and_none_needs_the_network(page, read_by_anyone, script):
+    read_by_anyone(page, script)
 
-    def run(script):
-        return opened(page).evaluate(
-            "async () => { const $ = (id) => document.getElementById(id);"
-            "const set = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event('input')); };"
-            "const cards = () => [...document.querySelectorAll('.card')].filter((card) => !card.hidden)"
-            f".map((card) => card.dataset.name); {script} }}"
-        )
 
-    return run
+def shown(found):
+    """Names of the tiles, in their order, and what the first one shows."""
+    return found.evaluate("shown.map((tile) => tile.material.name)")
 
 
 @pytest.mark.browser
-def test_anyone_can_read_it_and_it_needs_no_network(page, read_by_anyone):
-    read_by_anyone(page)
-
-
-@pytest.mark.browser
-def test_paper_has_summary_and_table_and_cards_where_asked_for(page, opened):
+def test_keys_change_light_view_marks_observer_and_grey_and_lead_from_picture_to_picture(page, opened):
+    """Nothing jumps: tiles stay where they are while the light changes."""
     found = opened(page)
-    found.emulate_media(media="print")
-    assert not found.locator("#cards").is_visible() and found.locator(".matrix").is_visible()
-    assert found.locator(".cards-out").is_visible()
-    # On paper the box is not seen, and still counts.
-    found.evaluate("document.getElementById('print-cards').checked = true")
-    assert found.locator("#cards").is_visible() and not found.locator(".cards-out").is_visible()
-    assert found.locator(".card").first.evaluate("card => getComputedStyle(card).breakInside") == "avoid"
-
-
-@pytest.mark.browser
-def test_many_materials_are_few_sheets_and_all_of_them_with_cards(tmp_path, opened):
-    """One sheet sums up, one is for trust in the figures, then some forty materials a sheet, or six cards with the
-    square pictures of the default review.
-    """
-    many = [(f"paint/{number:02}", light, 0.3) for number in range(82) for light in ("D65", "A", "FL11")]
-    found = opened(written(tmp_path, many, (12, 12)))
-
-    def sheets():
-        return found.pdf(format="A4").count(b"/Type /Page\n")
-
-    assert 3 < sheets() <= 5
-    found.evaluate("document.getElementById('print-cards').checked = true")
-    assert 14 < sheets() <= 20
-
-
-@pytest.mark.browser
-def test_all_words_of_a_search_must_match(told):
-    found = told(
-        """const said = {};
-        for (const words of ["", "paint", "RED d65", "paint a", "over", "within gold a", "paint green"]) {
-          set("find", words); said[words] = [cards(), $("shown").textContent];
-        }
-        return said;"""
+    found.wait_for_function("document.body.dataset.painted")
+    place = (
+        "JSON.stringify(tiles.map((tile) => { const box = tile.item.getBoundingClientRect(); return [box.x, box.y]; }))"
     )
-    everything = ["paint/blue", "paint/red", "metal/gold"]
-    assert found == {
-        "": [everything, "3 materials, 6 rows"],
-        "paint": [everything[:2], "2 of 3 materials, 4 of 6 rows"],
-        "RED d65": [["paint/red"], "1 of 3 materials, 1 of 6 rows"],
-        "paint a": [["paint/red", "paint/blue"], "2 of 3 materials, 2 of 6 rows"],
-        "over": [["paint/blue"], "1 of 3 materials, 1 of 6 rows"],
-        "within gold a": [["metal/gold"], "1 of 3 materials, 1 of 6 rows"],
-        "paint green": [[], "No matches."],
-    }
+    before = found.evaluate(place)
+    address = "shown[0].image.src"
+    daylight = found.evaluate(address)
+
+    def press(key, painted):
+        found.keyboard.press(key)
+        found.wait_for_function(f"document.body.dataset.painted === '{painted}'")
+        return found.evaluate(address)
+
+    tungsten = press("2", "Ap2°false")
+    assert tungsten != daylight and found.evaluate(place) == before
+    assert len({tungsten, press("r", "Ar2°false"), press("d", "Ad2°false")}) == 3
+    assert found.locator("#mapkey").is_visible()
+    press("p", "Ap2°false")
+    press("m", "Ap2°true")
+    assert found.locator(".tile .hatch").first.is_visible()
+    assert press("1", "D65p2°true") == daylight
+    press("o", "D65p10°true")
+    assert "Pictures are for the 2° observer" in found.locator("#observer-note").inner_text()
+    found.keyboard.press("b")
+    assert found.evaluate("document.documentElement.dataset.surround") == "light"
+    found.evaluate("shown[0].button.focus()")
+    found.keyboard.press("ArrowRight")
+    found.keyboard.press("Enter")
+    names = shown(found)
+    assert found.locator("#d-name").inner_text() == names[1] and found.locator("#d-pos").inner_text() == "2 of 3"
+    found.keyboard.press("ArrowRight")
+    assert found.locator("#d-name").inner_text() == names[2]
+    found.keyboard.press("Escape")
+    assert found.evaluate("document.activeElement === shown[2].button")
+    found.keyboard.press("s")
+    assert found.locator("#v-shift").is_visible() and not found.locator("#v-pictures").is_visible()
+    found.keyboard.press("?")
+    assert found.locator("#help").is_visible() and found.faults == []
 
 
 @pytest.mark.browser
-def test_orders(told):
-    found = told(
-        """return [...$("sort").options].map((option) => {
-          $("sort").selectedIndex = option.index; $("sort").dispatchEvent(new Event("input"));
-          return [option.textContent, cards().map((name) => name.split("/")[1])];
-        });"""
-    )
-    assert found == [
-        ["worst p99 first", ["blue", "red", "gold"]],
-        ["worst under D65 first", ["blue", "red", "gold"]],
-        ["worst under A first", ["red", "gold", "blue"]],
-        ["largest mean first", ["blue", "red", "gold"]],
-        ["by name", ["gold", "blue", "red"]],
-        ["as reviewed", ["red", "blue", "gold"]],
-    ]
-
-
-@pytest.mark.browser
-def test_few_tab_stops_and_arrows_between_them(told):
-    """One stop for the names of all materials and one card, whose links it opens; the arrows go to the next."""
-    found = told(
-        """const stops = () => [...document.querySelectorAll("a[href], button, input, select, [tabindex]")]
-          .filter((element) => element.tabIndex >= 0 && !element.closest("[hidden], dialog:not([open])"));
-        const press = (key) =>
-          document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
-        const first = stops()[0].getAttribute("href");
-        const open = () => [...document.querySelectorAll(".card")].filter((card) => card.tabIndex === 0).map((card) =>
-          [card.dataset.name, [...card.querySelectorAll("a, button")].filter((link) => link.tabIndex === 0).length]);
-        const seen = [open()];
-        document.querySelector(".card").focus(); press("ArrowRight"); seen.push(open());
-        press("ArrowRight"); press("ArrowRight"); press("ArrowLeft"); seen.push(open());
-        document.querySelector(".matrix a").focus(); press("ArrowDown");
-        return { first, seen, stops: stops().length, name: document.activeElement.textContent };"""
-    )
-    assert found["first"] == "#overview"
-    assert found["seen"] == [[["paint/blue", 8]], [["paint/red", 8]], [["paint/red", 8]]]
-    assert found["name"] == "paint/red"
-    # Skip link, the six worst, seven controls, a name, a card and its six links and two sliders, review.json.
-    assert found["stops"] == 1 + 6 + 7 + 1 + 9 + 1
-
-
-@pytest.mark.browser
-def test_a_link_leads_to_a_row_also_to_one_that_a_search_has_left_out(page, opened):
+def test_what_needs_a_look_is_first_and_all_words_of_a_search_must_match(page, opened):
     found = opened(page)
-    found.fill("#find", "gold")
-    assert not found.locator('[id="paint/blue@A"]').is_visible()
-    found.evaluate("location.hash = '#paint/blue@A'")
-    row = found.locator('[id="paint/blue@A"]')
-    row.wait_for(state="visible")
-    assert found.input_value("#find") == ""
-    assert found.evaluate("[...document.querySelectorAll('.card')].find((one) => one.tabIndex === 0).dataset.name") == (
-        "paint/blue"
-    )
-    # And an address with it opens there.
-    again = opened(page)
-    again.goto(page.as_uri() + "#metal/gold@A")
-    again.wait_for_function("document.getElementById('metal/gold@A').getBoundingClientRect().top < innerHeight")
-    links = again.evaluate("[...document.querySelectorAll('.links a:first-child')].map((one) => one.hash)")
-    assert "#metal/gold@A" in [link.replace("%2F", "/") for link in links] and len(set(links)) == len(ROWS)
+    assert shown(found) == ["Blue", "Red", "Gold"]
+    for order, expected in (("name", ["Blue", "Gold", "Red"]), ("reviewed", ["Red", "Blue", "Gold"])):
+        found.select_option("#order", order)
+        assert shown(found) == expected
+    for words, expected in (
+        ("paint", ["Red", "Blue"]),
+        ("paint  BLUE", ["Blue"]),
+        ("borderline", ["Red"]),
+        ("none", []),
+    ):
+        found.fill("#find", words)
+        assert shown(found) == expected, words
+    assert found.locator("#nothing").is_visible()
 
 
 @pytest.mark.browser
-def test_a_link_and_a_key_end_at_the_head_of_what_they_lead_to_on_a_long_page(tmp_path, opened):
-    """Table and cards grow as they come near the screen, and must not push it away again."""
-    many = [(f"paint/{number:02}", light, 0.3) for number in range(82) for light in ("D65", "A", "FL11")]
-    found = opened(written(tmp_path, many, (12, 12)))
-
-    def settled(script):
-        """Where the head of an element ends up."""
-        top = f"Math.round({script}.getBoundingClientRect().top)"
-        found.wait_for_function(
-            f"async () => {{ const before = {top}; await new Promise((done) => setTimeout(done, 400));"
-            f" return before === {top}; }}"
-        )
-        return found.evaluate(top)
-
-    bar = found.evaluate("document.getElementById('controls').getBoundingClientRect().height")
-    for name in ("paint/01@A", "paint/70@FL11", "paint/40@D65"):
-        found.evaluate(f"location.hash = '#{name}'")
-        assert bar - 10 <= settled(f"document.getElementById('{name}')") <= bar + 10, name
-    found.locator(".card").first.focus()
-    for _ in range(3):
-        found.keyboard.press("ArrowRight")
-        assert bar - 10 <= settled("document.activeElement") <= bar + 10
-    assert found.evaluate("document.activeElement.dataset.name") == "paint/03"
-
-
-def test_the_table_shows_materials_by_lights_as_pictures(page, opened):
+def test_a_link_opens_a_material_under_its_light(page, opened):
     found = opened(page)
-    assert found.locator(".thumb").count() == 0
-    found.check("#grid")
-    found.wait_for_function("document.querySelectorAll('.thumb[src]').length === 6")
-    same = found.evaluate(
-        "[...document.querySelectorAll('.thumb')].every((one) => one.src === "
-        "document.getElementById(decodeURIComponent(one.parentNode.hash.slice(1))).querySelector('.shot img').src)"
-    )
-    assert same and found.locator(".thumb").first.get_attribute("alt") == "paint/blue under D65, as rendered"
-    found.uncheck("#grid")
-    assert not found.locator(".thumb").first.is_visible() and found.faults == []
+    found.evaluate("location.hash = 'metal/gold@A'")
+    found.wait_for_function("one('#detail').open")
+    assert found.locator("#d-name").inner_text() == "Gold" and found.evaluate("chosen.light") == "A"
 
 
 @pytest.mark.browser
-def test_shift_and_the_check_box_show_the_reference(told):
-    found = told(
-        """const picture = document.querySelector("img.hold"), reference = document.querySelectorAll(".shot img")[1];
-        const frame = () => new Promise((done) => setTimeout(() => requestAnimationFrame(done), 20));
-        const same = async (wanted) => {
-          for (let tries = 0; tries < 50 && (picture.src === reference.src) !== wanted; tries += 1) await frame();
-          return picture.src === reference.src;
-        };
-        const press = (kind) => document.dispatchEvent(new KeyboardEvent(kind, { key: "Shift" }));
-        picture.scrollIntoView({ behavior: "instant" });
-        const seen = [await same(false)];
-        press("keydown"); seen.push(await same(true), picture.alt);
-        press("keyup"); seen.push(await same(false));
-        $("reference").checked = true; $("reference").dispatchEvent(new Event("input")); seen.push(await same(true));
-        return seen;"""
-    )
-    assert found == [False, True, "paint/blue under D65, reference", False, True]
-
-
-@pytest.mark.browser
-def test_a_slider_goes_from_picture_to_reference_by_key_and_by_pointer(page, opened):
-    """C on a card opens it on the first of its rows that a search leaves; Escape leads back to the card."""
+def test_a_divider_goes_from_picture_to_reference_by_key_and_by_pointer(page, opened):
     found = opened(page)
-    box, stack = found.locator("#compare"), found.locator("#compare .stack")
+    found.evaluate("openDetail(MATERIALS[0])")
+    divider = found.locator(".compare input")
+    divider.wait_for()
 
     def place():
-        return found.evaluate("document.querySelector('#compare .stack').style.getPropertyValue('--at')")
+        return found.evaluate("one('#d-stage').style.getPropertyValue('--x')")
 
-    assert not box.is_visible()
-    found.fill("#find", "blue a")
-    found.locator(".card:visible").first.focus()
-    found.keyboard.press("c")
-    assert box.is_visible() and found.locator("#compare-title").inner_text() == "paint/blue under A"
-    sources = found.evaluate("[...document.querySelectorAll('#compare img')].map((one) => one.src)")
-    shots = found.evaluate(
-        "[...document.querySelectorAll('#cards > :first-child .row:not([hidden]) .shot img')].map((one) => one.src)"
-    )
-    assert sources == shots[:2] and sources[0] != sources[1]
     assert place() == "50%"
+    divider.focus()
     found.keyboard.press("ArrowRight")
-    assert place() == "51%"
-    bounds = stack.bounding_box()
-    found.mouse.move(bounds["x"] + 0.25 * bounds["width"], bounds["y"] + 5)
-    assert place() == "25%"
-    found.keyboard.press("Escape")
-    assert not box.is_visible()
-    assert found.evaluate("document.activeElement.dataset.name") == "paint/blue"
-    found.locator(".compare-open:visible").first.click()
-    assert box.is_visible() and found.faults == []
+    assert place() == "51%" and found.locator("#d-name").inner_text() == "Red"
+    box = divider.bounding_box()
+    found.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
+    assert 20.0 < float(place().rstrip("%")) < 30.0
 
 
 @pytest.mark.browser
-def test_the_value_under_the_pointer_is_that_of_the_data(told):
-    found = told(
-        """const map = document.querySelector("img.coded"), here = map.parentNode.querySelector(".here");
-        map.scrollIntoView({ behavior: "instant" });
-        const seen = [];
+@pytest.mark.parametrize("magnified", [False, True])
+def test_the_value_under_the_pointer_is_that_of_the_data(page, opened, magnified):
+    """Whatever the scale of the colours."""
+    found = opened(page)
+    found.evaluate("openDetail(MATERIALS[0]); turn('d')")
+    found.wait_for_selector("#d-stage canvas")
+    if magnified:
+        found.evaluate("document.querySelector('#d-stage canvas').dataset.old = 1")
+        found.check("#magnify")
+        found.wait_for_selector("#d-stage canvas:not([data-old])")
+    said = found.evaluate(
+        """() => { const canvas = document.querySelector("#d-stage canvas"), said = [];
+        const box = canvas.getBoundingClientRect();
         for (let y = 0; y < 3; y += 1) for (let x = 0; x < 4; x += 1) {
-          const box = map.getBoundingClientRect();
           const at = { clientX: box.left + (x + 0.5) / 4 * box.width, clientY: box.top + (y + 0.5) / 3 * box.height };
-          here.textContent = "";
-          map.dispatchEvent(new PointerEvent("pointermove", at));
-          while (!here.textContent) await new Promise((done) => setTimeout(done, 10));
-          seen.push(here.textContent);
+          canvas.dispatchEvent(new PointerEvent("pointermove", at));
+          said.push(document.getElementById("read").textContent);
         }
-        return seen;"""
+        return said; }"""
     )
-    assert [words.partition(" · pixel ")[2] for words in found] == [f"{x}, {y}" for y in range(3) for x in range(4)]
-    said = [words.partition(" · ")[0] for words in found]
     assert [said[index] for index in (0, 5, 6, 7, 8)] == [
-        "0",
-        "over 33.2",
-        "no number",
-        "not compared",
-        "at most 0.00600",
-    ]
-    assert said[2].endswith(" to 1.00") and said[3].startswith("1.00 to ") and said[4].endswith(" to 3.00")
+        "Here: ΔE94 0", "Here: ΔE94 above 33.2", "Here: no number", "Not compared here", "Here: ΔE94 at most 0.00600",
+    ]  # fmt: skip
+    assert said[2].endswith(" to 1.00") and said[3].startswith("Here: ΔE94 1.00 to ")
     for words, value in zip(said, DELTA_E.ravel(), strict=True):
-        if " to " in words:
-            low, high = map(float, words.split(" to "))
+        if match := re.search(r"ΔE94 (.+) to (.+)", words):
+            low, high = map(float, match.groups())
             assert low * 0.995 <= value <= high * 1.005 and high / low < 1.05, (words, value)
 
 
 @pytest.mark.browser
-def test_a_fitted_map_is_the_same_map_in_other_colours(told):
-    """The palette ends at the row's p99, and no code, so no value, has changed."""
-    found = told(
-        """const map = document.querySelector("img.coded");
-        const colours = async () => {
-          await map.decode();
-          const canvas = document.createElement("canvas"); canvas.width = 4; canvas.height = 3;
-          const brush = canvas.getContext("2d"); brush.drawImage(map, 0, 0);
-          return [...brush.getImageData(0, 0, 4, 3).data].join();
-        };
-        const before = [map.src, await colours()];
-        set("maps", "fitted");
-        const late = map.src === before[0];
-        map.scrollIntoView({ behavior: "instant" });
-        for (let tries = 0; tries < 100 && map.src === before[0]; tries += 1) {
-          await new Promise((done) => setTimeout(done, 20));
-        }
-        const fitted = [map.src, await colours()], ticks = map.parentNode.querySelector(".scale").textContent.trim();
-        set("maps", "");
-        return { late, changed: before[1] !== fitted[1], ticks, pixels: before[0].slice(1106) === fitted[0].slice(1106),
-          back: map.src === before[0], map: fitted[1].split(",").map(Number) };"""
+def test_differences_and_words_of_the_page_are_those_of_a_match(page, opened):
+    rng = np.random.default_rng(0)
+    first = np.concatenate(
+        [rng.uniform((0, -60, -60), (100, 60, 60), (300, 3)), rng.normal(50.0, 3.0, (50, 3)) * (1, 0, 0)]
     )
-    assert found["late"], "what is not on the screen waits until it is"
-    assert found["changed"] and found["pixels"] and found["back"]
-    assert found["ticks"] == "04.5p99 9"
-    rgb = np.array(found["map"]).reshape(3, 4, 4)[..., :3]
-    assert rgb[1, 1].tolist() == [255, 243, 190] and rgb[1, 2].tolist() == [255, 0, 255]
-    assert rgb[1, 3].tolist() == [128, 128, 128]
+    second = first + rng.normal(0.0, 1.0, first.shape) * rng.choice([0.3, 3.0, 30.0], (len(first), 1))
+    told = opened(page).evaluate(
+        "(pairs) => pairs.map(([a, b]) => [deltaE2000(a, b), direction(a, b)])", np.stack([first, second], 1).tolist()
+    )
+    for (value, words), a, b in zip(told, first, second, strict=True):
+        assert value == pytest.approx(float(delta_e(a, b, "CIE 2000")), abs=1e-9)
+        assert words == direction(a, differences(a, b), 0.5)
+
+
+@pytest.mark.browser
+def test_a_pair_that_matches_in_daylight_alone_is_found_by_its_standard(page, opened):
+    found = opened(page)
+    found.keyboard.press("s")
+    rows = found.locator("#shift-table tbody tr")
+    assert rows.count() == 3 and rows.first.locator("button").inner_text() == "Blue"
+    found.select_option("#standard", "paint/red")
+    assert rows.locator("button").all_inner_texts()[0] == "Blue"
+    apart = [float(words) for words in rows.first.locator("td b").all_inner_texts()]
+    assert apart[0] < 0.6 and apart[1] > 2.0 * apart[0]
+
+
+@pytest.mark.browser
+def test_a_page_that_was_sent_without_its_folder_shows_the_pictures_in_it(tmp_path, opened):
+    found = opened(written(tmp_path, ROWS, beside=True))
+    found.wait_for_function("document.body.dataset.painted")
+    assert found.evaluate("shown.every((tile) => tile.image.src.startsWith('blob:') && tile.image.naturalWidth === 4)")
+
+
+@pytest.mark.browser
+def test_many_materials_are_few_sheets_to_sign(tmp_path, opened):
+    """82 materials: a summary with boxes and a signature, then twelve pictures a page."""
+    figures = [(f"paint/colour-{number:02}", light, 0.5) for number in range(82) for light in ("D65", "A")]
+    found = opened(written(tmp_path, figures))
+    printed = found.pdf(prefer_css_page_size=True)
+    assert 8 <= len(re.findall(rb"/Type\s*/Page[^s]", printed)) <= 10
+    assert found.locator("#sheet .box").count() == 2 * 82
+    assert found.locator("#sheet .verdict").inner_text() == found.locator(".head .verdict").inner_text()

@@ -1,0 +1,27 @@
+"""Short names on pages: of observers, and of rows in addresses."""
+
+from __future__ import annotations
+
+import re
+
+
+def row_id(name: str) -> str:
+    """Name a row in an address: without white space, which an address would not keep."""
+    return re.sub(r"\s", "_", name)
+
+
+def observer_name(name: str) -> str:
+    """`CIE 1931 2°` for colour-science's `CIE 1931 2 Degree Standard Observer`."""
+    return name.replace(" Degree Standard Observer", "°")
+
+
+def short_observer(name: str) -> str:
+    """Degrees of a standard observer's field; with its year where that is not the usual one.
+
+    >>> short_observer("CIE 1931 2 Degree Standard Observer"), short_observer("CIE 2015 2 Degree Standard Observer")
+    ('2°', '2° (CIE 2015)')
+    """
+    words = observer_name(name).rsplit(" ", 1)
+    if len(words) < 2 or not words[1].endswith("°"):
+        return name
+    return words[1] if tuple(words) in (("CIE 1931", "2°"), ("CIE 1964", "10°")) else f"{words[1]} ({words[0]})"
