@@ -23,7 +23,7 @@ def test_review_sweeps_surfaces_alone_and_refuses_a_spectrum_by_name(metamer, sc
     words = ["review", scene, "--out", tmp_path / "out", "--catalogue", folder, "--renderer", "software", "--jobs", 1]
     code, out, err = metamer(*words, "--illuminants", "D65")
     assert code == 0, err
-    assert "\n1 row in " in out
+    assert "\nThe one picture is accurate enough" in out
     code, _, err = metamer(*words, "--materials", "tiny/led")
     assert code == 4 and "tiny/led: an emission spectrum" in err and "use it as a light" in err
 

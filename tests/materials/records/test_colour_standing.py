@@ -21,7 +21,7 @@ reflectance = {reflectance}
 sigma = 0.3
 {material}
 """
-TABLE = '{ table = "chart", column = "Bordeaux 7" }'
+TABLE = '{ table = "chart", column = "Bordeaux 7", geometry = "45:0" }'
 
 
 def record(kind, model, **original):
