@@ -307,7 +307,9 @@ def _flip(before: Pixels, after: Pixels) -> float | None:
 
 
 def _beyond(row: RowResult, shown: Mapping[LayerKind, Figures]) -> bool:
-    """Whether a layer moved by more than twice what the row says that rounding may hide: it should have been found."""
+    """Return whether a layer moved by more than twice what the row says that rounding may hide: it should have been
+    found.
+    """
     return any(
         mean > 2.0 * row.layers[kind].floor_mean or most > 2.0 * row.layers[kind].floor_max
         for kind, (mean, most, _) in shown.items()

@@ -115,7 +115,7 @@ def _steps(page: Any) -> Iterator[Step]:
             yield what, lambda key=key: page.keyboard.press(key)
 
     def there(place: str) -> bool:
-        """Whether the page has it; it gets the focus."""
+        """Return whether the page has it; it gets the focus."""
         return page.evaluate(f"(() => {{ const one = {_SEEN.format(place)}; if (one) one.focus(); return !!one; }})()")
 
     there("#find")

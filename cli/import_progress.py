@@ -38,7 +38,7 @@ class _Import:
         return self._expected
 
     def _done(self, outcome: ImportOutcome) -> bool:
-        """Whether it is one of those that were begun."""
+        """Return whether it is one of those that were begun."""
         if self._expected is None or outcome.id not in self._expected.pending:
             return False
         self._expected.done(outcome.id, outcome.seconds)

@@ -161,7 +161,7 @@ def say(line: str) -> None:
 
 
 def shows_bars(stream: io.TextIOBase | TextIO) -> bool:
-    """Whether bars may move on a stream: a terminal, and nobody has asked for plain lines (NO_COLOR)."""
+    """Return whether bars may move on a stream: a terminal, and nobody has asked for plain lines (NO_COLOR)."""
     return stream.isatty() and not os.environ.get("NO_COLOR")
 
 

@@ -175,7 +175,7 @@ class Scene:
         raise UnknownNameError("camera", name, [camera.name for camera in self.cameras], file=self.path)
 
     def needs_uv(self, surfaces: Mapping[str, Surface]) -> bool:
-        """Whether a part wears a material that asks where on its texture a point is."""
+        """Return whether a part wears a material that asks where on its texture a point is."""
         return any(surfaces[part.material].uses_uv for part in self.parts)
 
     def check_surfaces(self, surfaces: Mapping[str, Surface]) -> None:

@@ -51,8 +51,8 @@ def simplified(mesh: Mesh, most: int) -> Mesh:
 
 
 def is_closed(mesh: Mesh) -> bool:
-    """Whether each edge joins two triangles that go round it opposite ways, wherever normals part vertices: then no
-    triangle can be seen from behind but from inside.
+    """Return whether each edge joins two triangles that go round it opposite ways, wherever normals part vertices: then
+    no triangle can be seen from behind but from inside.
     """
     _, place = np.unique(mesh.vertices, axis=0, return_inverse=True)
     faces = place.reshape(-1)[mesh.faces].astype(np.int64)

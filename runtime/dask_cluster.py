@@ -71,7 +71,7 @@ def check_workers(client: Client, scheduler: str, code: Callable[[], str]) -> No
 
 
 def scheduler_lost(client: Client, future: Any) -> bool:
-    """Whether a future gave no result because its scheduler is gone."""
+    """Return whether a future gave no result because its scheduler is gone."""
     return client.status != "running" or future.status in ("lost", "cancelled")
 
 

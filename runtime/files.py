@@ -83,7 +83,9 @@ def written_whole(path: str | Path) -> Iterator[Path]:
 
 
 def _takes_bytes(path: Path) -> bool:
-    """Whether something stands at `path` that takes what it is sent, and is no file that another could stand for."""
+    """Return whether something stands at `path` that takes what it is sent, and is no file that another could stand
+    for.
+    """
     try:
         mode = path.stat().st_mode
     except OSError:

@@ -69,7 +69,7 @@ def made_and_held(path: Path, make: Callable[[], object]) -> Iterator[None]:
 
 
 def abandoned(path: Path) -> bool:
-    """Whether nobody holds what `made_and_held` has made: its process was killed."""
+    """Return whether nobody holds what `made_and_held` has made: its process was killed."""
     descriptor = _opened(path)
     if descriptor is None:
         return False
@@ -89,7 +89,7 @@ def _opened(path: Path) -> int | None:
 
 
 def _locked(descriptor: int, alone: bool) -> bool | None:
-    """Whether the lock was had; None where there are no locks. One that is shared is waited for."""
+    """Return whether the lock was had; None where there are no locks. One that is shared is waited for."""
     import fcntl
 
     try:

@@ -79,7 +79,7 @@ class RecordFile:
             raise error.at(file=path) from error
 
     def is_one(self, path: str | Path) -> bool:
-        """Whether a file says that it is of this kind, of whatever version; what cannot be read is not."""
+        """Return whether a file says that it is of this kind, of whatever version; what cannot be read is not."""
         try:
             return self.key in tomllib.loads(read_text(path, "a TOML file"))
         except (InputError, tomllib.TOMLDecodeError):

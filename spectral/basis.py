@@ -61,7 +61,7 @@ class SpectralBasis:
 
     @cached_property
     def is_sampled(self) -> bool:
-        """Whether coefficients are the samples themselves (A = B = I)."""
+        """True if coefficients are the samples themselves (A = B = I)."""
         return (
             self.size == self.wavelengths_nm.size
             and np.array_equal(self.analysis, np.eye(self.size))

@@ -162,7 +162,7 @@ class Bispectral:
 
     @cached_property
     def keeps_wavelengths(self) -> bool:
-        """Whether nothing changes its wavelength: an ordinary surface."""
+        """True if nothing changes its wavelength: an ordinary surface."""
         return not self.reradiation.any()
 
     def without_emission(self) -> Bispectral:

@@ -165,7 +165,7 @@ class Geometry(NamedTuple):
         return f"{'' if self.first is None else f'{self.first:g}'}as{self.second:g}{turned}"
 
     def matches(self, other: Geometry) -> bool:
-        """Whether both are one geometry, to `ALIKE_DEGREES`; an angle that is not stated may be any."""
+        """Return whether both are one geometry, to `ALIKE_DEGREES`; an angle that is not stated may be any."""
         if self.kind != other.kind:
             return False
         angles = ((self.first, other.first), (self.second, other.second), (self.azimuth, other.azimuth))
@@ -180,7 +180,7 @@ class Said(NamedTuple):
     field: str
 
     def matches(self, other: Said) -> bool:
-        """Whether both say the same."""
+        """Return whether both say the same."""
         if isinstance(self.value, Geometry) and isinstance(other.value, Geometry):
             return self.value.matches(other.value)
         return self.value == other.value
@@ -338,7 +338,7 @@ def signed(text: str) -> float:
 
 
 def is_condition(label: str) -> bool:
-    """Whether a label of a file is that of a part of a measurement."""
+    """Return whether a label of a file is that of a part of a measurement."""
     return _part(label) not in (None, "gloss", "anything")
 
 
@@ -447,7 +447,7 @@ def _filter(text: str, where: str) -> list[tuple[str, Said]]:
 
 
 def _uv(text: str, where: str) -> list[tuple[str, Said]]:
-    """Whether ultraviolet was in the light, by a label such as "UV"."""
+    """Return whether ultraviolet was in the light, by a label such as "UV"."""
     share = re.fullmatch(r"(\d+(?:\.\d+)?)\s*%?", text)
     without = float(share[1]) == 0.0 if share else bool(_NO.search(text))
     with_it = float(share[1]) in (1.0, 100.0) if share else bool(_YES.search(text))

@@ -85,7 +85,7 @@ class Sample:
 
     @property
     def spectral(self) -> bool:
-        """Whether its colour is known under every light."""
+        """True if its colour is known under every light."""
         return bool(self.readings or self.angles) or self.seen is not None
 
     @property
@@ -199,7 +199,7 @@ class Sample:
 
 
 def same_conditions(one: tuple[str, str], other: tuple[str, str]) -> bool:
-    """Whether illuminant and observer are the same, whatever they are called."""
+    """Return whether illuminant and observer are the same, whatever they are called."""
     try:
         lights, eyes = [illuminant(name) for name, _ in (one, other)], [observer(name) for _, name in (one, other)]
     except InputError:

@@ -131,13 +131,13 @@ def validated_wavelengths(
 
 
 def is_uniform(wavelengths_nm: Wavelengths) -> bool:
-    """Whether a grid has one step, to a thousandth of it."""
+    """Return whether a grid has one step, to a thousandth of it."""
     steps = np.diff(wavelengths_nm)
     return steps.size > 0 and bool(np.ptp(steps) <= 1e-3 * steps.mean())
 
 
 def is_finer(wavelengths_nm: Wavelengths, than_nm: Float[np.ndarray, "M"] = WORKING_WAVELENGTHS_NM) -> bool:
-    """Whether a grid has samples closer together than another one has, anywhere within its range.
+    """Return whether a grid has samples closer together than another one has, anywhere within its range.
 
     >>> is_finer(np.arange(400.0, 701.0, 10.0)), is_finer(np.arange(380.0, 731.0, 10.0 / 3.0))
     (False, True)

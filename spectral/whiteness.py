@@ -115,7 +115,7 @@ def index_of_xyz(
 
 
 def defined_for(conditions: Conditions, method: WhitenessMethod | None) -> bool:
-    """Whether there is such a whiteness, or yellowness where the method is None, for an illuminant and observer."""
+    """Return whether there is such a whiteness, or yellowness where the method is None, for an illuminant and observer."""
     defined = _YELLOW if method is None else _DEFINED[method]
     return any(same_conditions(key, (conditions.illuminant, conditions.observer)) for key in defined)
 

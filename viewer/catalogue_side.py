@@ -32,7 +32,7 @@ class _Shown(NamedTuple):
 
 
 def is_catalogue(path: Path) -> bool:
-    """Whether a path is a folder of materials."""
+    """Return whether a path is a folder of materials."""
     return (path / MARKER).is_file()
 
 

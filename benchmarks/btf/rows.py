@@ -126,7 +126,7 @@ def _bytes(figures: Mapping) -> float:
 
 
 def within(figures: Mapping) -> bool | None:
-    """Whether a row keeps to its bar; None where it has none."""
+    """Return whether a row keeps to its bar; None where it has none."""
     bar = figures["bar"]
     if bar is None:
         return None

@@ -24,7 +24,7 @@ def losses(rows: Sequence[dict]) -> list[str]:
 
 
 def verdict(rows: Sequence[dict]) -> str:
-    """Whether the baseline loses, as in the paper."""
+    """Return whether the baseline loses, as in the paper."""
     if worse := losses(rows):
         return "The D-BRDF is not worse in: " + "; ".join(worse)
     if not any(row["baseline"]["dbrdf_delta_e94"] for row in rows):

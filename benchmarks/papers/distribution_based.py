@@ -80,7 +80,7 @@ class DistributionBrdf(Brdf):
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Whether its table has no azimuth."""
+        """True if its table has no azimuth."""
         return len(self.axes) == 1
 
     def lobes(self) -> tuple[Lobe, ...]:

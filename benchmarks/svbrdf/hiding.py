@@ -28,7 +28,7 @@ class Hiding(ABC):
 
     @abstractmethod
     def seen(self, directions: Float[np.ndarray, "Q 3"]) -> Bool[np.ndarray, "#N Q"]:
-        """Whether each point sees each direction; one row where all see the same. Exact."""
+        """Return whether each point sees each direction; one row where all see the same. Exact."""
 
     @abstractmethod
     def occlusion(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:

@@ -63,7 +63,7 @@ def slices_of(surface: GlossySurface) -> ViewSlices:
 
 
 def _isotropic(surface: GlossySurface) -> bool:
-    """Whether turning both directions changes nothing, by looking at one pair."""
+    """Return whether turning both directions changes nothing, by looking at one pair."""
     wi, wo = np.array([[0.3, 0.2, 0.933]]), np.array([[0.1, -0.4, 0.911]])
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     return np.allclose(surface.terms(wi, wo), surface.terms(wi @ turn, wo @ turn), rtol=1e-9)

@@ -28,7 +28,7 @@ class Additivity:
 
     @property
     def refuses(self) -> bool:
-        """Whether a matrix would be wrong by what anybody sees."""
+        """True if a matrix would be wrong by what anybody sees."""
         return self.delta_e is not None and self.delta_e > _REFUSED
 
     @property

@@ -96,7 +96,7 @@ class DisplayModel:
 
     @property
     def is_additive(self) -> bool:
-        """Whether it is a matrix after tone curves, and so cannot follow a display whose channels do not add up."""
+        """True if it is a matrix after tone curves, and so cannot follow a display whose channels do not add up."""
         return len(self.mixture) == _SUMS and self.residual is None
 
     @property

@@ -63,7 +63,7 @@ class Tolerance:
         return replace(self, formula=self.formula.at(geometry))
 
     def verdict(self, delta_e: float, uncertainty: float | None) -> Verdict:
-        """Whether a difference keeps to it; "not resolved" where the limit lies within its uncertainty."""
+        """Return whether a difference keeps to it; "not resolved" where the limit lies within its uncertainty."""
         if uncertainty is not None and abs(delta_e - self.limit) <= uncertainty:
             return "not resolved"
         return "pass" if delta_e <= self.limit else "fail"

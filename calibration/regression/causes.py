@@ -38,7 +38,7 @@ def state_words(row: RowResult) -> str:
 
 
 def told_apart(result: Result) -> bool:
-    """Whether any row has a picture and its reference."""
+    """Return whether any row has a picture and its reference."""
     return any({"picture", "reference"} <= row.layers.keys() for row in result.rows)
 
 

@@ -154,7 +154,7 @@ def _compared(
 
 
 def _untouched(layers: Mapping[LayerKind, Figures], of: str) -> bool:
-    """Whether a layer holds the same bytes, where noise has no say."""
+    """Return whether a layer holds the same bytes, where noise has no say."""
     return any(kind == of and found.identical for kind, found in layers.items())
 
 

@@ -62,7 +62,7 @@ class Criterion:
     pooled: bool = False
 
     def applies(self, name: RowName) -> bool:
-        """Whether a row of this name is in the subset."""
+        """Return whether a row of this name is in the subset."""
         wanted = self.names or {}
         return all(any(fnmatch.fnmatchcase(getattr(name, part), p) for p in ps) for part, ps in wanted.items())
 

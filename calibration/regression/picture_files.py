@@ -96,7 +96,7 @@ def _white(path: Path, attributes: Mapping[str, Any]) -> Float[np.ndarray, "3"]:
 
 
 def is_spectral(path: Path) -> bool:
-    """Whether an OpenEXR picture holds spectra and no XYZ."""
+    """Return whether an OpenEXR picture holds spectra and no XYZ."""
     with path.open("rb") as file:
         names = channel_names(path, file.read(16))
     return not {"X", "Y", "Z"} <= set(names) and any(name.split(".")[0] in ("T", "S0") for name in names)

@@ -60,7 +60,7 @@ class Asked:
 
     @property
     def resolved(self) -> bool:
-        """Whether the limit to warn lies above the floor."""
+        """True if the limit to warn lies above the floor."""
         return self.floor <= self.criterion.warn
 
 
@@ -119,12 +119,12 @@ class Result:
 
     @property
     def identical(self) -> bool:
-        """Whether both sides have the same rows with the same bytes."""
+        """True if both sides have the same rows with the same bytes."""
         return all(row.state == "identical" for row in self.rows)
 
     @property
     def valid(self) -> bool:
-        """Whether every difference that was put in was found."""
+        """True if every difference that was put in was found."""
         return bool(self.checks) and all(check.passed for check in self.checks)
 
     @property

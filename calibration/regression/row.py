@@ -69,7 +69,7 @@ class Pixels:
         return np.where(values == 0, 0.0, np.ldexp(self.unit_roundoff, exponent - 1))
 
     def equals(self, other: Pixels) -> bool:
-        """Whether both hold the same bytes."""
+        """Return whether both hold the same bytes."""
         ours, theirs = ((one.xyz, one.coverage, one.white_xyz) for one in (self, other))
         return all(
             a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()

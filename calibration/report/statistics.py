@@ -51,7 +51,7 @@ class SelfCheck:
 
     @property
     def passed(self) -> bool:
-        """Whether the difference came back to a thousandth of a ΔE unit."""
+        """True if the difference came back to a thousandth of a ΔE unit."""
         return abs(self.found - self.expected) <= 1e-3
 
 

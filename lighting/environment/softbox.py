@@ -174,7 +174,7 @@ class SoftboxLight(SpreadLight):
         return np.where(met, along, np.inf)
 
     def _met(self, points: np.ndarray, directions: np.ndarray) -> tuple[Bool[np.ndarray, " n"], np.ndarray]:
-        """Whether rays meet the rectangle, from whichever side, and how far off its plane is along each."""
+        """Return whether rays meet the rectangle, from whichever side, and how far off its plane is along each."""
         right, up, facing = self.axes
         towards, height = directions @ facing, (self.position - points) @ facing
         parallel = np.abs(towards) < _TINY

@@ -16,7 +16,7 @@ _FULL_TURN = 2.0 * np.pi + 1e-6
 
 
 def is_convex(mesh: Mesh) -> bool:
-    """Whether the triangles are the whole surface of one convex body, facing outwards.
+    """Return whether the triangles are the whole surface of one convex body, facing outwards.
 
     Each edge belongs to two triangles and bends outwards; no vertex has more than a full turn of angles about it, and
     the whole is of one piece with Euler's characteristic of a ball. What is closed and locally convex is convex

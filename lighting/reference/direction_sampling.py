@@ -48,7 +48,7 @@ def drawn_pool(light: SpreadLight, most: int, rng: np.random.Generator) -> Drawn
 
 
 def is_even(light: SpreadLight) -> bool:
-    """Whether directions that are drawn as a light shines serve a matt surface alone, however it is turned."""
+    """Return whether directions that are drawn as a light shines serve a matt surface alone, however it is turned."""
     if not isinstance(light, EnvironmentLight) or light.fields[0].size < _FINE:
         return False
     luminance = light.fields.sum(axis=0)

@@ -162,7 +162,7 @@ class Tracer:
             waiting = waiting[face[waiting] >= 0]
 
     def in_holes(self, face: Int[np.ndarray, " n"], weights: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
-        """Whether nothing is there at points of triangles, of parts whose materials have holes."""
+        """Return whether nothing is there at points of triangles, of parts whose materials have holes."""
         found, part = np.zeros(len(face), dtype=bool), self.part[face]
         for number, cutout in enumerate(self._cutouts):
             mine = np.flatnonzero(part == number)
@@ -227,7 +227,7 @@ class Tracer:
         points: Float[np.ndarray, "n 3"],
         normals: Float[np.ndarray, "n 3"],
     ) -> Bool[np.ndarray, " n"]:
-        """Whether nothing lies between each point (with its geometric normal towards the light) and the light."""
+        """Return whether nothing lies between each point (with its geometric normal towards the light) and the light."""
         start = self.lifted(points, normals)
         arriving = light.arrivals(start)
         return self.free(start, np.ascontiguousarray(arriving.directions), arriving.distance)
@@ -239,7 +239,7 @@ class Tracer:
     def free(
         self, start: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], distance: Float[np.ndarray, " n"]
     ) -> Bool[np.ndarray, " n"]:
-        """Whether a ray (unit direction) meets nothing nearer than a distance."""
+        """Return whether a ray (unit direction) meets nothing nearer than a distance."""
         face = self.first(start, directions, again=False)
         free = face < 0
         near = np.flatnonzero(~free & np.isfinite(distance))

@@ -104,7 +104,9 @@ def why_black(scene: Scene, camera: Camera | None = None, geometry: VisibleGeome
 
 
 def _spread_light_reaches(scene: Scene, seen: VisibleGeometry) -> bool:
-    """Whether lights that spread reach what a camera sees, by a few directions of each at a few thousand samples."""
+    """Return whether lights that spread reach what a camera sees, by a few directions of each at a few thousand
+    samples.
+    """
     if not scene.spread_lights or seen.frame is None or seen.geometric is None:
         return False
     some = np.unique(np.linspace(0, len(seen.pixel) - 1, _FEW_SAMPLES).astype(np.int64))
@@ -151,7 +153,7 @@ def _bodies(scene: Scene, point: np.ndarray) -> list[str]:
 
 
 def _touches(mesh: Mesh, point: np.ndarray, distance: float) -> bool:
-    """Whether a mesh comes nearer to a point than `distance`."""
+    """Return whether a mesh comes nearer to a point than `distance`."""
     low, high = mesh.bounds
     if ((point < low - distance) | (point > high + distance)).any():
         return False

@@ -301,7 +301,7 @@ class _Shining:
 
 
 def _nothing_hides(scene: Scene, geometry: VisibleGeometry) -> bool:
-    """Whether all that is seen is one convex body from outside: no ray from it meets it again."""
+    """Return whether all that is seen is one convex body from outside: no ray from it meets it again."""
     if len(scene.parts) != 1 or geometry.geometric is None:
         return False
     mesh = scene.parts[0].mesh

@@ -59,7 +59,7 @@ class PeriodicRays:
         return np.where(found < 0, -1, self._facet[found])
 
     def free(self, starts: Float[np.ndarray, "n 3"], to: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
-        """Whether rays along unit vectors meet nothing."""
+        """Return whether rays along unit vectors meet nothing."""
         return self._cast(starts, to, "OCCLUDED") < 0
 
     def _cast(self, starts: np.ndarray, to: np.ndarray, query: str) -> Int[np.ndarray, " n"]:

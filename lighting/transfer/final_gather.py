@@ -123,7 +123,7 @@ class Weights:
         return cls(part, reflection, to, sites, found)
 
     def holds(self, part: GlossyPart, reflection: Reflection, to: Float[np.ndarray, "G_p 3"], dtype: type) -> bool:
-        """Whether `of` would give the same."""
+        """Return whether `of` would give the same."""
         same = self.part is part and self.reflection is reflection and self.of_ray.dtype == dtype
         return same and np.array_equal(self.to, to)
 

@@ -203,7 +203,7 @@ def lessened(sharpness: Float[np.ndarray, "*n"]) -> tuple[Float[np.ndarray, "*n"
 
 
 def needs_none(scene: Scene) -> bool:
-    """Whether no part of a scene can see another one, or itself: one convex body."""
+    """Return whether no part of a scene can see another one, or itself: one convex body."""
     return len(scene.parts) == 1 and is_convex(scene.parts[0].mesh)
 
 

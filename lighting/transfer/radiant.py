@@ -131,5 +131,5 @@ def donaldson(surface: Surface) -> Bispectral | None:
 
 
 def fluoresces(surfaces: Iterable[Surface]) -> bool:
-    """Whether any does."""
+    """Return whether any does."""
     return any(donaldson(one) is not None for one in surfaces)

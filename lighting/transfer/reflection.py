@@ -112,7 +112,7 @@ class Reflection:
 
     @property
     def is_matt(self) -> bool:
-        """Whether there is no other term."""
+        """True if there is no other term."""
         return not len(self.spectra)
 
     def on(self, wavelengths_nm: Float[np.ndarray, " M"]) -> Reflection:

@@ -140,7 +140,7 @@ def _foretold(
 
 
 def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) -> Bool[np.ndarray, " m"]:
-    """Whether the scene rises above the horizons of sites, within about `width`."""
+    """Return whether the scene rises above the horizons of sites, within about `width`."""
     # By places alone: a wall's normals are far from the floor's.
     few = _one_a_cell(around.both, width / _FINER)
     tree, found = KDTree(around.places[few]), np.zeros(len(which), dtype=bool)

@@ -102,7 +102,7 @@ def _files(folder: Path) -> Iterator[tuple[int, int, Path]]:
 
 
 def _removed(file: Path) -> bool:
-    """Whether a file is gone; one that may not be removed stays, and counts."""
+    """Return whether a file is gone; one that may not be removed stays, and counts."""
     try:
         file.unlink(missing_ok=True)
     except OSError:

@@ -18,7 +18,7 @@ class Before:
     facing: VectorLike
 
     def holds(self, points: Float[np.ndarray, "n 3"]) -> bool:
-        """Whether all points of the world are there."""
+        """Return whether all points of the world are there."""
         return bool((self._heights(points) >= 0.0).all())
 
     def cut(self, triangles: Float[np.ndarray, "F 3 3"]) -> Float[np.ndarray, "G 3 3"]:

@@ -30,7 +30,7 @@ class Occluders:
         to: Float[np.ndarray, "n 3"],
         lengths: Float[np.ndarray, " n"] | None = None,
     ) -> Bool[np.ndarray, " n"]:
-        """Whether nothing lies on rays along unit vectors; `lengths` ends them, else they go on for ever."""
+        """Return whether nothing lies on rays along unit vectors; `lengths` ends them, else they go on for ever."""
         if not len(starts):
             return np.ones(0, dtype=bool)
         given = (np.ascontiguousarray(each, dtype=np.float32) for each in (starts, to))

@@ -89,7 +89,7 @@ def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.nda
 
 
 def nothing_hides(found: tuple[Pieces, ...]) -> bool:
-    """Whether a scene of these pieces is one convex solid, so that every direction above a surface is free."""
+    """Return whether a scene of these pieces is one convex solid, so that every direction above a surface is free."""
     return len(found) == 1 and len(found[0].convex) == 1 and bool(found[0].convex[0])
 
 

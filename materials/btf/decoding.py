@@ -139,7 +139,7 @@ def uplifted_basis() -> SpectralBasis:
 
 
 def is_grey(data: bytes) -> bool:
-    """Whether an image that is no OpenEXR has but one colour channel."""
+    """Return whether an image that is no OpenEXR has but one colour channel."""
     from PIL import Image
 
     try:

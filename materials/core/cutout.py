@@ -13,4 +13,4 @@ class Cutout(abc.ABC):
 
     @abc.abstractmethod
     def holes(self, uv: Float[np.ndarray, "N 2"]) -> Bool[np.ndarray, " N"]:
-        """Whether nothing is there, at texture coordinates of the mesh."""
+        """Return whether nothing is there, at texture coordinates of the mesh."""

@@ -17,7 +17,7 @@ class Domain:
     unit: str = ""
 
     def holds(self, number: float) -> bool:
-        """Whether the number is one of them."""
+        """Return whether the number is one of them."""
         above = number > self.low if self.open_low else number >= self.low
         return bool(np.isfinite(number) and above and number <= self.high)
 

@@ -114,7 +114,7 @@ class Fast(Surface):
 
     @property
     def uses_uv(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Whether a summand does."""
+        """True if a summand does."""
         return any(summand.uses_uv for summand in self.summands)
 
     @property

@@ -104,7 +104,7 @@ class DirectionSampler:
 
     @property
     def even(self) -> bool:
-        """Whether the surface has no highlight, seen from anywhere: light that is drawn as it shines finds it all."""
+        """True if the surface has no highlight, seen from anywhere: light that is drawn as it shines finds it all."""
         return bool((self._highest <= _EVEN).all())
 
     def _node_direction(self, node: int) -> Float[np.ndarray, "3"]:

@@ -65,7 +65,7 @@ class _Sum(Surface):
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Whether all are."""
+        """True if all are."""
         return all(lobe.isotropic for lobe in self.lobes)
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:

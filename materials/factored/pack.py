@@ -215,7 +215,7 @@ class FactoredBrdf(Brdf, Fast):
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Whether no pack turns with the azimuth."""
+        """True if no pack turns with the azimuth."""
         return not any(pack.anisotropic for pack in self.packs)
 
     def eval(self, wi: Direction, wo: Direction) -> Float[np.ndarray, "... L"]:

@@ -81,7 +81,7 @@ class Extremes:
 
     @property
     def within(self) -> bool:
-        """Whether both bounds are kept."""
+        """True if both bounds are kept."""
         return self.lowest >= LOWEST and self.ratio <= LARGEST
 
 
@@ -125,7 +125,7 @@ class Bounds:
 
     @property
     def isotropic(self) -> bool:
-        """Whether the original looks the same at every turn about the normal."""
+        """True if the original looks the same at every turn about the normal."""
         return self.brdf.isotropic
 
     def extremes(self, packs: tuple[FactorPack, ...], rounded: tuple[FactorPack, ...] | None = None) -> Extremes:

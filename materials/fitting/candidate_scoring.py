@@ -79,7 +79,7 @@ class Judgement:
 
     @property
     def back_decides(self) -> bool:
-        """Whether it is light from behind that decides the score."""
+        """True if it is light from behind that decides the score."""
         return self.back / BACK_SHARE == self.score
 
 

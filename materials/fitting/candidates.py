@@ -56,7 +56,7 @@ class Candidate:
         return " + ".join(dict.fromkeys(pack.frame for pack in self.packs))
 
     def meets(self, budget: float) -> bool:
-        """Whether the packs are within the budget and within their bounds."""
+        """Return whether the packs are within the budget and within their bounds."""
         return self.within and self.judgement.score <= budget
 
     def better_than(self, other: Candidate, budget: float) -> bool:

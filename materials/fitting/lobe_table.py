@@ -95,7 +95,7 @@ class LobeTable:
 
     @property
     def black(self) -> bool:
-        """Whether there is no light at any node."""
+        """True if there is no light at any node."""
         return not np.any(self.values)
 
     def pack(self, rank: int, seed: int, method: Method, smooth: bool = False) -> tuple[FactorPack, float]:

@@ -105,7 +105,7 @@ class Refinement:
         return replace(found, packs=packs, judgement=judgement, relative_error=relative)
 
     def is_gain(self, candidate: Candidate, before: float) -> bool:
-        """Whether the candidate's distance is less than `before`; either way the trial is recorded."""
+        """Return whether the candidate's distance is less than `before`; either way the trial is recorded."""
         kept = candidate.judgement.distance < before
         self.judge.record(0, candidate.frames, candidate.rank, candidate.judgement, kept, candidate.name, joint=True)
         return kept

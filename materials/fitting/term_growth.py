@@ -157,5 +157,5 @@ class Growth:
 
 
 def _is_slow(before: tuple[int, float], now: tuple[int, float]) -> bool:
-    """Whether terms between two states (terms, headway) gained too little."""
+    """Return whether terms between two states (terms, headway) gained too little."""
     return now[1] > (1.0 - _GAIN_A_TERM * (now[0] - before[0])) * before[1]

@@ -177,7 +177,7 @@ def working_spectra(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarr
 
 
 def _in_highlight(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-    """Whether pairs are of a highlight's own pixels."""
+    """Return whether pairs are of a highlight's own pixels."""
     theta_h, theta_d, _, _ = half_difference(wi, wo)
     known = 0.5 * np.radians(LIGHT_ANGLES_DEG)
     widths = [highlight_width(brdf, angle)[0] for angle in known]

@@ -261,7 +261,7 @@ def _coding(found: Sorted, folder: Path, answer: Answer, uplift: str) -> tuple[C
 
 
 def _says(path: Path) -> bool:
-    """Whether an image can say what the others are like: not where it is damaged."""
+    """Return whether an image can say what the others are like: not where it is damaged."""
     try:
         head = head_of(path)
     except InputError:

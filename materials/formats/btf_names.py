@@ -125,7 +125,7 @@ def _members(folder: Path, rest: str, changed_ns: tuple[int, ...]) -> tuple[Path
 
 
 def is_first(path: Path) -> bool:
-    """Whether an image is the one that stands for its set."""
+    """Return whether an image is the one that stands for its set."""
     name = image_name(path)
     if name is None or any(image is not None and image.rest == name.rest for image in _before(path)):
         return False
@@ -192,7 +192,9 @@ def _directions_in(folder: Path, changed_ns: int) -> tuple[frozenset, frozenset]
 
 
 def _is_numbered_part(folder: Path) -> bool:
-    """Whether a folder of one view, or light, lies beside others that hold others and whose names differ in digits."""
+    """Return whether a folder of one view, or light, lies beside others that hold others and whose names differ in
+    digits.
+    """
     pattern = re.sub(r"\d+", "0", folder.name)
     return any(sign.isdigit() for sign in folder.name) and folder in _numbered_parts(
         folder.parent, pattern, _changed_ns(folder.parent)

@@ -68,7 +68,7 @@ class GltfFile:
         return EncodedPicture(name or image.place, self._bytes(buffers[number], number, offset, length), image.place)
 
     def has_buffer(self, number: int) -> bool:
-        """Whether one of `buffers` has bytes; those of an extension may have none."""
+        """Return whether one of `buffers` has bytes; those of an extension may have none."""
         buffer = self.root.children("buffers")[number]
         return buffer.has("uri") or (self.binary is not None and number == 0)
 
@@ -159,7 +159,7 @@ def _is_file(path: Path) -> bool:
 
 
 def named_by_backslashes(node: Node, folder: Path) -> bool:
-    """Whether the file of a `uri` was only found by taking backslashes for separators."""
+    """Return whether the file of a `uri` was only found by taking backslashes for separators."""
     uri = node.text("uri")
     return not uri.startswith("data:") and "\\" in unquote(uri) and "\\" not in local_path(node, folder).name
 

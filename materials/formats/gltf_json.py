@@ -34,7 +34,7 @@ class Node:
         raise InputError(problem, file=self.file, field=self._at(name), found=found, expected=expected, hint=hint)
 
     def has(self, name: str) -> bool:
-        """Whether the object has that name."""
+        """Return whether the object has that name."""
         return name in self.values
 
     def child(self, name: str) -> Node:

@@ -45,7 +45,7 @@ class Format(Protocol):
     SUFFIXES: tuple[str, ...]
 
     def recognises(self, path: Path, head: bytes) -> bool:
-        """Whether the file is of this format, or has the name of one that is damaged; `head`: its first bytes."""
+        """Return whether the file is of this format, or has the name of one that is damaged; `head`: its first bytes."""
         ...
 
     def read_sources(self, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
@@ -90,7 +90,7 @@ def label(reader: Format, path: Path) -> str:
 
 
 def guessed(reader: Format, path: Path) -> bool:
-    """Whether little speaks for that format."""
+    """Return whether little speaks for that format."""
     return getattr(reader, "guessed", lambda path: False)(path)
 
 

@@ -14,7 +14,7 @@ PLAIN = re.compile(rf"^(?:(?P<layer>.*)\.)?(?P<kind>S[0-3]|T)\.{LENGTH}$")
 
 
 def is_spectral(channel: str) -> bool:
-    """Whether a channel of that name holds one wavelength.
+    """Return whether a channel of that name holds one wavelength.
 
     >>> is_spectral("T.550,0nm"), is_spectral("R")
     (True, False)
@@ -23,7 +23,7 @@ def is_spectral(channel: str) -> bool:
 
 
 def is_spectral_base(path: Path, head: bytes | None = None) -> bool:
-    """Whether a file is the albedo of a set of maps, has spectral channels, and other maps lie beside it."""
+    """Return whether a file is the albedo of a set of maps, has spectral channels, and other maps lie beside it."""
     name = map_name(path)
     if name is None or name.role != "albedo" or path.suffix.lower() != ".exr":
         return False

@@ -39,7 +39,7 @@ class Unread:
     beside_maps: bool = False
 
     def fits(self, path: Path, head: bytes, members: tuple[str, ...]) -> bool:
-        """Whether a file is of this kind, by its first bytes, its members or its name."""
+        """Return whether a file is of this kind, by its first bytes, its members or its name."""
         marked = self.mark is not None and _holds(head, self.mark)
         marked = marked or (self.member is not None and any(re.match(self.member, name) for name in members))
         named = path.suffix.lower() in self.suffixes and (self.needs is None or _holds(head, self.needs))

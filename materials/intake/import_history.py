@@ -203,7 +203,9 @@ class Known:
             self.records[material_id], self._changed = [*state, source_hash], True
 
     def _is_as_stored(self, stored: list, path: Path, file: InputFile) -> bool:
-        """Whether a part is what an entry says; where only its times have changed, the entry learns the new ones."""
+        """Return whether a part is what an entry says; where only its times have changed, the entry learns the new
+        ones.
+        """
         name, *then, content = stored
         if is_private(file):
             return bool(content) and _content(path) == content
@@ -225,7 +227,7 @@ def _key(file: InputFile, reader: Format, words: str) -> str:
 
 
 def is_private(file: InputFile) -> bool:
-    """Whether the file is a copy that this import has made: of a member of an archive, or of something remote."""
+    """Return whether the file is a copy that this import has made: of a member of an archive, or of something remote."""
     return file.name != str(file.path)
 
 
@@ -244,7 +246,7 @@ def _state(path: Path) -> State | None:
 
 
 def _at_rest(state: State, moment_ns: int) -> bool:
-    """Whether a file had not been touched for longer than a tick of any clock."""
+    """Return whether a file had not been touched for longer than a tick of any clock."""
     return max(state[1:3]) < moment_ns - _TICK_NS
 
 

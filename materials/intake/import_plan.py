@@ -134,7 +134,7 @@ def planned(
 
 
 def _is_cut_to_nothing(path: Path) -> bool:
-    """Whether a file is empty that has the name of a measurement: a copy that was broken off."""
+    """Return whether a file is empty that has the name of a measurement: a copy that was broken off."""
     return path.suffix.lower() in _MEASUREMENTS and path.stat().st_size == 0
 
 
@@ -213,7 +213,9 @@ def _sealed(read: MaterialSource | Rejected, say: Hears) -> tuple[MaterialSource
 
 
 def _lasts(reason: BaseException | None) -> bool:
-    """Whether a refusal is of what stands in a file, and not of a disk or of memory that may do better next time."""
+    """Return whether a refusal is of what stands in a file, and not of a disk or of memory that may do better next
+    time.
+    """
     while reason is not None:
         if isinstance(reason, OSError | MemoryError | RuntimeError):
             return False
@@ -256,7 +258,7 @@ def _material(
 
 
 def _is_there(read: Read, settings: Settings, known: Known, say: Hears) -> bool:
-    """Whether the catalogue has a material as this import would make it, and whole."""
+    """Return whether the catalogue has a material as this import would make it, and whole."""
     wanted = _source_hash(read, settings)
     return known.stored(read.id, wanted, in_bytes("checking", read.stored, say)) == wanted
 

@@ -131,7 +131,7 @@ def _opened(file: InputFile, private: Path) -> Iterator[InputFile | Rejected]:
 
 
 def _is_document(path: Path) -> bool:
-    """Whether a zip container is what a program saved, such as a spreadsheet; not where it cannot be read."""
+    """Return whether a zip container is what a program saved, such as a spreadsheet; not where it cannot be read."""
     if path.suffix.lower() in _DOCUMENTS:
         return True
     try:

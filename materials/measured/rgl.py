@@ -83,7 +83,7 @@ class RglBrdf(Brdf):
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Whether the measurement is."""
+        """True if the measurement is."""
         return self.measurement.isotropic
 
     @cached_property

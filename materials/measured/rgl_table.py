@@ -106,7 +106,7 @@ def _grid(brdf: Brdf) -> _Grid:
 
 
 def _mirrored(brdf: Brdf) -> bool:
-    """Whether mirroring both directions in x, or in y, changes nothing, as far as a sample of pairs shows."""
+    """Return whether mirroring both directions in x, or in y, changes nothing, as far as a sample of pairs shows."""
     rng = np.random.default_rng(0)
     wi, wo = (spherical(np.arccos(rng.uniform(0.1, 1.0, _ASKED)), rng.uniform(0.0, TAU, _ASKED)) for _ in "io")
     unturned = brdf.eval(wi, wo)

@@ -52,7 +52,7 @@ class Node:
 
     @property
     def in_blocks(self) -> bool:
-        """Whether these are values that are written and read block by block."""
+        """True if these are values that are written and read block by block."""
         return self.value is not None and _IN_BLOCKS in self.attributes
 
 

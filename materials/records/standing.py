@@ -30,7 +30,7 @@ class Aimed(Protocol):
 
 
 def misses_budget(fit: Aimed) -> bool:
-    """Whether a fit aimed at a budget and missed it."""
+    """Return whether a fit aimed at a budget and missed it."""
     return fit.budget is not None and fit.score is not None and fit.score > fit.budget
 
 

@@ -131,7 +131,7 @@ class StoredArray:
 
     @property
     def is_there(self) -> bool:
-        """Whether there is such a file at all, that this user may look for."""
+        """True if there is such a file at all, that this user may look for."""
         return _size_of(self.file) > 0
 
     def check_is_there(self) -> None:

@@ -40,7 +40,7 @@ class StoredFiles(StoredArray):
 
     @property
     def is_there(self) -> bool:
-        """Whether there are all these files."""
+        """True if there are all these files."""
         return all((self.file / name).is_file() for name in self.names)
 
     def _touched(self, first: int, last: int) -> Iterator[tuple[int, Block]]:

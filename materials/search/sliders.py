@@ -40,7 +40,7 @@ class Slider:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether its domain begins above 0 without an end there."""
+        """True if its domain begins above 0 without an end there."""
         return self.domain.open_low and self.domain.low == 0.0
 
     def at(self, value: float | int) -> AnalyticBrdf:

@@ -79,7 +79,7 @@ class ViewSlices(EnvironmentForm):
 
     @property
     def isotropic(self) -> bool:
-        """Whether the viewer's azimuth only turns the slices."""
+        """True if the viewer's azimuth only turns the slices."""
         return self.sharpness.shape[1] == 1
 
     def lobes(self, points: Points) -> Lobes:

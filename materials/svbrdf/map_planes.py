@@ -110,7 +110,7 @@ class MapPlanes(Summand):
 
     @property
     def uses_uv(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Whether texels differ."""
+        """True if texels differ."""
         return self.planes.shape[2] > 0
 
     @cached_property

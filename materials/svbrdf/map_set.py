@@ -143,7 +143,7 @@ class MapSet:
 
     @cached_property
     def coated(self) -> bool:
-        """Whether a clear coat lies on any texel."""
+        """True if a clear coat lies on any texel."""
         return bool(self.coat.decoded(self.coat.values).any())
 
     @cached_property

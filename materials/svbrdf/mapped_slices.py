@@ -61,7 +61,7 @@ class MappedSlices(EnvironmentForm):
 
     @property
     def uses_uv(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Whether texels differ."""
+        """True if texels differ."""
         return self.maps.uses_uv
 
     @property

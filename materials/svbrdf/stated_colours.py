@@ -44,7 +44,7 @@ def stated_colours(picture: Any, data: bytes) -> tuple[str, ...]:
 
 
 def is_srgb(profile: bytes) -> bool:
-    """Whether an ICC profile calls itself sRGB, in the ASCII of version 2 or the UTF-16 of version 4."""
+    """Return whether an ICC profile calls itself sRGB, in the ASCII of version 2 or the UTF-16 of version 4."""
     return b"sRGB" in profile or "sRGB".encode("utf-16-be") in profile
 
 

@@ -105,7 +105,7 @@ class Answer:
             raise InputError("not a share", field="fill", found=self.fill, expected="from 0 to below 1")
 
     def allows(self, quantity: str) -> bool:
-        """Whether a file that says `quantity` says nothing else than this answer does.
+        """Return whether a file that says `quantity` says nothing else than this answer does.
 
         A radiance factor is a reflectance in one geometry: the one word allows the other.
         """

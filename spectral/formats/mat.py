@@ -72,7 +72,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def _is_first_matrix(head: bytes, order: str) -> bool:
-    """Whether a file of version 4 begins with a matrix, in this order of bytes; its type says the order, too."""
+    """Return whether a file of version 4 begins with a matrix, in this order of bytes; its type says the order, too."""
     kind, rows, columns, imaginary, name_length = np.frombuffer(head[:20], dtype=f"{order}i4").tolist()
     if not (0 <= imaginary <= 1 and 0 < name_length < 256 and min(rows, columns) >= 0):
         return False

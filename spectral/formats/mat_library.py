@@ -33,7 +33,7 @@ class TooLarge(Exception):
 
 
 def is_hdf5(head: bytes) -> bool:
-    """Whether a MATLAB file is of version 7.3: HDF5 behind a block of 512 bytes."""
+    """Return whether a MATLAB file is of version 7.3: HDF5 behind a block of 512 bytes."""
     return head[:10] == b"MATLAB 7.3" or head[:8] == b"\x89HDF\r\n\x1a\n" or head[512:520] == b"\x89HDF\r\n\x1a\n"
 
 

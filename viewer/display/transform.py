@@ -211,7 +211,8 @@ class DisplayTransform:
         return rgb, notes
 
     def clips_all(self, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> bool:
-        """Whether all that a picture shows is brighter than the display can be: no pixel that a surface covers is left.
+        """Return whether all that a picture shows is brighter than the display can be: no pixel that a surface covers
+        is left.
 
         A view that limits values itself hides this: it never clips.
         """

@@ -96,7 +96,7 @@ class SceneGeometry:
 
 
 def knows_geometry(scene: Scene, known: SceneGeometry | None) -> bool:
-    """Whether `scene_geometry` would give back `known`."""
+    """Return whether `scene_geometry` would give back `known`."""
     if known is None or not _same_meshes(scene, known) or len(scene.delta_lights) != len(known.lights):
         return False
     pairs = zip(scene.delta_lights, known.lights, strict=True)
@@ -116,7 +116,7 @@ def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeo
 
 
 def same_geometry(scene: Scene, other: Scene) -> bool:
-    """Whether two scenes differ in materials without holes, spectra and observers at most."""
+    """Return whether two scenes differ in materials without holes, spectra and observers at most."""
     low, high = scene.bounds
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     lux = scene.viewing.reference_illuminance_lux, other.viewing.reference_illuminance_lux

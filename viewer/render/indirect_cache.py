@@ -43,7 +43,7 @@ class IndirectCache:
             self._lights.clear()
 
     def knows(self, scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> bool:
-        """Whether `light` has nothing to work out."""
+        """Return whether `light` has nothing to work out."""
         if scene.bounces == 0:
             return True
         if not self.lock.acquire(blocking=False):

@@ -74,7 +74,7 @@ class LightCache:
             self._shaded, self._seen, self._seen_shadows = None, None, {}
 
     def knows(self, light: SpreadLight, scene: Scene) -> bool:
-        """Whether `gathered` and `shadows` take no time worth the name."""
+        """Return whether `gathered` and `shadows` take no time worth the name."""
         if not self.lock.acquire(blocking=False):
             return False
         try:

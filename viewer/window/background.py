@@ -49,7 +49,7 @@ class Background:
             self._waiting.pop(kind, None)
 
     def busy(self, kind: str | None = None) -> bool:
-        """Whether work of this kind, or any, waits, is being done, or has come and was not heard of yet."""
+        """Return whether work of this kind, or any, waits, is being done, or has come and was not heard of yet."""
         with self._changed:
             kinds = {*self._waiting, *filter(None, [self._doing]), *(heard.kind for heard in self._heard)}
         return bool(kinds) if kind is None else kind in kinds

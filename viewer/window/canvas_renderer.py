@@ -203,7 +203,7 @@ class Drawing:
             target.release()
 
     def _folded(self) -> bool:
-        """Whether all terms of the exact picture are kept, which then is drawn."""
+        """Return whether all terms of the exact picture are kept, which then is drawn."""
         ready = list(self._prepared(Quality.EXACT))
         known = all(renderer.knows(prepared) for renderer, prepared, _ in ready)
         for renderer, prepared, onto in ready if known else ():
@@ -357,7 +357,7 @@ class Drawing:
         return self._renderer(Quality.STILL, 0).session.layers.lights
 
     def _worked_out(self) -> bool:
-        """Whether all is there that is drawn of what is still."""
+        """Return whether all is there that is drawn of what is still."""
         if self._working is not None and self._working.is_alive():
             return False
         return all(

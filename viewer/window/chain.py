@@ -36,5 +36,5 @@ def observer_words(name: str) -> str:
 
 @lru_cache(maxsize=8)
 def is_colorimetric(display: DisplayTransform) -> bool:
-    """Whether a view shows white as white: what it becomes is measured."""
+    """Return whether a view shows white as white: what it becomes is measured."""
     return not any("not colorimetric" in words for words in display.describe())

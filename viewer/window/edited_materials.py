@@ -30,11 +30,11 @@ class Fitting:
 
     @property
     def pending(self) -> bool:
-        """Whether something is being fitted, or waits for it."""
+        """True if something is being fitted, or waits for it."""
         return self._thread.busy()
 
     def arrived(self) -> bool:
-        """Whether something has been fitted since this was last asked."""
+        """Return whether something has been fitted since this was last asked."""
         return bool(self._thread.poll())
 
     def close(self) -> None:

@@ -66,7 +66,7 @@ class Probing:
 
     @property
     def busy(self) -> bool:
-        """Whether something is being read."""
+        """True if something is being read."""
         return self._thread.busy()
 
     def at(self, view: ProbedView, pixel: tuple[int, int]) -> None:

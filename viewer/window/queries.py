@@ -58,7 +58,7 @@ class Asking:
         return found if found is None or key is None or found.key == key else None
 
     def busy(self, kind: str | None = None) -> bool:
-        """Whether a question of this kind, or any, waits for its answer."""
+        """Return whether a question of this kind, or any, waits for its answer."""
         return self._thread.busy(kind)
 
     def forget(self) -> None:

@@ -29,5 +29,5 @@ def read_session(path: str | Path) -> Session:
 
 
 def is_session(path: str | Path) -> bool:
-    """Whether a file says that it is a session; what cannot be read is none."""
+    """Return whether a file says that it is a session; what cannot be read is none."""
     return SESSION_FILE.is_one(path)

@@ -51,7 +51,7 @@ class Loaded:
         return (*files_of_scene(scene_path(self.subject)), *worn)
 
     def is_of(self, session: Session) -> bool:
-        """Whether it is what a session names; shapes are put in where it is drawn."""
+        """Return whether it is what a session names; shapes are put in where it is drawn."""
         same = replace(session.subject, shape=None) == replace(self.subject, shape=None)
         return same and session.catalogue == self.catalogue_name
 

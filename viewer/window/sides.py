@@ -105,11 +105,11 @@ class Sources:
 
     @property
     def pending(self) -> bool:
-        """Whether a material with other parameters is being fitted: sides show what stands for it meanwhile."""
+        """True if a material with other parameters is being fitted: sides show what stands for it meanwhile."""
         return any(one.pending for one in self._fits.values())
 
     def arrived(self) -> bool:
-        """Whether one has been fitted since this was last asked: then `sides` has other ones."""
+        """Return whether one has been fitted since this was last asked: then `sides` has other ones."""
         arrived = [one.arrived() for one in self._fits.values()]
         return any(arrived)
 

@@ -58,7 +58,7 @@ class SpectralPicture:
 
     @property
     def relative(self) -> bool:
-        """Whether 1 is the perfect diffuser under equal energy, as Metamer writes it."""
+        """True if 1 is the perfect diffuser under equal energy, as Metamer writes it."""
         return self.kind == "emission" and self.units == RELATIVE_UNITS
 
     def folded(

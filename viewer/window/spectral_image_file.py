@@ -50,7 +50,7 @@ def picture_memory(path: str | Path) -> PictureMemory:
 
 
 def is_spectral_picture(path: str | Path) -> bool:
-    """Whether a file is OpenEXR with channels of wavelengths; by its header."""
+    """Return whether a file is OpenEXR with channels of wavelengths; by its header."""
     path = Path(path)
     if not path.is_file():
         return False

@@ -39,7 +39,7 @@ class Measuring:
         self._worker.ask(asked)
 
     def is_of(self, view: ProbedView) -> bool:
-        """Whether this view was asked for."""
+        """Return whether this view was asked for."""
         return self._of is view
 
     @property

@@ -71,7 +71,7 @@ def mended(normal: TexelMap) -> tuple[TexelMap, list[str]]:
 
 
 def is_level(normal: TexelMap) -> bool:
-    """Whether all normals are alike, and upright as nearly as a picture of 8 bits can say."""
+    """Return whether all normals are alike, and upright as nearly as a picture of 8 bits can say."""
     if (normal.values != normal.values[:1, :1]).any():
         return False
     x, y, z = normal.decoded(normal.values[0, 0])

@@ -203,7 +203,8 @@ def signs_of_all(grid: np.ndarray, spectra: np.ndarray, field: str) -> list[Sign
 
 
 def _speaks_against(decision: Decision, numbers: Sequence[Sign]) -> bool:
-    """Whether a spectrum's own numbers, by two signs, are those of a light or a chart that the decision says it is not.
+    """Return whether a spectrum's own numbers, by two signs, are those of a light or a chart that the decision says it
+    is not.
 
     What a file states as light may be what a chart sent back.
     """
@@ -263,17 +264,17 @@ class Values(NamedTuple):
 
     @property
     def only_fractions(self) -> bool:
-        """Whether they would be blacker than black in percent, and bright enough as fractions."""
+        """True if they would be blacker than black in percent, and bright enough as fractions."""
         return self.surface and 0.0 < self.lowest < _DARK_PERCENT and _BRIGHT <= self.highest <= 2.0
 
     @property
     def dark_for_percent(self) -> bool:
-        """Whether none reaches one per cent, and as fractions they would be of no dark surface or filter."""
+        """True if none reaches one per cent, and as fractions they would be of no dark surface or filter."""
         return 0.0 < self.highest <= 1.0 and (self.surface or self.highest >= _BRIGHT)
 
     @property
     def only_percent(self) -> bool:
-        """Whether they are above what any fraction is."""
+        """True if they are above what any fraction is."""
         return self.lowest > 1.5 or self.highest > 10.0
 
 

@@ -226,7 +226,7 @@ class Luminances(NamedTuple):
 
     @property
     def mostly_of_surfaces(self) -> bool:
-        """Whether more than half of the samples that tell have the luminance of their spectra, as surfaces."""
+        """True if more than half of the samples that tell have the luminance of their spectra, as surfaces."""
         return 2 * len(self.of_surfaces) > len(self.ratios)
 
 

@@ -62,7 +62,7 @@ def head_text(head: bytes) -> str:
 
 
 def is_jcamp(text: str) -> bool:
-    """Whether a text is JCAMP-DX: packed ordinates, in units and with factors of its own, are no table."""
+    """Return whether a text is JCAMP-DX: packed ordinates, in units and with factors of its own, are no table."""
     return bool(_JCAMP.match(text))
 
 
@@ -131,7 +131,7 @@ def is_number(word: str) -> bool:
 
 
 def is_missing(cell: str) -> bool:
-    """Whether a cell says that there is no value."""
+    """Return whether a cell says that there is no value."""
     return cell.strip().casefold() in MISSING
 
 

@@ -167,7 +167,9 @@ def measured(named: str | None) -> Quantity | None:
 
 
 def names_sensitivity(heading: str) -> bool:
-    """Whether a heading is that of an eye's or a sensor's sensitivity; elsewhere it may be an instrument's setting."""
+    """Return whether a heading is that of an eye's or a sensor's sensitivity; elsewhere it may be an instrument's
+    setting.
+    """
     return bool(_SENSITIVITY.search(_one_line(heading)))
 
 
@@ -199,28 +201,28 @@ def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
 
 
 def names_power(heading: str) -> bool:
-    """Whether a heading as a whole is a word for light that is given off, such as "Relative power" or "W"."""
+    """Return whether a heading as a whole is a word for light that is given off, such as "Relative power" or "W"."""
     return bool(_POWER.fullmatch(_one_line(heading)))
 
 
 def names_density(name: str) -> bool:
-    """Whether a name is that of optical densities or absorbances, such as "macular density" or "den_lens"."""
+    """Return whether a name is that of optical densities or absorbances, such as "macular density" or "den_lens"."""
     words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", _one_line(name)).replace("_", " ")
     return bool(_DENSITY.search(words))
 
 
 def names_perhaps_light(name: str) -> bool:
-    """Whether a name is as likely that of a light as of a sample, such as "F11" or "cool white"."""
+    """Return whether a name is as likely that of a light as of a sample, such as "F11" or "cool white"."""
     return bool(_PERHAPS_LIGHT.fullmatch(_one_line(name).replace("_", " ")))
 
 
 def names_light(words: str) -> bool:
-    """Whether a name is that of a light, such as "D65", "LED 4000 K" or "Tungsten"."""
+    """Return whether a name is that of a light, such as "D65", "LED 4000 K" or "Tungsten"."""
     return bool(_LIGHT.search(_one_line(words).replace("_", " ")))
 
 
 def unit_in(words: str) -> Unit | None:
-    """Whether words say percent or fractions of 1, None if they do not."""
+    """Return whether words say percent or fractions of 1, None if they do not."""
     words = _one_line(words)
     if _PERCENT.search(words):
         return "percent"

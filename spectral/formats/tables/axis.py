@@ -51,7 +51,7 @@ class AxisUnit(NamedTuple):
 
     @property
     def is_slow(self) -> bool:
-        """Whether it counts waves that are not of light: hertz, and their thousands, millions and billions."""
+        """True if it counts waves that are not of light: hertz, and their thousands, millions and billions."""
         return self.reciprocal and self.nm > _NM_THZ and "hz" in self.name.lower()
 
     @property
@@ -121,7 +121,7 @@ def _reciprocal(name: str, nm: float, power: str | None) -> AxisUnit:
 
 
 def is_reciprocal_header(cell: str) -> bool:
-    """Whether a header says that its column holds frequencies, energies or wavenumbers."""
+    """Return whether a header says that its column holds frequencies, energies or wavenumbers."""
     unit = axis_unit(cell)
     return unit.reciprocal if unit else bool(_NO_LENGTH.search(cell))
 

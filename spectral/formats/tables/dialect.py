@@ -36,7 +36,7 @@ _TWO_NUMBERS = re.compile(r"\d\D+\d")
 
 
 def two_numbers(line: str) -> bool:
-    """Whether there may be two cells with a number each in a line, whatever parts them: soon seen of most lines.
+    """Return whether there may be two cells with a number each in a line, whatever parts them: soon seen of most lines.
 
     >>> two_numbers("380 nm  0.25"), two_numbers("In 1924, the CIE met.")
     (True, False)
@@ -54,7 +54,8 @@ def _number(cell: str, decimal: str) -> float:
 
 
 def is_torn(cell: str, decimal: str) -> bool:
-    """Whether a cell holds a number, or several, of another way to read the table: no number itself, and no word.
+    """Return whether a cell holds a number, or several, of another way to read the table: no number itself, and no
+    word.
 
     >>> is_torn("0 7", "."), is_torn("7,09", "."), is_torn("7,09", ","), is_torn("n/a", ".")
     (True, True, False, False)
@@ -112,13 +113,13 @@ class Dialect:
         return _wavelength(cell, self.decimal)
 
     def names_wavelength(self, cell: str) -> bool:
-        """Whether a cell names a wavelength with a unit or a word."""
+        """Return whether a cell names a wavelength with a unit or a word."""
         found = self.wavelength(cell)
         return found is not None and found[1]
 
 
 def in_percent(cell: str) -> bool:
-    """Whether a spreadsheet wrote the number in a cell with a percent sign."""
+    """Return whether a spreadsheet wrote the number in a cell with a percent sign."""
     return cell.endswith("%") and any(sign.isdigit() for sign in cell)
 
 

@@ -63,7 +63,7 @@ def _speaks_of_spectra(words: str) -> bool:
 
 
 def _has_colours(cells: Iterable[str]) -> bool:
-    """Whether three headings are the axes of one colour space: that is a measurement, if of no spectrum."""
+    """Return whether three headings are the axes of one colour space: that is a measurement, if of no spectrum."""
     axes = {axis for axis in map(colour_axis, cells) if axis is not None}
     return any(sum(space == name for name, _ in axes) == 3 for space in ("XYZ", "Lab"))
 

@@ -53,17 +53,17 @@ class Layout:
 
 
 def is_wavelength_header(cell: str) -> bool:
-    """Whether a header says that its column holds wavelengths."""
+    """Return whether a header says that its column holds wavelengths."""
     return bool(_WAVELENGTH_WORD.search(cell)) and not is_reciprocal_header(cell)
 
 
 def is_name_header(cell: str) -> bool:
-    """Whether a header says that its column names the samples."""
+    """Return whether a header says that its column names the samples."""
     return bool(_NAME_WORD.search(cell))
 
 
 def is_units_row(cells: Sequence[str]) -> bool:
-    """Whether a row below the names holds units alone."""
+    """Return whether a row below the names holds units alone."""
     return any(cells) and all(_UNIT_CELL.fullmatch(cell[:60]) for cell in cells)
 
 
@@ -113,7 +113,7 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
 
 
 def _labelled(rows: Sequence[Row], layout: Layout, dialect: Dialect) -> bool:
-    """Whether the first wavelengths of a layout carry a unit or a word."""
+    """Return whether the first wavelengths of a layout carry a unit or a word."""
     axis = layout.axes[0]
     cells = [cells[axis] for _, cells in rows[layout.first : layout.first + 3] if axis < len(cells)]
     return len(cells) > 1 and all(map(dialect.names_wavelength, cells))

@@ -65,7 +65,7 @@ class Way(NamedTuple):
         return cells if self.layout.way == "down" else [cells[at] for at in self.layout.axes if at < len(cells)]
 
     def explains(self) -> bool:
-        """Whether it explains the first rows."""
+        """Return whether it explains the first rows."""
         rows = [cells for _, cells in self._compared()]
         most = self.headings() or max(map(len, rows), default=0)
         return bool(rows) and all(
@@ -235,7 +235,7 @@ def _thousands(way: Way) -> tuple[int, str] | None:
 
 
 def _is_mixed(cells: Sequence[str], mark: str) -> bool:
-    """Whether some of the cells have the mark and others are whole numbers below a thousand."""
+    """Return whether some of the cells have the mark and others are whole numbers below a thousand."""
     without = [cell for cell in cells if mark not in cell]
     return len(without) < len(cells) and any(map(_BELOW_A_THOUSAND.fullmatch, without))
 

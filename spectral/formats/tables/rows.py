@@ -139,7 +139,7 @@ def _wavelength(text: str, shape: str, dialect: Dialect) -> float | None:
 
 
 def _beside(columns: Sequence[Column], cells: Sequence[str]) -> bool:
-    """Whether a row has one tristimulus value for each spectrum (L*, X, ...), which is then put beside it."""
+    """Return whether a row has one tristimulus value for each spectrum (L*, X, ...), which is then put beside it."""
     label = next((text for text in cells if text), "")
     if colour_axis(label) is None:
         return False
@@ -246,12 +246,12 @@ def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:
 
 
 def is_generic(name: str) -> bool:
-    """Whether a heading says what was measured and not of which sample."""
+    """Return whether a heading says what was measured and not of which sample."""
     return bool(_GENERIC.fullmatch(name))
 
 
 def _continues(begun: array[float], last: float, at: float) -> bool:
-    """Whether a wavelength goes on from the last one in the direction of those before."""
+    """Return whether a wavelength goes on from the last one in the direction of those before."""
     return len(begun) < 2 or (at - last) * (begun[1] - begun[0]) > 0.0
 
 
@@ -311,7 +311,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
 
 
 def _is_header(table: Section, others: Sequence[int], cells: Sequence[str], row: Column, line: int) -> bool:
-    """Whether a row has wavelengths where spectra have values: with their unit, or below the same headings.
+    """Return whether a row has wavelengths where spectra have values: with their unit, or below the same headings.
 
     Raises
     ------
@@ -341,5 +341,5 @@ def _is_header(table: Section, others: Sequence[int], cells: Sequence[str], row:
 
 
 def _climbs(values: Sequence[float]) -> bool:
-    """Whether values rise throughout in the range of wavelengths in nm."""
+    """Return whether values rise throughout in the range of wavelengths in nm."""
     return values[0] >= 100.0 and values[-1] <= 20_000.0 and all(a < b for a, b in pairwise(values))

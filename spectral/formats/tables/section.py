@@ -88,7 +88,7 @@ class Column:
 
     @property
     def is_empty(self) -> bool:
-        """Whether it has no value at all."""
+        """True if it has no value at all."""
         return all(value != value for value in self.values)
 
 
@@ -121,7 +121,7 @@ class Text:
         return [words for _, words in self.comments[bisect_right(self.comments, after, key=_LINE) : end] if words]
 
     def parted(self, after: int, before: int) -> bool:
-        """Whether a comment stands between two lines, or on the second."""
+        """Return whether a comment stands between two lines, or on the second."""
         return bisect_right(self.comments, before, key=_LINE) > bisect_right(self.comments, after, key=_LINE)
 
 

@@ -85,7 +85,7 @@ def _ask_file(window: Window, opened: bool) -> bool:
 
 
 def _do(window: Window, name: str, text: str) -> bool:
-    """Whether it was done."""
+    """Return whether it was done."""
     desk = window.desk
     doing: dict[str, Callable[[], object]] = {
         "open": lambda: desk.open(text),

@@ -36,7 +36,7 @@ class Placed:
         return (column - self.uv[0] * self.seen_size[0]) * self.zoom, (row - self.uv[1] * self.seen_size[1]) * self.zoom
 
     def holds(self, at: tuple[float, float]) -> bool:
-        """Whether a place in the picture is one of its pixels."""
+        """Return whether a place in the picture is one of its pixels."""
         return 0.0 <= at[0] < self.seen_size[0] and 0.0 <= at[1] < self.seen_size[1]
 
 
