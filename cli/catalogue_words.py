@@ -1,4 +1,4 @@
-"""What the verbs of `metamer catalogue` share: the folder to look in, and how things are said and written."""
+"""Parts that the verbs of `metamer catalogue` share: the folder to look in, and how things are said and written."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `metamer fit` shows while it works: what it is at, how far, and about how long it will take."""
+"""Progress of `metamer fit`: what it is at, how far, and about how long it will take."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class FitProgress:
             self._ticker.said()
 
     def at(self, phase: str, share: float) -> None:
-        """What the fit is at, and the share of it that is done."""
+        """Return the step of the fit, and the share that is done."""
         self._doing = Doing(phase, share)
         self._expected.at(self._material, self._doing)
         if self._bar is not None:
@@ -58,7 +58,7 @@ class FitProgress:
             self._bar.console.print(text, markup=False, highlight=False)
 
     def line(self) -> str:
-        """Where the fit is."""
+        """Write the line of progress."""
         at_work = self._expected.at_work.get(self._material)
         if at_work is None:
             return f"still {self._doing.phase}"

@@ -1,4 +1,4 @@
-"""What `metamer catalogue import` shows while it works: what is looked at, then what is fitted, how far, how long."""
+"""Progress of `metamer catalogue import`: what is looked at, then what is fitted, how far, how long."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class PlainImport(_Import):
             self._ticker.said()
 
     def doing(self, material_id: str, doing: Doing) -> None:
-        """What a material's work is at; before the fits, a file's."""
+        """Show the step of a material; before the fits, of a file."""
         if self._expected is None:
             first, self._at = material_id not in self._at, {material_id: doing.phase}
             if first:
@@ -95,7 +95,7 @@ class PlainImport(_Import):
         print(f"[{done}/{total}] {outcome.status} {visible(outcome.id)}", flush=True)
 
     def line(self) -> str:
-        """Where the work is."""
+        """Write the line of progress."""
         elapsed = time.monotonic() - self._begun
         if self._expected is None:
             at = "".join(f"; {phase}: {visible(name)}" for name, phase in self._at.items())
@@ -153,7 +153,7 @@ class BarImport(_Import):
         )
 
     def doing(self, material_id: str, doing: Doing) -> None:
-        """What a material's work is at."""
+        """Show the step of a material."""
         if self._expected is None:
             name = shortened(visible(Path(material_id).name), _NAME)
             self._bars.update(self._whole, description=f"{doing.phase}: {name}")

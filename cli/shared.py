@@ -1,4 +1,4 @@
-"""What several subcommands share: options, what ships, and progress."""
+"""Parts that several subcommands share: options, what ships, and progress."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def positive_delta_e(text: str) -> float:
 
 
 def counted(number: int, what: str) -> str:
-    """So many things, in words.
+    """Write a count of things in words.
 
     >>> counted(1, "row"), counted(2, "row")
     ('1 row', '2 rows')
@@ -116,7 +116,7 @@ def _crossings(text: str) -> tuple[str, ...]:
 
 
 def answer_of(args: argparse.Namespace) -> Answer:
-    """What was said by `add_answer_options`."""
+    """Return the answer given by the options of `add_answer_options`."""
     from ..spectral.formats.import_options import Answer
 
     quantity = args.quantity and args.quantity.replace("-", " ")

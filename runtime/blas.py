@@ -1,4 +1,4 @@
-"""Which library multiplies matrices here: another kernel, or more threads, adds up in another order."""
+"""BLAS library of this process: another kernel, or more threads, adds up in another order."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ class Blas:
 
 
 def blas() -> Blas:
-    """What numpy was built with, as `numpy.show_config` has it, and what the loaded library says of itself now."""
+    """Describe the BLAS that numpy was built with, as `numpy.show_config` has it, and what the loaded library says of
+    itself now.
+    """
     built = np.show_config(mode="dicts")["Build Dependencies"]["blas"]
     library = " ".join(str(built.get(key, "")) for key in ("name", "version")).strip()
     loaded = _loaded()

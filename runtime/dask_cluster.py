@@ -76,7 +76,7 @@ def scheduler_lost(client: Client, future: Any) -> bool:
 
 
 def lost(scheduler: str) -> InputError:
-    """What is raised then."""
+    """Make the error of a lost scheduler."""
     hint = "start it again, and repeat the command: it goes on from here"
     return InputError("the scheduler was lost on the way", file=scheduler, hint=hint)
 

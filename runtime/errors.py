@@ -1,4 +1,4 @@
-"""What Metamer says when it cannot go on: the thing, the value, the expectation and the next step."""
+"""Errors that Metamer raises when it cannot go on: the thing, the value, the expectation and the next step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much memory there is for a piece of work, known before it starts: what cannot fit is refused in numbers."""
+"""Memory available to a piece of work, known before it starts: what cannot fit is refused in numbers."""
 
 from __future__ import annotations
 

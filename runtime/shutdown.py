@@ -1,4 +1,4 @@
-"""How a command ends before its work is done: what is cleared away, what is said, and that a signal gets through.
+"""Shutdown of a command before its work is done: what is cleared away, what is said, and that a signal gets through.
 
 An exception is no reliable end: raised inside `__del__` or the callback of a weak reference, KeyboardInterrupt is
 printed and forgotten, and in a `finally` it skips what that was for. So a signal raises nothing here. Its handler does
@@ -78,7 +78,7 @@ def undisturbed() -> Iterator[None]:
 
 
 def end_on_signals() -> None:
-    """From here on the signals of `ENDING` end this process, but for those that whoever started it has it ignore."""
+    """End this process on the signals of `ENDING` from here on, except those that its parent has it ignore."""
     numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
     numbers = [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
     for number in numbers:

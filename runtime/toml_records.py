@@ -33,7 +33,7 @@ class RecordFile:
     written_by: str
 
     def text(self, record: Any) -> str:
-        """What is written of a record; errors as of `toml_of`."""
+        """Write a record as text; errors as of `toml_of`."""
         return f"{self.key} = {self.version}\n{toml_of(record)}\n"
 
     def write(self, path: str | Path, record: Any) -> None:

@@ -42,7 +42,7 @@ SPAWNING = multiprocessing.get_context("spawn")
 
 @dataclass(frozen=True)
 class Lost:
-    """What stands in place of the result of a task whose process died, twice."""
+    """Placeholder for the result of a task whose process died, twice."""
 
     reason: str
 
@@ -114,7 +114,7 @@ def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], job
 def numbered(
     work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int, start: Start | None = None
 ) -> Generator[tuple[int, Result], None, None]:
-    """As `in_order`, which holds back what is early: here the place of each task and its result, as each is done."""
+    """Yield the place and the result of each task as it is done; `in_order` holds back early ones."""
     if jobs <= 1:
         if start is not None:
             start[0](*start[1])
@@ -254,7 +254,7 @@ class _Worker:
 
 
 def ending_words(code: int | None) -> str:
-    """How a process ended, by its exit code."""
+    """Describe how a process ended, by its exit code."""
     if code == -9:
         return "signal 9, as when memory runs out"
     return f"signal {-code}" if code is not None and code < 0 else f"exit code {code}"
@@ -301,7 +301,8 @@ def one_thread() -> None:
 
 @contextmanager
 def as_workers_should_start() -> Iterator[None]:
-    """What is started within this inherits a blocked SIGINT and BLAS set to one thread, and does not run our script.
+    """Let processes started within this inherit a blocked SIGINT and BLAS set to one thread, and does not run our
+    script.
 
     multiprocessing has each process import the script that was started, for what may be defined there. One that does
     its work without asking for its `__name__` would start it all over again in every process.

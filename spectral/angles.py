@@ -124,7 +124,7 @@ def _called(reading: Reading) -> str:
 
 
 def _otherwise(one: Reading, other: Reading) -> bool:
-    """Return whether two readings differ in more than their angle; of another data mode, one is no repeat of the other."""
+    """Return whether two readings differ in more than their angle, the data mode included."""
     parts = (*one.measurement.unlike(other.measurement), *one.measurement.noted(other.measurement))
     return any((part in MUST and part != "geometry") or part == "data mode" for part in parts)
 

@@ -101,8 +101,9 @@ class SpectralBasis:
         return weights if self.is_sampled else weights @ self.synthesis
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "J L"]:
-        """What each coefficient sends out at `wavelengths_nm` under `light`: pi times the radiance of a diffuse
-        surface, in the light's own unit. The light is linear between its samples; one that is finer is averaged.
+        """Compute the emission of each coefficient at `wavelengths_nm` under `light`: pi times the radiance of a
+        diffuse surface, in the light's own unit. The light is linear between its samples; one that is finer is
+        averaged.
         """
         resample = interpolation_matrix(self.wavelengths_nm, wavelengths_nm)
         spectra = resample if self.is_sampled else resample @ self.synthesis

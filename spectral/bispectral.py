@@ -107,7 +107,7 @@ class Bispectral:
     def from_photons(
         cls, wavelengths_in_nm: Wavelengths, wavelengths_out_nm: Wavelengths, matrix: Float[np.ndarray, "Lo Li"]
     ) -> Bispectral:
-        """From a matrix that counts photons, out of a band per photon into it."""
+        """Convert a matrix that counts photons, out of a band per photon into it."""
         return cls(wavelengths_in_nm, wavelengths_out_nm, matrix * wavelengths_in_nm / wavelengths_out_nm[:, None])
 
     @classmethod

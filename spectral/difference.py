@@ -101,7 +101,7 @@ def delta_e_xyz(
 
 @dataclass(frozen=True, eq=False)
 class Differences:
-    """In what a sample differs from its standard, sample minus standard, each (...) (CIE 015:2018, 8.2.1).
+    """Differences of a sample from its standard, sample minus standard, each (...) (CIE 015:2018, 8.2.1).
 
     lightness, a, b, chroma : ΔL*, Δa*, Δb*, ΔC*ab. hue : ΔH*ab, positive where the sample's hue angle is the larger by
     less than half a turn; lightness, chroma and hue squared add up to ΔE of 1976 squared.
@@ -115,7 +115,7 @@ class Differences:
 
 
 def differences(standard_lab: Lab, sample_lab: Lab) -> Differences:
-    """Of CIELAB pairs (...,3).
+    """Compute the differences of CIELAB pairs (...,3).
 
     >>> differences(np.array([50.0, 20.0, 0.0]), np.array([51.0, 0.0, 20.0])).hue.round(2).item()
     28.28

@@ -74,7 +74,7 @@ def illuminant(name: str) -> Spectrum:
 
 
 def booth_words(name: str) -> str:
-    """What the name of a lamp of booths stands for, such as "TL84 is CIE FL11"; "" for any other name."""
+    """Explain the name of a booth's lamp, such as "TL84 is CIE FL11"; "" for any other name."""
     light = next((light for booth, light in BOOTH_NAMES.items() if booth.casefold() == name.casefold()), "")
     if light:
         return f"{name} is CIE {light}"

@@ -23,7 +23,7 @@ _COS, _SIN = np.float32(np.cos(2.0)), np.float32(np.sin(2.0))
 
 
 class Cam16(NamedTuple):
-    """What CAM16 asks for of a white and the viewing conditions, once (Li et al. 2017, step 0).
+    """Constants of CAM16 for a white and viewing conditions, worked out once (Li et al. 2017, step 0).
 
     cones_from_share (3, 3) : from shares of the white to what the response is a power of. brightest : the white's own
     achromatic response. exponent : of lightness. colourful : of chroma, M by C included. induction : of chroma, a
@@ -38,7 +38,7 @@ class Cam16(NamedTuple):
 
 
 def cam16_constants(white_xyz: White) -> Cam16:
-    """Of a white (3,) of any scale, in the viewing conditions of `formula`."""
+    """Compute the constants of CAM16 for a white (3,) of any scale, in the viewing conditions of `formula`."""
     white = 100.0 * np.asarray(white_xyz, dtype=np.float64) / white_xyz[1]
     cone_from_xyz = CONE_FROM_XYZ["CAT16"]
     k = 1.0 / (5.0 * ADAPTING_LUMINANCE + 1.0)

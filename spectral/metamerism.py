@@ -95,7 +95,7 @@ def _difference_of_blacks(
 
 
 def colour_inconstancy(sample: Sample, reference: Conditions, test: Conditions, formula: Formula) -> float:
-    """By how much a sample changes colour from one light to another after adaptation: ΔE between it under the reference
+    """Compute the colour inconstancy of a sample between two lights after adaptation: ΔE between it under the reference
     light and its corresponding colour under the test light (CMCCON02 of M. R. Luo et al., Color Research and
     Application 28, 2003, with complete adaptation by CAT02; it is their index with the formula CMC 1:1).
 

@@ -82,11 +82,11 @@ class Palette:
         return self.basis.reconstruct(self.values)
 
     def folded(self, folding: Folding) -> Float[np.ndarray, "P R M3"]:
-        """What each spectrum is worth in XYZ under each of M lights: from here on nothing has wavelengths."""
+        """Fold each spectrum into XYZ under each of M lights; the result has no wavelengths."""
         return self.values @ folding.coefficients(self.basis)
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "P R L"]:
-        """What each sends out under `light`, as `SpectralBasis.radiance` has it, in the light's own unit."""
+        """Compute the emission of each under `light`, as `SpectralBasis.radiance` has it, in the light's own unit."""
         return self.values @ self.basis.radiance(light, wavelengths_nm)
 
     def in_basis(self, basis: SpectralBasis) -> Palette:
@@ -97,7 +97,7 @@ class Palette:
         return replace(self, values=basis.project(samples), basis=basis)
 
     def stored(self) -> dict[str, Any]:
-        """What a file keeps of it: names, and arrays; `from_stored` reads it back."""
+        """Return its names and arrays for a file; `from_stored` reads them back."""
         kept: dict[str, Any] = {"basis": self.basis.name}
         kept["spectral"] = self.values[0] if self.entries == 1 else self.values
         kept["wavelengths_nm"] = self.wavelengths_nm
@@ -161,7 +161,8 @@ class DonaldsonPalette(Palette):
 
 @dataclass(frozen=True, eq=False)
 class SentPalette(Palette):
-    """What entries send out of one light, as power at fine wavelengths: as if they reflected it of equal energy.
+    """Palette of the light that entries send out under one light, as power at fine wavelengths: as if they reflected it
+    of equal energy.
 
     Lines of the light are in it, so that at coarser wavelengths it is averaged, not looked up.
     """
@@ -170,7 +171,7 @@ class SentPalette(Palette):
     def of_power(
         cls, palette: Palette, power: Float[np.ndarray, " L"], wavelengths_nm: Float[np.ndarray, " L"]
     ) -> SentPalette:
-        """Of light of a spectral power at `wavelengths_nm`, which may be negative: a part of others."""
+        """Make the palette of light of a spectral power at `wavelengths_nm`, which may be negative."""
         if isinstance(palette, DonaldsonPalette):
             samples = palette.values * (palette.bispectral.on(wavelengths_nm) @ power)
         else:

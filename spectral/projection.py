@@ -1,4 +1,5 @@
-"""From a finer grid of wavelengths to a coarser one: the samples whose interpolation is closest, not every fifth one.
+"""Projection from a finer grid of wavelengths onto a coarser one: the samples whose interpolation is closest, not every
+fifth one.
 
 Picking samples keeps the noise and the edges of a fine measurement wherever they happen to meet the coarse grid. Here
 the samples r on the coarse grid are those for which interpolation_matrix(coarse, fine) @ r is nearest to what was
@@ -85,7 +86,7 @@ def tent_means(
 
 
 def finer_note(wavelengths_nm: Wavelengths) -> str | None:
-    """What has to be said of a material measured on these wavelengths; None where the working ones are no coarser."""
+    """Write the note on a material measured on these wavelengths; None where the working ones are no coarser."""
     if not is_finer(wavelengths_nm):
         return None
     step = float(np.diff(WORKING_WAVELENGTHS_NM).min())

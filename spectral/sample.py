@@ -90,7 +90,7 @@ class Sample:
 
     @property
     def count(self) -> int:
-        """How many readings it is of, at all angles."""
+        """Number of its readings, at all angles."""
         return sum(len(one.readings) for one in self.angles or (self,))
 
     @property
@@ -124,7 +124,7 @@ class Sample:
 
     @property
     def held(self) -> str:
-        """What of the observer's range no reading covers, in words; "" where all of it is covered."""
+        """Part of the observer's range that no reading covers, in words; "" where all of it is covered."""
         if self.angles:
             return self.angles[0].held
         if not self.readings:

@@ -143,7 +143,7 @@ class Spectrum:
         )
 
     def range_note(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> str | None:
-        """What `resampled` has to invent, in words; None when the measurement covers the whole grid."""
+        """Describe the values that `resampled` has to invent; None when the measurement covers the whole grid."""
         low, high = self.wavelengths_nm[[0, -1]]
         if wavelengths_nm[0] >= low and wavelengths_nm[-1] <= high:
             return None

@@ -47,7 +47,7 @@ _LEAST_WHITENESS, _LEAST_TINT, _MOST_TINT, _LEAST_Y = 40.0, -4.0, 2.0, 65.0
 
 @dataclass(frozen=True)
 class Whiteness:
-    """Of one sample.
+    """Whiteness, tint and yellowness of one sample.
 
     index : 100 for the perfect diffuser, more for what is bluer and brighter. tint : positive is greenish, negative
         reddish; None where the method has none.
@@ -115,7 +115,7 @@ def index_of_xyz(
 
 
 def defined_for(conditions: Conditions, method: WhitenessMethod | None) -> bool:
-    """Return whether there is such a whiteness, or yellowness where the method is None, for an illuminant and observer."""
+    """Return whether a whiteness, or yellowness where the method is None, is defined for an illuminant and observer."""
     defined = _YELLOW if method is None else _DEFINED[method]
     return any(same_conditions(key, (conditions.illuminant, conditions.observer)) for key in defined)
 

@@ -1,4 +1,4 @@
-"""Whether the channels of a display add up: what no matrix can follow, told before one is fitted."""
+"""Additivity of the channels of a display: what no matrix can follow, told before one is fitted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SAID, _REFUSED = 1.0, 3.0
 
 @dataclass(frozen=True)
 class Additivity:
-    """What the corners of the cube tell.
+    """Additivity as the corners of the cube tell it.
 
     delta_e : ΔE94, the largest of white, yellow, cyan and magenta from the sum of their parts; None where no corner is
     there beside its parts. luminance : of white over that of its parts, each less black; None likewise. words : in a
@@ -33,12 +33,12 @@ class Additivity:
 
     @property
     def warning(self) -> str | None:
-        """What has to be said, None where channels add up."""
+        """Warning of channels that do not add up, else None."""
         return self.words if self.delta_e is None or self.delta_e > _SAID else None
 
 
 def additivity(readings: Readings) -> Additivity:
-    """Of averaged readings."""
+    """Measure the additivity of averaged readings."""
     found = {}
     for codes, xyz in zip(readings.codes, readings.xyz, strict=True):
         if np.isin(codes, (0.0, 1.0)).all():

@@ -1,4 +1,4 @@
-"""What a display is asked to show: where the white of pictures goes, how bright, and what black is."""
+"""Aim of a display: its white, its luminance, and its black."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SHOWN, _HALVINGS = 0.02, 24
 
 @dataclass(frozen=True, eq=False)
 class Aim:
-    """Where pictures go on one display.
+    """White, luminance and black of pictures on one display.
 
     Parameters
     ----------

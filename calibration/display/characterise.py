@@ -1,4 +1,4 @@
-"""From readings to a characterised display: what speaks against them, drift taken out, a model chosen."""
+"""Characterisation of a display from readings: what speaks against them, drift taken out, a model chosen."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which model follows a display best, told by readings that it has not seen, and the reason in a sentence."""
+"""Choice of the model that follows a display best, by readings that it has not seen, and the reason in a sentence."""
 
 from __future__ import annotations
 

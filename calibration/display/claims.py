@@ -1,4 +1,4 @@
-"""How far a display is from what it says it is: sRGB, Display P3 or Adobe RGB."""
+"""Error of a display against its claim: sRGB, Display P3 or Adobe RGB."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a verification is held to: a figure, what it may be at most, and what is recommended."""
+"""Criteria of a verification: figures with their limits, and recommended sets."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ _GREYS = 2049
 
 @dataclass(frozen=True, eq=False)
 class Cube:
-    """What `look_up` and the transforms of OpenColorIO share.
+    """Three-dimensional table that `look_up` and transforms of OpenColorIO share.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How much light a channel gives for its code: tone curves from 0 at code 0 to 1 at full code.
+"""Tone curves of channels: relative light for a code, from 0 at code 0 to 1 at full code.
 
 Beyond, every curve goes on as its mirror image below 0, and straight on above 1: a cube around the display's own needs
 values there, and no display does.
@@ -37,7 +37,7 @@ class GainOffsetGamma:
 
     @property
     def document(self) -> dict[str, Any]:
-        """What a file keeps of it."""
+        """Return what a file stores, as JSON."""
         return {"kind": "gain offset gamma", "gain": self.gain, "gamma": self.gamma}
 
 
@@ -69,7 +69,7 @@ class MeasuredCurve:
 
     @property
     def document(self) -> dict[str, Any]:
-        """What a file keeps of it."""
+        """Return what a file stores, as JSON."""
         return {"kind": "measured", "codes": self.codes.tolist(), "light": self.light.tolist()}
 
 

@@ -1,4 +1,4 @@
-"""What a display drifts while it is measured, told by white between the patches, and taken out."""
+"""Drift of a display while it is measured, found by white between the patches, and removed."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Drift:
 
     @property
     def warning(self) -> str | None:
-        """What speaks against the readings; None where nothing does."""
+        """Warning about the readings, else None."""
         if self.scatter is None or self.scatter <= _RESTLESS:
             return None
         return (

@@ -77,7 +77,8 @@ def _xyz(value: np.ndarray) -> bytes:
 
 
 def matrix_profile(readings: Readings, name: str) -> MatrixProfile:
-    """Of averaged readings without drift: measured curves where there are ramps, else gains and gammas.
+    """Make a matrix profile of averaged readings without drift: measured curves where there are ramps, else gains and
+    gammas.
 
     Raises
     ------

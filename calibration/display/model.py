@@ -1,4 +1,4 @@
-"""What a display shows for a code: tone curves, a mixture of what they give, and what is left of the readings."""
+"""Display models from codes to XYZ: tone curves, a mixture of what they give, and what is left of the readings."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Residual:
         return cls(codes, found[:count], found[count:])
 
     def at(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """What to add to the cube roots; beyond the display's codes as at its nearest one."""
+        """Correction of the cube roots; beyond the display's codes as at its nearest one."""
         held = np.clip(codes, 0.0, 1.0)
         return _cubed_distances(held, self.codes) @ self.weights + _plane(held) @ self.plane
 
@@ -62,7 +62,7 @@ def _plane(codes: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class DisplayModel:
-    """From codes to XYZ.
+    """Model of a display, from codes to XYZ.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ class DisplayModel:
 
     @property
     def document(self) -> dict[str, Any]:
-        """What a file keeps of it."""
+        """Return what a file stores, as JSON."""
         kept: dict[str, Any] = {
             "name": self.name,
             "curves": [curve.document for curve in self.curves],
@@ -141,7 +141,7 @@ def light_of(curves: tuple[Curve, Curve, Curve], codes: Float[np.ndarray, "N 3"]
 
 
 def features(light: Float[np.ndarray, "N 3"], count: int, power: float = 1.0) -> Float[np.ndarray, "N F"]:
-    """What a mixture is of: 1, the channels, and with eight of them the smaller of each pair and of all, to a power."""
+    """Terms of a mixture: 1, the channels, and with eight of them the smaller of each pair and of all, to a power."""
     columns = [np.ones(len(light)), *light.T]
     if count == _MINIMA:
         red, green, blue = light.T

@@ -193,7 +193,7 @@ def folds(readings: Readings, count: int) -> list[np.ndarray]:
 
 
 def mixed(readings: Readings) -> int:
-    """How many patches have two channels or three at once and are not grey."""
+    """Count the patches that have two channels or three at once and are not grey."""
     return int(np.count_nonzero(((readings.codes > 0.0).sum(axis=1) > 1) & (np.ptp(readings.codes, axis=1) > 0.02)))
 
 

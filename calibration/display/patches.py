@@ -1,4 +1,4 @@
-"""Which codes to measure: corners, greys, ramps, and the rest as far from each other as can be."""
+"""Test patches to measure: corners, greys, ramps, and the rest as far from each other as can be."""
 
 from __future__ import annotations
 

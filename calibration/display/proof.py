@@ -1,4 +1,4 @@
-"""What of a picture a display cannot show: where its codes would have to leave 0 to 1, and what comes of it."""
+"""Soft proof of a picture on a display: where its codes would have to leave 0 to 1, and what comes of it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Proof:
 def proofed(
     model: DisplayModel, cube: Cube, aim: Aim, xyz_d65: Float[np.ndarray, "H W 3"], black: Black = "absolute"
 ) -> Proof:
-    """Of a picture in XYZ-D65, Y of white 1, by the same tables as the display is driven with."""
+    """Make the soft proof of a picture in XYZ-D65, Y of white 1, by the same tables as the display is driven with."""
     flat = np.asarray(xyz_d65, dtype=np.float64).reshape(-1, 3)
     # Flat parts of pictures are many pixels and few colours.
     colours, which = np.unique(flat, axis=0, return_inverse=True)

@@ -28,7 +28,7 @@ _UNIT = re.compile(r"cd\s*/?\s*m|nit", re.I)
 
 @dataclass(frozen=True)
 class Answers:
-    """What a person says of files that do not say it.
+    """Answers to questions that files of readings leave open.
 
     codes : the number that is full scale. unit : "cd/m2" or "Y100". luminance : cd/m2 of white, for "Y100".
     observer : whose XYZ they are.

@@ -78,12 +78,12 @@ class Readings:
 
     @property
     def whites(self) -> Int[np.ndarray, " W"]:
-        """Which readings are of full white."""
+        """Select the readings of full white."""
         return np.flatnonzero((self.codes >= 1.0 - _SAME_CODE).all(axis=1))
 
     @property
     def blacks(self) -> Int[np.ndarray, " B"]:
-        """Which readings are of code 0."""
+        """Select the readings of code 0."""
         return np.flatnonzero((self.codes <= _SAME_CODE).all(axis=1))
 
     @property

@@ -1,4 +1,4 @@
-"""What is kept of a characterised display: one JSON file, with the readings that the model came from."""
+"""Record of a characterised display: one JSON file, with the readings that the model came from."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class DisplayRecord:
 
     @classmethod
     def of(cls, name: str, raw: Readings, used: Readings, choice: Choice, notes: tuple[str, ...]) -> DisplayRecord:
-        """Of readings as they were read, the same without drift, and the choice made by them."""
+        """Make the record of readings as they were read, the same without drift, and the choice made by them."""
         return cls(
             name,
             choice.model,

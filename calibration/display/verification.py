@@ -38,7 +38,7 @@ class Row:
 
     @property
     def words(self) -> str:
-        """What the figure is, for people."""
+        """Describe the figure for people."""
         return STATISTICS[self.criterion.statistic]
 
     @property
@@ -82,7 +82,7 @@ class Verification:
 
     @property
     def kept(self) -> dict[str, Any]:
-        """What the file of the display keeps of it, for the trend."""
+        """Return what the file of the display keeps for the trend."""
         figures = {row.criterion.statistic: row.value for row in self.rows}
         return {"when": self.when, "verdict": self.verdict, "criteria": self.criteria.name, "figures": figures}
 

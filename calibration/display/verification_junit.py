@@ -8,7 +8,7 @@ from .verification import Verification
 
 
 def verification_junit(found: Verification) -> str:
-    """What is not resolved counts as failed: nobody knows that it is right."""
+    """Write a verification as JUnit XML; a figure that is not resolved counts as failed."""
     failed = ("fail", "not resolved")
     failures = sum(row.verdict in failed for row in found.rows)
     suite = ElementTree.Element(

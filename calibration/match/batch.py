@@ -45,7 +45,9 @@ class Batch:
 
 
 def batch(found: Sequence[Difference], formula: Formula) -> Batch | None:
-    """Of samples in the order in which they were made, under the same conditions; None of fewer than two."""
+    """Describe a batch of samples in the order in which they were made, under the same conditions; None of fewer than
+    two.
+    """
     if len(found) < 2:
         return None
     labs = np.array([one.sample_lab for one in found])

@@ -64,12 +64,12 @@ class MatchReport:
 
     @property
     def verdict(self) -> Verdict:
-        """That of the sample which decides for all."""
+        """Verdict of the sample that decides for all."""
         return next(iter(self.counts))
 
     @property
     def counts(self) -> dict[Verdict, int]:
-        """How many samples came out so, the worst first."""
+        """Counts of samples by verdict, the worst first."""
         found = [one.verdict for one in self.samples]
         return {verdict: found.count(verdict) for verdict in WORST_FIRST if verdict in found}
 
@@ -135,7 +135,7 @@ class MatchReport:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How figures came about, a sentence each."""
+        """Sentences on how figures were calculated."""
         formulas = "; ".join(one.words for one in self.asked.formulas)
         known = self.asked.repeatability
         lamps = dict.fromkeys(booth_words(where.illuminant) for where in self.asked.conditions)
@@ -204,7 +204,7 @@ def render_match_page(report: MatchReport) -> str:
 
 
 def on_sheet(conditions: int, whites: bool = False) -> int:
-    """How many samples the sheet that is signed has room for beside drawings, batch and signatures, when printed.
+    """Count the samples that the sheet to sign has room for beside drawings, batch and signatures, when printed.
 
     whites : whether whiteness or yellowness stand beside them, which takes two lines a sample.
     """

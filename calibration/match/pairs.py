@@ -33,7 +33,7 @@ CORRECTIONS: tuple[Correction, ...] = ("multiplicative", "parameric")
 
 @dataclass(frozen=True)
 class Asked:
-    """What is to be told of each pair.
+    """Options of a comparison of pairs.
 
     conditions : illuminants and observers, the first the reference of all indices. formulas : that ΔE is told by; that
     of the tolerance is among them. repeatability : of the instrument, None where nothing is known of it. whites :
@@ -51,7 +51,7 @@ class Asked:
 
     @property
     def judging(self) -> Formula:
-        """By which indices and spreads are told."""
+        """Illuminants by which indices and spreads are judged."""
         return self.tolerance.formula if self.tolerance is not None else self.formulas[0]
 
 

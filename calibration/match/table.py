@@ -17,7 +17,7 @@ _FIRST = ("standard", "sample", "source", "readings", "verdict of sample", "angl
 
 
 def headings(report: MatchReport) -> list[str]:
-    """What stands above the columns: indices and whiteness where there are any, ± where something is known of it."""
+    """Return the headings of the columns: indices and whiteness where there are any, ± where known."""
     labs = [f"{axis} of {side}" for side in ("standard", "sample") for axis in ("L*", "a*", "b*")]
     figures = [*_AXES, *(f"ΔE {one.name}" for one in report.asked.formulas)]
     known = report.asked.repeatability is not None

@@ -1,4 +1,4 @@
-"""What is accepted: a colour difference by some formula, and whether a pair keeps to it."""
+"""Tolerances: a colour difference by a formula, and whether a pair keeps to it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Tolerance:
 
     @classmethod
     def of(cls, text: str) -> Tolerance:
-        """From words such as "CMC 2:1 1.0" or "CIE 2000 0.8".
+        """Read a tolerance from words such as "CMC 2:1 1.0" or "CIE 2000 0.8".
 
         Raises
         ------
@@ -71,7 +71,7 @@ class Tolerance:
     def outline(
         self, standard: Lab, white: White, across: Float[np.ndarray, "3"], up: Float[np.ndarray, "3"]
     ) -> Float[np.ndarray, "n 2"]:
-        """Where the tolerance ends in the plane of two unit vectors of CIELAB about a standard, in units of each.
+        """Trace the tolerance in the plane of two unit vectors of CIELAB about a standard, in units of each.
 
         Whatever the formula, it is looked for along each direction by halving; a closed line, its first point last too.
         """

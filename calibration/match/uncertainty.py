@@ -1,4 +1,4 @@
-"""How well differences are known: what an instrument repeats to goes through to each of them.
+"""Uncertainty of differences, propagated from the repeatability of the instrument.
 
 Readings scatter by a covariance in CIELAB, small enough for CIELAB to be linear over it. That of a difference is the
 sum of both sides'. A colour difference is no linear function of it near a match, so its standard deviation is taken
@@ -30,7 +30,7 @@ _NODES = 8
 
 @dataclass(frozen=True)
 class Repeatability:
-    """What single readings scatter by.
+    """Scatter of single readings.
 
     sigma : ΔE*ab, root mean square about their mean, alike in L*, a* and b*; None where readings tell.
     repeated : readings of one thing, from which the scatter under each light is told; None where it is stated.
@@ -51,7 +51,7 @@ class Repeatability:
             )
 
     def covariance(self, light: str, eye: str) -> Float[np.ndarray, "3 3"]:
-        """Of one reading, in CIELAB."""
+        """Covariance of one reading, in CIELAB."""
         if self.repeated is None:
             assert self.sigma is not None
             return np.eye(3) * (self.sigma**2 / 3.0)
@@ -59,7 +59,7 @@ class Repeatability:
 
     @property
     def words(self) -> str:
-        """Where it is from."""
+        """Source of the repeatability, in words."""
         if self.repeated is None:
             return f"instrument's repeatability ΔE*ab {self.sigma:g} (root mean square), as stated"
         count = len(self.repeated.readings)
@@ -90,7 +90,7 @@ def scatter(standard: Sample, sample: Sample, known: Repeatability, light: str, 
 def spread(
     standard: Lab, sample: Lab, white: White, covariance: Float[np.ndarray, "3 3"], formulas: tuple[Formula, ...]
 ) -> Spread:
-    """Of one pair of colours (3,) whose difference scatters by `covariance`."""
+    """Propagate the scatter of one pair of colours (3,) whose difference scatters by `covariance`."""
     sigma = np.sqrt(np.diag(covariance))
     first = xyz_from_lab(np.asarray(standard, dtype=np.float64), white)
 

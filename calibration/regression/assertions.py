@@ -31,7 +31,7 @@ from .words import as_text
 
 @runtime_checkable
 class HasColours(Protocol):
-    """What `metamer.render` gives."""
+    """Picture as `metamer.render` returns it."""
 
     @property
     def xyz(self) -> np.ndarray:

@@ -41,7 +41,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class Kept:
-    """What `baseline.json` says: of the suite its name and hash, of the machine what may matter; rows as JSON."""
+    """Content of `baseline.json`: of the suite its name and hash, of the machine what may matter; rows as JSON."""
 
     suite: Mapping[str, str]
     environment: Mapping[str, str]
@@ -120,7 +120,7 @@ def put(folder: Path, kept: Kept) -> None:
 
 
 def read_kept(folder: Path) -> Kept:
-    """What `baseline.json` says.
+    """Read `baseline.json`.
 
     Raises
     ------

@@ -43,7 +43,7 @@ def told_apart(result: Result) -> bool:
 
 
 def verdicts(row: RowResult) -> dict[Cause, Tier]:
-    """What the change of a row is worth, by whose it is; and its error, where criteria look at that, too."""
+    """Judge the change of a row by its cause; and its error, where criteria look at that, too."""
     cause = cause_of(row)
     change: list[Tier] = [one.tier for one in row.asked if one.of != "approximation"]
     if not row.layers or any(one.undefined for one in row.layers.values()):

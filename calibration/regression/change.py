@@ -1,4 +1,4 @@
-"""How far the colours of one layer have moved, and what of it the files cannot show."""
+"""Change of the colours of one layer, and the part of it that files cannot resolve."""
 
 from __future__ import annotations
 

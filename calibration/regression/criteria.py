@@ -1,4 +1,4 @@
-"""What is asked of the rows: criteria, each a statistic of some rows by one formula with limits to warn and to fail."""
+"""Criteria of rows, each a statistic of some rows by one formula with limits to warn and to fail."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Criterion:
         return all(any(fnmatch.fnmatchcase(getattr(name, part), p) for p in ps) for part, ps in wanted.items())
 
     def tier(self, value: float) -> Tier:
-        """What a figure is worth; one that is no number is a failure."""
+        """Judge a figure; one that is no number is a failure."""
         if not math.isfinite(value) or value > self.fail:
             return "fail"
         return "warn" if value > self.warn else "pass"
@@ -96,12 +96,12 @@ class Criteria:
 
     @property
     def largest(self) -> tuple[Formula, ...]:
-        """Those by which the largest ΔE of a row is asked for."""
+        """Criteria on the largest ΔE of a row."""
         return tuple({one.formula.name: one.formula for one in self.lines if one.statistic == "max"}.values())
 
 
 def default_criteria() -> Criteria:
-    """What is asked where nobody asks otherwise: ΔE94 that a trained eye begins to see."""
+    """Return the default criteria: ΔE94 that a trained eye begins to see."""
     in_94 = Formula("CIE 1994")
     return Criteria(
         (

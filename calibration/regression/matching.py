@@ -1,4 +1,4 @@
-"""Which row of one side is which row of the other, and what cannot be compared at all."""
+"""Matching of the rows of two sides, and rows that cannot be compared."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a comparison has found, row by row and in all."""
+"""Result of a comparison, row by row and in all."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class RowResult:
 
 @dataclass(frozen=True)
 class SideWords:
-    """What is said of a side."""
+    """Description of a side."""
 
     path: Path
     kind: str
@@ -114,7 +114,7 @@ class Result:
     across: tuple[str, ...] = ()
 
     def count(self, state: State) -> int:
-        """How many rows came out so."""
+        """Count the rows of a verdict."""
         return sum(row.state == state for row in self.rows)
 
     @property
@@ -139,7 +139,7 @@ class Result:
         return TIERS.index(self.tier)
 
     def as_run(self, version: str) -> Run:
-        """For a history: the largest p99 of a layer of each row, now."""
+        """Return a run for the history: the largest p99 of a layer of each row, now."""
         rows = {str(row.name): max(one.p99 for one in row.layers.values()) for row in self.rows if row.layers}
         return Run(datetime.now(UTC).isoformat(timespec="seconds"), version, self.tier, rows)
 

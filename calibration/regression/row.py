@@ -1,4 +1,4 @@
-"""What is compared: rows with a name, their layers of pixels, and the side that they are of."""
+"""Rows that are compared: each with a name, their layers of pixels, and the side that they are of."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LayerKind = Literal["picture", "reference", "reading"]
 
 
 class RowName(NamedTuple):
-    """What makes two rows of two sides the same row; "" where a side does not say."""
+    """Name by which rows of two sides are matched; "" where a side does not say."""
 
     material: str
     light: str
@@ -58,7 +58,7 @@ class Pixels:
     mask: Bool[np.ndarray, "H W"] | None = None
 
     def half_spacing(self, rows: slice) -> Float[np.ndarray, "h W 3"]:
-        """How far rounding may have moved each number of some rows: half the distance to its neighbour.
+        """Compute how far rounding may have moved each number of some rows: half the distance to its neighbour.
 
         >>> one = Pixels(np.array([[[0.75, 1.5, 0.0]]]), np.ones((1, 1)), np.ones(3), HALF_ROUNDOFF)
         >>> one.half_spacing(slice(0, 1)) * 4096
@@ -79,7 +79,7 @@ class Pixels:
 
 @dataclass(frozen=True)
 class Noise:
-    """How far a layer is off by chance, in ΔE94 over its pixels."""
+    """Sampling noise of a layer, in ΔE94 over its pixels."""
 
     mean: float
     p99: float

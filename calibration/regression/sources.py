@@ -1,4 +1,4 @@
-"""Which kind of source a path is, and the side that it makes."""
+"""Sources of comparisons: the kind of a path, and the side that it makes."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Suite:
 
     @property
     def said(self) -> dict[str, str]:
-        """What a baseline keeps of it."""
+        """Return what a baseline keeps."""
         return {"name": self.name, "sha256": self.sha256}
 
 

@@ -26,7 +26,9 @@ LAST, BEYOND, UNDEFINED, NOT_COMPARED = 252, 253, 254, 255
 
 @cache
 def code_values() -> Float[np.ndarray, "253"]:
-    """In budgets, the largest ΔE of each code up to `LAST`; 0 is exactly 0. One and three budgets are among them."""
+    """Return the largest ΔE of each code up to `LAST`, in budgets; 0 is exactly 0. One and three budgets are among
+    them.
+    """
     return np.concatenate([[0.0], 3.0 ** ((np.arange(1, LAST + 1) - BUDGET_CODE) / STEPS_TO_THREE)])
 
 
@@ -68,7 +70,7 @@ def clear_chunk() -> bytes:
 
 
 def code_words(budget: float) -> dict[str, Any]:
-    """What the page's script has to know of the codes."""
+    """Return the table of codes for the page's script."""
     return {
         "budget": budget,
         "budgetCode": BUDGET_CODE,

@@ -1,4 +1,4 @@
-"""In words, which way a sample differs: "lighter, yellower"."""
+"""Direction in which a sample differs, in words: "lighter, yellower"."""
 
 from __future__ import annotations
 

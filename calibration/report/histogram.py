@@ -1,4 +1,4 @@
-"""How the ΔE of a picture's pixels are spread: counts in steps that grow, the same steps for every row of a page."""
+"""Histogram of the ΔE of a picture's pixels: counts in steps that grow, the same steps for every row of a page."""
 
 from __future__ import annotations
 

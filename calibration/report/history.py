@@ -30,12 +30,12 @@ class Run:
 
     @property
     def largest(self) -> float:
-        """Of all rows; 0 of none."""
+        """Largest figure of all rows; 0 of none."""
         return max(self.rows.values(), default=0.0)
 
     @property
     def mean(self) -> float:
-        """Of all rows; 0 of none."""
+        """Mean figure of all rows; 0 of none."""
         return math.fsum(self.rows.values()) / max(len(self.rows), 1)
 
 
@@ -72,7 +72,7 @@ def with_run(runs: Sequence[Run], run: Run) -> tuple[Run, ...]:
 
 
 def history_text(runs: Sequence[Run]) -> str:
-    """As a file."""
+    """Write a history as text."""
     document = {"schema": SCHEMA, "runs": [asdict(run) for run in runs]}
     return json.dumps(document, ensure_ascii=False, indent=0, allow_nan=False) + "\n"
 
@@ -106,5 +106,5 @@ def trend_plot(runs: Sequence[Run], label: str) -> dict[str, Any] | None:
 
 
 def earlier_figures(runs: Sequence[Run], row: str, most: int = 5) -> tuple[float, ...]:
-    """What a row came to in up to `most` runs before the last, the oldest first."""
+    """Return a row's figures in up to `most` runs before the last, the oldest first."""
     return tuple(run.rows[row] for run in runs[:-1] if row in run.rows)[-most:]

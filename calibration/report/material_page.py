@@ -17,7 +17,7 @@ _SPECTRUM_SIZE = (460.0, 200.0)
 
 @dataclass(frozen=True, eq=False)
 class MaterialFacts:
-    """What the page says, in words and numbers.
+    """Facts on the page of a material, in words and numbers.
 
     facts : what stands at the head of the page; provenance, original, parameters : by label.
     picture : display-encoded sRGB; None for a spectrum without a surface. picture_words : how it was made.

@@ -1,4 +1,4 @@
-"""What a reviewer says of a material as seen under a light: a verdict, a score, a note, and the probe's values."""
+"""Rating of a material by a reviewer under a light: a verdict, a score, a note, and the probe's values."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ MOST = 5
 
 @dataclass(frozen=True)
 class Probed:
-    """What a probe read when it was rated, a number by its name ("L*", "ΔE94"); what it was read of is in the name."""
+    """Reading of a probe at the time of a rating, a number by its name ("L*", "ΔE94"); what it was read of is in the
+    name.
+    """
 
     name: str
     value: float
@@ -68,5 +70,5 @@ class Rating:
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """What it is of: a later rating of the same takes its place."""
+        """Key of the rating: a later one of the same key takes its place."""
         return self.material, self.light, self.observer

@@ -36,7 +36,7 @@ SCHEMA = "metamer.review/2"
 
 @runtime_checkable
 class Plan(Protocol):
-    """What the report says of a scene plan."""
+    """Scene plan as the report states it."""
 
     @property
     def basis_size(self) -> int:

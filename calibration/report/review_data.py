@@ -49,7 +49,7 @@ BESIDE = {"p": "picture WebP", "r": "reference WebP"}
 def page_data(
     document: Mapping[str, Any], rows: Sequence[ReviewRow], title: str, history: Sequence[Run]
 ) -> tuple[dict[str, Any], list[dict[str, str]]]:
-    """What the page's scripts draw from, and the pictures of each row in base64, by view."""
+    """Collect the data that the page's scripts draw from, and the pictures of each row in base64, by view."""
     budget = document["budget_delta_e94"]
     names = dict.fromkeys(colour["observer"] for one in document["materials"] for colour in one["colours"])
     observers = list(dict.fromkeys([rows[0].observer, *names]))

@@ -126,7 +126,7 @@ def distinct_titles(materials: Sequence[ReviewedMaterial]) -> tuple[ReviewedMate
 
 
 def materials_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedMaterial, ...]:
-    """What rows alone say of their materials."""
+    """Collect the materials from rows alone."""
     found = {}
     for row in rows:
         family, _, last = row.material.rpartition("/")
@@ -147,7 +147,7 @@ def materials_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedMaterial, ...]
 
 
 def lights_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedLight, ...]:
-    """What rows alone say of their lights."""
+    """Collect the lights from rows alone."""
     names = dict.fromkeys(row.illuminant for row in rows)
     return titled([ReviewedLight(name, *light_title(name), pictured=True) for name in names])
 

@@ -58,7 +58,7 @@ def verdict_sentence(summary: dict[str, Any], display: str, valid: bool) -> str:
 
 
 def facts_sentence(summary: dict[str, Any], budget: float, undefined: int = 0) -> str:
-    """How far off the picture is that is farthest off, and what that does not say.
+    """State the error of the worst picture, and its limits.
 
     undefined : pixels of all pictures that hold no number.
     """

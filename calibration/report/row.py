@@ -36,7 +36,7 @@ class RowColour:
 
 @dataclass(frozen=True)
 class ReferenceNoise:
-    """How far off a row's reference is by chance, in ΔE94 over its wholly covered and lit pixels.
+    """Sampling noise of a row's reference, in ΔE94 over its wholly covered and lit pixels.
 
     mean, p99 : of the pixels; `aimed` : what the mean should not exceed.
     directions : drawn for a pixel at the most. limited : whether no more were allowed before that was reached.
@@ -138,7 +138,7 @@ class ReviewRow:
 
     @property
     def name(self) -> str:
-        """What it is called on the page and in the history, and by links to it: material and light."""
+        """Name on the page, in the history and in links: material and light."""
         return f"{self.material}@{self.illuminant}"
 
 

@@ -47,7 +47,7 @@ def write_rows(path: Path, drawn: Drawn) -> None:
 
 
 def read_rows(path: Path) -> Drawn:
-    """What `write_rows` was given.
+    """Read the rows that `write_rows` wrote.
 
     Raises
     ------

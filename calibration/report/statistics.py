@@ -1,4 +1,4 @@
-"""How far off a picture is: ΔE of every pixel that can be compared, and the few numbers that a person signs."""
+"""Error statistics of a picture: ΔE of every pixel that can be compared, and the few numbers that a person signs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which materials, in which order: the options that `list` and `preview` share."""
+"""Query options, which materials in which order: those that `list` and `preview` share."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def query_from(args: argparse.Namespace) -> Query:
 
 @dataclass(frozen=True)
 class Found:
-    """What a catalogue holds, what of it fits, sorted, and one error for each file that cannot be used."""
+    """Materials of a catalogue, those that match, sorted, and one error for each file that cannot be used."""
 
     catalogue: Catalogue
     everything: tuple[Summary, ...]

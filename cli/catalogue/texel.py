@@ -31,7 +31,7 @@ def texel(text: str) -> tuple[int, int]:
 
 
 def print_texel(record: MaterialRecord, at: tuple[int, int], json: bool) -> None:
-    """Of a BTF, what one texel shows, and how far its fast form is from its images.
+    """Print the apparent BRDF of one texel of a BTF, and how far its fast form is from its images.
 
     Raises
     ------

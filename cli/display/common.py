@@ -1,4 +1,4 @@
-"""What the verbs of `metamer display` share: files of readings and what they leave open."""
+"""Parts that the verbs of `metamer display` share: files of readings and what they leave open."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the result of a comparison goes: the terminal, and files for people and other programs."""
+"""Output of the result of a comparison: on the terminal, and in files for people and other programs."""
 
 from __future__ import annotations
 

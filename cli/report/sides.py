@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_side_options(command: argparse.ArgumentParser) -> None:
-    """What files may leave open."""
+    """Add the options for what files leave open."""
     command.add_argument(
         "--illuminants",
         type=comma_separated,

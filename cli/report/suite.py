@@ -1,4 +1,4 @@
-"""What `report baseline` and `report run` share: a suite, rendered, or a review that is there already."""
+"""Parts that `report baseline` and `report run` share: a suite, rendered, or a review that is there already."""
 
 from __future__ import annotations
 

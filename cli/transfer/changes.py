@@ -59,7 +59,7 @@ def _change_of_light(text: str) -> tuple[str, str]:
 
 
 def by_part(option: str, scene: Scene, given: Iterable[tuple[str, Value]]) -> dict[str, Value]:
-    """What each part is given, by name or by pattern; a name goes before patterns.
+    """Return what each part is given, by name or by pattern; a name goes before patterns.
 
     Raises
     ------

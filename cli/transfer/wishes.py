@@ -80,7 +80,7 @@ def _steps(text: str) -> int:
 
 @dataclass(eq=False)
 class Changes:
-    """What the options come to: the scene, a catalogue that has its materials, and what is to be said.
+    """Changes that the options state: the scene, a catalogue that has its materials, and what is to be said.
 
     part, materials : of the steps; None where there are none. varied : ids of what was fitted anew, by material and
     values: parts of one material share it.

@@ -73,7 +73,7 @@ def _power_of_two(count: int) -> int:
 def _halved(
     place: Float[np.ndarray, " n"], near: Float[np.ndarray, " n"], far: Float[np.ndarray, " n"]
 ) -> tuple[np.ndarray, Float[np.ndarray, " n"]]:
-    """Return whether each place in [0, 1) falls to the far one of two shares, and its place in the half where it falls."""
+    """Return whether each place in [0, 1) falls to the far one of two shares, and its place in that half."""
     both = near + far
     border = near / np.where(both > 0.0, both, 1.0)
     beyond = (place >= border) & (far > 0.0)

@@ -227,7 +227,7 @@ class Tracer:
         points: Float[np.ndarray, "n 3"],
         normals: Float[np.ndarray, "n 3"],
     ) -> Bool[np.ndarray, " n"]:
-        """Return whether nothing lies between each point (with its geometric normal towards the light) and the light."""
+        """Return whether each point (with its geometric normal towards the light) sees the light."""
         start = self.lifted(points, normals)
         arriving = light.arrivals(start)
         return self.free(start, np.ascontiguousarray(arriving.directions), arriving.distance)

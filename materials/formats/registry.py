@@ -45,7 +45,7 @@ class Format(Protocol):
     SUFFIXES: tuple[str, ...]
 
     def recognises(self, path: Path, head: bytes) -> bool:
-        """Return whether the file is of this format, or has the name of one that is damaged; `head`: its first bytes."""
+        """Return whether a file is of this format, or a damaged one by its name; `head`: its first bytes."""
         ...
 
     def read_sources(self, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:

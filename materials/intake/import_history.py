@@ -227,7 +227,7 @@ def _key(file: InputFile, reader: Format, words: str) -> str:
 
 
 def is_private(file: InputFile) -> bool:
-    """Return whether the file is a copy that this import has made: of a member of an archive, or of something remote."""
+    """Return whether the file is a copy made by this import, of a member of an archive or of a remote file."""
     return file.name != str(file.path)
 
 

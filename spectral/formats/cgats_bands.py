@@ -1,4 +1,4 @@
-"""Which fields of a CGATS table are spectral, and at which wavelengths."""
+"""Spectral fields of a CGATS table, and their wavelengths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a CGATS table says was measured, and whether the colours beside its spectra are of the same surface.
+"""Quantity that a CGATS table states, and whether the colours beside its spectra are of the same surface.
 
 By the file's own words, the first that speaks:
 
@@ -56,7 +56,7 @@ _BOILERPLATE = re.compile("power/reflectance", re.I)
 
 
 class Said(NamedTuple):
-    """What a table says was measured, and where; None where nothing does. `named_by`: words that name a light, and no
+    """Quantity that a table states, and where; None where nothing does. `named_by`: words that name a light, and no
     more.
     """
 
@@ -66,7 +66,7 @@ class Said(NamedTuple):
 
 
 def said_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Said:
-    """By rules 1 to 6 at the head of this module; `named` is what the names of spectral fields say.
+    """Find the stated quantity by rules 1 to 6 of this module; `named` is that of the names of spectral fields.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which angle of a multi-angle specification each spectrum of a CxF3 object was read at."""
+"""Angles of a multi-angle specification that the spectra of a CxF3 object were read at."""
 
 from __future__ import annotations
 

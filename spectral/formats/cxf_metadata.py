@@ -1,4 +1,4 @@
-"""What a CxF3 file says beside its spectra: tristimulus values, and everything else as text."""
+"""Metadata of a CxF3 file beside its spectra: tristimulus values, and everything else as text."""
 
 from __future__ import annotations
 
@@ -81,7 +81,9 @@ def stated_values(
     known: Vocabulary,
     gathered: Gathering,
 ) -> tuple[list[Stated], dict[str, str]]:
-    """What an object states beside its spectra: tristimulus values, and `values` of other kinds as text by kind."""
+    """Collect the values that an object states beside its spectra: tristimulus values, and `values` of other kinds as
+    text by kind.
+    """
     colours: list[Stated] = []
     other: dict[str, str] = {}
     for value in values:
@@ -132,8 +134,8 @@ def object_details(
     known: Vocabulary,
     angle: tuple[str, str] | None = None,
 ) -> dict[str, str]:
-    """What is said of one spectrum, from the object, from the value and from its specification; `angle` : notation and
-    angles of a multi-angle geometry.
+    """Collect the details of one spectrum from the object, from the value and from its specification; `angle` :
+    notation and angles of a multi-angle geometry.
     """
     details = dict(specification.details)
     label = value.get("Name", "")

@@ -1,4 +1,4 @@
-"""What a CxF3 ColorSpecification says of the values that refer to it: wavelengths, quantity, conditions."""
+"""ColorSpecification of CxF3, for the values that refer to it: wavelengths, quantity, conditions."""
 
 from __future__ import annotations
 

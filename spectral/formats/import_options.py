@@ -1,4 +1,4 @@
-"""What a person says of files that do not say it: `--as`, `--scale`, `--maps`, `--encoding`, ... of an import."""
+"""Import options that state what files leave open: `--as`, `--scale`, `--maps`, `--encoding`, ... of an import."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ BtfFormName = Literal[
 
 @dataclass(frozen=True)
 class Answer:
-    """What was measured, and on which scale it is written; None leaves that to the file.
+    """Quantity that was measured and scale that it is written on; None leaves that to the file.
 
     against : one answer is given for many files, and a file that states something else is refused, or kept as it is;
     of one file alone, the answer may count for more than its words.

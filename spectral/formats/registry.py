@@ -111,7 +111,7 @@ class SpectralFile:
 
 
 def details_of_readings(file: SpectralFile) -> dict[str, str]:
-    """What a file says of how all its readings were measured: its format, and the header of a text.
+    """Collect the details of measurement that a file states for all its readings: its format, and the header of a text.
 
     CxF3 and CGATS say it reading by reading, and beside other tables.
     """

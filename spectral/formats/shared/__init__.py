@@ -1,1 +1,1 @@
-"""What readers of several formats use; no module here is a format."""
+"""Parts that readers of several formats use; no module here is a format."""

@@ -1,4 +1,4 @@
-"""What was measured, and on which scale: every sign that a file gives, and the decision that is made from them.
+"""Quantity and scale of measured values: every sign that a file gives, and the decision that is made from them.
 
 What was measured:
 
@@ -65,7 +65,7 @@ class Sign(NamedTuple):
 
 
 class Decision(NamedTuple):
-    """What was measured, the signs that say so in words, and whether the file states it (rather than a person, or
+    """Quantity that was measured, the signs of it in words, and whether the file states it (rather than a person, or
     several hints).
     """
 
@@ -131,7 +131,7 @@ def _listed(signs: Iterable[Sign]) -> str:
 
 
 def taken_as(decision: Decision, scale: Divisor | None) -> str:
-    """What a spectrum was taken for, and by which signs, for a plan and a record."""
+    """Describe the quantity that a spectrum was taken for, and the signs of it, for a plan and a record."""
     if scale is None:
         return f"{decision.quantity}, by {decision.words}"
     by = decision.words if scale.words in ("", decision.words) else f"{decision.words}; {scale.scale} by {scale.words}"
@@ -231,7 +231,7 @@ def refuse_sensitivity(alike: Iterable[Likeness | None], field: str) -> None:
 
 
 class Divisor(NamedTuple):
-    """What to divide by, the scale in a word, where it was told, and a sentence where something was assumed."""
+    """Divisor of values, the scale in a word, where it was told, and a sentence where something was assumed."""
 
     by: float
     scale: Scale
@@ -279,7 +279,7 @@ class Values(NamedTuple):
 
 
 def divisor_of(values: Values, stated: Scale | None, words: str, answer: Answer) -> Divisor:
-    """What to divide values by to have fractions of 1.
+    """Find the divisor that makes values fractions of 1.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ _CLEAR = 1.01
 
 
 def in_visible(grid: np.ndarray) -> np.ndarray:
-    """Which wavelengths (L,) in nm are those that make a colour."""
+    """Select the wavelengths (L,), in nm, that make a colour."""
     return (grid >= _VISIBLE[0]) & (grid <= _VISIBLE[1])
 
 

@@ -1,4 +1,4 @@
-"""What the numbers of spectra resemble: published tables, and as surfaces the colours that are stated beside them.
+"""Resemblance of spectra to published tables, and as surfaces the colours that are stated beside them.
 
 Tables are the CIE's observers and illuminants, lamps and charts, as colour-science has them. A column of numbers
 without a word may be one of them. What it resembles is one sign of what it is (`decisions`); where it stands on the
@@ -43,7 +43,7 @@ _GRID_NM = np.arange(400.0, 701.0, 10.0)
 
 
 class Likeness(NamedTuple):
-    """What a spectrum resembles: what kind of table, its name, and the factor between the two.
+    """Resemblance of a spectrum: the kind of table, its name, and the factor between the two.
 
     published : whether it is on the scale of the publication, or a power of ten beside it.
     """
@@ -62,7 +62,7 @@ class _Published(NamedTuple):
 
 
 def likenesses(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]) -> list[Likeness | None]:
-    """For each spectrum the published table that it resembles most, None where it resembles none.
+    """Find for each spectrum the published table that it resembles most, None where it resembles none.
 
     A sign that guesses a quantity from shape may be found by chance in fewer than 1 of 10,000 noises of a file's own
     statistics. A dozen samples and more that all keep to the shape of a table are; a grey of a chart has no shape, and

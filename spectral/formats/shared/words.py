@@ -1,4 +1,4 @@
-"""What the words of a measured file say: quantity, unit, illuminant, observer, measurement condition."""
+"""Vocabulary of measured files: quantity, unit, illuminant, observer, measurement condition."""
 
 from __future__ import annotations
 
@@ -125,7 +125,9 @@ def _one_line(words: str) -> str:
 
 
 def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
-    """What words say is measured, None if they do not; absorbance and refractive indices are told, to be refused."""
+    """Find the quantity that words name, None if they name none; absorbance and refractive indices are told, to be
+    refused.
+    """
     words = _one_line(words)
     if _ABSORBANCE.search(words):
         return "absorbance"
@@ -140,7 +142,8 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
 
 
 def quantity_in_lines(words: str) -> tuple[Quantity | Literal["absorbance", "index"] | None, str]:
-    """What the lines above a table say is measured, and the line; None and "" where none does, or two say two things.
+    """Find the quantity that the lines above a table name, and the line; None and "" where none does, or two say two
+    things.
 
     A letter alone at the end of a line is a part of a name, and an instrument that says how much light there was
     (lux, CCT) may have measured a surface in it; a heading counts for more than such lines.
@@ -174,7 +177,9 @@ def names_sensitivity(heading: str) -> bool:
 
 
 def names_raw(heading: str) -> Literal["counts", "photons"] | None:
-    """What a heading says that is counted and not measured as power: an instrument's counts, or photons."""
+    """Find the raw quantity that a heading names, counted and not measured as power: an instrument's counts, or
+    photons.
+    """
     heading = _one_line(heading)
     return "photons" if _PHOTONS.search(heading) else "counts" if _COUNTS.search(heading) else None
 
@@ -186,7 +191,8 @@ def counts_in_lines(words: str) -> str | None:
 
 
 def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
-    """What headings say together, None if nothing: n and k an "index", K and S "absorbance", an observer "sensitivity".
+    """Find the quantity that headings name together, None if none: n and k an "index", K and S "absorbance", an
+    observer "sensitivity".
 
     "colours" is red, green and blue, which may be samples or the channels of a camera. Three columns without headings
     are an observer's where the name of the `file` says so.
@@ -322,7 +328,7 @@ _SENSOR = re.compile(
 
 
 def meant_by(name: str) -> frozenset[Meaning]:
-    """What the name of a file, of a sample or of a variable hints at; several things, or nothing. A paint may be called
+    """Find hints at quantities in the name of a file, a sample or a variable; several, or none. A paint may be called
     after a lamp: `decisions` weighs it with the others.
 
     >>> meant_by("LED panel.txt") == {"emission"}, meant_by("blue filter 2") == {"transmittance"}, meant_by("run 7")

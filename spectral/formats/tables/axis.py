@@ -56,7 +56,7 @@ class AxisUnit(NamedTuple):
 
     @property
     def formula(self) -> str:
-        """How its values become wavelengths, for a note."""
+        """Formula that makes wavelengths of its values, for a note."""
         return f"nm = {self.nm:.10g} / {self.name}" if self.reciprocal else f"nm = {self.nm:g} {self.name}"
 
 

@@ -1,4 +1,4 @@
-"""How a text table is written: what parts its cells, and which mark is the decimal one."""
+"""Dialect of a text table: the separator of its cells, and the decimal mark."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def _wavelength(cell: str, decimal: str) -> tuple[float, bool] | None:
 
 @dataclass(frozen=True)
 class Dialect:
-    """What parts the cells of a line ("" for white space), and the decimal mark."""
+    """Separator of the cells of a line ("" for white space), and the decimal mark."""
 
     delimiter: str
     decimal: str

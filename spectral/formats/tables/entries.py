@@ -1,4 +1,4 @@
-"""From a text table to a file of spectra: quantity, unit and condition from the words that stand beside the numbers."""
+"""Spectra of a text table: quantity, unit and condition from the words that stand beside the numbers."""
 
 from __future__ import annotations
 

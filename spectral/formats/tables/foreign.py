@@ -1,4 +1,4 @@
-"""Whether a text table is about something else than spectra: stock lists and logs lie beside measurements, too.
+"""Text tables about something else than spectra: stock lists and logs lie beside measurements, too.
 
 Such a file is passed over in a folder, where a damaged table of spectra is refused. So it has to be plain: as many
 cells in every row, and in none of them a word or a number that a spectrum's file could have.

@@ -1,4 +1,4 @@
-"""Where a text table keeps its wavelengths: down columns, or across a header."""
+"""Layout of wavelengths in a text table: down columns, or across a header."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _LARGEST = 50_000.0
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the numbers are.
+    """Place of wavelengths and values in a table.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ class Way(NamedTuple):
             yield line, cells
 
     def headings(self) -> int:
-        """How many headings its columns have; 0 where no row names them."""
+        """Number of headings of its columns; 0 where no row names them."""
         return 0 if self.layout.header is None else len(self.shown[self.layout.header][1])
 
     def values(self, cells: Sequence[str]) -> Sequence[str]:

@@ -36,7 +36,7 @@ _FIRST_ROWS = 6
 
 @dataclass
 class Table:
-    """What a text table holds.
+    """Content of a text table.
 
     Parameters
     ----------

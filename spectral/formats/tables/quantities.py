@@ -1,4 +1,6 @@
-"""What each column of a text table measures: its own heading, the lines above, and the signs of `shared.decisions`."""
+"""Quantities of the columns of a text table: each by its own heading, the lines above, and the signs of
+`shared.decisions`.
+"""
 
 from __future__ import annotations
 
