@@ -1,4 +1,4 @@
-"""Where a picture is taken from: one pin-hole or parallel camera, seen by ray casters and by rasterisers alike."""
+"""Cameras: pinhole or parallel, seen by ray casters and by rasterisers alike."""
 
 from __future__ import annotations
 

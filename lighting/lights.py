@@ -38,7 +38,7 @@ class Arrivals:
 
 
 class Light(ABC):
-    """What every light is: a relative emission, a name, a strength.
+    """Light: a relative emission, a name, a strength.
 
     spectra : all that it sends; several where they arrive from different directions. spectrum : their mixture.
     notes : what was assumed or left out where it was made.

@@ -1,4 +1,4 @@
-"""What a scene needs, and why: the smallest spectral basis that keeps its colours within a ΔE94 budget."""
+"""Plan of a scene: the smallest spectral basis that keeps its colours within a ΔE94 budget."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is looked at: parts with materials, the lights, the cameras, the observer and how the picture is viewed."""
+"""Scenes: parts with materials, lights, the cameras, the observer and how the picture is viewed."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .vectors import Number
 
 @dataclass(frozen=True)
 class Viewing:
-    """How a picture is shown and judged.
+    """Viewing conditions of a picture.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class Viewing:
 
 @dataclass(frozen=True)
 class Review:
-    """What a review sweeps: these materials (ids, or patterns with * and ?) on one part, under these illuminants."""
+    """Sweep of a review: these materials (ids, or patterns with * and ?) on one part, under these illuminants."""
 
     on: str
     materials: tuple[str, ...] = ("*",)

@@ -1,4 +1,4 @@
-"""What scripts call: `metamer render` and `metamer review`, with the same words, for objects in place of files."""
+"""Functions for scripts: `metamer render` and `metamer review`, with the same words, for objects in place of files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a 45:0 instrument reads of a material, in the light of a scene and on its display."""
+"""Reading of a material by a 45:0 instrument, in the light of a scene and on its display."""
 
 from __future__ import annotations
 

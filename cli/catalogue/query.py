@@ -1,4 +1,4 @@
-"""Query options, which materials in which order: those that `list` and `preview` share."""
+"""Options that choose and order materials, for `list` and `preview`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an environment gives a matt surface, by the surface's normal."""
+"""Irradiance of an environment on a matt surface, by the surface's normal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a map of light costs before it is read: memory and time by its texels and channels."""
+"""Cost of a map of light before it is read: memory and time by its texels and channels."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SAID_FROM_SECONDS = 2.0
 
 @dataclass(frozen=True)
 class MapCost:
-    """Of so many texels with so many channels each; `fields` of luminance are made of them."""
+    """Cost of a map by its texels and channels; `fields` of luminance are made of them."""
 
     texels: int
     channels: int

@@ -1,4 +1,4 @@
-"""From a map in a file to an `EnvironmentLight`: a spectrum that is stated, made from RGB, or measured."""
+"""Environment lights of map files: a spectrum that is stated, made from RGB, or measured."""
 
 from __future__ import annotations
 

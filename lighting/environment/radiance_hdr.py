@@ -28,7 +28,7 @@ _AGAIN = "the picture is damaged or cut short: save or copy it again"
 
 @dataclass(frozen=True)
 class RadianceHeader:
-    """What stands before the pixels.
+    """Header before the pixels.
 
     `height`, `width` are of the picture as it is looked at; `resolution` is the line that says in which order its
     pixels stand. `chromaticities` are the eight numbers of PRIMARIES, red, green, blue, white, or None. `correction`

@@ -1,4 +1,4 @@
-"""Whether a mesh is a convex body: then nothing of it stands in the light of any of its points."""
+"""Convexity of meshes: of a convex body, nothing of it stands in the light of any of its points."""
 
 from __future__ import annotations
 

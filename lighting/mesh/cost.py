@@ -1,4 +1,4 @@
-"""What a mesh costs before it is read: triangles by the size of its file, memory and time by its triangles."""
+"""Cost of a mesh before it is read: triangles by the size of its file, memory and time by its triangles."""
 
 from __future__ import annotations
 

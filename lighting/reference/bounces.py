@@ -1,4 +1,4 @@
-"""What comes to each pixel of a reference by way of other surfaces: paths, every wavelength, the original surfaces,
+"""Indirect light at each pixel of a reference: paths, every wavelength, the original surfaces,
 fluorescent ones among them (`path_colours`).
 
 A path starts at a sample of the picture and goes on as the surface there scatters. Where it meets a surface, that

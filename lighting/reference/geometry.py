@@ -1,4 +1,5 @@
-"""What each sample point of a picture sees: found once by rays, good for every material and every light spectrum.
+"""Visible geometry at each sample point of a picture: found once by rays, good for every material and every light
+spectrum.
 
 Policy, which rasterisers follow too. The triangle's own normal, turned towards the viewer, is the geometric normal:
 both sides of a surface scatter alike. The interpolated normal is turned with it, and where it still looks away from the

@@ -1,4 +1,4 @@
-"""How far off a reference is by chance: found from two halves, kept below an aim, and stated.
+"""Sampling noise of a reference: found from two halves, kept below an aim, and stated.
 
 The two halves of a picture are drawn alike and independently. Their difference tells the noise: the error of the mean
 is spread as half the difference of the halves is, which is the difference of one half and the mean. ΔE94 of those two
@@ -69,7 +69,7 @@ class Together:
 
 @dataclass(frozen=True)
 class Noise:
-    """How far off a reference's pixels are by chance, in ΔE94 over its wholly covered and lit pixels.
+    """Sampling noise of a reference's pixels, in ΔE94 over its wholly covered and lit pixels.
 
     mean, p99 : one a picture; `aimed` : what the largest mean should not exceed.
     directions : drawn for a pixel at the most, of both kinds and in both halves.
@@ -92,7 +92,7 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What `gathered` gives: XYZ (M, H, W, 3), ΔE94 (M, n) by which judged pixels are off, and `Noise`'s directions."""
+    """Result of `gathered`: XYZ (M, H, W, 3), ΔE94 (M, n) by which judged pixels are off, and `Noise`'s directions."""
 
     xyz: Float[np.ndarray, "M H W 3"]
     off: Float[np.ndarray, "M n"]

@@ -1,4 +1,4 @@
-"""What of the light that paths meet is seen at their pixels: every wavelength, also where surfaces fluoresce.
+"""Throughput of paths to their pixels: every wavelength, also where surfaces fluoresce.
 
 Followed from the eye, a path carries the share of each wavelength that it passes on to its pixel. A fluorescent surface
 passes light on at other wavelengths than it came in, so there XYZ of what arrives takes the share's place: for each
@@ -26,7 +26,7 @@ from .geometry import Met
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """Of n paths and each of L wavelengths that arrive: what of it goes on to the pixel.
+    """Throughput of n paths, for each of L wavelengths that arrive.
 
     through (n, L) : the share that keeps its wavelength. shifted (n, 3, L) : XYZ, per unit of spectral power, of what
     does not; None where no surface of the scene fluoresces.
@@ -46,7 +46,7 @@ class Carried:
 
 
 class PathColours:
-    """How paths through a scene scatter, and how lights at their ends are seen.
+    """Scattering along paths through a scene, and colours of the lights at their ends.
 
     surfaces : by material id. illuminants : M, each in place of every light's own spectra; None leaves them.
     """

@@ -1,4 +1,4 @@
-"""What lights that spread over directions give each pixel of a reference, as sums over drawn directions.
+"""Area and environment light at each pixel of a reference, as sums over drawn directions.
 
 Directions are drawn in two ways, as the light shines (density p_l, 1/sr) and as the surface scatters (p_s), equally
 many of each, and each counts by both densities together: the balance heuristic (Veach and Guibas, "Optimally combining

@@ -1,4 +1,4 @@
-"""What one sample of a picture spans of a surface's texture coordinates, as rays see it.
+"""Footprints of samples in texture coordinates, as rays see them.
 
 uv (N, 2) : (0, 0) at the lower left corner of a picture, u to the right, v upwards; numbers beyond [0, 1] are left to
 whoever looks something up. footprint (N, 2, 2) : in rows, how (u, v) changes from a sample to the next column (to the

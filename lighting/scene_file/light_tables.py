@@ -19,7 +19,7 @@ from .lamps import lamp
 
 @dataclass(frozen=True)
 class LightKind:
-    """How scene files write one kind of light.
+    """Kind of light as scene files write it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What light does on a relief, traced once for any dyes: numbers without colour, folded with spectra afterwards.
+"""Light transport on a relief, traced once for any dyes: numbers without colour, folded with spectra afterwards.
 
 Each facet has one irradiance under each light. Of what leaves it, a view shows sums over facets; of what it gets from
 others, rays say from which. So a texel is linear in the spectra of its dyes (direct light) and in products of two

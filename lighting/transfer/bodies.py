@@ -16,7 +16,7 @@ from .hits import RAYS, Hits, check_rays_fit, traced_hits
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """What the rays of a scene start from and end on.
+    """Surfaces that the rays of a scene start from and end on.
 
     placed : where they do, and of which scene.
     """

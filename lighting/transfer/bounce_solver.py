@@ -29,7 +29,7 @@ from .transport import Transport
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """What all sites send out, in fields: of each of K spectra, each coefficient of `basis`.
+    """Radiosity of all sites, in fields: of each of K spectra, each coefficient of `basis`.
 
     bounces, left : see `Interreflection`. glossy : the numbers of parts that are.
     radiant : None where coefficients are relative to the spectra. Else they are of radiance, of all lights together,

@@ -1,4 +1,4 @@
-"""What the numbers are that light is between surfaces: relative to the spectra of lights, or of radiance.
+"""Coefficients of light between surfaces: relative to the spectra of lights, or of radiance.
 
 Where every surface keeps each wavelength, light of a spectrum s that met reflectances of the product r is s r: J
 coefficients of r, apart for each of K spectra, KJ fields. Where one fluoresces they are of s r itself, at Y = 1 of the

@@ -1,4 +1,4 @@
-"""What surfaces pass on of the light that arrives by way of others: as matt ones, by what is drawn of them.
+"""Diffuse albedo of surfaces for indirect light.
 
 Of even light a slice reflects its integral (`EnvironmentForm`), however sharp it is. A uniform material has one
 reflectance, a texture one at each site: the mean of its texels over the triangles about it.

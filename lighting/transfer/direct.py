@@ -1,4 +1,4 @@
-"""What the sites of a scene receive of its lights straight away."""
+"""Direct illuminance at the sites of a scene."""
 
 from __future__ import annotations
 

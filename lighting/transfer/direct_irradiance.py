@@ -1,4 +1,4 @@
-"""What sites receive of lights straight away, as relighting takes it: as illuminance, and glossy ones by direction."""
+"""Direct irradiance at sites for relighting: as illuminance, and by direction at glossy ones."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _BLOCK = 1024
 
 @dataclass(frozen=True, eq=False)
 class Received:
-    """Of K spectra of all lights, one after the other.
+    """Direct irradiance of K spectra of all lights, one after the other.
 
     lux (S,K) : illuminance. incoming (K, G, I) : of lights that spread, what glossy sites receive from each cell of
     their hemispheres, lux. free : of each light from one direction its first spectrum's number, and which sites see it.

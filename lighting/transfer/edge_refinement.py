@@ -44,7 +44,7 @@ _WHITE = np.ones(3)
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """Where the sites of a scene are.
+    """Places of the sites of a scene.
 
     scene : with triangles as they are cut. refinement : the cuts. order (V,) : for each vertex of these the number in
     the meshes of `scene`, one after the other. added : vertices that became so since light is not linear. corners,
@@ -126,7 +126,7 @@ def _with_twins(
 
 @dataclass(frozen=True, eq=False)
 class BetweenSites:
-    """What n points receive of what sites send out, F fields, as they are traced and as their sites have it.
+    """Light that n points receive from sites, F fields, as they are traced and as their sites have it.
 
     sites, shares (n, 3) : of the triangle that each is on. Points are even in area; rays of a point and of its sites
     have the same directions.

@@ -1,4 +1,4 @@
-"""What glossy sites send towards a viewer of what other parts give them."""
+"""Final gather: light of other parts that glossy sites reflect to a viewer."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ _KEPT, _VIEWS = 1 << 28, 4
 
 @dataclass(frozen=True, eq=False)
 class Sources:
-    """What rays of glossy sites bring, pi times radiance: what sites send evenly, what cells of glossy sites send, and
-    what rays that end on glossy parts bring beside, of lights from one direction.
+    """Incident light along rays of glossy sites, pi times radiance: what sites send evenly, what cells of glossy sites
+    send, and what rays that end on glossy parts bring beside, of lights from one direction.
 
     light : of each glossy part, none where no light spreads. at_ends : None where there is nothing of this.
     """
@@ -78,7 +78,7 @@ class Sources:
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """How much each ray of the sites of one glossy part counts for a viewer.
+    """Weights of the rays of one glossy part for a viewer.
 
     sites (m,) : those of the part that are seen, ascending. of_ray (R, G_p, N) : of these, f_r of each term times
     pi / N, corrected (`Reflection.correction`); of others anything.

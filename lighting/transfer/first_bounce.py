@@ -1,4 +1,4 @@
-"""What glossy sites send out of the light that they receive straight away, towards the rays that meet them."""
+"""First bounce: direct light that glossy sites reflect towards the rays that meet them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _BLOCK = 1 << 15
 
 @dataclass(frozen=True, eq=False)
 class CellLight:
-    """What the cells of one glossy part send out: `values.T @ spread` is pi times their radiance in coefficients.
+    """Emission of the cells of one glossy part: `values.T @ spread` is pi times their radiance in coefficients.
 
     values (C, G_p O), spread (C, F) : of each spectrum and term, or of each field, whichever are fewer.
     """

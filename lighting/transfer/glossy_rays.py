@@ -28,7 +28,7 @@ _BYTES_OF_GLOSSY, _BYTES_TOWARDS = 100, 160
 
 @dataclass(frozen=True, eq=False)
 class GlossyRays:
-    """Of G glossy sites among S, N rays each; O cells.
+    """Rays of G glossy sites among S, N rays each; O cells.
 
     sites (G,) : their numbers. number (S,) : which of them a site is, -1 of a matt one. within (G,) : which of its
         part's. parts : of each glossy part that has sites.

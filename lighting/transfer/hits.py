@@ -1,4 +1,4 @@
-"""Where the rays of a scene's sites end: all of its geometry that interreflection needs.
+"""Hits of the rays of a scene's sites: all of its geometry that interreflection needs.
 
 Sun et al. 2007 (section 3.1) keep what arrives at a vertex, as tensors over light, regions and reflectances. Here the
 rays themselves are kept: from each site, N rays that are as dense as the cosine to its normal, and of each the triangle
@@ -42,7 +42,7 @@ _WHOLE = 65535
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Where N rays of each of S sites end.
+    """Ends of N rays of each of S sites.
 
     sites : where rays start.
     corners (F, 3) : the site that each corner of each triangle is on its front; backs (F, 3) : on its back, -1 where

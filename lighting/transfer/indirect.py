@@ -54,7 +54,7 @@ _AT_ONCE = 1 << 17
 
 @dataclass(frozen=True, eq=False)
 class IndirectLight:
-    """What arrives at S sites by way of other surfaces, in F = K J fields: of light k, coefficient j of `basis`.
+    """Indirect light at S sites, in F = K J fields: of light k, coefficient j of `basis`.
 
     at_sites (S, 21, F) : lux and its moments (`bends`, axes of the world), as `HiddenLight.lost` has them; the
         flux, the integral of radiance times direction over the hemisphere; and coefficients of `bends` whose sum is

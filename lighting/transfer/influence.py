@@ -1,4 +1,4 @@
-"""What the parts of a scene put on each other: colour differences with light that is passed on, and without.
+"""Influence of the parts of a scene on each other: colour differences with light that is passed on, and without.
 
 Every material counts as a matt surface that reflects as much as it does of even light, at each wavelength: exact for
 matt ones, fluorescent ones among them, and of glossy ones what they pass on as a whole, wherever they send it.
@@ -43,7 +43,7 @@ class Shown:
 
 @dataclass(frozen=True, eq=False)
 class Influence:
-    """What light that is passed on changes.
+    """Colour change by light that other parts pass on.
 
     bounces, left, bound : see `Interreflection`. all (P,) : of each part, the difference that all of it makes.
     of (P,P) : row by row on each part, what it loses when a part (its column) passes no light on. sites, rays, nbytes :

@@ -1,4 +1,4 @@
-"""What leaves surfaces between sites, of light that comes by way of other parts.
+"""Interpolation of outgoing indirect light at points between sites.
 
 What arrives is linear on triangles. A matt surface folds it; a glossy one has a normal and a view of its own there, of
 which what its sites send is no mean: on a coarse ring highlights lie between sites. So the rays of all three sites
@@ -24,7 +24,7 @@ _BLOCK = 64
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """Where surfaces are seen.
+    """Points of surfaces that are seen.
 
     part (n,). sites, shares (n,3) : of the triangle there. frame (n,3,3) : from the world to the surface's own.
     wo (n,3) : to the viewer, in that frame. plane (n,3) : normal of the triangle there, in the world, on the side that

@@ -1,4 +1,4 @@
-"""What a site sees of other surfaces, by direction: small maps of the hemisphere above it, made from its rays.
+"""Radiance maps of other surfaces as a site sees them: small maps of the hemisphere above it, made from its rays.
 
 Highlights tell shapes that no polynomial has. A level of a map is the mean radiance under Gaussians of one sharpness:
 light from a direction is a mean over the rays about there, each by the solid angle that it stands for, so that where

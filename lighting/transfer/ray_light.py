@@ -1,4 +1,4 @@
-"""What rays of sites bring of other surfaces: what these send out evenly, and what glossy parts send into each
+"""Light along the rays of sites from other surfaces: what these send out evenly, and what glossy parts send into each
 direction of the light that lights give them straight away.
 """
 
@@ -29,7 +29,7 @@ _BLOCK = 512
 
 @dataclass(frozen=True, eq=False)
 class GlossyLight:
-    """What G glossy sites send into the O cells of their hemispheres beside what they send out evenly, F fields.
+    """Light of G glossy sites into the O cells of their hemispheres beside what they send out evenly, F fields.
 
     cells (G O, F) : pi times radiance, of lights that spread. at_ends (n, F) : of lights from one direction, of each
     ray that ends on a glossy part. frames (S,3,3) : of sites.
@@ -71,7 +71,7 @@ class GlossyLight:
 
 @dataclass(frozen=True, eq=False)
 class RayLight:
-    """What sites send out: evenly, `radiosity` (S,F), and by direction, where `glossy` is not None."""
+    """Light of sites: evenly, `radiosity` (S,F), and by direction, where `glossy` is not None."""
 
     radiosity: Float[np.ndarray, "S F"]
     glossy: GlossyLight | None = None

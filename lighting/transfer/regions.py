@@ -1,4 +1,4 @@
-"""What the sites of each region send out of what they receive, as matt ones.
+"""Diffuse reflection of regions of sites.
 
 With radiosity B (S sites, J coefficients), c_(k+1) = O G c_k, where G is the irradiance operator (`operator`) and O
 that of a region. Relative to the spectra of lights O = A^T diag(rho) B (`SpectralBasis.operator`), and c_0 = rho E_0.
@@ -31,7 +31,7 @@ _MANY = 256
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Those that keep each wavelength, relative to the spectra of K lights.
+    """Regions that keep each wavelength, relative to the spectra of K lights.
 
     region (S,) : of each site, of R. reflectances (R,L) : of each region, at the wavelengths of `basis`, 0 to below 1.
 
@@ -85,7 +85,7 @@ class Regions:
 
 @dataclass(frozen=True, eq=False)
 class RadiantRegions:
-    """Those of which some fluoresce, by radiance; K lights are added up where what becomes of them is not asked.
+    """Regions of which some fluoresce, by radiance; K lights are added up where what becomes of them is not asked.
 
     region (S,) : of each site, of R. surfaces : of each region; an ordinary one is `Bispectral.diagonal`.
     lights : K. basis : of radiances, such as `radiant.basis_for` makes it.

@@ -23,7 +23,7 @@ WAVELETS = 96
 
 @dataclass(frozen=True, eq=False)
 class DirectTensor:
-    """Of S sites and 1 + k factors, the first of which is 1 (matt).
+    """Direct transfer of S sites and 1 + k factors, the first of which is 1 (matt).
 
     place, value (S,1+k,w) : wavelets of cosine times factor times visibility times solid angle.
     """

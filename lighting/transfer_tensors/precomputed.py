@@ -1,4 +1,4 @@
-"""What is precomputed of a scene: tensors from light and reflectance to the light that arrives, by bounces.
+"""Precomputed transfer of a scene: tensors from light and reflectance to the light that arrives, by bounces.
 
 Sun et al. 2007 (section 3.1): T0(w), what of the light from w a site sees; T1(l, r, p, s), what arrives in harmonic s
 of light l by way of region r and component p of its reflectance; and T2(l, r1, p1, r2, p2), by way of two, evenly from
@@ -30,7 +30,7 @@ _AT_ONCE = 1 << 19
 
 @dataclass(frozen=True, eq=False)
 class TransferTensors:
-    """Of S sites, R regions and P components, the first of which is matt, f_r = 1 / pi.
+    """Transfer tensors of S sites, R regions and P components, the first of which is matt, f_r = 1 / pi.
 
     visible (S,bytes) : T0, a bit a texel of `VISIBLE`. one (S,R,P,L,B) : T1, of light of 1 cd/m^2 from each texel of
     `ONE_BOUNCE`. two (S,R,P,R,P,M) : T2, first region of the path first, of each texel of `TWO_BOUNCES`: mean luminance

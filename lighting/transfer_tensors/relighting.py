@@ -35,7 +35,7 @@ _AT_ONCE = 128
 
 @dataclass(frozen=True, eq=False)
 class Arriving:
-    """What arrives at S sites of K fields of a light, scalar, before any material is known.
+    """Light arriving at S sites of K fields of a light, scalar, before any material is known.
 
     direct (S,1+k,K) : with the factors. prefiltered : the light itself, under Gaussians.
     one (S,R,P,K,B), two (S,R,P,R,P,K).

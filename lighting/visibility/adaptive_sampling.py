@@ -42,7 +42,7 @@ _GRIDS, _BLOCK = 16, 1 << 14
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Of n sites in a scene of radius 1 about the origin: places and unit normals."""
+    """Surroundings of n sites in a scene of radius 1 about the origin: places and unit normals."""
 
     places: Float[np.ndarray, "n 3"]
     normals: Float[np.ndarray, "n 3"]

@@ -1,4 +1,4 @@
-"""What is left of a spherical Gaussian that a boundary cuts: how much, and which way it then looks.
+"""Spherical Gaussians cut by a boundary: how much, and which way it then looks.
 
 Of the share alone (`free_share`) no light follows: a lobe that a table cuts from below loses the dark ground, not as
 much of the sky. What is left is taken for a Gaussian again, with the same mean direction and spread.
@@ -31,8 +31,8 @@ _SHARPEST = 2.0
 
 
 class CutLobe(NamedTuple):
-    """Of each lobe: the share that is free; the angle, radians, by which the middle of that lies nearer to what is
-    free than the axis; and its sharpness.
+    """Free part of each lobe: the share that is free; the angle, radians, by which the middle of that lies nearer to
+    what is free than the axis; and its sharpness.
     """
 
     share: Float[np.ndarray, "*n"]

@@ -1,4 +1,4 @@
-"""How much of a spherical Gaussian is free, by the angle from its axis to the nearest boundary of what is hidden.
+"""Free share of a spherical Gaussian, by the angle from its axis to the nearest boundary of what is hidden.
 
 Near the axis p of a lobe G(i) = exp(lambda (i . p - 1)) the boundary is taken for a great circle at the signed angle
 theta_d: Wang, Ren, Gong, Snyder and Guo 2009, eqs. 25 to 30. What is free is then f_h(theta_d, lambda), here over

@@ -1,4 +1,4 @@
-"""What a triangle's own plane hides of light that its shading normal would let in.
+"""Occlusion by the geometric horizon: light above a point's shading normal and below its triangle's plane.
 
 A point sees what is above both horizons, that of its triangle and that of its shading normal
 (`lighting.reference.geometry`).

@@ -1,4 +1,4 @@
-"""What of a scene stands before a light that is near: only that can hide it."""
+"""Half space before a near light: only triangles in it can hide the light."""
 
 from __future__ import annotations
 

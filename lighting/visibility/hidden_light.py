@@ -1,4 +1,4 @@
-"""What the vertices of a scene lose of a light, and what is needed to see its bright parts from anywhere."""
+"""Loss of a light at the vertices of a scene, and what is needed to see its bright parts from anywhere."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BLOCK = 4096
 
 @dataclass(frozen=True, eq=False)
 class HiddenLight:
-    """Of one light, as it is turned, in one scene of S sites; made anew when either changes.
+    """Loss of one light, as it is turned, in one scene of S sites; made anew when either changes.
 
     lost (S, 9, K) : of all light but the narrow bright parts', what is hidden of the illuminance, lux, and of its
     moments (`bends`, in axes of the world). whole (S, K) : all of that illuminance, were nothing in between.

@@ -1,4 +1,4 @@
-"""What visibility costs and how far off it is, measured with rays at points between vertices."""
+"""Cost and error of visibility, measured with rays at points between vertices."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BLOCK, _SKY = 256, 80
 
 @dataclass(frozen=True)
 class VisibilityMeasure:
-    """Of one scene.
+    """Cost and error of the visibility of one scene.
 
     cpu_seconds_a_thousand : of precomputing, a thousand vertices.
     bytes_a_vertex : of what is stored.

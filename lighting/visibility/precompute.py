@@ -1,4 +1,4 @@
-"""From a scene to its visibility: sites traced, tile by tile, by several processes where wanted.
+"""Precomputation of the visibility of a scene: sites traced, tile by tile, by several processes where wanted.
 
 Those of all vertices, or in large scenes of enough of them (`adaptive_sampling`); then further ones where that is too
 few (`edge_refinement`).
@@ -51,7 +51,7 @@ _FEW, _TRAINING = 1024, 2048
 
 @dataclass(frozen=True)
 class VisibilityCost:
-    """What the visibility of a scene costs at most, known before the work.
+    """Largest cost of the visibility of a scene, known before the work.
 
     vertices, triangles : of all parts together, divided ones as they are divided. jobs : processes.
     """

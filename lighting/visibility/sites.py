@@ -1,4 +1,4 @@
-"""Where visibility is computed: vertices that differ in place or normal, and where exactly their rays start.
+"""Sites of visibility: vertices that differ in place or normal, and where exactly their rays start.
 
 Vertices that agree in part, place and normal, as along a seam of uv, are one site; a vertex that no triangle uses is
 none. Rays start `OFFSET` off the vertex along its normal, with two exceptions, since a vertex may stand on a boundary

@@ -1,4 +1,4 @@
-"""What is free around a few sites: signed angular distances to the boundary of what is hidden.
+"""Tracing of free directions around a few sites: signed angular distances to the boundary of what is hidden.
 
 A ray is sent to the middle of each texel of a map of the sphere, `MAP`^2, that lies above a site's horizon. A cell
 between four middles, of which some are free and others hidden, is asked twice as finely, and so is one along the
@@ -38,7 +38,7 @@ _FREE, _HIDDEN, _BOTH = 1, 2, 3
 
 
 class Traced(NamedTuple):
-    """Of n sites.
+    """Traced distances of n sites.
 
     distances (n, MAP^2) : signed angles, radians, positive where free, at most pi / 2 in size.
     all_free : whether no ray met anything. dark (n,) : where every ray above the horizon met something.

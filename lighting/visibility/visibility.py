@@ -1,4 +1,4 @@
-"""What renderers ask of visibility: signed distances, free shares of lobes, transfer.
+"""Visibility as renderers use it: signed distances, free shares of lobes, transfer.
 
 A point is given by three vertices and their barycentric weights. Codes are linear, in axes of the
 world, so they are mixed before they are decoded: nothing jumps from triangle to triangle, and a point costs one
@@ -27,7 +27,7 @@ _BLOCK, _SKY = 512, 64
 
 @dataclass(frozen=True, eq=False)
 class SceneVisibility:
-    """Which directions are free at the vertices of a scene, against all of its parts, on both sides of sheets.
+    """Free directions at the vertices of a scene, against all of its parts, on both sides of sheets.
 
     mean (texels,), axes (texels, K) : of bent distances (`compression`).
     whole (S, B), halves (S, H), steps (K,) : codes of each site, `compression.packed`.

@@ -1,4 +1,4 @@
-"""What the analytic models share: parameters that can be stored and rebuilt, and their validation."""
+"""Base of analytic models: parameters that can be stored and rebuilt, and their validation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What texels are drawn from: clusters of texels, each with a mean and components over views and lights."""
+"""Clustered forms of BTFs: clusters of texels, each with a mean and components over views and lights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which texels lie about points, at one level or two, and what each counts; twin of corners.glsl and texel.glsl."""
+"""Texels around points at one level or two, with their weights; twin of corners.glsl and texel.glsl."""
 
 from __future__ import annotations
 

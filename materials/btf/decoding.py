@@ -1,4 +1,4 @@
-"""From the bytes of an image to what its texels reflect."""
+"""Decoding of images into reflectance."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LINEAR_UPLIFT = "mallett-yuksel"
 
 @dataclass(frozen=True, eq=False)
 class Coding:
-    """How images are decoded.
+    """Encoding of images.
 
     encoding : see `Encoding`.
     white : (1,) or (C,) linear number of a perfect diffuser lit and seen straight on; 1 is full scale.

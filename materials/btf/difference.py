@@ -1,4 +1,4 @@
-"""How far what two fast forms of BTFs show is apart: the same texels, under the same lights, from the same views."""
+"""Difference of two fast forms of BTFs: the same texels, under the same lights, from the same views."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a reflectance field gathers light from all around.
+"""Environment light on a reflectance field.
 
 Meseth, Mueller and Klein 2003 (section 5.2) look each lobe up in an environment prefiltered for its exponent. Here what
 a texel reflects into a view is a sum of few functions of the light, the same for all texels, or its values under the
@@ -23,7 +23,7 @@ from .texels import directions_listed
 
 @dataclass(frozen=True, eq=False)
 class FieldGathering(StandingForm):
-    """What the texels of a field gather; the four about a point, in each of three views."""
+    """Environment form of a field's texels; the four about a point, in each of three views."""
 
     texels: FieldTexels
 

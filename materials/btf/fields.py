@@ -1,4 +1,4 @@
-"""What others made of BTFs, to compare with: a few numbers for each texel that are functions of directions.
+"""Published BTF models, as baselines: a few numbers for each texel that are functions of directions.
 
 Coefficients of the basis are fitted one by one, as the papers do with red, green and blue. Fits are plain least squares
 of f_r cos(theta_i) as measured: what a view displaces (`BtfImages.offset`) is not moved back.

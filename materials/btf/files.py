@@ -30,7 +30,7 @@ class OtherSizeError(InputError):
 
 @runtime_checkable
 class Bytes(Protocol):
-    """What holds the files, one behind the other: an array of bytes that checks what it reads."""
+    """Storage of the files, one behind the other: an array of bytes that checks what it reads."""
 
     @property
     def file(self) -> Path:

@@ -1,4 +1,4 @@
-"""What gathers light from all around under Gaussians that stand still in the surface's frame, and a bent cosine.
+"""Environment light under Gaussians fixed in the surface's frame, and a bent cosine.
 
 What a point has are terms (N,B,J); what it gathers under each function is a sum of them that is the same everywhere.
 """

@@ -1,4 +1,4 @@
-"""How a BTF gathers light from all around: a few Gaussians that stand still in the surface's frame, and a cosine.
+"""Environment light on a BTF: a few Gaussians fixed in the surface's frame, and a cosine.
 
 Where the paper folds eigen-BRDFs with light in spherical harmonics (Mueller, Meseth and Klein 2004, eq. 2), each view
 of each component is here a vector in a balanced light basis (`light_basis`); what a texel makes of it is a sum as
@@ -27,7 +27,7 @@ _ROWS = 6000
 
 @dataclass(frozen=True, eq=False)
 class BtfGathering(StandingForm):
-    """What the texels of a BTF gather; clusters of the four about a point are worked out first, and mixed then."""
+    """Environment form of a BTF's texels; clusters of the four about a point are worked out first, and mixed then."""
 
     texels: BtfTexels
 

@@ -1,4 +1,4 @@
-"""What a BTF is before any form is found for it: one image of the sample for each view and light."""
+"""Images of a BTF: one image of the sample for each view and light."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a BTF gathers of light from all around, by as few functions of the light as show it.
+"""Basis of light for BTFs: as few functions as show the environment light that they gather.
 
 A BTF's answer to light is its values under the measured lights times what each of those stands for, a hat over the
 hemisphere (Mueller, Meseth and Klein 2004, section 4.1). Here light is looked up under spherical Gaussians that stand

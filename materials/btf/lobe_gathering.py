@@ -1,4 +1,4 @@
-"""How a lobe field gathers light from all around: each lobe is a look-up, as Meseth, Mueller and Klein 2003 have it.
+"""Environment light on a lobe field: each lobe is a look-up, as Meseth, Mueller and Klein 2003 have it.
 
 Their section 5.2 turns the lobes of a texel in three views into the environment's frame and looks each up in a map that
 is prefiltered by its exponent. Here there are four texels about a point, and a lobe is a Gaussian and a bent cosine

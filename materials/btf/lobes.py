@@ -34,7 +34,7 @@ _DARK = np.float32(1e-6)
 
 @dataclass(frozen=True, eq=False)
 class CosineLobes:
-    """Of N fits, rho + sum of k amplitudes times max(axis . l, 0)^exponent.
+    """Cosine lobes of N fits, rho + sum of k amplitudes times max(axis . l, 0)^exponent.
 
     diffuse (N,) : rho. amplitudes (N,k), of either sign. axes (N,k,3) : unit vectors, below the horizon too.
     exponents (N,k) : those that can be kept (`quantisation`).

@@ -37,7 +37,7 @@ _STEPS = 127
 
 @dataclass(frozen=True)
 class Size:
-    """How large a form is.
+    """Size of a form.
 
     dimensions : G of the dictionary. clusters : k <= 256. components : c of each. rounded : steps of the dictionary, in
     root mean squares of its numbers; weights : steps of texels' weights, in those of the last component's.

@@ -1,4 +1,4 @@
-"""What a BTF is from afar: the mean of its texels, in the directions that were measured."""
+"""Mean of a BTF's texels, in the directions that were measured: its appearance from afar."""
 
 from __future__ import annotations
 

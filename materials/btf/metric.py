@@ -1,4 +1,4 @@
-"""What is seen of a change in a BTF: ΔE94 as a metric of each view and light's coefficients.
+"""Perceptual metric of changes in a BTF: ΔE94 as a metric of each view and light's coefficients.
 
 A form is found by least squares, and what it misses should count as it is seen. Lab is differentiated at the mean
 colour of each view and light: ΔE94 of a small change x is then |C^T x|, C a triangular matrix. The mean is stored with

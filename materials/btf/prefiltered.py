@@ -1,4 +1,4 @@
-"""What lobes gather of light from all around, as a Gaussian and a bent cosine each.
+"""Prefiltered lobes for environment light, as a Gaussian and a bent cosine each.
 
 Meseth, Mueller and Klein 2003 (section 5.2) look a lobe up in an environment that is prefiltered by its exponent, times
 the cosine of its axis. A lobe is nearly a spherical Gaussian, for which environments are prefiltered here; but it ends
@@ -33,7 +33,8 @@ _HELD = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Prefiltered:
-    """Of E exponents and m angles of an axis in the plane of x and z, and last of what is even (rho_d), at angle 0.
+    """Prefiltered lobes of E exponents and m angles of an axis in the plane of x and z, and last of what is even
+    (rho_d), at angle 0.
 
     turn (E+1,m) : by which the Gaussian's axis lies farther from the normal than the lobe's, radians. sharpness, value
     (E+1,m) : lambda of the Gaussian, and its integral. bent (E+1,m,6) : of the cosine's polynomials `_EVEN`.

@@ -1,4 +1,4 @@
-"""What lobes are kept as: two bytes an axis, half a byte an exponent, a byte an amplitude.
+"""Quantisation of lobes: two bytes an axis, half a byte an exponent, a byte an amplitude.
 
 Axes are points of an octahedron that is unfolded into a square (Meyer et al. 2010), the normal and the axes of the
 frame exactly; exponents are 2^(i/2), as the prefiltered environments of Meseth, Mueller and Klein 2003 (section 5.2)

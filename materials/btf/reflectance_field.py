@@ -1,4 +1,4 @@
-"""What is drawn of reflectance fields: of each texel and view a function of the direction of light.
+"""Reflectance fields as they are drawn: of each texel and view a function of the direction of light.
 
 Meseth, Mueller and Klein 2003 (section 4): a view's images under all lights are fitted on their own; what is seen from
 elsewhere lies between three views. A kind of field says what its functions are, in numpy and in GLSL, and how they

@@ -1,4 +1,4 @@
-"""How far the sample's surface lies from the plane that was measured: a plane sweep over the views.
+"""Registration of the sample's surface against the measured plane: a plane sweep over the views.
 
 Images of a BTF are rectified to one plane. Where the sample's surface stands h0 texels above it, what is seen from
 (theta, phi) is displaced by h0 tan(theta) away from the viewer, and three views do not show the same thread at a texel.
@@ -37,7 +37,7 @@ _BETTER = 0.98
 
 @dataclass(frozen=True)
 class Registration:
-    """What a sweep found, and whether it is of use.
+    """Result of a plane sweep, and whether it is of use.
 
     offset : h0 to register by, texels; 0 where that does not help. found : h0 where views agree best.
     before, after : ΔE94 under D65 (mean, 95th and 99th percentile) of held-out views, predicted from the three around

@@ -1,4 +1,4 @@
-"""How far a form of a BTF is from its images: one measure for all forms, so that they compare."""
+"""Error of a BTF's form against its images: one measure for all forms, so that they compare."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What changed between two catalogues or two materials, in ΔE94 on the sphere of `protocol`, light by light.
+"""Changes between two catalogues or two materials, in ΔE94 on the sphere of `protocol`, light by light.
 
 The reference is always the first of the two: its packs ("packs": what pictures show) or its original data ("original":
 what was measured). The second is taken from the same, so that with "original" a new fit of old data is no change.
@@ -58,7 +58,7 @@ class LightDifference:
 
 @dataclass(frozen=True)
 class Difference:
-    """What became of one material. `words`: what else is to be said, such as a change of model.
+    """Change of one material. `words`: what else is to be said, such as a change of model.
 
     texels : of the fast forms of BTFs, of their texels in every view and light that both have; where the largest is.
     """

@@ -1,4 +1,4 @@
-"""What a 45:0 instrument reads of a material's original data: its curve, and its XYZ under any light."""
+"""Reading of a material's original data by a 45:0 instrument: its curve, and its XYZ under any light."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ __all__ = ["Material"]
 
 @dataclass(frozen=True, repr=False)
 class Material(MaterialRecord):
-    """What `Catalogue["family/name"]` gives: a `MaterialRecord` that tells its colour.
+    """Material, as `Catalogue["family/name"]` returns it: a `MaterialRecord` that tells its colour.
 
     Colours are of the original data, not of the packs that stand for them in pictures (`error` says how far those are
     off): as an annular 45:0 instrument reads them (45a:0 of CIE 015: lit at 45 degrees all around, seen along the

@@ -1,4 +1,4 @@
-"""From what a person names to samples: an id of a catalogue, a file of readings, a folder, or a colour in words."""
+"""Samples by name: an id of a catalogue, a file of readings, a folder, or a colour in words."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where the materials lie that come with Metamer; light to import, since commands say so before they load the rest."""
+"""Folder of the materials that come with Metamer; light to import, since commands say so before they load the rest."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ AXIS_NAMES: dict[str, tuple[str, str, str, str]] = {
 
 @dataclass(frozen=True)
 class Axis:
-    """Where the nodes of one angle lie.
+    """Nodes of one angle.
 
     Attributes
     ----------

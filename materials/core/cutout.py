@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 
 
 class Cutout(abc.ABC):
-    """Where a surface is cut out: what is there is seen, casts shadows and stops rays, a hole does none of these."""
+    """Opacity mask of a surface: what is there is seen, casts shadows and stops rays, a hole does none of these."""
 
     @abc.abstractmethod
     def holes(self, uv: Float[np.ndarray, "N 2"]) -> Bool[np.ndarray, " N"]:

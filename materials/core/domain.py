@@ -1,4 +1,4 @@
-"""Which numbers a parameter of a model may be: said once, at its field, for checks and for sliders alike."""
+"""Domains of models' parameters: said once, at its field, for checks and for sliders alike."""
 
 from __future__ import annotations
 

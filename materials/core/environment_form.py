@@ -49,7 +49,7 @@ class Lobes:
 
 
 class EnvironmentForm(abc.ABC):
-    """How a fast form gathers light from all around; subclasses are frozen dataclasses.
+    """Environment light on a fast form; subclasses are frozen dataclasses.
 
     Attributes
     ----------

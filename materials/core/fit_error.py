@@ -1,4 +1,4 @@
-"""How far a fast form is from what it stands for, as it was measured."""
+"""Measured error of a fast form."""
 
 from __future__ import annotations
 

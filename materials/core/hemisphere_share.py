@@ -1,4 +1,4 @@
-"""How much of a spherical Gaussian lies on one side of a plane, exact; `lighting.visibility` has a quick form.
+"""Share of a spherical Gaussian on one side of a plane, exact; `lighting.visibility` has a quick form.
 
 A hemisphere whose edge passes the lobe's axis at an angle theta_d (positive: the axis is inside). Turning the edge by
 d theta_d sweeps, at psi along it, cos(psi) d theta_d, so that with the modified Bessel function I_1

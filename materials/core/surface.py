@@ -15,7 +15,7 @@ from .points import Points
 
 
 class Surface(abc.ABC):
-    """How a surface scatters light, point by point.
+    """Surface that scatters light, point by point.
 
     Attributes
     ----------

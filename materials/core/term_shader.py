@@ -1,4 +1,4 @@
-"""What a fast form brings for the GPU: its GLSL, and the textures and numbers that it reads."""
+"""Shader of a fast form's terms: its GLSL, and the textures and numbers that it reads."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class Exported:
 
 @dataclass(frozen=True)
 class ExportFormat:
-    """How materials are written in one format.
+    """Format of exported files.
 
     Attributes
     ----------

@@ -28,7 +28,7 @@ _TINY = 1e-100
 
 @dataclass(frozen=True, eq=False)
 class AxisSamples:
-    """Where N samples lie on one axis of n nodes.
+    """Places of N samples on one axis of n nodes.
 
     below : the node below each sample. fraction : of the way from there to the next node, 0 to 1.
     order : the samples in the order of their intervals; edges : where each interval begins in that order.

@@ -70,7 +70,7 @@ WorstPlaces = tuple[Float[np.ndarray, "_ A"], Float[np.ndarray, "_ A"]]
 
 @dataclass(frozen=True)
 class Extremes:
-    """What packs shade to at most and at least: pi f_r cos(theta_i), at any wavelength, over both hemispheres.
+    """Extremes of packs: pi f_r cos(theta_i), at any wavelength, over both hemispheres.
 
     lowest : the lowest value, 0 where none is negative. ratio : the largest over the original's largest anywhere at the
     same wavelength.

@@ -1,4 +1,4 @@
-"""How candidates are judged: on the sphere protocol, front and back, against one budget."""
+"""Scores of candidates: on the sphere protocol, front and back, against one budget."""
 
 from __future__ import annotations
 

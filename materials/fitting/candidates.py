@@ -1,4 +1,4 @@
-"""What is asked of a fit, and the packs that it may answer with."""
+"""Settings of a fit, and candidate packs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .lobe_table import Method
 
 @dataclass(frozen=True)
 class FitSettings:
-    """What was asked of the fit; see `fit`.
+    """Settings of a fit; see `fit`.
 
     frames : in which terms may be added.
     """

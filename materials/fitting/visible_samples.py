@@ -1,4 +1,4 @@
-"""What a BRDF shades to at pairs of directions as pictures show them, and how an error there is seen.
+"""Samples of a BRDF at pairs of directions as pictures show them, weighted by the visibility of errors.
 
 To first order, ΔE94 of a small error is the length of `sensitivity` times it, with the derivative of CIELAB at the
 reference itself: below (24/116)^3, where L* is linear, its slope is finite, so that black needs no care of its own.

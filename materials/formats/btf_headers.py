@@ -1,4 +1,4 @@
-"""What headers of a BTF's images ask for and is not done: to be turned, or shown by other colours than sRGB."""
+"""Requests in headers of a BTF's images that are not followed: to be turned, or shown by other colours than sRGB."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ _LEVELS = 3
 
 @dataclass(frozen=True)
 class ImageName:
-    """What a name says: theta and phi, degrees, of light and view; the wavelength, nm, where it says one.
+    """Content of a file name: theta and phi, degrees, of light and view; the wavelength, nm, where it says one.
 
     rest : what is left of the file's name without angles, wavelength and numbers that stand alone: the same in a set.
     """

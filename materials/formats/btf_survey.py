@@ -96,7 +96,7 @@ def _angles(at: tuple[float, float]) -> tuple[float, float]:
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """What was seen: the images without those that cannot be used, their means, and notes.
+    """Survey of images: the images without those that cannot be used, their means, and notes.
 
     means : (V,Lt,J) over texels of f_r cos. pictures : (V,H,W) of each view the mean over lights, a number a texel;
     zero where it is not looked at. negative : how many numbers are below zero.

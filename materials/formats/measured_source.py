@@ -1,4 +1,4 @@
-"""What the readers of measured BRDFs share: the source that one measurement becomes."""
+"""Sources of measured BRDFs: the source that one measurement becomes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .naming import id_word, printable
 
 @runtime_checkable
 class MeasuredBrdf(Protocol):
-    """What an importer needs of a measured BRDF: the name of its model, and what it is rebuilt from."""
+    """Measured BRDF as an importer needs it: the name of its model, and what it is rebuilt from."""
 
     NAME: ClassVar[str]
 

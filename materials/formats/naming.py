@@ -1,4 +1,4 @@
-"""What readers make of the names in files: words for ids, and text that a record can hold."""
+"""Names in files as readers use them: words for ids, and text that a record can hold."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What reading a file takes, by its size or by what its header names: measured, with a third to spare."""
+"""Cost of reading a file, by its size or by what its header names: measured, with a third to spare."""
 
 from __future__ import annotations
 

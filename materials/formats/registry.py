@@ -1,4 +1,4 @@
-"""Which reader takes a file: one module a format, known by content before name."""
+"""Registry of readers: one module a format, known by content before name."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ FORMATS = (
 
 @runtime_checkable
 class Format(Protocol):
-    """What a module of this folder offers to be one of `FORMATS`.
+    """Interface of the modules in `FORMATS`.
 
     A module may also have `reading_cost(path) -> Cost`, where a file's size in bytes does not tell it;
     `companions(path) -> Iterable[Path]`, the further files that a recognised file is made of:

@@ -77,7 +77,7 @@ class GaussianBrdf(Brdf):
 
 @dataclass(frozen=True, eq=False)
 class HalfGeometry:
-    """What of N pairs of directions the lobes and the smooth factor depend on.
+    """Half-vector geometry of N pairs of directions, for lobes and the smooth factor.
 
     apart (N,) : |h - n|^2. rise (N,) : (1 - h.o)^5. cosines (N,) : cos i cos o. towards : (N,8) twice, the shares that
     the nodes of the shadowing have in S(i) and in S(o).

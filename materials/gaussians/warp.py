@@ -1,4 +1,4 @@
-"""From half vectors to light: the slice of a BRDF that one viewer sees, each lobe warped into one lobe."""
+"""Warp from half vectors to light directions: a viewer's slice of a BRDF, each lobe warped into one lobe."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What reading and fitting a material takes, known before it is begun; what memory cannot hold is refused in numbers.
+"""Cost of reading and fitting a material, known before it is begun; what memory cannot hold is refused in numbers.
 
 The figures are measured, per byte of a file or per sample that its header names, with a third to spare.
 """

@@ -1,4 +1,4 @@
-"""What earlier imports into a catalogue saw, so that files that have not changed are neither read nor checked again.
+"""History of imports into a catalogue, so that files that have not changed are neither read nor checked again.
 
 One file beside the catalogue's marker, which is only a cache: lost, damaged or of another version, it costs time and
 nothing else. A file counts as unchanged where its size, its times and its number on the disk are what they were, and
@@ -55,7 +55,7 @@ class Read:
 
 @dataclass(frozen=True)
 class Reading:
-    """What came out of a file: its format in words, its materials, and why it is passed over, if it is ("" if not)."""
+    """Reading of a file: its format in words, its materials, and why it is passed over, if it is ("" if not)."""
 
     label: str
     materials: tuple[Read, ...]
@@ -73,7 +73,7 @@ class Look:
 
 @dataclass
 class Known:
-    """What is known of files (`formats`, `readings`) and of the catalogue's own (`records`); grows with every look."""
+    """Known state of files (`formats`, `readings`) and of the catalogue's own (`records`); grows with every look."""
 
     folder: Path
     formats: dict[str, list] = field(default_factory=dict)

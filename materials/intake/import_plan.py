@@ -1,4 +1,4 @@
-"""What an import will do, before it does it: which file is what, and which of its materials are new."""
+"""Plan of an import: which file is what, and which of its materials are new."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _KEPT_BYTES = 1 << 18
 
 @dataclass(frozen=True)
 class Settings:
-    """What a fit depends on beside its source; `family` takes the place of the one that a source names.
+    """Settings of a fit beside its source; `family` takes the place of the one that a source names.
 
     again : materials that are there already are fitted, too.
     copy : large arrays that lie in files are copied into the record; else it knows them by place and digests.

@@ -1,4 +1,4 @@
-"""From sources to a catalogue: plan, work, report. Each material is written whole or not at all."""
+"""Import of sources into a catalogue: plan, work, report. Each material is written whole or not at all."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from .work import Fitted, fit_material
 
 @dataclass(frozen=True)
 class ImportOutcome:
-    """What became of one material; "new" is what a dry run says of those that it would import.
+    """Outcome of one material; "new" in a dry run if it would be imported.
 
     file, format : where it came from, and what that is.
     """

@@ -1,4 +1,4 @@
-"""What a person names to import: files, folders, patterns, zip files and remote places, as a list of readable files."""
+"""Inputs of an import: files, folders, patterns, zip files and remote places, as a list of readable files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an import is at, in words and shares, and how long the rest of it will take."""
+"""Progress of an import, in words and shares, and how long the rest of it will take."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _EVERY_S = 0.5
 
 @dataclass(frozen=True)
 class Doing:
-    """What the work on one material is at: in words, and the share of it that is done, 0 to 1."""
+    """Step of the work on one material: in words, and the share of it that is done, 0 to 1."""
 
     phase: str
     share: float = 0.0

@@ -1,4 +1,4 @@
-"""How the files that a person names become sources of materials; `formats.registry` finds the reader for each."""
+"""Sources of materials from the inputs of an import; `formats.registry` finds the reader for each."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What comes back: a fast form with its error, and what was tried; or, in `reason`, why there is none.
+    """Result of a fit: a fast form with its error, and the trials; or, in `reason`, why there is none.
 
     seconds : how long it took. It is told to people, and stands in no file: equal materials are equal bytes.
     """

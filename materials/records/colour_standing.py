@@ -1,4 +1,4 @@
-"""Where a material's colour and its gloss come from, apart: as its record states it, in words and in sentences."""
+"""Standing of a material's colour and of its gloss, apart: as its record states it, in words and in sentences."""
 
 from __future__ import annotations
 

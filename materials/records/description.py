@@ -1,4 +1,4 @@
-"""What pages and terminals show of a record: its spectrum, trials, colours, packs and arrays, in words."""
+"""Description of a record for pages and terminals: its spectrum, trials, colours, packs and arrays, in words."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where a material's numbers come from.
+    """Provenance of a material's numbers.
 
     kind : "measured" (the directional data were), "analytic" (a model carries published spectra or optical constants)
     or "uplifted(METHOD)" (spectra were made up from tristimulus values: never colour-critical), or
@@ -56,7 +56,7 @@ class Provenance:
 
 @dataclass(frozen=True)
 class MaterialRecord:
-    """What a catalogue stores of a material.
+    """Record of a material in a catalogue.
 
     Attributes
     ----------

@@ -23,7 +23,7 @@ SORT_KEYS = ("id", "family", "model", "kind", "quantity", "error", "terms", "lig
 
 @dataclass(frozen=True)
 class Summary:
-    """What the head of a material file says of it.
+    """Summary of a material from the head of its file.
 
     Attributes
     ----------
@@ -148,7 +148,7 @@ def _three(values: Any) -> tuple[float, float, float] | None:
 
 @dataclass(frozen=True)
 class Query:
-    """Which materials, in which order. Words may hold * and ?, capitals do not count, and any of several will do.
+    """Query of materials, with their order. Words may hold * and ?, capitals do not count, and any of several will do.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a material is before its fit: what every format of files gives, or why it gives none."""
+"""Sources of materials before their fit, as every format gives them, and rejected ones."""
 
 from __future__ import annotations
 

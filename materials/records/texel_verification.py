@@ -1,4 +1,4 @@
-"""Of a BTF in a catalogue: is its fast form whole, and are single texels as far from its images as it says?"""
+"""Verification of a BTF in a catalogue: its fast form is whole, and single texels have the error that it states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a fit tried and measured: a table of a row a trial or a light, a column a field; fields may come and go."""
+"""Table of a fit's trials: a table of a row a trial or a light, a column a field; fields may come and go."""
 
 from __future__ import annotations
 

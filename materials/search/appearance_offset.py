@@ -22,7 +22,7 @@ _LEAST_CHROMA = 2.0
 
 @dataclass(frozen=True)
 class Look:
-    """How a material looks: CIELAB at 45:0 under D65 for the 1931 2 degree observer, and its gloss.
+    """Appearance of a material: CIELAB at 45:0 under D65 for the 1931 2 degree observer, and its gloss.
 
     gloss : in stops, see `gloss`. gloss_units : of the same, at 60 degrees; of a wish, None.
     """

@@ -37,7 +37,7 @@ class Neighbour:
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """What `like` found.
+    """Result of `like`.
 
     of : the material that was asked about. wish : from how it looks to where. own_distance : how far itself is from
     there. found : the nearest first; with a wish, only those that are nearer to it than the material itself.

@@ -1,4 +1,4 @@
-"""From any uniform surface to its slices: every viewer's mixture starts as its neighbour's ends."""
+"""Fit of slices to any uniform surface: every viewer's mixture starts as its neighbour's ends."""
 
 from __future__ import annotations
 

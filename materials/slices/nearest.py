@@ -38,7 +38,7 @@ _LEAST = 1.0e-6
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """What parts of a mixture shall add up to, of S directions: f_r cos(theta_i), what is smooth taken off.
+    """Target of the parts of a mixture, of S directions: f_r cos(theta_i), what is smooth taken off.
 
     directions (S,3), density (S,) : what comes from there, of either sign, and nothing from below the horizon, where
     Gaussians reach. weights (S,) : of its squares. energy : its integral; square : what the whole's square counts.

@@ -23,7 +23,7 @@ _NODES = 4
 
 @dataclass(frozen=True)
 class Grids:
-    """How fine a slice is sampled.
+    """Sampling grids of a slice.
 
     fade : where the fine grid's share falls from all to nothing, of the half vector's angle, radians. azimuths : of the
     fine grid. even : nodes in the cosine, and azimuths, of the even grid.

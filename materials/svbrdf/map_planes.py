@@ -44,7 +44,7 @@ _TAPS = (np.arange(TAPS) + 0.5) / TAPS - 0.5
 
 @dataclass(frozen=True)
 class Layout:
-    """Where the numbers of a texel are, of R coefficients: body, rest, facets (R each), edge, normal (2), spread (3),
+    """Layout of the numbers of a texel, of R coefficients: body, rest, facets (R each), edge, normal (2), spread (3),
     covers, of a coat w, alpha^2 and normal (2); and of levels beyond the first `up`, the z of the mean normal, and
     `differ` (3), how much wider normals that differ make the spread, and the same of a coat.
 

@@ -31,7 +31,7 @@ AnyMaps = TypeVar("AnyMaps", bound="MapSet")
 
 @dataclass(frozen=True)
 class Placement:
-    """Where on its mesh's (u, v) a picture lies: at scale x uv + offset, and how it goes on beyond [0, 1]."""
+    """Placement of a picture on its mesh's (u, v): at scale x uv + offset, and how it goes on beyond [0, 1]."""
 
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
@@ -48,7 +48,7 @@ WHOLE = Placement()
 
 @dataclass(frozen=True, eq=False)
 class Texels:
-    """What n texels scatter.
+    """Scattering of n texels.
 
     body, facets : (n,C) what body and facets reflect, at the normal: RGB, or C = L wavelengths.
     through : (n,) 1 - F of a dielectric at the normal, and `rest` at grazing: what reaches its body.

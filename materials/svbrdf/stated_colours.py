@@ -1,4 +1,4 @@
-"""What a picture's header states of its colours beside an ICC profile: curves and primaries that are not sRGB's."""
+"""Colours that a picture's header states beside an ICC profile: curves and primaries that are not sRGB's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is known of the display that pictures are shown on: the file of it that lies beside its configuration."""
+"""State of the display that pictures are shown on: the file of it that lies beside its configuration."""
 
 from __future__ import annotations
 

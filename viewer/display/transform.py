@@ -1,4 +1,4 @@
-"""From relative XYZ to the numbers a display is sent: adapt once, then OpenColorIO, then count what did not fit.
+"""Display transform from relative XYZ to code values: adapt once, then OpenColorIO, then count what did not fit.
 
 The chain is `XYZ under the scene's white -> chromatic adaptation -> XYZ-D65 -> OCIO display and view -> [0, 1]`.
 Adaptation happens here and nowhere else. The default view is colorimetric: it never tone-maps, so a perfect

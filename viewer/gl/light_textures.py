@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class LightTables:
-    """What a shader is given of a light: `#define`s, numbers and textures by name, and who frees those."""
+    """Tables of a light for a shader: `#define`s, numbers and textures by name, and who frees those."""
 
     sizes: dict[str, int | float]
     uniforms: dict[str, object]

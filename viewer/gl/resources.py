@@ -1,4 +1,4 @@
-"""What goes to the GPU: triangles and palettes as texels, and who gives them back."""
+"""Resources of the GPU: triangles and palettes as texels, and who gives them back."""
 
 from __future__ import annotations
 

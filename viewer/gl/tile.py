@@ -1,4 +1,4 @@
-"""What the GL renderer keeps of a window of the picture: textures of what its samples see."""
+"""Tiles of the GL renderer: textures of what its samples see."""
 
 from __future__ import annotations
 

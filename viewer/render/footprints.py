@@ -1,4 +1,4 @@
-"""How much of each angle a sample spans: what mip-mapped factors are averaged over.
+"""Footprints of samples in each angle, over which mip-mapped factors are averaged.
 
 The angles at the middle of a sample's four sides, less one another. The surface there is that of the sample's own
 triangle, which goes on beyond its edges: no other part, silhouette, crease or shadow comes in, and what lies beside a

@@ -1,4 +1,4 @@
-"""What of lights that spread is worked out once and kept: what they send, what hides them, their bright parts."""
+"""Cache of area and environment lights: what they send, what hides them, their bright parts."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Shadows:
-    """What hides a light that spreads: the visibility of the scene, and an environment's bright parts."""
+    """Occlusion of an area or environment light: the visibility of the scene, and an environment's bright parts."""
 
     visibility: SceneVisibility
     bright: BrightLight | None = None

@@ -1,4 +1,4 @@
-"""What a picture costs before it is drawn: memory at the peak, and time; what cannot fit is refused in numbers.
+"""Cost of a picture before it is drawn: memory at the peak, and time; what cannot fit is refused in numbers.
 
 The bytes are those of the arrays that are there at once, and tests hold them to what is measured. The seconds are
 those of one core of a small machine, to tell seconds from hours.

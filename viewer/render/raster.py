@@ -1,4 +1,4 @@
-"""Which triangle a sample sees: the rasteriser in integers, equal to OpenGL's bit for bit.
+"""Rasteriser in integers, which finds the triangle that a sample sees, equal to OpenGL's bit for bit.
 
 Vertices are put on a grid of 1/256 of a sample's spacing here, in float64 and before any GL call, so that OpenGL's own
 snapping finds nothing left to round. What covers a sample is then a matter of integers: three edge functions and the

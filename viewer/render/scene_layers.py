@@ -1,4 +1,4 @@
-"""From a scene, its materials and colours to the layers of its picture; light that takes long is kept."""
+"""Layers of a picture from a scene, its materials and colours; light that takes long is kept."""
 
 from __future__ import annotations
 

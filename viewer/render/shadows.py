@@ -50,7 +50,7 @@ class SortedTriangles:
 
 @dataclass(frozen=True, eq=False)
 class ShadowGrid:
-    """Which triangles a light sees in each cell of its view.
+    """Grid of the triangles that a light sees in each cell of its view.
 
     parallel : whether the light's rays run side by side in its view: of directional lights, and of point lights beyond
         `FAR`, whose rays a projective map about the scene's centre makes parallel without bending any line.

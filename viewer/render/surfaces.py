@@ -1,4 +1,4 @@
-"""What samples see of a surface: position, shading frame, direction to the viewer and, where they are asked for,
+"""Surface points that samples see: position, shading frame, direction to the viewer and, where they are asked for,
 texture coordinates; twin of `surface.glsl` and `uv.frag`.
 """
 

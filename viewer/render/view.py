@@ -1,4 +1,4 @@
-"""What one camera sees of a scene's triangles: which side of each, where on the picture, and the picture in tiles."""
+"""View of a scene's triangles by one camera: which side of each, where on the picture, and the picture in tiles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a review draws: which materials under which lights, and all that its rows have in common."""
+"""Cases of a review: which materials under which lights, and all that its rows have in common."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """What all rows of a review have in common.
+    """Setting that all rows of a review share.
 
     names, spectra : of the illuminants; None is each light's own. surfaces : fast forms by material. plan : that of the
     picture which takes the most coefficients.

@@ -1,4 +1,4 @@
-"""What is drawn held against the truth: ΔE94 over the pixels of each material that is judged."""
+"""Comparison of pictures with the reference: ΔE94 over the pixels of each material that is judged."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a report says of the materials and lights of a review beside its pictures."""
+"""Facts of a report on the materials and lights of a review."""
 
 from __future__ import annotations
 

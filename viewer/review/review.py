@@ -44,7 +44,7 @@ ReadingOf = Callable[[str], Reading]
 
 @dataclass(frozen=True)
 class ReviewResult:
-    """Where a review was written, and how it came out; `resumed` of its rows were there already.
+    """Result of a review and its folder; `resumed` of its rows were there already.
 
     verdict, facts : the sentences that the page begins with.
     """

@@ -1,4 +1,6 @@
-"""What a review's rows depend on, as a hash: rows that were drawn from the very same things are not drawn again."""
+"""Key of a review's rows, a hash of all that they depend on: rows that were drawn from the very same things are not
+drawn again.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a review says in words: where materials come from, and the colour chain from spectrum to display."""
+"""Words of a review: where materials come from, and the colour chain from spectrum to display."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ from ..render.session import RenderSession
 
 @dataclass(frozen=True, eq=False)
 class PartChange:
-    """What a change did to the pixels of one part, in ΔE94 from before to after.
+    """Effect of a change on the pixels of one part, in ΔE94 from before to after.
 
     before, after : its material. all : with all light. directly : only light straight from lamps is changed.
     by_others : only light by way of other surfaces is. None of a part of which no pixel shows that part alone.

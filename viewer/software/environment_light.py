@@ -1,4 +1,4 @@
-"""What samples gather of a light that spreads, in numpy; twin of `gather.frag`."""
+"""Area and environment light gathered at samples, in numpy; twin of `gather.frag`."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from ...runtime.errors import MetamerError
 
 @dataclass(frozen=True, eq=False)
 class Heard:
-    """What came of a piece of work: `result`, or in `problem` why there is none."""
+    """Outcome of a piece of work: `result`, or in `problem` why there is none."""
 
     kind: str
     result: Any = None

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Values:
-    """Of a pixel or a region of a side: XYZ and coverage, the mean of it; the white; what the display is sent."""
+    """Values of a pixel or a region of a side: mean XYZ and coverage, white, and the value sent to the display."""
 
     xyz: Float[np.ndarray, "3"]
     coverage: float

@@ -78,7 +78,7 @@ def _camera(view: Viewpoint, width: int, height: int, samples: int) -> Camera:
 
 
 class Drawing:
-    """What is drawn of a session's sides.
+    """Drawing of a session's sides.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What the values of a session may be: refused by field, found and expected, and never brought into range."""
+"""Checks of the values of a session: refused by field, found and expected, and never brought into range."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What there is to choose from in a window: the names that commands offer, of this scene, catalogue and display."""
+"""Choices of a window: the names that commands offer, of this scene, catalogue and display."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which commands there are, and their keys: those that people know from other viewers of pictures."""
+"""List of commands and their keys: those that people know from other viewers of pictures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a colour the display is sent, by OpenColorIO on the CPU: value, code, and whether it had to be clipped."""
+"""Value of a colour sent to the display, by OpenColorIO on the CPU: value, code, and whether it had to be clipped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was done in the window, step by step: undone and done again, whatever it was."""
+"""History of steps in the window, for undo and redo."""
 
 from __future__ import annotations
 

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 
 class ImageFrame:
-    """As `frame.Frame`, of an image beside another light, observer or image; always exact, and of the image's size."""
+    """Frame, as `frame.Frame`, of an image beside another light, observer or image; always exact, and of the image's
+    size.
+    """
 
     def __init__(self, context: moderngl.Context, image: SpectralPicture | XyzPicture, catalogue: Any) -> None:
         self._context, self._image, self._catalogue = context, image, catalogue

@@ -1,4 +1,4 @@
-"""What a probe tells of a pixel of a spectral image."""
+"""Probe of a pixel of a spectral image."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ class Lamp:
 
 @dataclass(frozen=True)
 class LightChoice:
-    """What takes the place of the scene's lights, or of their spectra; as it stands, the scene's own.
+    """Choice of lights, or of their spectra, in place of the scene's; as it stands, the scene's own.
 
     Parameters
     ----------

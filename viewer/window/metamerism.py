@@ -1,4 +1,4 @@
-"""Which lights and observers part materials that match: ΔE of each from the first, under each condition, worst first.
+"""Metamerism of materials: ΔE of each from the first, under each condition, worst first.
 
 Colours are those of an annular 45:0 instrument, of the original data; fluorescence is in them.
 """

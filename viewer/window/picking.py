@@ -1,4 +1,4 @@
-"""From a pixel to the point of the surface that it shows, and from a pinned point to the pixel that shows it."""
+"""Picking: the surface point of a pixel, and the pixel of a pinned point."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NEAR = 1e-4
 
 @dataclass(frozen=True)
 class Sight:
-    """Whether and where a picture shows a pinned point.
+    """Visibility and place of a pinned point in a picture.
 
     pixel : column and row; None where it is not seen. why : in that case, in words.
     """

@@ -1,4 +1,4 @@
-"""Where in the sides' pictures a place of what is seen lies, and the other way round: as `compare.frag` lays them."""
+"""Positions in the sides' pictures of places on the screen, and the other way round: as `compare.frag` lays them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is counted and planned of a picture that stands still, beside the window."""
+"""Statistics and plan of a picture that stands still, in the background."""
 
 from __future__ import annotations
 

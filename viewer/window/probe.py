@@ -1,4 +1,4 @@
-"""What a probe tells of a pixel: light that arrives, what the surface makes of it, and its colour, without a GPU.
+"""Probe of a pixel: light that arrives, what the surface makes of it, and its colour, without a GPU.
 
 Colours are those of the picture: the pixel alone is drawn by the renderer in numpy, the twin of the one on the GPU
 (`Camera.cropped`). Under lights from single directions, spectra are of the original data, at every wavelength at which
@@ -41,7 +41,7 @@ _WHITE = "the perfect diffuser/WHITE"
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
-    """Of what a pixel shows, box-filtered as the pixel is.
+    """Spectra of a pixel, box-filtered as the pixel is.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Spectra:
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """What a probe tells of a pixel, before it is adapted and shown.
+    """Reading of a probe at a pixel, before it is adapted and shown.
 
     Parameters
     ----------

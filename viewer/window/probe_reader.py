@@ -22,7 +22,7 @@ from .state import Session
 
 @dataclass(frozen=True, eq=False)
 class ProbedView:
-    """What is seen: sides, the exact picture's camera, where materials come from; lights as people call them."""
+    """View that is probed: sides, the exact picture's camera, where materials come from; lights as people call them."""
 
     sides: tuple[Side, Side]
     camera: Camera

@@ -1,4 +1,4 @@
-"""What probes have read, for others: text to paste, a table of colours, a table of spectra, and CxF3."""
+"""Readings of probes for other programs: text to paste, a table of colours, a table of spectra, and CxF3."""
 
 from __future__ import annotations
 

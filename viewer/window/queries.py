@@ -1,4 +1,4 @@
-"""What panels ask about materials and pictures, answered beside the window: the last answer of each kind."""
+"""Queries of panels about materials and pictures, answered in the background: the last answer of each kind."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .state import Session
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """To the question `key` asks: `result`, or in `problem` why there is none."""
+    """Answer to the query `key`: `result`, or in `problem` why there is none."""
 
     key: Hashable
     result: Any = None

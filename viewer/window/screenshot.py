@@ -1,4 +1,4 @@
-"""What is seen as a PNG file that says how it was made."""
+"""Screenshots: PNG files that say how they were made."""
 
 from __future__ import annotations
 

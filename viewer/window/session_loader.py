@@ -1,4 +1,4 @@
-"""From what a session names to what is in memory: scene, catalogue, image, and what there is to choose from."""
+"""Loader of what a session names: scene, catalogue, image, and what there is to choose from."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SHOWN_IN = "speed_shape"
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """What a subject is in memory.
+    """Subject in memory.
 
     subject, catalogue_name : by which it was asked for. scene : None of an image. image : None of all else.
     """

@@ -1,4 +1,4 @@
-"""From a session to what is drawn: scenes, surfaces and spectra by the names in it, each made once."""
+"""Sides of a comparison as they are drawn: scenes, surfaces and spectra by the names in it, each made once."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class _Asked:
 
 
 class Sources:
-    """What a session names, kept so that the same name is the same object: what is drawn is told apart by that.
+    """Objects that a session names, kept so that the same name is the same object: what is drawn is told apart by that.
 
     catalogue : a `Catalogue`, or anything with its `ids()`, `surface(id)` and, for edits, `load(id)`.
     waits : materials with other parameters are fitted at once, not beside what is drawn.

@@ -24,7 +24,7 @@ _READING, _KEPT = 8, 4
 
 @dataclass(frozen=True)
 class PictureMemory:
-    """What a spectral picture takes, bytes: while it is read, and while it is kept."""
+    """Memory of a spectral picture, bytes: while it is read, and while it is kept."""
 
     samples: int
 

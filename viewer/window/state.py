@@ -31,7 +31,7 @@ _PASSING = {"passing": True}
 
 @dataclass(frozen=True)
 class Subject:
-    """What is looked at.
+    """Subject of a session: scene, materials or image.
 
     kind : a scene, materials on a shape, or an image. path : the scene's or the image's file; of materials, of the
     scene that they are shown in, None for the shipped one. materials : ids that are gone through on the shown part; ()
@@ -87,7 +87,8 @@ class Edit:
 
 @dataclass(frozen=True)
 class Adaptation:
-    """How far the eye is used to the light: XYZ under its white go to the display's by `method`, to this degree.
+    """Chromatic adaptation of the eye to the light: XYZ under its white go to the display's by `method`, to this
+    degree.
 
     degree : 1 is full adaptation, 0 none; between, D of CIE 159:2004. chosen by a person, or by `degree_of`.
     """
@@ -137,7 +138,7 @@ class Other:
 
 @dataclass(frozen=True)
 class Compare:
-    """How A and B are laid side by side.
+    """Comparison mode of A and B.
 
     position : of the wipe, from the left. cell : of the checkerboard, in heights of the picture. formula : of the ΔE
     map, whose reference is A. scale : ΔE at the end of its colours. tolerance : where its contour runs, and above
@@ -163,7 +164,7 @@ class Compare:
 
 @dataclass(frozen=True)
 class Shown:
-    """How the picture is brought to the display.
+    """Display settings of the picture.
 
     config, display, view : of OpenColorIO; None leaves the scene's, or the default. gamut_warning : marks what the
     display cannot show. proof : another display of the configuration whose gamut is shown on this one.

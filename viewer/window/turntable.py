@@ -1,4 +1,4 @@
-"""What goes on by itself: the turntable."""
+"""Turntable."""
 
 from __future__ import annotations
 

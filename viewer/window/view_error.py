@@ -1,4 +1,4 @@
-"""How far a picture is from the reference of the same view: a coarse figure first, then all of it.
+"""Error of a picture against the reference of the same view: a coarse figure first, then all of it.
 
 Rows are followed in rounds: every sixteenth one, then those half-way between, and so on; each round says what the rows
 so far come to.

@@ -1,4 +1,4 @@
-"""From where the picture is taken: orbit, pan, zoom and frame as functions from one viewpoint to the next."""
+"""Viewpoints: orbit, pan, zoom and frame as functions from one viewpoint to the next."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What has to be done again from one session to the next: no more than what changed can reach."""
+"""Work between one session and the next: no more than what changed can reach."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a window works on while it is open: its session with all that was done, and what it has to say."""
+"""Workspace of an open window: its session with all that was done, and what it has to say."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ class NotDrawn(Exception):
 
 @dataclass(frozen=True)
 class MoreMaps:
-    """What has no mean, beside `SurfaceMaps`.
+    """Maps without a mean, beside `SurfaceMaps`.
 
     normal : the map, which way its green points, and what its x and y are multiplied by; coat_normal : of a clear coat,
         OpenGL's.

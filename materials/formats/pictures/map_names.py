@@ -1,4 +1,4 @@
-"""Which property of a material a picture holds, by its name: "rock_wall_nor_gl_2k.png" is a normal map of rock_wall_2k.
+"""Property of a material that a picture holds, by its name: "rock_wall_nor_gl_2k.png" is a normal map of rock_wall_2k.
 
 Names end in the property, in any case, with the resolution and the kind of file before or after it: as Poly Haven,
 ambientCG, Quixel, Unity and Substance write them, the last with a colour space behind. Unreal has single capitals,

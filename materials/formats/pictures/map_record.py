@@ -1,4 +1,4 @@
-"""How the maps of a material are kept in a record: the files as they came, and what makes spectra of their texels.
+"""Maps of a material in its record: the files as they came, and what makes spectra of their texels.
 
 maps.SLOT                 the picture's bytes (uint8), as they came
 maps.SLOT.type            "image/png", ...

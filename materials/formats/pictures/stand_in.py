@@ -56,7 +56,7 @@ class Number:
 
 @dataclass(frozen=True)
 class SurfaceMaps:
-    """What glTF says of each texel (appendix B.3.5; extensions specular, clearcoat and specular-glossiness).
+    """Properties of each texel in glTF (appendix B.3.5; extensions specular, clearcoat and specular-glossiness).
 
     reflected : the colour that a dielectric's facets reflect at the normal, of which `weight` counts.
     glossy : True where `base` is the body's colour and `reflected` that of all facets, metals too.

@@ -1,4 +1,4 @@
-"""What commands do that change no session: files, screenshots, the window itself."""
+"""Actions of commands that change no session: files, screenshots, the window itself."""
 
 from __future__ import annotations
 

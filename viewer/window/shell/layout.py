@@ -1,4 +1,4 @@
-"""Where panels are: one row on top, a column on either side, the chain below, the picture in the middle."""
+"""Layout of panels: one row on top, a column on either side, the chain below, the picture in the middle."""
 
 from __future__ import annotations
 

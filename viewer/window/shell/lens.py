@@ -1,4 +1,4 @@
-"""How a picture lies in its area: pixel for pixel, or zoomed."""
+"""Zoom of a picture in its area: pixel for pixel, or zoomed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ MOST, LEAST = 32.0, 1.0 / 16.0
 
 @dataclass(frozen=True)
 class Placed:
-    """Where a picture is, in pixels of the screen from the area's corner, and which of its pixels are there.
+    """Place of a picture, in pixels of the screen from the area's corner, and which of its pixels are there.
 
     uv : left, top, right and bottom of the part that is seen, in shares. seen_size : of the whole picture, pixels.
     """
@@ -41,7 +41,7 @@ class Placed:
 
 
 class Lens:
-    """What is seen of an image: all of it until somebody zooms."""
+    """Visible part of an image: all of it until somebody zooms."""
 
     def __init__(self) -> None:
         self._zoom: float | None = None

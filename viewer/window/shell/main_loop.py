@@ -1,4 +1,4 @@
-"""From a desk to a window that runs until it is closed: hello_imgui hosts it, moderngl draws in its GL context."""
+"""Main loop of the window: hello_imgui hosts it, moderngl draws in its GL context."""
 
 from __future__ import annotations
 

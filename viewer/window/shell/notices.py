@@ -1,4 +1,4 @@
-"""What the window has to say, over the upper edge of the picture: problems stay until they are dismissed or solved."""
+"""Notices of the window, over the upper edge of the picture: problems stay until they are dismissed or solved."""
 
 from __future__ import annotations
 

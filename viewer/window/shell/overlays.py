@@ -1,4 +1,4 @@
-"""What lies over the picture and is no part of it: whose side is where, the wipe's line, the scale, pins, regions."""
+"""Overlays on the picture: whose side is where, the wipe's line, the scale, pins, regions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What panels keep from one frame to the next that is no part of a session: what is typed, which tab is open."""
+"""State of panels that is no part of a session: what is typed, which tab is open."""
 
 from __future__ import annotations
 

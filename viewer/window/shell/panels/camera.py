@@ -1,4 +1,4 @@
-"""From where it is looked at, and at which shape."""
+"""Camera and shape."""
 
 from __future__ import annotations
 

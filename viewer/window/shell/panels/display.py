@@ -1,4 +1,4 @@
-"""How it is shown: exposure, surround, adaptation, the display and its view, warnings, soft proof."""
+"""Display of the picture: exposure, surround, adaptation, the display and its view, warnings, soft proof."""
 
 from __future__ import annotations
 
