@@ -45,8 +45,8 @@ def two_numbers(line: str) -> bool:
 
 
 # Digits, signs, decimal marks and what parts cells, and nothing else: not one word.
-_DIGITS_AND_MARKS = re.compile(r"[-+\d.,;\s%eE]*\d[-+\d.,;\s%eE]*")
-_PARTED = {".": re.compile(r"[,;\s]"), ",": re.compile(r"[.;\s]|,\D*$|,\d*,")}
+_DIGITS_AND_MARKS = re.compile(r"[-+\d.,;|¦~^&\s%eE]*\d[-+\d.,;|¦~^&\s%eE]*")
+_PARTED = {".": re.compile(r"[,;|¦~^&\s]"), ",": re.compile(r"[.;|¦~^&\s]|,\D*$|,\d*,")}
 
 
 def _number(cell: str, decimal: str) -> float:
@@ -94,6 +94,9 @@ class Dialect:
         """Stripped cells of one line."""
         if not self.delimiter and '"' not in line:
             return line.split()
+        if self.delimiter == "|":
+            # In Markdown also at both ends.
+            line = line.strip().removeprefix("|").removesuffix("|")
         if not self.delimiter:
             with suppress(csv.Error, StopIteration):
                 return next(csv.reader([" ".join(line.split())], delimiter=" "))
@@ -124,7 +127,7 @@ def in_percent(cell: str) -> bool:
 
 
 # In this order: white space is also inside names, and a comma is also a decimal mark.
-_CANDIDATES = (("\t", ".,"), (";", ".,"), (",", ".,"), ("", ".,"))
+_CANDIDATES = (("\t", ".,"), (";", ".,"), ("|", ".,"), (",", ".,"), ("", ".,"))
 
 
 def dialect_of(lines: Sequence[str]) -> Dialect:

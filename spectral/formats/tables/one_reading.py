@@ -26,7 +26,7 @@ _COMPARED_ROWS = 200
 _MARKS: dict[Decimal, str] = {"point": ".", "comma": ","}
 # Digits behind a decimal comma: no program writes a whole number with a zero before it.
 _CUT_OFF = re.compile(r"0\d+")
-_WHOLE = re.compile(r"\d+")
+_WHOLE, _TWO_WHOLE = re.compile(r"\d+"), re.compile(r"\d+\s*[^A-Za-z0-9\s.,]+\s*\d+")
 # Headings of columns that hold words about a row, which most rows have none of.
 _ASIDE = re.compile(
     r"\W*(?:(?:re)?mark(?:s|ed)?|comments?|notes?|annotations?|flags?|status|state|quality|valid|error|warnings?|operator|user|"
@@ -98,8 +98,8 @@ def one_reading(
     """
     ways: list[Way] = []
     dialects = dialects_of([line for _, line in plain])
-    if dialects[0].delimiter in ("\t", ";"):
-        # White space is inside cells, too; a tab or a semicolon is between them alone.
+    if dialects[0].delimiter in ("\t", ";", "|"):
+        # White space is inside cells, too; a tab, a semicolon or a bar is between them alone.
         dialects = [dialect for dialect in dialects if dialect.delimiter]
     for dialect in dialects:
         text = Text(dialect, plain, comments)
@@ -200,6 +200,11 @@ def _check_cut_off(way: Way) -> None:
         for line, cells in way.shown[way.layout.first :]:
             if _cut_off(cells, way.text.dialect):
                 check_whole(cells, way.text.dialect, line)
+        rows = list(way.rows())
+        if rows and all(_is_torn_between(cells) for _, cells in rows):
+            # Such as "400,0/7,09" and "400,0,,7,09".
+            line, cells = rows[0]
+            _refuse(next(filter(_TWO_WHOLE.fullmatch, cells), ",".join(cells)), way.text.dialect, line)
 
 
 def _headings(way: Way) -> list[str]:
@@ -275,10 +280,20 @@ def _cut_off(cells: Sequence[str], dialect: Dialect) -> str | None:
 def check_whole(cells: Sequence[str], dialect: Dialect, line: int) -> None:
     """Refuse a row with a cell that holds pieces of numbers: it is not written as the other rows of its table."""
     found = torn(cells, dialect)
-    if found is None:
-        return
+    if found is not None:
+        _refuse(found, dialect, line)
+
+
+def _is_torn_between(cells: Sequence[str]) -> bool:
+    """Whether cells are whole numbers, and pairs of such with a sign between that parts no cells, or with nothing."""
+    pairs = [cell for cell in cells if _TWO_WHOLE.fullmatch(cell)]
+    gaps = len(cells) > 3 and "" in cells[1:-1]
+    return bool(pairs or gaps) and all(_WHOLE.fullmatch(cell) or cell in pairs for cell in cells if cell)
+
+
+def _refuse(found: str, dialect: Dialect, line: int) -> NoReturn:
     mark = "point" if dialect.decimal == "." else "comma"
-    parts = {"\t": "tabs", ";": "semicolons", ",": "commas"}.get(dialect.delimiter, "white space")
+    parts = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas"}.get(dialect.delimiter, "white space")
     raise InputError(
         "no way to read the table explains this row",
         field=f"line {line}",

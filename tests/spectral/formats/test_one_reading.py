@@ -220,3 +220,28 @@ def test_colours_in_a_table_keep_their_decimals(written, between, mark):
 def test_colours_whose_commas_are_two_things_are_refused(written, row):
     with pytest.raises(InputError, match="a row is too long"):
         read_colours(written(f"Name,L*,a*,b*\n{row}\n"))
+
+
+@pytest.mark.parametrize("places", [(0, 2), (1, 1), (1, 2), (2, 3)])
+@pytest.mark.parametrize("heads", [(), ("nm", "A"), ("Wavelength (nm)", "R (%)")])
+@pytest.mark.parametrize("between", ["|", " | ", "~", "&", "^", "/", "\\", "_", "=", ":", ",,", "->", "*", "@"])
+def test_signs_that_part_cells_beside_decimal_commas_are_read_or_refused(written, between, heads, places):
+    """Never as the decimals behind the comma: "400,0/7,09" has no reading in which 09 is a value."""
+    path = written(down((RED,), heads, between, ",", places))
+    try:
+        check(path, (RED,), places[1])
+    except InputError:
+        assert between.strip() != "|"
+
+
+@pytest.mark.parametrize("mark", [",", "."])
+@pytest.mark.parametrize("ends", [("", ""), ("| ", " |")])
+def test_bars_part_cells_as_in_markdown(written, mark, ends):
+    rows = down((RED, GREEN), ("nm", "A", "B"), " | ", mark).splitlines()
+    rows.insert(1, "--- | --- | ---")
+    check(written("".join(f"{ends[0]}{row}{ends[1]}\n" for row in rows), "red.txt"), (RED, GREEN), 3)
+
+
+def test_dates_times_and_empty_columns_beside_numbers_are_no_torn_cells(written):
+    rows = [f"{nm},12:30,2024-05-01,,{value:.3f}" for nm, value in zip(NM, RED, strict=True)]
+    check(written("\n".join(["nm,time,date,,A", *rows, ""])), (RED,), 3)
