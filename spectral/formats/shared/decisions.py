@@ -44,6 +44,8 @@ _BLACKEST = 0.01
 _DARK_PERCENT, _BRIGHT = 0.02, 0.3
 # Percent above this is a light, or a unit that nobody stated.
 _MOST_PERCENT = 200.0
+# Largest radiance factor.
+_MOST_FACTOR = 10.0
 _SETTLED_BY_SCALE = "say it: --scale percent or --scale fraction"
 
 
@@ -274,8 +276,8 @@ class Values(NamedTuple):
 
     @property
     def only_percent(self) -> bool:
-        """True if they are above what any fraction is."""
-        return self.lowest > 1.5 or self.highest > 10.0
+        """Whether they are above what any fraction is."""
+        return self.lowest > 1.5 or self.highest > _MOST_FACTOR
 
 
 def divisor_of(values: Values, stated: Scale | None, words: str, answer: Answer) -> Divisor:
@@ -341,6 +343,7 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Answer)
     if fraction and (values.worded or values.only_fractions):
         return Divisor(1.0, "fraction", f"values from {values.said}")
     if values.only_percent and (values.worded or values.highest <= _MOST_PERCENT):
+        _check_percent(values)
         sentence = f"no unit is stated; values from {values.said} can only be percent and are divided by 100"
         return Divisor(100.0, "percent", f"values from {values.said}", sentence)
     above = values.only_percent
@@ -355,9 +358,21 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Answer)
 def _divisor(scale: Scale, values: Values, words: str) -> Divisor:
     if scale == "fraction":
         return Divisor(1.0, scale, words)
+    _check_percent(values)
     doubt = "; none of them exceeds 1, which is dark for percent" if values.highest <= 1.0 else ""
     by_whom = "the import says" if words.startswith("--scale") else "the file states"
     return Divisor(100.0, scale, words, f"{by_whom} percent: values from {values.said} are divided by 100{doubt}")
+
+
+def _check_percent(values: Values) -> None:
+    """Refuse a percentage that nothing sends back: what glitters reaches some hundreds towards a mirror."""
+    if values.highest > 100.0 * _MOST_FACTOR:
+        raise _refusal(
+            "brighter than anything that is lit",
+            f"{values.said} %",
+            f"up to {100.0 * _MOST_FACTOR:g} %",
+            "counts of an instrument, or a light: export what it makes of them, or import it alone, --as emission",
+        )
 
 
 def _refusal(problem: str, found: str, expected: str, hint: str) -> InputError:

@@ -65,6 +65,7 @@ NANOMETRE = AxisUnit("nm", 1.0)
 _POWER = r"(?:(?:1e|10 ?(?:\^|\*\*)? ?)\+?(?P<power>\d{1,2}) ?\*? ?)?"
 _BEFORE, _BEHIND = r"(?<![A-Za-zÅåµμ/])", r"(?![A-Za-z])(?!\s?(?:\^|\*\*)?[-⁻−])"
 _PREFIXES = {"": 1.0, "k": 1e3, "m": 1e6, "g": 1e9, "t": 1e12, "p": 1e15}
+_INVERSE, _ALONE = r" ?(?:\^|\*\*)? ?[\[({]? ?[-⁻−] ?[1¹]", r"(?![A-Za-z])"
 _FREQUENCY = re.compile(rf"{_BEFORE}{_POWER}(?P<prefix>[kMGTP]?)Hz{_BEHIND}", re.I)
 _ENERGY = re.compile(rf"{_BEFORE}(?P<prefix>[mk]?)eV{_BEHIND}|(?P<word>electron ?volts?)", re.I)
 _ANGULAR = re.compile(
@@ -73,6 +74,14 @@ _ANGULAR = re.compile(
     re.I,
 )
 _WAVENUMBER = re.compile(r"wave.?numbers?|cm ?(?:\^|\*\*)? ?\(?[-⁻−] ?[1¹]|(?<!\d)1 ?/ ?cm|kaysers?", re.I)
+# Waves in a length, such as um-1 and 1/nm; of a power, they are its density over wavelengths.
+_IN_A_LENGTH = re.compile(
+    rf"(?<![A-Za-z])(?P<over>1 ?/ ?)?(?P<length>nm|[µμu]m|mm|m)(?(over){_ALONE}|{_INVERSE})|"
+    r"(?-i:(?<![A-Za-z])kK(?![A-Za-z]))",
+    re.I,
+)
+_OF_POWER = re.compile(r"(?<![A-Za-z])[mkµμunp]?W(?![A-Za-z])|radian|radia[tn]|power|photon|flux|quanta", re.I)
+_LENGTHS_NM = {"nm": 1.0, "um": 1e3, "mm": 1e6, "m": 1e9}
 _MICROMETRE = re.compile(r"[µμ]m|(?<![A-Za-z])um(?![A-Za-z])|microns?\b|micromet", re.I)
 _ANGSTROM = re.compile(r"[åÅ]|angstr|ångstr|[\[(]\s?(?-i:A)\s?[\])]", re.I)
 _METRE = re.compile(r"[\[(]\s?m\s?[\])]")
@@ -80,6 +89,11 @@ _NANOMETRE = re.compile(r"(?<![A-Za-z/])nm(?![A-Za-z])|nanomet", re.I)
 _NO_LENGTH = re.compile(
     r"^\W*(?:photon[ _]?|angular[ _]?|optical[ _]?)?(?:frequenc(?:y|ies)|freq|frequenz|fr[eé]quence|energ(?:y|ies|ie)|"
     r"omega|ω|ν|hν|hv|nu)\b",
+    re.I,
+)
+_NO_WAVELENGTHS = re.compile(
+    r"\W*(?:pixels?|px|pix|channels?|chan|kan[aä]le?|index|idx|indices|times?|zeit|temps|seconds?|sec|ms|frames?|scans?)"
+    r"[ _.]*(?:no|nr|num(?:ber)?|index|idx|#)?\W*(?:[\[(][^\[\]()]{0,20}[\])])?\W*",
     re.I,
 )
 _LENGTH_WORD = re.compile(r"wave.?len|^wave$|^wl\b|λ|lambda", re.I)
@@ -99,6 +113,9 @@ def axis_unit(words: str) -> AxisUnit | None:
     ('nm = 299792.458 / THz', 'nm = 1239.841984 / eV')
     """
     words = words[:2000]
+    if (match := _IN_A_LENGTH.search(words)) and not _OF_POWER.search(words):
+        length = (match["length"] or "").lower().replace("µ", "u").replace("μ", "u")
+        return AxisUnit(match[0].strip(), _LENGTHS_NM[length] if length else 1e4, True)
     if _NANOMETRE.search(words):
         return NANOMETRE
     for pattern, length in ((_MICROMETRE, ("µm", 1e3)), (_ANGSTROM, ("Å", 0.1)), (_METRE, ("m", 1e9))):
@@ -124,6 +141,23 @@ def is_reciprocal_header(cell: str) -> bool:
     """Return whether a header says that its column holds frequencies, energies or wavenumbers."""
     unit = axis_unit(cell)
     return unit.reciprocal if unit else bool(_NO_LENGTH.search(cell))
+
+
+def check_axis(heading: str) -> None:
+    """Refuse an axis that its heading calls places on a sensor, or times.
+
+    Raises
+    ------
+    InputError
+        The heading is a word such as "pixel".
+    """
+    if _NO_WAVELENGTHS.fullmatch(heading.strip()):
+        raise InputError(
+            "an axis that is not of wavelengths",
+            field=heading.strip(),
+            expected="wavelengths in nm, or a unit such as THz, eV, cm-1 or rad/s in the heading",
+            hint="export wavelengths in place of pixels; or call the column Wavelength (nm) where it is that",
+        )
 
 
 def stated_unit(heading: str, lines: Sequence[str]) -> tuple[AxisUnit | None, bool]:

@@ -41,6 +41,8 @@ from .section import Column
 _LETTER = re.compile(r"\s*[RT]\s*")
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
 _WANTED = "reflectance, transmittance or emission"
+# Whole numbers up to so much may be those of a converter.
+_COUNTED = 1000.0
 
 
 def judge(
@@ -103,7 +105,8 @@ def _stated(columns: Sequence[Column], answer: Answer, path: Path) -> list[Sign 
         if None in owned:  # beside samples that are called anything, a letter is a name, too
             owned = [None if _LETTER.fullmatch(head) else own for head, own in zip(heads, owned, strict=True)]
         silent = [column for column, own in zip(of_table, owned, strict=True) if own is None]
-        power = all(names_power(column.words or column.unit) for column in silent)
+        # Large whole numbers are counted, whatever is called intensity.
+        power = all(names_power(column.words or column.unit) and not _may_be_counted(column) for column in silent)
         counted = counts_in_lines(of_table[0].around) if around is None else None
         for column, own in zip(of_table, owned, strict=True):
             words = column.words if column.unit in column.words else column.heading
@@ -118,6 +121,10 @@ def _stated(columns: Sequence[Column], answer: Answer, path: Path) -> list[Sign 
                 says = own or ("emission" if power else None)
                 stated.append(Sign("heading", says, heading, True) if says else None)
     return stated
+
+
+def _may_be_counted(column: Column) -> bool:
+    return bool(column.samples.max(initial=0.0) >= _COUNTED and (column.samples % 1.0 == 0.0).all())
 
 
 def _own(column: Column) -> str | None:

@@ -12,7 +12,7 @@ from ....runtime.errors import InputError
 from ..shared.decisions import NO_COUNTS
 from ..shared.text import shortened
 from ..shared.words import colour_axis, measured, quantity_in, quantity_in_lines, unit_in
-from .axis import NANOMETRE, is_reciprocal_header, stated_unit
+from .axis import NANOMETRE, check_axis, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent
 from .layout import (
     Row,
@@ -201,6 +201,7 @@ def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str])
         if re.search("[A-Za-z%]", head) and is_units_row([head]):
             head, unit = "", head
         axis_words = f"{cell(heads, axis)} {cell(units, axis)}"
+        check_axis(cell(heads, axis))
         labelled = table.text.dialect.names_wavelength(cell(cells, axis))
         axis_unit, by_line = stated_unit(axis_words, [] if labelled else table.words.splitlines()[:400])
         is_open = axis_unit is None and is_wavelength_header(f"{axis_words} {said}")

@@ -126,3 +126,32 @@ def test_a_spectrum_is_the_same_over_any_axis(written):
     (entry,) = read_spectra(written(table(UNITS["eV"], "Energy (eV)"))).entries
     twin = Spectrum.sampled(NM, RED, "reflectance")
     np.testing.assert_allclose(entry.spectrum.resampled(NM).samples, twin.samples, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("unit", "axis"),
+    [
+        *((unit, 1e3 / NM) for unit in ("um-1", "µm^-1", "μm⁻¹", "1/um", "um^(-1)", "um**-1")),
+        *((unit, 1.0 / NM) for unit in ("1/nm", "nm-1", "nm^-1")),
+        ("1/mm", 1e6 / NM), ("m-1", 1e9 / NM), ("kK", 1e4 / NM),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("head", ["Wavenumber ({})", "k [{}]", "{}"])
+def test_waves_in_any_length_are_no_lengths(written, unit, axis, head):
+    check(written(table(axis, head.format(unit))))
+
+
+@pytest.mark.parametrize("values", ["Irradiance (W m-2 nm-1)", "Radiance [W/(m^2 sr nm)]", "Power W/um"])
+def test_powers_over_wavelengths_are_no_waves_in_a_length(written, values):
+    for above in ("", f"x axis: nm, y axis: {values}\n"):
+        path = written(table(NM, "Wavelength" if not above else "x", above=above, name=values))
+        np.testing.assert_allclose(read_spectra(path).entries[0].spectrum.wavelengths_nm, NM)
+
+
+@pytest.mark.parametrize("heading", ["Pixel", "pixel no.", "Channel", "Kanal", "Index", "Time (ms)", "px", "Frame #"])
+def test_places_on_a_sensor_and_times_are_no_wavelengths(written, heading):
+    """Numbers of pixels may lie between 380 and 780, too."""
+    with pytest.raises(InputError, match="not of wavelengths"):
+        read_spectra(written(table(NM, heading)), Answer("reflectance", "fraction"))
+    rows = [f"{place},{nm:.0f},{value:.6g}" for place, (nm, value) in enumerate(zip(NM, RED, strict=True))]
+    check(written("\n".join([f"{heading},Wavelength (nm),reflectance", *rows, ""])))

@@ -145,3 +145,29 @@ def test_a_spectral_evolution_file_says_by_column_what_it_holds(written, heads, 
     file = read_spectra(written(table(["Wvl", *heads], WHITE, SAMPLE, PERCENT, between=between, above=above), "a.sed"))
     assert [entry.spectrum.quantity for entry in file.entries] == kinds and not file.rejected
     check_percent(file.entries[-1])
+
+
+@pytest.mark.parametrize("head", ["Intensity", "W", "Power", "Relative intensity"])
+def test_large_whole_numbers_are_counted_whatever_is_called_intensity(written, head):
+    for factor, counted in ((700.0, True), (0.1, False), (1e-3, False)):
+        values = np.round(factor * PERCENT, 0 if counted else 6)
+        path = written(table(("nm", head), values), "red.csv")
+        if not counted:
+            assert read_spectra(path).entries[0].spectrum.quantity == "emission"
+            continue
+        with pytest.raises(InputError, match="what was measured"):
+            read_spectra(path)
+        assert read_spectra(path, Answer("emission")).entries[0].spectrum.samples.max() == values.max()
+
+
+@pytest.mark.parametrize("head", ["Radiance factor (%)", "Radiance factor"])
+def test_percents_that_nothing_sends_back_are_asked_about(written, head):
+    for factor, refused in ((600.0, True), (20.0, True), (10.0, False), (1.0, False)):
+        path = written(table(("nm", head), factor * PERCENT), "red.csv")
+        if refused:
+            with pytest.raises(InputError, match="brighter than anything that is lit"):
+                read_spectra(path)
+        else:
+            np.testing.assert_allclose(
+                read_spectra(path).entries[0].spectrum.samples, factor * PERCENT / 100.0, rtol=1e-5
+            )
