@@ -13,15 +13,15 @@ from pathlib import Path
 
 import metamer
 import pytest
+import pytest_timeout
 from hypothesis import HealthCheck, settings
-from jaxtyping import install_import_hook
+from shape_checks import check_shapes, next_test
 
 # Shapes in signatures are checked while tests run, and only then: where they cross the public border, which is what
-# `metamer` gives out and the types beneath it. Everywhere takes twice as long: METAMER_SHAPES=all.
+# `metamer` gives out and the types beneath it.
 PUBLIC = {f"metamer.{home.rpartition('.')[0]}" for home in metamer._HOMES.values()}
 PUBLIC |= {f"metamer.spectral.{name}" for name in ("basis", "folding", "image", "palette", "wavelengths")}
-ALL_SHAPES = os.environ.get("METAMER_SHAPES") == "all"
-install_import_hook("metamer" if ALL_SHAPES else sorted(PUBLIC), "beartype.beartype")
+check_shapes(sorted(PUBLIC))
 
 # The same cases in every run, and no limit on one of them: what a loaded machine does is no failure.
 settings.register_profile("steady", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
@@ -134,6 +134,19 @@ masking = "smith"
 """
 
 
+@contextmanager
+def without_limit():
+    """The test that is on has no limit while work is done for many, which has one of its own; it begins anew after."""
+    hook = _running[0].ihook
+    hook.pytest_timeout_cancel_timer(item=_running[0])
+    yield
+    hook.pytest_timeout_set_timer(item=_running[0], settings=pytest_timeout._get_item_settings(_running[0]))
+
+
+# The test that is on.
+_running: list[pytest.Item] = []
+
+
 @pytest.fixture(scope="session")
 def kept_catalogue(tmp_path_factory, request):
     """Fills catalogues by the command, once for all runs: (name, folder of sources, *words of the import) -> a copy.
@@ -154,7 +167,8 @@ def kept_catalogue(tmp_path_factory, request):
             # In a process without the checks of this one.
             command = [sys.executable, "-m", "metamer.cli.main", "catalogue", "import", sources]
             command += ["--into", folder / "catalogue", "--jobs", "2", *words]
-            done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_IMPORT_S)
+            with without_limit():
+                done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_IMPORT_S)
             assert done.returncode == 0, done.stdout + done.stderr
             if kept is None:
                 return folder / "catalogue"
@@ -199,7 +213,9 @@ def _keep_current():
 
 
 @pytest.hookimpl(tryfirst=True)
-def pytest_runtest_setup():
+def pytest_runtest_setup(item):
+    _running[:] = [item]
+    next_test()
     _keep_current()
 
 

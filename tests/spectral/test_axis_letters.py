@@ -10,6 +10,7 @@ from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import lab_from_xyz
 from metamer.spectral.image import ColourImage
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from shape_checks import CHECKED_CALLS, next_test
 
 
 def test_wrong_last_axis_is_caught():
@@ -42,3 +43,11 @@ def test_every_public_module_came_through_the_hook():
     for home in metamer._HOMES.values():
         module = importlib.import_module(f"metamer.{home.rpartition('.')[0]}")
         assert "jaxtyping" in type(module.__loader__).__module__, module
+
+
+def test_shapes_are_checked_however_often_a_test_before_has_called_a_function():
+    for _ in range(CHECKED_CALLS + 1):
+        lab_from_xyz(np.ones((2, 3)), np.ones(3))
+    next_test()
+    with pytest.raises(TypeCheckError):
+        lab_from_xyz(np.ones((2, 4)), np.ones(3))
