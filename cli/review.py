@@ -47,6 +47,18 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument(
         "--budget", type=positive_delta_e, default=1.0, metavar="ΔE94", help="for the 99th percentile; default 1.0"
     )
+    command.add_argument(
+        "--size",
+        type=positive_count,
+        metavar="N",
+        help="pixels on the longer side of pictures; default: as the camera has it",
+    )
+    command.add_argument(
+        "--reference-size",
+        type=positive_count,
+        metavar="N",
+        help="the same of references, figures and maps, which take most of the time; default: as large as the pictures",
+    )
     command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
     command.add_argument("--again", action="store_true", help="also draw the rows that are in DIR already")
     command.add_argument(
@@ -70,7 +82,7 @@ def run(args: argparse.Namespace) -> int:
     from ..runtime.worker_pool import usable_cores
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.render.scene_layers import VISIBILITY
-    from ..viewer.review.cases import light_names
+    from ..viewer.review.cases import light_names, review_views
     from ..viewer.review.review import review
 
     start = time.perf_counter()
@@ -80,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
     ratings = () if args.protocol is None else read_protocol(args.protocol)
     catalogue = catalogue_for(args.catalogue, jobs)
     scene = load_scene(path, catalogue, say)
-    view = scene.camera(args.camera)
+    view, _ = review_views(scene, args.camera, args.size, args.reference_size)
     cost = picture_cost(scene, view, "review", spectra=len(light_names(scene, args.illuminants)), jobs=jobs)
     cost.check_room(scene, view)
     if cost.seconds >= SAID_FROM_SECONDS:
@@ -103,6 +115,8 @@ def run(args: argparse.Namespace) -> int:
             budget=args.budget,
             renderer=renderer,
             camera=args.camera,
+            size=args.size,
+            reference_size=args.reference_size,
             jobs=jobs,
             version=version("metamer"),
             progress=progress,

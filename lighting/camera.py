@@ -134,6 +134,19 @@ class Camera:
     def _place(self) -> tuple[int, int, int, int]:
         return self.part_of or (0, 0, self.width, self.height_px)
 
+    def sized(self, longest: int) -> Camera:
+        """Return the same view in a picture whose longer side has so many pixels.
+
+        Raises
+        ------
+        InputError : a part of a larger picture, which has no size of its own.
+        """
+        if self.part_of is not None:
+            raise InputError("a part of a picture has no size of its own", field=self.name, expected="a whole picture")
+        scale = longest / max(self.width, self.height_px)
+        width, height = (max(1, round(scale * side)) for side in (self.width, self.height_px))
+        return replace(self, width=width, height_px=height)
+
     def cropped(self, rows: slice, columns: slice) -> Camera:
         """The camera of a part of the picture, whose pixels are those of the whole.
 

@@ -109,6 +109,8 @@ def review(
     materials: Sequence[str] | None = None,
     budget: float = 1.0,
     camera: str | None = None,
+    size: int | None = None,
+    reference_size: int | None = None,
     renderer: RendererName | RenderSession = "auto",
     jobs: int | None = None,
     again: bool = False,
@@ -128,6 +130,8 @@ def review(
     materials : ids or patterns to sweep over the review's part, or the first; default: those of the scene's review.
     budget : ΔE94 that the 99th percentile of each row is held against.
     camera : its name in the scene; default: the first.
+    size, reference_size : pixels on the longer side of pictures (default: as the camera has it), and of references,
+        figures and maps (default: as large as the pictures).
     renderer : as of `render`.
     jobs : processes that compute references; default: one a core.
     again : draw every row, also those that are there.
@@ -138,14 +142,14 @@ def review(
     ------
     InputError, UnknownNameError : the camera sees nothing to judge; a file or a name that cannot be used.
     """
-    from .review.cases import light_names
+    from .review.cases import light_names, review_views
     from .review.review import review as review_into
 
     catalogue = Catalogue.open() if catalogue is None else catalogue
     # Read first: a review takes minutes.
     ratings = () if protocol is None else read_protocol(protocol)
     jobs = jobs or usable_cores()
-    view = scene.camera(camera)
+    view, _ = review_views(scene, camera, size, reference_size)
     picture_cost(scene, view, "review", spectra=len(light_names(scene, illuminants)), jobs=jobs).check_room(scene, view)
     with _ready(renderer) as drawing:
         result = review_into(
@@ -157,6 +161,8 @@ def review(
             budget=budget,
             renderer=drawing,
             camera=camera,
+            size=size,
+            reference_size=reference_size,
             jobs=jobs,
             version=version("metamer"),
             progress=progress,

@@ -148,20 +148,21 @@ def review_row(
     observer: str,
     *,
     statistics: DeltaEStatistics,
-    picture: UInt8[np.ndarray, "H W c"],
+    picture: UInt8[np.ndarray, "h w c"],
     reference: UInt8[np.ndarray, "H W c"],
-    delta_e: Float[np.ndarray, "_ _"],
+    delta_e: Float[np.ndarray, "H W"],
     budget: float,
     rows: int,
     image: str,
-    limits_mask: UInt8[np.ndarray, "_ _"] | None = None,
+    limits_mask: UInt8[np.ndarray, "H W"] | None = None,
     **more: Any,
 ) -> ReviewRow:
     """Make a row from display-encoded pictures (RGB or RGBA) and a ΔE map (NaN: not compared, infinite: no number).
 
     `rows` is how many rows the report will have: with many, the embedded pictures are reduced to keep the page quick
     to open (the mean in linear light for pictures, the largest value for maps) and a note says so. `limits_mask` is
-    not 0 where the display cannot show the picture. `more` goes to `ReviewRow`.
+    not 0 where the display cannot show the picture, which may be larger than reference and map. `more` goes to
+    `ReviewRow`.
 
     Raises
     ------
@@ -170,13 +171,19 @@ def review_row(
     if np.may_share_memory(picture, reference):
         raise ComparisonError(f"{material} under {illuminant}: picture and reference are the same array")
     full = (delta_e.shape[0], delta_e.shape[1])
-    size = plots.fitted_size(full, plots.embedded_side(rows))
+    side = plots.embedded_side(rows)
+    size, pictured = plots.fitted_size(full, side), plots.fitted_size((picture.shape[0], picture.shape[1]), side)
     notes = [*more.pop("notes", ())]
     noise = more.get("noise")
     if noise is not None and noise.limited:
         notes.append(
             f"The reference is uncertain by ΔE94 {noise.mean:.2g} (mean), with as many directions as are allowed; "
             f"{noise.aimed:.2g} was aimed at."
+        )
+    if picture.shape[:2] != full:
+        notes.append(
+            f"The picture has {picture.shape[1]} x {picture.shape[0]} pixels; reference, map and figures are of "
+            f"{full[1]} x {full[0]}."
         )
     if size != full:
         notes.append(f"Shown in {size[1]} x {size[0]} pixels; the figures are those of all {full[1]} x {full[0]}.")
@@ -191,7 +198,7 @@ def review_row(
         observer=observer,
         statistics=statistics,
         image=image,
-        picture=plots.lossless(plots.reduce_picture(picture, size)),
+        picture=plots.lossless(plots.reduce_picture(picture, pictured)),
         reference=plots.lossless(plots.reduce_picture(reference, size)),
         delta_e_map=coded_map.map_png(reduced, budget),
         width=reduced.shape[1],

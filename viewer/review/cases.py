@@ -46,6 +46,7 @@ class Case:
 class Setting:
     """Setting that all rows of a review share.
 
+    view : that is compared with the reference. shown_view : of the pictures that people see, None where it is `view`.
     names, spectra : of the illuminants; None is each light's own. surfaces : fast forms by material. plan : that of the
     picture which takes the most coefficients.
     budget : ΔE94 that the 99th percentile of each row is held against. total : rows.
@@ -53,6 +54,7 @@ class Setting:
 
     scene: Scene
     view: Camera
+    shown_view: Camera | None
     geometry: VisibleGeometry
     names: tuple[str, ...]
     spectra: tuple[Spectrum | None, ...]
@@ -72,6 +74,32 @@ def light_names(scene: Scene, illuminants: Sequence[str] | None = None) -> tuple
     return tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
 
 
+def review_views(
+    scene: Scene, camera: str | None, size: int | None, reference_size: int | None
+) -> tuple[Camera, Camera | None]:
+    """The view that is compared with the reference, and that of the pictures where it is another one.
+
+    size, reference_size : pixels on the longer side of each; None: as the camera has it, and as large as the pictures.
+
+    Raises
+    ------
+    InputError : a reference that is larger than the pictures: nobody would see what it says.
+    """
+    view = scene.camera(camera)
+    shown = view if size is None else view.sized(size)
+    compared = shown if reference_size is None else view.sized(reference_size)
+    if compared.width > shown.width or compared.height_px > shown.height_px:
+        raise InputError(
+            "references larger than the pictures",
+            field="reference size",
+            found=f"{compared.width} x {compared.height_px}",
+            expected=f"at most {shown.width} x {shown.height_px}",
+            hint=f"--size {max(compared.width, compared.height_px)} makes pictures as large",
+        )
+    same = (compared.width, compared.height_px) == (shown.width, shown.height_px)
+    return compared, None if same else shown
+
+
 def prepared(
     scene: Scene,
     catalogue: Catalogue,
@@ -79,12 +107,12 @@ def prepared(
     *,
     illuminants: Sequence[str] | None,
     materials: Sequence[str] | None,
-    camera: str | None,
+    views: tuple[Camera, Camera | None],
     budget: float,
     version: str,
     warn: Warn,
 ) -> tuple[Setting, list[Case]]:
-    """All that is known before anything is drawn; the parameters are those of `review`.
+    """All that is known before anything is drawn; the parameters are those of `review`, `views` as of `review_views`.
 
     Raises
     ------
@@ -93,7 +121,7 @@ def prepared(
     """
     names = light_names(scene, illuminants)
     spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
-    view = scene.camera(camera)
+    view, shown_view = views
     if materials and scene.review is None:
         where = f'The scene has no [review]: the materials are put on its first part, "{scene.reviewed_part}".'
         scene = replace(scene, notes=(*scene.notes, where))
@@ -124,6 +152,7 @@ def prepared(
     setting = Setting(
         scene=scene,
         view=view,
+        shown_view=shown_view,
         geometry=geometry,
         names=names,
         spectra=spectra,

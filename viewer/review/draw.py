@@ -24,8 +24,8 @@ class Drawing:
 
     scene : as it is lit. illuminant : its name, `own_light` where each light keeps its own spectrum. white (3,).
     sample, truth : XYZ, float32, and the `coverage` of each; truth_xyz (H, W, 3) : in float64.
-    shown (H, W, 3) : encoded for the display, over the scene's background. cut_out, truth_cut_out (H, W, 4) : picture
-    and truth in 8 bits without a background, transparent where no surface is.
+    shown (h, w, 3) : encoded for the display, over the scene's background. cut_out (h, w, 4), truth_cut_out (H, W, 4) :
+    picture and truth in 8 bits without a background, transparent where no surface is; what is shown may be larger.
     noise : of the truth, where directions were drawn for it.
     notes : of the display transform. seconds : of the steps "render", "reference" and "encode".
     """
@@ -38,8 +38,8 @@ class Drawing:
     truth: ColourImage
     truth_xyz: Float[np.ndarray, "H W 3"]
     coverage: tuple[Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]]
-    shown: Float[np.ndarray, "H W 3"]
-    cut_out: UInt8[np.ndarray, "H W 4"]
+    shown: Float[np.ndarray, "h w 3"]
+    cut_out: UInt8[np.ndarray, "h w 4"]
     truth_cut_out: UInt8[np.ndarray, "H W 4"]
     noise: ReferenceNoise | None
     notes: tuple[str, ...]
@@ -52,19 +52,24 @@ def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iter
     begun = time.perf_counter()
     shown = dict(case.surfaces)
     pictures = setting.renderer.render_many(case.scene, setting.view, shown, setting.spectra)
+    larger = [None] * len(pictures)
+    if setting.shown_view is not None:
+        larger = setting.renderer.render_many(case.scene, setting.shown_view, shown, setting.spectra)
     each = {
         "render": (time.perf_counter() - begun) / len(setting.names),
         "reference": reference.seconds / len(setting.names),
     }
-    rows = zip(setting.names, setting.spectra, pictures, reference.xyz, strict=True)
-    for number, (name, spectrum, (sample_xyz, coverage), truth_xyz) in enumerate(rows):
+    rows = zip(setting.names, setting.spectra, pictures, larger, reference.xyz, strict=True)
+    for number, (name, spectrum, picture, large, truth_xyz) in enumerate(rows):
+        (sample_xyz, coverage), (shown_xyz, shown_coverage) = picture, large or picture
         lit = case.scene if spectrum is None else case.scene.with_illuminant(spectrum, name)
         white = lit.adopted_white()
         background = white * scene.viewing.background_reflectance
         sample, truth = ColourImage(sample_xyz, "xyz", white), ColourImage(truth_xyz, "xyz", white)
+        pictured = ColourImage(shown_xyz, "xyz", white)
         begun = time.perf_counter()
-        shown_rgb, notes = display.encode(sample, coverage, background, setting.gpu)
-        cut_out = _cut_out(setting, sample, coverage)
+        shown_rgb, notes = display.encode(pictured, shown_coverage, background, setting.gpu)
+        cut_out = _cut_out(setting, pictured, shown_coverage)
         truth_cut_out = _cut_out(setting, truth, setting.geometry.coverage)
         if notes:
             said_of = f"the picture of {' and '.join(case.judged)} under {name}"

@@ -53,7 +53,7 @@ def _kept(name: str, plain: re.Pattern[str]) -> str:
 def write_row(
     out: Path,
     name: str,
-    shown_rgb: Float[np.ndarray, "H W 3"],
+    shown_rgb: Float[np.ndarray, "_ _ 3"],
     display: str,
     sample: ColourImage,
     reference: ColourImage,
@@ -61,7 +61,7 @@ def write_row(
     delta_e: Float[np.ndarray, "H W"],
     said: Mapping[str, str],
     limits_mask: UInt8[np.ndarray, "H W"] | None = None,
-    cut_outs: tuple[UInt8[np.ndarray, "H W 4"], UInt8[np.ndarray, "H W 4"]] | None = None,
+    cut_outs: Mapping[str, UInt8[np.ndarray, "_ _ 4"]] | None = None,
 ) -> tuple[str, dict[str, str]]:
     """Write the picture of a row and what its figures come from; paths relative to `out`: the PNG, the rest by label.
 
@@ -72,7 +72,7 @@ def write_row(
     sample, reference : XYZ of the renderer and of the truth, and the `coverage` of each.
     delta_e : ΔE94 of the two; NaN where they are not compared, infinite where there is no number.
     said : attributes for every header, by name.
-    cut_outs : picture and reference without a background, for a page that embeds them smaller than they are.
+    cut_outs : picture ("p") and reference ("r") without a background, where the page embeds them smaller than they are.
     limits_mask : not 0 where the display cannot show the picture; written where it is so anywhere.
     """
     files = {
@@ -87,11 +87,10 @@ def write_row(
     write_xyz_exr(out / files["reference EXR"], reference, coverage[1], {**said, "picture": "reference"})
     what = {**said, "picture": "CIE 1994 (graphic arts) of sample and reference; NaN: not compared, inf: no number"}
     write_exr(out / files["ΔE94 EXR"], what, {"deltaE94": delta_e})
-    if cut_outs is not None:
-        for label, ending, cut_out in zip(BESIDE.values(), ("webp", "reference.webp"), cut_outs, strict=True):
-            files[label] = f"{PICTURES}/{name}.{ending}"
-            with written_whole(out / files[label]) as beside:
-                beside.write_bytes(lossless(cut_out))
+    for view, cut_out in (cut_outs or {}).items():
+        files[BESIDE[view]] = f"{PICTURES}/{name}{'' if view == 'p' else '.reference'}.webp"
+        with written_whole(out / files[BESIDE[view]]) as beside:
+            beside.write_bytes(lossless(cut_out))
     if limits_mask is not None and limits_mask.any():
         files["limits PNG"] = f"{PICTURES}/{name}.limits.png"
         with written_whole(out / files["limits PNG"]) as beside:

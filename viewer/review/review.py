@@ -25,7 +25,7 @@ from ...materials.catalogue.instrument_reading import Reading
 from ...runtime.shutdown import clearing, saying
 from ..picture import Warn, unheard
 from ..render.session import RenderSession
-from .cases import OWN_LIGHT, Case, Setting, prepared
+from .cases import OWN_LIGHT, Case, Setting, prepared, review_views
 from .compare import compare
 from .draw import draw
 from .facts import reviewed_lights, reviewed_materials
@@ -70,6 +70,8 @@ def review(
     budget: float = 1.0,
     renderer: RenderSession,
     camera: str | None = None,
+    size: int | None = None,
+    reference_size: int | None = None,
     jobs: int = 1,
     version: str,
     progress: Progress | None = None,
@@ -94,6 +96,8 @@ def review(
     illuminants : names; None takes those of the scene's review, or `OWN_LIGHT`.
     materials : ids or patterns in place of those of the scene's review.
     budget : ΔE94 that the 99th percentile of each row is held against.
+    size, reference_size : pixels on the longer side of pictures, by default as the camera has it, and of references, by
+        default as large as the pictures. Figures, maps and the EXRs are of the size of the references.
     jobs : processes that compute references.
     progress : called with (rows done, rows in all, material) for each row that is drawn.
     again : draw every row, also those that are there.
@@ -115,7 +119,7 @@ def review(
             renderer,
             illuminants=illuminants,
             materials=materials,
-            camera=camera,
+            views=review_views(scene, camera, size, reference_size),
             budget=budget,
             version=version,
             warn=warnings,
@@ -188,6 +192,8 @@ def _key(setting: Setting, catalogue: Catalogue, case: Case, checked: bool) -> s
     """The hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with them."""
     it = setting
     lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
+    if it.shown_view is not None:
+        more = (*more, f"shown in {it.shown_view.width} x {it.shown_view.height_px}")
     return row_key(case.scene, it.view, catalogue, *lit, case.plan, it.display, it.budget, it.total, more)
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import UInt8
+
 from ...calibration.report.plots import embedded_side, fitted_size
 from ...calibration.report.row import ReviewRow, RowColour, WorstPixel, review_row
 from ...materials.catalogue.instrument_reading import GEOMETRY, Reading
@@ -29,8 +32,7 @@ def write(
     begun = time.perf_counter()
     scene, display, lit = setting.scene, setting.display, drawing.scene
     words = picture_words(lit, setting.view, setting.renderer.made_by, setting.version)
-    full = found.difference.shape
-    reduced = fitted_size(full, embedded_side(setting.total)) != full
+    cut_outs = {"p": drawing.cut_out, "r": drawing.truth_cut_out}
     limits = limits_of(drawing.sample, found.share, display)
     image, files = write_row(
         out,
@@ -43,7 +45,7 @@ def write(
         found.difference,
         words | {"material": found.material},
         None if limits is None else limits[1],
-        (drawing.cut_out, drawing.truth_cut_out) if reduced else None,
+        {view: image for view, image in cut_outs.items() if _reduced(setting, image)},
     )
     seconds = drawing.seconds | {"compare": found.seconds, "write": time.perf_counter() - begun}
     seconds["write"] += seconds.pop("encode")
@@ -76,6 +78,12 @@ def write(
         notes=(*drawing.notes, *held_words(lit, setting.geometry, found.material, setting.surfaces[found.material])),
         provenance=provenance_words(setting.records[found.material]),
     )
+
+
+def _reduced(setting: Setting, image: UInt8[np.ndarray, "H W 4"]) -> bool:
+    """Return True where the page embeds the image smaller than it is."""
+    full = (image.shape[0], image.shape[1])
+    return fitted_size(full, embedded_side(setting.total)) != full
 
 
 def _worst(found: Comparison, spectra: PixelSpectra) -> WorstPixel | None:

@@ -432,3 +432,25 @@ def test_pictures_of_the_page_are_transparent_where_no_surface_is(written):
     inside = coverage == 1
     with Image.open(out / row.image) as image:
         np.testing.assert_array_equal(shown[inside, :3], np.asarray(image)[inside, :3])
+
+
+def test_pictures_may_be_larger_than_what_they_are_compared_by(scenes, catalogue, tmp_path):
+    """Figures and maps are those of a review of the smaller size; people see the larger picture."""
+    scene = scenes.sphere_scene("tiny/satin-green", size=20, samples=1)
+    _, small = run(scene, catalogue, tmp_path / "small", illuminants=["D65"])
+    out = tmp_path / "both"
+    _, both = run(scene, catalogue, out, illuminants=["D65"], size=48, reference_size=20)
+    (one,), (row,) = small["results"], both["results"]
+    for key in ("delta_e94", "pixels", "limits", "worst_pixel", "shift_lab"):
+        assert row[key] == one[key], key
+    with Image.open(out / row["image"]) as image:
+        assert image.size == (48, 48)
+    assert picture_of(out, row)[0].shape == (20, 20, 3)
+    assert any("48 x 48 pixels; reference, map and figures are of 20 x 20" in note for note in row["notes"])
+    drawn = read_rows(next(iter((out / "rows").iterdir()))).rows[0]
+    sizes = [Image.open(io.BytesIO(file)).size for file in (drawn.picture, drawn.reference, drawn.delta_e_map)]
+    assert sizes == [(48, 48), (20, 20), (20, 20)]
+    again, _ = run(scene, catalogue, out, illuminants=["D65"], size=48, reference_size=20)
+    assert again.resumed == 1
+    with pytest.raises(InputError, match="references larger than the pictures"):
+        run(scene, catalogue, tmp_path / "none", size=20, reference_size=48)
