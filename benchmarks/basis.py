@@ -1,4 +1,4 @@
-"""How far off colours get when spectra are thinned or written in a few numbers.
+"""Errors of colours when spectra are thinned or written in a few numbers.
 
 Every figure is the largest ΔE94 over ColorChecker 24 (BabelColor averages) under the CIE 1931 2 degree observer, in
 CIELAB relative to each light's own white, with the slower and finer computation as the reference.
@@ -44,7 +44,7 @@ _PEERCY_SCALES = (0.01, 0.1, 1.0, 10.0)
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """What a basis is tried on.
+    """Test data of a basis.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a colour difference of two large images costs, and how far off it is: in single precision, in double, and by
+"""Cost and error of colour differences of large images: in single precision, in double, and by
 colour-science.
 """
 

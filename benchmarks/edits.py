@@ -1,4 +1,4 @@
-"""What an edit costs while somebody looks: another roughness, colour or map, a light that is turned or of another
+"""Cost of edits while somebody looks: another roughness, colour or map, a light that is turned or of another
 spectrum, each drawn again by a renderer that keeps what the edit does not touch, beside one that keeps nothing.
 
 The visibility of the scene is worked out before, and never again: it is of meshes alone.

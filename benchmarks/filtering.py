@@ -1,4 +1,4 @@
-"""What mip-mapped factors are worth: small glossy balls with few samples a pixel, against very many."""
+"""Worth of mip-mapped factors: small glossy balls with few samples a pixel, against very many."""
 
 from __future__ import annotations
 

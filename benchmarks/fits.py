@@ -1,4 +1,4 @@
-"""What fits come to whatever rounds: terms, error, bounds and CPU time of materials under several kernels of OpenBLAS.
+"""Fits under different rounding: terms, error, bounds and CPU time of materials under several kernels of OpenBLAS.
 
     python -m metamer.benchmarks.fits [FILE ...] [--kernels Haswell,SkylakeX,Zen,Prescott] [--budget 0.5] [--json F]
 

@@ -1,4 +1,4 @@
-"""What fluorescence does to colour, and how few numbers carry it from surface to surface.
+"""Effect of fluorescence on colour, and the few numbers that carry it from surface to surface.
 
     python -m metamer.benchmarks.fluorescence [FILE.exr] [--json OUT.json]
 

@@ -1,4 +1,4 @@
-"""How fast a folder of materials is imported, and what a second import costs.
+"""Speed of importing a folder of materials, and of importing it again.
 
     python -m metamer.benchmarks.importing [--materials 200] [--jobs 2] [--json OUT.json]
 

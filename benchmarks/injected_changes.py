@@ -61,7 +61,7 @@ Parameters = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Place:
-    """Where all of it lies, and what is drawn: the materials that fit `pattern`, `size` pixels wide."""
+    """Folders of the benchmark, and its materials that fit `pattern`, `size` pixels wide."""
 
     folder: Path
     catalogue: Catalogue

@@ -1,4 +1,4 @@
-"""What another light or another camera costs a renderer that keeps what they do not touch, beside one that does not."""
+"""Cost of another light or camera in a renderer that caches the rest, beside one that does not."""
 
 from __future__ import annotations
 

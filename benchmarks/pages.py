@@ -1,4 +1,4 @@
-"""How large pages get, and how long a browser is busy with what a person does on them.
+"""Size of pages, and time of a browser for what a person does on them.
 
 Pages of made-up materials are opened in Chromium, without a window: words are typed, rows shown and sorted, sliders
 moved. Each step counts with the processor time that the page's thread takes until two more frames are drawn, which

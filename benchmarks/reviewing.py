@@ -1,4 +1,4 @@
-"""What the review window costs, step by step, beside `render()` in the same run: folds, moving, settling, memory."""
+"""Cost of the review window, step by step, beside `render()` in the same run: folds, moving, settling, memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How well measured spectral BRDFs are interpolated: a tenth of the direction pairs is left out and predicted.
+"""Interpolation error of measured spectral BRDFs: a tenth of the direction pairs is left out and predicted.
 
     python -m metamer.benchmarks.scattered [FILE.brdf ...] [--json OUT.json]
 

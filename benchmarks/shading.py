@@ -1,4 +1,4 @@
-"""What a spectrum costs a pixel: folded weights beside RGB, and beside spectra carried to the pixel, in one run."""
+"""Cost of spectra a pixel: folded weights beside RGB, and beside spectra carried to the pixel, in one run."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the benchmarks share: seconds and bytes of a call, the words of a command, and its figures as a file."""
+"""Parts that the benchmarks share: seconds and bytes of a call, the words of a command, and its figures as a file."""
 
 from __future__ import annotations
 

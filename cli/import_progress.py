@@ -26,7 +26,7 @@ _LONG_S = 10.0
 
 
 class _Import:
-    """What both ways to show an import keep: what the fits are expected to take, and how many are done."""
+    """State of a shown import: what the fits are expected to take, and how many are done."""
 
     def __init__(self) -> None:
         self._expected: Expected | None = None

@@ -60,13 +60,13 @@ class Light(ABC):
 
     @property
     def place(self) -> Float[np.ndarray, "3"] | None:
-        """Where the light stands, world; None where it is infinitely far off."""
+        """Place of the light, world; None if it is infinitely far off."""
         return None
 
     @abstractmethod
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """What the light gives a surface that faces it in the middle of the box from `low` to `high`, lx; how far off
-        it stands; and how far off it counts as standing for that (`LEAST_SHARE`).
+        """Compute the illuminance on a surface that faces the light in the middle of the box from `low` to `high`, lx;
+        how far off it stands; and how far off it counts as standing for that (`LEAST_SHARE`).
         """
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> Light:
@@ -88,7 +88,7 @@ class DeltaLight(Light):
 
     @abstractmethod
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
-        """What arrives at each point of the world (..., 3), were nothing in between."""
+        """Compute the light arriving at each point of the world (..., 3), were nothing in between."""
 
     @abstractmethod
     def homogeneous(self, centre: Float[np.ndarray, "3"], radius: float) -> tuple[Float[np.ndarray, "4"], float]:
@@ -128,7 +128,7 @@ class SpreadLight(Light):
     def distance(
         self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
     ) -> Float[np.ndarray, " n"]:
-        """How far off the light is in each direction, world units: what lies beyond shades nothing."""
+        """Compute the distance of the light in each direction, world units: what lies beyond shades nothing."""
 
 
 def strength(value: Number, field: str, unit: str) -> float:
@@ -240,7 +240,7 @@ class PointLight(DeltaLight):
         return self.position
 
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
-        """By the inverse square law; nothing at the very point where the light stands."""
+        """Apply the inverse square law; nothing at the very point where the light stands."""
         offset = self.position - points
         squared = np.sum(offset * offset, axis=-1)
         apart = squared > 0.0

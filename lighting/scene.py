@@ -206,7 +206,7 @@ class Scene:
 
     @property
     def cutouts(self) -> tuple[Cutout | None, ...]:
-        """Of each part."""
+        """Opacity mask of each part."""
         return tuple(part.cutout for part in self.parts)
 
     @cached_property
@@ -262,7 +262,7 @@ class Scene:
         return replace(self, lights=tuple(light.with_spectrum(spectrum, name) for light in self.lights))
 
     def mixed(self, under_each: Float[np.ndarray, "lights *n"]) -> Float[np.ndarray, "*n"]:
-        """What shows one value under each light, in the mixture of all lights: their mean by `illuminances_lux`.
+        """Mix values under each light into that under all lights: their mean by `illuminances_lux`.
 
         The one rule for the scene's white and for every colour that is shown beside it.
         """
@@ -306,7 +306,8 @@ def framing_camera(low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], **
 def illuminances_lux(
     lights: Iterable[Light], low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]
 ) -> Float[np.ndarray, "_"]:
-    """What each light gives a surface that faces it in the middle of the box from `low` to `high`, lx.
+    """Compute the illuminance of each light on a surface that faces it in the middle of the box from `low` to `high`,
+    lx.
 
     A light that stands near the middle counts from farther off (`Light.counted_from`); `held_off_notes` says which.
     """

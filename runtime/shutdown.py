@@ -31,7 +31,7 @@ _ours = threading.Lock()
 
 
 class _Held:
-    """How many blocks hold signals off, the signal that waits for them, and the exit code once all is done."""
+    """Count of blocks that hold signals off, the signal that waits for them, and the exit code once all is done."""
 
     depth = 0
     waiting: int | None = None

@@ -186,14 +186,14 @@ def _end_all(workers: list[_Worker]) -> None:
 
 @dataclass(frozen=True)
 class _Said:
-    """What comes by the pipe before a result."""
+    """Message by the pipe before a result."""
 
     what: Any
 
 
 @dataclass(frozen=True)
 class _Raised:
-    """What comes by the pipe where there is no result."""
+    """Message by the pipe in place of a result."""
 
     reason: Exception
 

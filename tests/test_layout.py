@@ -273,3 +273,25 @@ def test_every_public_definition_says_what_it_is():
         if path.parts[0] not in ("tests", "examples"):
             look(str(path), ast.parse((ROOT / path).read_text(encoding="utf-8")))
     assert not missing, missing
+
+
+# Openings of sentences that hide the verb or the noun that a reader looks for.
+HIDING = ("What", "Of", "Whether", "That", "Those", "Whoever", "So many", "From", "Where", "Which", "How")
+
+
+def test_docstrings_begin_with_a_verb_or_a_noun():
+    """Modules, classes and public functions of the product are held to it, functions of benchmarks are not."""
+    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()} - {"examples"}
+    wrong = []
+    for path in tracked("*.py"):
+        if path.parts[0] not in packages:
+            continue
+        kinds = (
+            (ast.Module, ast.ClassDef) if path.parts[0] == "benchmarks" else (ast.Module, ast.ClassDef, ast.FunctionDef)
+        )
+        for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8"))):
+            if isinstance(node, kinds) and not (isinstance(node, ast.FunctionDef) and node.name.startswith("_")):
+                text = ast.get_docstring(node) or ""
+                if text.startswith(tuple(f"{word} " for word in HIDING)):
+                    wrong.append(f"{path}:{getattr(node, 'lineno', 1)}: {text.splitlines()[0]}")
+    assert not wrong, "\n".join(wrong)

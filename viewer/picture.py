@@ -46,7 +46,7 @@ _FEW = 0.01
 
 
 def unheard(_line: str) -> None:
-    """Where nobody listens to warnings."""
+    """Discard warnings."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -120,7 +120,7 @@ def lit_by(scene: Scene, name: str | None) -> Scene:
 
 
 def picture_words(scene: Scene, view: Camera, made_by: str, metamer: str) -> dict[str, str]:
-    """What a picture's header says of where it comes from, by name: who made it, of what, in which light."""
+    """Make the header of a picture by name: who made it, of what, in which light."""
     lights = dict.fromkeys(light.spectrum_name or light.name for light in scene.lights)
     return {
         "scene": scene.name,
@@ -186,12 +186,12 @@ def picture(
 
 
 def bounced_words(bounces: int) -> str:
-    """What is added to who made a picture."""
+    """Describe bounces for the header of a picture."""
     return f", {bounces} {'bounce' if bounces == 1 else 'bounces'}" if bounces else ""
 
 
 def bounces_notes(scene: Scene, renderer: RenderSession) -> tuple[str, ...]:
-    """What is to be said of light between surfaces in the renderer's last picture, which is of this scene."""
+    """Write notes on light between surfaces in the renderer's last picture, which is of this scene."""
     if scene.bounces == 0:
         return ()
     if renderer.bounced is None:

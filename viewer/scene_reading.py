@@ -19,7 +19,7 @@ def xyz_in(scene: Scene, reading: Reading) -> Float[np.ndarray, "3"]:
 
 
 def colours_around(scene: Scene, reading: Reading) -> tuple[tuple[float, Float[np.ndarray, "3"]], ...]:
-    """As `xyz_in`, by degrees from the mirror direction, of metals and effect coatings; none of others."""
+    """Compute `xyz_in` by degrees from the mirror direction, of metals and effect coatings; none of others."""
     mixed = scene.mixed(np.stack([reading.xyz_around(light.spectrum, scene.observer) for light in scene.lights]))
     return tuple(zip(ANGLES, mixed, strict=False))
 

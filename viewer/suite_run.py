@@ -74,7 +74,7 @@ def run_suite(
 
 
 def environment() -> dict[str, str]:
-    """What of this machine may move a colour in its last digits."""
+    """Describe what of this machine may move a colour in its last digits."""
     return {
         "python": platform.python_version(),
         "numpy": np.__version__,

@@ -1,4 +1,4 @@
-"""What is compressed: BTFs that were measured, where their files are, and some that are traced."""
+"""Cases of compression: BTFs that were measured, where their files are, and some that are traced."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Sky:
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """What is measured of one case. wanted : says of the name of a row whether it is asked for."""
+    """Measurements of one case. wanted : says of the name of a row whether it is asked for."""
 
     case: BtfCase
     wanted: Callable[[str], bool]

@@ -1,4 +1,4 @@
-"""What the papers themselves say of their methods, to stand beside what is measured here."""
+"""Figures of the papers on their methods, to stand beside what is measured here."""
 
 from __future__ import annotations
 

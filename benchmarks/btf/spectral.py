@@ -1,4 +1,4 @@
-"""What a spectrum costs, and what it is good for: a traced sample by its spectra, and by red, green and blue.
+"""Cost and worth of spectra: a traced sample by its spectra, and by red, green and blue.
 
 The truth has every wavelength. One form has as many coefficients as `reduced` finds that its spectra need; one has
 eight; and one is fitted to what a camera saw under D65, and made spectra of afterwards, in every way that there is. HP1

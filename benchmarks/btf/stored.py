@@ -1,4 +1,4 @@
-"""How many bytes a form takes, as a catalogue's file has it."""
+"""Size of a form in a catalogue's file, bytes."""
 
 from __future__ import annotations
 

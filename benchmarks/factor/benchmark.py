@@ -1,4 +1,4 @@
-"""How far off factor packs are, what they cost to fit and to draw, and what the alternatives of the field cost.
+"""Error of factor packs, their cost to fit and to draw, and the cost of alternatives of the field.
 
 One row a surface and light: packs fitted to a budget, beside the distribution-based BRDF, which was the baseline of
 Schwenk 2010, and (on request) beside tensorly's decomposition of the paper's whole table. Errors are on the sphere
@@ -130,7 +130,7 @@ def texture_packs(packs: tuple[FactorPack, ...]) -> int:
 
 @dataclass(eq=False)
 class _Found:
-    """What has been measured so far."""
+    """Measurements so far."""
 
     rows: list[dict] = field(default_factory=list)
     points: list[dict] = field(default_factory=list)
@@ -144,7 +144,7 @@ class _Found:
 
 @dataclass(frozen=True, eq=False)
 class _Work:
-    """How each case is measured; see `run`."""
+    """Measurement of each case; see `run`."""
 
     renderer: RenderSession
     stopwatch: Stopwatch

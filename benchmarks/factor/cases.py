@@ -1,4 +1,4 @@
-"""What the benchmark of factorisation is run on without any data: the analytic surfaces of Schwenk 2010, and dyes."""
+"""Cases of the benchmark of factorisation without any data: the analytic surfaces of Schwenk 2010, and dyes."""
 
 from __future__ import annotations
 

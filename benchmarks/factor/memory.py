@@ -1,4 +1,4 @@
-"""What fitting takes: seconds, and bytes without those of evaluating the BRDF, which judging it needs as well."""
+"""Cost of fits: seconds, and bytes without those of evaluating the BRDF, which judging it needs as well."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _RIGHT, _TURN = 0.5 * np.pi, 2.0 * np.pi
 
 @dataclass(frozen=True)
 class Effort:
-    """How far the paper's methods are followed.
+    """Effort spent on the paper's methods.
 
     packs : numbers of packs that are tried in the frame that the paper took, and up to `other` in the other frame,
     where cores are larger. isotropic, anisotropic : sizes of the grids, polar angles first.

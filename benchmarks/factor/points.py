@@ -46,7 +46,7 @@ class Fitted:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which fits of one surface are tried beside its own: numbers of terms for each lobe, and frames alone."""
+    """Choice of fits of one surface beside its own: numbers of terms for each lobe, and frames alone."""
 
     ranks: tuple[int, ...]
     frames: tuple[Frame, ...]

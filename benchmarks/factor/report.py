@@ -1,4 +1,4 @@
-"""What the benchmark of factorisation found, for people and for machines: text, one page, JSON."""
+"""Results of the benchmark of factorisation, for people and for machines: text, one page, JSON."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a picture of given packs costs: milliseconds a megapixel, with everything kept that can be kept."""
+"""Cost of a picture of given packs: milliseconds a megapixel, with everything kept that can be kept."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is rendered: surfaces, and the lights that they are seen in."""
+"""Surfaces that are rendered, and their lights."""
 
 from __future__ import annotations
 

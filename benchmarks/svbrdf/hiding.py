@@ -1,4 +1,4 @@
-"""What hides light from points: what every way to hide has to answer, and a wall, for which it is closed."""
+"""Occlusion of light at points: its interface, and a wall, for which it has a closed form."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ...lighting.visibility.free_share import free_share
 
 
 class Hiding(ABC):
-    """What hides light from N points.
+    """Occlusion of light at N points.
 
     cpu_seconds_per_1000_vertices, bytes_per_vertex : of what `free_share` looks up; None where it is closed.
     """

@@ -18,7 +18,7 @@ from .surface import GlossySurface, ShadedPoints
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What a method renders: a surface at points under a light, in so many lobes; `hiding` None is in the open."""
+    """Task of a method: a surface at points under a light, in so many lobes; `hiding` None is in the open."""
 
     surface: GlossySurface
     points: ShadedPoints

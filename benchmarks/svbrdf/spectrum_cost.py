@@ -1,4 +1,4 @@
-"""What spectra cost a picture under light from all around, beside RGB: a metal on a floor, shadows and all, by GL.
+"""Cost of spectra in a picture under environment light, beside RGB: a metal on a floor, shadows and all, by GL.
 
 `ours` is nine coefficients of a basis under a sky of three spectra: each field's terms are gathered, then folded. `rgb`
 is three numbers under one field, whose look-ups fetch as many numbers at once as those of an RGB sky do: what a

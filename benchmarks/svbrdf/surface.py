@@ -1,4 +1,4 @@
-"""What is shaded: a matt body under facets, at points with a normal and a viewer."""
+"""Shaded surface: a matt body under facets, at points with a normal and a viewer."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What relighting is held to, line by line, and what was measured of it."""
+"""Bars of relighting, line by line, and measurements against them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How long the rays between parts take, and how many bytes they are, as a scene grows; and reading them again.
+"""Time and size of the rays between parts, as a scene grows; and reading them again.
 
     python -m metamer.benchmarks.transfer.build_cost [--rays 256] [--most 62000] [--times 3] [--json OUT.json]
 

@@ -1,4 +1,4 @@
-"""How precomputation and relighting grow with a scene: balls above a floor, every fourth of them glossy."""
+"""Growth of precomputation and relighting with a scene: balls above a floor, every fourth of them glossy."""
 
 from __future__ import annotations
 

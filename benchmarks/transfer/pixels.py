@@ -1,4 +1,4 @@
-"""From colours at sites to pixels, and how far they are off the truth there."""
+"""Pixels from colours at sites, and their error there."""
 
 from __future__ import annotations
 

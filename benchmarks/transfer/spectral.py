@@ -1,4 +1,4 @@
-"""What the spectrum costs and how well few coefficients keep it: beside 81 samples, and beside three numbers."""
+"""Cost of spectra and error of few coefficients: beside 81 samples, and beside three numbers."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def _ends(greys: _Greys, levels: np.ndarray) -> tuple[tuple[bool, np.ndarray], t
 
 @dataclass(frozen=True, eq=False)
 class _Greys:
-    """What the greys of a display are in light of its channels, 1 being white.
+    """Greys of a display in light of its channels, 1 being white.
 
     codes : (G,). shown : (G,3) light, rising.
     """

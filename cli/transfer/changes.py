@@ -130,7 +130,7 @@ def _neither(catalogue: Catalogue, word: str) -> InputError:
 
 @dataclass(frozen=True)
 class _Change:
-    """What becomes of a light; None where it is put out."""
+    """Change of a light; None where it is put out."""
 
     said: str
     made: Callable[[Light], Light | None]

@@ -39,7 +39,7 @@ class Box:
 
     @cached_property
     def areas(self) -> Float[np.ndarray, " P"]:
-        """Of all patches, face after face."""
+        """Areas of all patches, face after face."""
         return np.concatenate([np.full(PATCHES**2, self._sides(axis).prod() / PATCHES**2) for axis, _ in FACES])
 
     @cached_property
@@ -57,7 +57,9 @@ class Box:
 
     @cached_property
     def luminances(self) -> Float[np.ndarray, "6 n n"]:
-        """Of all patches, the panel's being 1: B = E + rho F B. Rows along the first of the face's axes."""
+        """Solve the luminances of all patches, the panel's being 1: B = E + rho F B. Rows along the first of the face's
+        axes.
+        """
         count = PATCHES**2
         panel = np.zeros((6, PATCHES, PATCHES))
         panel[_CEILING, RIM:-RIM, RIM:-RIM] = 1.0

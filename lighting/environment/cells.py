@@ -34,7 +34,7 @@ class Cells:
     of: Int[np.ndarray, " texels"]
 
     def sums(self, values: Float[np.ndarray, "texels K"]) -> Float[np.ndarray, "P K"]:
-        """What the texels of each cell add up to."""
+        """Sum the texels of each cell."""
         count = len(self.solid_angles)
         return np.stack([np.bincount(self.of, weights=one, minlength=count) for one in values.T], axis=1)
 

@@ -54,7 +54,7 @@ class CubeMap:
         return ((2 * axis + (large < 0.0)) * self.across + down) * self.across + right
 
     def coarser(self, across: int) -> Int[np.ndarray, " D"]:
-        """Of each texel the one of a coarser map that it lies in; `across` divides this map's."""
+        """Find the texel of a coarser map that each texel lies in; `across` divides this map's."""
         number = np.arange(len(self))
         face, down, right = number // self.across**2, number // self.across % self.across, number % self.across
         by = self.across // across

@@ -208,7 +208,7 @@ class EnvironmentLight(SpreadLight):
         return MapDrawing(self.fields.sum(axis=0))
 
     def drawn(self, points: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]):
-        """As bright as all fields together are."""
+        """Draw directions with the luminance of all fields together."""
         to = self._drawing.drawn(uniform)
         return to @ self.world_from_map.T, self._drawing.density(to)
 

@@ -51,7 +51,7 @@ def projected(environment: EnvironmentLight, bands: int = BANDS) -> Float[np.nda
 
 
 def gaussian_factors(sharpness: Float[np.ndarray, " n"], bands: int = BANDS) -> Float[np.ndarray, "n B"]:
-    """What each harmonic is multiplied by in the mean under a normalised spherical Gaussian about a direction."""
+    """Compute the factor of each harmonic in the mean under a normalised spherical Gaussian about a direction."""
     safe = np.maximum(np.asarray(sharpness, dtype=float), 1e-8)[:, None]
     band = np.arange(bands)
     factor = ive(band + 0.5, safe) / ive(0.5, safe)
@@ -59,7 +59,7 @@ def gaussian_factors(sharpness: Float[np.ndarray, " n"], bands: int = BANDS) -> 
 
 
 def cosine_factors(bands: int = BANDS) -> Float[np.ndarray, " B"]:
-    """What each harmonic is multiplied by in the illuminance on a surface with a normal; up to 7 bands."""
+    """Compute the factor of each harmonic in the illuminance on a surface with a normal; up to 7 bands."""
     return np.repeat(COSINE[:bands], 2 * np.arange(bands) + 1)
 
 

@@ -76,7 +76,7 @@ class LightMap:
             yield rows, self.at(rows)
 
     def at(self, where: Any) -> Float[np.ndarray, "n C"]:
-        """What the channels hold at an index of (H,W) arrays, one texel after the other, float64."""
+        """Read the channels at an index of (H,W) arrays, one texel after the other, float64."""
         return np.stack([channel[where].ravel() for channel in self.channels], axis=-1).astype(np.float64)
 
     def without_bad_texels(self, bad_texels: str | None) -> LightMap:

@@ -34,12 +34,12 @@ class MapCost:
 
     @property
     def seconds(self) -> float:
-        """On one core of a small machine."""
+        """Seconds on one core of a small machine."""
         return self.texels * (SECONDS_A_SAMPLE * self.channels + SECONDS_A_REDUCED_TEXEL * (self.fields > 1))
 
     @property
     def words(self) -> str:
-        """For a person."""
+        """Cost in words."""
         return (
             f"{self.texels:,} texels of {self.channels} channels, up to {gigabytes(self.memory_bytes)} of memory and "
             f"{max(1.0, self.seconds):.0f} s"

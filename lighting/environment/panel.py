@@ -55,7 +55,7 @@ class GatheredPanel:
 
     @property
     def cell_area(self) -> float:
-        """Of one cell."""
+        """Area of one cell."""
         return float(np.linalg.norm(np.cross(*self._sides))) / CELLS**2
 
     def by_lobes(

@@ -29,7 +29,8 @@ _OPPOSITE = 1e-6
 
 
 def solid_angle(corners: Float[np.ndarray, "N C 3"]) -> Float[np.ndarray, " N"]:
-    """Of convex polygons, sr, positive where the corners run counter-clockwise: Van Oosterom and Strackee 1983, eq. 8.
+    """Compute the solid angle of convex polygons, sr, positive where the corners run counter-clockwise: Van Oosterom
+    and Strackee 1983, eq. 8.
 
     corners : from the point, of any length but 0.
     """

@@ -38,7 +38,9 @@ _LEAST_WHITE = 1e-6
 
 @cache
 def reflectances() -> tuple[Float[np.ndarray, "R M"], Float[np.ndarray, " M"]]:
-    """What the light is judged by, and wavelengths in nm: the perfect diffuser and the 24 patches of a ColorChecker."""
+    """Return the reflectances that light is judged by, and wavelengths in nm: the perfect diffuser and the 24 patches
+    of a ColorChecker.
+    """
     chart = colour_science().SDS_COLOURCHECKERS["BabelColor Average"]
     wavelengths_nm = np.arange(380.0, 731.0, 10.0)
     patches = [np.interp(wavelengths_nm, one.wavelengths, one.values) for one in chart.values()]
@@ -199,7 +201,7 @@ class _Metric:
     rows: Float[np.ndarray, "O V Q"]
 
     def delta_e94(self, truth: Float[np.ndarray, "n Q"], shown: Float[np.ndarray, "n Q"]) -> Float[np.ndarray, " n"]:
-        """For each light, given by its numbers, the worst of the reflectances and observers."""
+        """Compute for each light, given by its numbers, the worst ΔE94 over reflectances and observers."""
         worst = np.zeros(len(truth))
         for rows in self.rows:
             true, kept = ((numbers @ rows.T).reshape(len(numbers), -1, 3) for numbers in (truth, shown))

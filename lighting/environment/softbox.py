@@ -116,7 +116,7 @@ class SoftboxLight(SpreadLight):
 
     @property
     def luminance_cd_m2(self) -> float:
-        """Of its front."""
+        """Luminance of its front."""
         return self._luminance
 
     @property
@@ -137,7 +137,7 @@ class SoftboxLight(SpreadLight):
         return replace(self, spectrum=spectrum, spectrum_name=name)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """What a surface in the middle of the box that faces it receives; nothing where that is behind it."""
+        """Compute the illuminance on a surface in the middle of the box that faces it; 0 behind it."""
         middle = 0.5 * (low + high)
         distance = float(np.linalg.norm(self.position - middle))
         return float(np.linalg.norm(self.irradiance_vectors(middle[None])[0])), distance, distance
@@ -169,7 +169,7 @@ class SoftboxLight(SpreadLight):
         return np.where(met & front, self.luminance_cd_m2, 0.0)[:, None]
 
     def distance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
-        """To the rectangle; infinite where a ray passes it by."""
+        """Compute the distance to the rectangle; infinite where a ray passes it by."""
         met, along = self._met(points, directions)
         return np.where(met, along, np.inf)
 

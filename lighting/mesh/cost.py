@@ -30,12 +30,12 @@ class MeshCost:
 
     @property
     def seconds(self) -> float:
-        """On one core of a small machine."""
+        """Seconds on one core of a small machine."""
         return SECONDS_A_TRIANGLE * self.triangles
 
     @property
     def words(self) -> str:
-        """For a person."""
+        """Cost in words."""
         return (
             f"up to {self.triangles:,} triangles, {gigabytes(self.memory_bytes)} of memory and "
             f"{max(1.0, self.seconds):.0f} s"

@@ -51,7 +51,7 @@ def corner_groups(
     joined: Int[np.ndarray, "F 3"],
     joins: Callable[[Int[np.ndarray, " E"], Int[np.ndarray, " E"]], Bool[np.ndarray, " E"]],
 ) -> tuple[int, Int[np.ndarray, "C"]]:
-    """How many groups the 3 F corners of triangles make, and which of them each is in, row by row.
+    """Group the 3 F corners of triangles: the number of groups, and the group of each, row by row.
 
     Corners at one vertex (`joined` numbers them) are in a group where their triangles meet in an edge, or are joined by
     others that do; of the pairs of triangles that do, `joins` says which count.

@@ -103,7 +103,7 @@ def patches(count: int = 6, gap: Number = 0.08, tilt_deg: Number = 0.0) -> tuple
 
 
 def triangles(shape: str, subdivisions: int = 6, divisions: int = 160, **_more: Any) -> int:
-    """How many triangles a shape has at these settings; 0 where they are out of range, which the shape itself says."""
+    """Count the triangles of a shape at these settings; 0 where they are out of range, which the shape itself says."""
     if shape in ("sphere", "speed_shape"):
         return 20 * 4**subdivisions if 0 <= subdivisions <= 9 else 0
     return 2 * divisions**2 if shape == "cloth" and divisions <= 2000 else 2

@@ -45,7 +45,7 @@ class Tangents(NamedTuple):
 
 
 def horizontal_tangents(normals: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"]) -> Tangents:
-    """Of a mesh without texture coordinates: `stated_tangents`, unmirrored."""
+    """Compute tangents of a mesh without texture coordinates: `stated_tangents`, unmirrored."""
     directions = orthonormal_frame(normals, stated_tangents(normals))[:, 0]
     return Tangents(directions, faces, np.ones(len(faces)))
 
@@ -56,7 +56,9 @@ def uv_tangents(
     faces: Int[np.ndarray, "F 3"],
     uv: Float[np.ndarray, "V 2"],
 ) -> Tangents:
-    """Of a mesh with texture coordinates, as the head of this file says; `stated_tangents` where uv gives none."""
+    """Compute tangents of a mesh with texture coordinates, as the head of this file says; `stated_tangents` where uv
+    gives none.
+    """
     along_u, sign = _directions_of_u(vertices[faces], uv[faces])
     alike, vertex = welded(np.concatenate([vertices, normals, uv], axis=1))
     corners = vertex[faces]

@@ -24,7 +24,7 @@ class UvLengths(NamedTuple):
 
     @property
     def words(self) -> str | None:
-        """How unevenly a texture lies; None where it does not."""
+        """Describe how unevenly a texture lies; None where it does not."""
         if (self.high <= UNEVEN * self.low).all():
             return None
         spans = (

@@ -234,7 +234,7 @@ class Tracer:
         return self.free(start, np.ascontiguousarray(arriving.directions), arriving.distance)
 
     def lifted(self, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Where shadow rays of points on surfaces start: `SHADOW_OFFSET` along their geometric normals."""
+        """Offset points on surfaces to where shadow rays start: `SHADOW_OFFSET` along their geometric normals."""
         return points + SHADOW_OFFSET * self.radius * normals
 
     def free(

@@ -58,7 +58,7 @@ class Together:
 
     @property
     def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
-        """Of all."""
+        """Halves of all."""
         return np.sum([each.halves for each in self._sums], axis=0)
 
     def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
@@ -84,7 +84,7 @@ class Noise:
 
     @property
     def words(self) -> str:
-        """For a person."""
+        """Noise in words."""
         said = f"noise of ΔE94 {max(self.mean):.2g} (mean) and {max(self.p99):.2g} (p99)"
         said += f" with {self.directions:,} directions a pixel"
         return f"{said}, the most allowed: {self.aimed:.2g} was aimed at" if self.limited else said

@@ -36,11 +36,11 @@ class Carried:
     shifted: Float[np.ndarray, "n 3 L"] | None
 
     def chosen(self, which: Int[np.ndarray, " k"]) -> Carried:
-        """Of some paths."""
+        """Select some paths."""
         return Carried(self.through[which], None if self.shifted is None else self.shifted[which])
 
     def times(self, factor: Float[np.ndarray, " n"]) -> Carried:
-        """As much of it, path by path."""
+        """Scale it, path by path."""
         shifted = None if self.shifted is None else self.shifted * factor[:, None, None]
         return Carried(self.through * factor[:, None], shifted)
 
@@ -84,7 +84,7 @@ class PathColours:
         return len(self._nm) * (1 if self._sensitivity is None else 4)
 
     def begun(self, count: int) -> Carried:
-        """So many paths that have met no surface."""
+        """Begin a number of paths that have met no surface."""
         wavelengths = len(self._nm)
         shifted = None if self._sensitivity is None else np.zeros((count, 3, wavelengths))
         return Carried(np.ones((count, wavelengths)), shifted)
@@ -92,7 +92,7 @@ class PathColours:
     def scattered(
         self, carried: Carried, met: Met, uv: Float[np.ndarray, "n 2"] | None, wi: Float[np.ndarray, "n 3"]
     ) -> Carried:
-        """Of light that arrives along `wi`: what was carried times f_r (1/sr), or through D."""
+        """Scatter light that arrives along `wi`: what was carried times f_r (1/sr), or through D."""
         through = np.zeros_like(carried.through)
         shifted = None if carried.shifted is None else np.zeros_like(carried.shifted)
         for number, surface in enumerate(self._wearing):

@@ -125,7 +125,8 @@ def _spread_light_reaches(scene: Scene, seen: VisibleGeometry) -> bool:
 
 
 def winding_number(mesh: Mesh, point: Float[np.ndarray, "3"]) -> float:
-    """How often a mesh goes round a point, anticlockwise seen from outside: 1 within a closed body that faces outwards.
+    """Count how often a mesh goes round a point, anticlockwise seen from outside: 1 within a closed body that faces
+    outwards.
 
     The sum of the signed solid angles of its triangles (Van Oosterom and Strackee 1983, eq. 8) over 4 pi.
     """

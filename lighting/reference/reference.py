@@ -145,7 +145,7 @@ def reference_images(
 
 
 class _Spread:
-    """What lights that spread, and bounces, add to each band of a picture, and the noise of all bands together."""
+    """Contribution of area lights and bounces to each band of a picture, and the noise of all bands together."""
 
     def __init__(
         self,
@@ -188,7 +188,7 @@ class _Spread:
 
     @property
     def noise(self) -> Noise | None:
-        """Of all that was added; None where nothing was."""
+        """Noise of all that was added; None where nothing was."""
         return noise_stated(self._found, self._aimed) if self._found else None
 
 

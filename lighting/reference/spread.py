@@ -234,7 +234,7 @@ class SpreadSum:
 
 @dataclass(frozen=True, eq=False)
 class _Worn:
-    """What of a material a task adds up, and as it is drawn; without a sampler by the light alone."""
+    """Material of a task, and its sampler; without a sampler by the light alone."""
 
     surface: Surface
     sampler: DirectionSampler | None
@@ -255,7 +255,7 @@ class _Task:
     of_n: float = 1.0
 
     def part(self, scattering: Scattering) -> _Worn | None:
-        """Of a material; None where it has no such part."""
+        """Return the part of a material; None where it has no such part."""
         if self.share == "all":
             return _Worn(scattering.surface, scattering.sampler)
         if self.share == "even":
@@ -282,7 +282,7 @@ class _Shining:
         self._alone = self._even or isinstance(light, SoftboxLight)
 
     def tasks(self, start: int, stop: int) -> Iterator[_Task]:
-        """What is to be done so that there are `stop` directions where there were `start`."""
+        """List the tasks that take `start` directions to `stop`."""
         if self._alone:
             yield _Task(False, "even", start, stop)
         of_n = _GLOSSY if self._even else 1.0

@@ -19,7 +19,9 @@ from ..vectors import dot
 
 
 def uv_gradients(corners: Float[np.ndarray, "F 3 3"], uv: Float[np.ndarray, "F 3 2"]) -> Float[np.ndarray, "F 2 3"]:
-    """How u and v grow along the three coordinates of space, in the planes of triangles with these corners."""
+    """Compute the gradients of u and v along the three coordinates of space, in the planes of triangles with these
+    corners.
+    """
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(first, second)
     # Directions along which only the one side's weight grows, and at which rate.

@@ -91,7 +91,7 @@ class PeriodicRays:
 
 
 def off_surface(points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-    """Where rays start that leave facets at `points`."""
+    """Offset `points` to where rays that leave facets start."""
     return points + _OFFSET * normals
 
 

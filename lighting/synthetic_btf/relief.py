@@ -64,7 +64,7 @@ class Relief:
 
     @cached_property
     def mean_height(self) -> float:
-        """Of the whole surface, by area of the plane."""
+        """Average height of the whole surface, by area of the plane."""
         return float(self.corners[..., 2].mean())
 
     @cached_property

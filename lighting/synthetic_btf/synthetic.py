@@ -59,7 +59,7 @@ class SyntheticBtf:
 
     @property
     def height_of_plane(self) -> float:
-        """Of the measured plane, texels."""
+        """Height of the measured plane, texels."""
         return float(self.relief.heights.max()) if self.plane is None else self.plane
 
     @property

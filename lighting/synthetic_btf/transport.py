@@ -87,7 +87,8 @@ class Transport:
     def coefficients(
         self, light: int, dyes: int
     ) -> tuple[Float[np.ndarray, "V H W P"], Float[np.ndarray, "V H W P P"]]:
-        """Of all texels: what stands before each dye's spectrum, and before each product of two, 1/sr.
+        """Compute the coefficients of all texels: what stands before each dye's spectrum, and before each product of
+        two, 1/sr.
 
         The first of two is the dye that is seen, the second that which light came by before.
         """

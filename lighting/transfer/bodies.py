@@ -25,28 +25,28 @@ class Bodies:
 
     @classmethod
     def of(cls, scene: Scene, longest_edge: float | None = None, most: float = MOST) -> Bodies:
-        """Those of a scene, large triangles divided; and cut where light is not linear (`placed`)."""
+        """Make the bodies of a scene, large triangles divided; and cut where light is not linear (`placed`)."""
         return cls(placed(scene, longest_edge, most))
 
     @property
     def sites(self) -> Sites:
-        """Where rays start."""
+        """Sites that rays start from."""
         return self.placed.sites
 
     @property
     def corners(self) -> Corners:
-        """Those of all triangles."""
+        """Corners of all triangles."""
         return self.placed.corners
 
     @property
     def triangles(self) -> Float[np.ndarray, "F 3 3"]:
-        """What rays end on, in float32."""
+        """Triangles that rays end on, in float32."""
         return self.placed.triangles
 
     def traced(
         self, rays: int = RAYS, progress: Callable[[int, int, str], None] = lambda done, total, what: None
     ) -> Hits:
-        """So many rays of each site; see `scene_hits`."""
+        """Trace a number of rays of each site; see `scene_hits`."""
         check_rays_fit(len(self.sites), rays)
         return traced_hits(self.sites, self.corners, self.triangles, rays, progress)
 

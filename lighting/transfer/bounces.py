@@ -45,7 +45,7 @@ class Interreflection:
 
     @property
     def indirect(self) -> Float[np.ndarray, "S K J"]:
-        """What bounces add."""
+        """Light added by bounces."""
         return self.all - self.first
 
 

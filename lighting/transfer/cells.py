@@ -62,6 +62,6 @@ class Cells:
         return (half[:, None] * self.across + half).ravel()
 
     def turned(self, cells: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
-        """Where cells come to by a turn by a right angle about the normal, from x to y."""
+        """Permute cells by a turn by a right angle about the normal, from x to y."""
         row, column = np.divmod(cells, self.across)
         return column * self.across + (self.across - 1 - row)

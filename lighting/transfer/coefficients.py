@@ -48,7 +48,7 @@ class Coefficients:
         return self.kinds * self.basis.size
 
     def sent(self, reflected: Float[np.ndarray, "n L"]) -> list[Float[np.ndarray, "n J"]]:
-        """What surfaces make of 1 lux of each spectrum; reflected : at the wavelengths of the basis."""
+        """Compute the emission of surfaces under 1 lux of each spectrum; reflected : at the basis' wavelengths."""
         if self.radiant:
             return [self.basis.project(reflected * power) for power in self._powers]
         return [self.basis.project(reflected)] * len(self.spectra)
@@ -70,7 +70,7 @@ class Coefficients:
 
     @cached_property
     def to_xyz(self) -> Float[np.ndarray, "F 3"]:
-        """What they are seen as."""
+        """Convert them to XYZ."""
         return self.folds(np.ones(len(self.basis.wavelengths_nm)))
 
     @cached_property
@@ -84,7 +84,7 @@ class Coefficients:
     def folds(
         self, surface: Float[np.ndarray, "*n L"], illuminants: Sequence[Spectrum | None] = (None,)
     ) -> Float[np.ndarray, "*n F M3"]:
-        """From coefficients that arrive to XYZ that leave surfaces, exact at each wavelength of the basis.
+        """Make the maps from arriving coefficients to leaving XYZ, exact at each wavelength of the basis.
 
         surface : reflectances. illuminants : M, each in place of all spectra; None is their own.
 

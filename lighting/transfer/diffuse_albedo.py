@@ -39,7 +39,7 @@ _SHOWN = 8
 
 
 def even_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
-    """What a surface reflects of even light, as a share: a mean over viewers, by their cosines, and over texels.
+    """Compute the albedo of a surface under even light: a mean over viewers, by their cosines, and over texels.
 
     Of a fast form it is from each side the integral of the slice that is drawn (`EnvironmentForm`), however sharp that
     is. Of others, directions to the light are drawn as the surface scatters it: off by some 0.3 % with highlights of
@@ -88,7 +88,7 @@ def _even(form: EnvironmentForm, points: Points) -> Float[np.ndarray, "N R"]:
 def regions_of(
     fine: Scene, surfaces: Mapping[str, Fast], hits: Hits, wavelengths_nm: Float[np.ndarray, " L"]
 ) -> tuple[tuple[Int[np.ndarray, " S"], Float[np.ndarray, "R L"]], Float[np.ndarray, "n L"]]:
-    """Which region each site is of and what each region reflects, as `Regions` takes them; and some of all
+    """Group sites into regions with their reflectance, as `Regions` takes them; and some of all
     reflectances, for a basis.
 
     fine : the scene that `hits` are of, with texture coordinates where materials use them.

@@ -21,7 +21,8 @@ _AT_ONCE = 1 << 18
 def direct_illuminance(
     scene: Scene, sites: Sites, occluders: Occluders, drawn: int = DRAWN
 ) -> tuple[Float[np.ndarray, "S K"], ...]:
-    """Of each light of a scene, lux at each site of each of its K spectra, with the shadows that the scene casts.
+    """Compute the direct illuminance of each light of a scene, lux at each site of each of its K spectra, with the
+    shadows that the scene casts.
 
     A light that comes from one direction is exact. Of one that spreads it is a mean over `drawn` directions, drawn
     as it shines, another even set at each site.

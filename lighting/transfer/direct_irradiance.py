@@ -39,7 +39,7 @@ class Received:
 
     @cached_property
     def amounts(self) -> Float[np.ndarray, "K n"]:
-        """What white parts would send to sites of it, see `ByPart`."""
+        """Compute the light that white parts would send to sites of it, see `ByPart`."""
         return self.by_part.amounts(self.lux)
 
     def scattered(self, part: GlossyPart, reflection: Reflection) -> Float[np.ndarray, "KR GO"]:

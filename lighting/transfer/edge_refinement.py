@@ -174,7 +174,7 @@ def between_sites(scene: Scene, hits: Hits, sent: Float[np.ndarray, "S F"]) -> B
 
 @dataclass(frozen=True, eq=False)
 class _Probed:
-    """What n sites receive under the light that is the same for all materials, relative to its own white.
+    """Irradiance of n sites under the light that is the same for all materials, relative to its own white.
 
     hits : of the first of them. sent : by these. straight (n,), by_others (n,3) : of that light itself, and by way of
     parts. shut (n,) : see `shut_sites`.

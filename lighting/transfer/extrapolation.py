@@ -37,7 +37,7 @@ def settled(
     most: int = MOST,
     beside: Float[np.ndarray, "S 3"] | None = None,
 ) -> Interreflection:
-    """What `bounces.passed_on` tends to, within ΔE94 `enough`.
+    """Extrapolate the limit of `bounces.passed_on`, within ΔE94 `enough`.
 
     most_y : Y that 1 of each coefficient, of any sign, may have (`Coefficients.most_y`). Other parameters are those of
     `passed_on`. `left` is estimated of the residual, as a geometric series at the slowest pace of all bounces;

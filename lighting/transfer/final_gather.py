@@ -53,7 +53,7 @@ class Sources:
         return found
 
     def after(self, part: GlossyPart, fold: Float[np.ndarray, "F m"]) -> Float[np.ndarray, "e m"] | None:
-        """What comes to that of rays `GlossyPart.at`, folded."""
+        """Add the light of rays `GlossyPart.at`, folded."""
         return None if self.at_ends is None else self.at_ends[part.end] @ fold.astype(self.evenly.dtype)
 
     def brought(self, part: GlossyPart, sites: Int[np.ndarray, " m"]) -> Float[np.ndarray, "m N F"]:
@@ -129,7 +129,7 @@ class Weights:
 
     @cached_property
     def operators(self) -> list[Any]:
-        """Of each term (m, S + u), from what `Sources.before` has to what leaves the sites."""
+        """Make the operator of each term (m, S + u), from what `Sources.before` has to what leaves the sites."""
         from scipy.sparse import csr_array
 
         numbers, ray = (one[self.sites] for one in self.part.by_site)
@@ -198,7 +198,7 @@ class Seen:
         pool: ThreadPoolExecutor,
         static: bool = False,
     ) -> Weights:
-        """Those that there are, or others."""
+        """Return the weights that are kept, or make others."""
         known = self._last.setdefault(part.part, [])
         for place, one in enumerate(known):
             if one.holds(part, reflection, to, dtype):

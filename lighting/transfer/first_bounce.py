@@ -37,7 +37,7 @@ class CellLight:
 
     @property
     def irradiance(self) -> Float[np.ndarray, "n F"]:
-        """What sites `GlossyPart.rows` receive of them."""
+        """Compute the irradiance of sites `GlossyPart.rows` by them."""
         return columns_times(self.part.emission, self.values).T @ self.spread
 
 
@@ -49,7 +49,7 @@ def cell_radiosity(
     coefficients: Coefficients,
     dtype: type = np.float32,
 ) -> tuple[CellLight, ...]:
-    """What glossy sites send into each cell, of lights that spread; without their matt terms.
+    """Compute the light of area lights that glossy sites send into each cell; without their matt terms.
 
     originals, reflections : of each part, as they are and at the wavelengths of the basis.
 

@@ -63,7 +63,7 @@ class Hits:
 
     @cached_property
     def part_of_site(self) -> Int[np.ndarray, " S"]:
-        """That each site is on."""
+        """Part that each site is on."""
         found = np.zeros(len(self.sites), dtype=np.int64)
         for corners in (self.backs, self.corners):
             there = corners >= 0
@@ -78,7 +78,7 @@ class Hits:
 
     @property
     def nbytes(self) -> int:
-        """What is kept of the rays."""
+        """Bytes of the stored rays."""
         return self.triangle.nbytes + self.place.nbytes
 
     def directions(self, rows: slice = slice(None)) -> Float[np.ndarray, "n N 3"]:
@@ -117,7 +117,7 @@ class Hits:
 
     @cached_property
     def shut(self) -> Bool[np.ndarray, " S"]:
-        """Which sites next to nothing can see, inside of solids or with another part on them: nearly all of their rays
+        """Sites that see next to nothing, inside of solids or with another part on them: nearly all of their rays
         end on the dark side of a solid, or at once.
         """
         found = np.zeros(len(self.sites), dtype=bool)
@@ -167,7 +167,7 @@ def ray_directions(
 
 
 def shifted_pattern(numbers: Int[np.ndarray, " n"], count: int) -> Float[np.ndarray, "n count 2"]:
-    """So many points of the unit square, evenly over it, each set shifted by an amount of its own."""
+    """Make points spread evenly over the unit square, each set shifted by an amount of its own."""
     pattern = (0.5 + np.arange(1, count + 1)[:, None] * _STEPS) % 1.0
     return (pattern + (numbers[:, None] * _SHIFTS % 1.0)[:, None, :]) % 1.0
 

@@ -109,7 +109,7 @@ class IndirectLight:
 
 
 def arriving(hits: Hits, light: RayLight) -> Float[np.ndarray, "S 21 F"]:
-    """What each site receives of what all send out (`IndirectLight.at_sites`), float32.
+    """Compute the light that each site receives of what all send out (`IndirectLight.at_sites`), float32.
 
     Rays are as dense as the cosine: with radiosity B = pi L the moments are means of B times polynomials, and the flux
     one of B times direction over cosine. The radiance is the nearest of such polynomials over the site's rays by least
@@ -190,7 +190,7 @@ def under_lobes(
 
 
 def lessened(sharpness: Float[np.ndarray, "*n"]) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
-    """By how much harmonics of degree 1 and 2 lessen under a normalised Gaussian of that sharpness, > 0.
+    """Compute how much harmonics of degree 1 and 2 lessen under a normalised Gaussian of that sharpness, > 0.
 
     coth(lambda) - 1 / lambda and 1 - 3 of that / lambda; by series where those cancel.
     """

@@ -85,7 +85,7 @@ class ByPart:
         return cls(rows, of_number[edges[:-1]], np.searchsorted(edges, operator.indptr))
 
     def amounts(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "K n"]:
-        """What sites receive of those of each part, were all white."""
+        """Compute the light that sites receive of each part, were all white."""
         return columns_times(self.rows, np.ascontiguousarray(lux.T))
 
     def irradiance(

@@ -106,7 +106,7 @@ class Prepared:
 
     @cached_property
     def frames(self) -> Float[np.ndarray, "S 3 3"]:
-        """From the world to the frame of each site, on its side."""
+        """Rotations from the world to the frame of each site, on its side."""
         hits, parts = self.hits, self.scene.parts
         tangents = np.concatenate([part.mesh.tangents.directions[part.mesh.tangents.faces] for part in parts])
         hand = np.concatenate([part.mesh.tangents.handedness for part in parts])
@@ -127,7 +127,7 @@ class Prepared:
         return corners, np.concatenate([mesh.face_normals for mesh in meshes])
 
     def seen(self, towards: Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, "n 3"]]) -> Bool[np.ndarray, " S"]:
-        """Which sites are about triangles that look at a viewer, on that side. towards : him, from places."""
+        """Select the sites of triangles that face a viewer, on that side. towards : him, from places."""
         corners, normals = self._faces
         cosine = dot(normals, unit(towards(corners)))
         found = np.zeros(len(self.hits.sites) + 1, dtype=bool)
@@ -137,7 +137,7 @@ class Prepared:
         return found[:-1]
 
     def glossy_rays(self, glossy: Bool[np.ndarray, " P"]) -> GlossyRays:
-        """Of these parts; the last few sets are kept."""
+        """Return the rays ending on these parts; the last few sets are cached."""
         key = glossy.tobytes()
         if key not in self._glossy:
             while len(self._glossy) >= _KEPT:

@@ -52,7 +52,7 @@ class RadianceMaps:
 
     @property
     def nbytes(self) -> int:
-        """What is kept."""
+        """Bytes of the stored maps."""
         return self.number.nbytes + self.normals.nbytes + self.values.nbytes
 
     @classmethod
@@ -63,8 +63,8 @@ class RadianceMaps:
         sites: Int[np.ndarray, " n"],
         polynomials: Float[np.ndarray, "S 9 F"],
     ) -> RadianceMaps:
-        """Those of `sites`, as `indirect.arriving` has their light. Sites that are shut (`Hits.shut`) have the map of a
-        neighbour.
+        """Make the maps of `sites`, as `indirect.arriving` has their light. Sites that are shut (`Hits.shut`) have the
+        map of a neighbour.
         """
         open_sites = sites[~hits.shut[sites]]
         scale = np.maximum(light.largest, np.finfo(np.float32).tiny)

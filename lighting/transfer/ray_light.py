@@ -43,7 +43,9 @@ class GlossyLight:
     def beyond(
         self, hits: Hits, sites: Int[np.ndarray, " n"], to: Float[np.ndarray, "n N 3"]
     ) -> tuple[Int[np.ndarray, " m"], Float[np.ndarray, "m F"]]:
-        """Which rays of `sites`, of all n N, end on glossy parts, and pi times the radiance that they bring of it."""
+        """Find the rays of `sites`, of all n N, that end on glossy parts, and pi times the radiance that they bring of
+        it.
+        """
         rays, known, size = hits.rays, self.rays, len(self.rays.cells)
         first, last = (np.searchsorted(known.ray, (sites + k) * rays) for k in (0, 1))
         count = last - first
@@ -59,7 +61,7 @@ class GlossyLight:
         return place, found
 
     def irradiance(self, hits: Hits) -> Float[np.ndarray, "S F"]:
-        """Of all sites."""
+        """Compute the irradiance of all sites."""
         found = np.zeros((len(hits.sites), self.cells.shape[1]), np.float32)
         for start in range(0, len(found), _BLOCK):
             sites = np.arange(start, min(start + _BLOCK, len(found)))
@@ -113,7 +115,8 @@ def glossy_light(
     coefficients: Coefficients,
     lux: Float[np.ndarray, "S K"],
 ) -> tuple[GlossyLight, Float[np.ndarray, "G F"]]:
-    """What glossy parts send out by direction of all lights, and what their sites, G of S, send out evenly of `lux`.
+    """Compute the light of all lights that glossy parts send out by direction, and what their sites, G of S, send out
+    evenly of `lux`.
 
     originals : see `glossy_parts`; some. spectrum : of all lights' spectra, one after the other, which of K it is.
 

@@ -48,7 +48,7 @@ class Separable(Protocol):
 
     @property
     def spectra(self) -> Float[np.ndarray, "R L"]:
-        """Of each term."""
+        """Spectra of each term."""
         ...
 
     def scalars(self, points: Points) -> Float[np.ndarray, "N R"]:
@@ -125,7 +125,7 @@ class Reflection:
 
     @cached_property
     def bispectral(self) -> Bispectral:
-        """What it passes on of even light, as a matt surface."""
+        """Average it into a matt bispectral surface under even light."""
         if self.glow is not None:
             return self.glow
         return Bispectral.diagonal(Spectrum.sampled(self.wavelengths_nm, self.albedo, "reflectance"))
@@ -143,7 +143,7 @@ class Reflection:
         return self._scalars(Points(wi, wo))[:, self._kept]
 
     def correction(self, f_r: Float[np.ndarray, "n N R"], cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n R"]:
-        """What the mean of f_r over rays has to be multiplied with, so that even light is right.
+        """Compute the factor of the mean of f_r over rays, so that even light is right.
 
         f_r : of N rays as dense as the cosine. cosine : to the viewer. Few rays meet a narrow highlight, and by chance
         too many or too few: that error is known, and is taken out as far as it may be (a ratio estimator).

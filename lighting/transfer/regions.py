@@ -132,11 +132,11 @@ class RadiantRegions:
         return lux[:, :, None] * self._first[self.region]
 
     def reflected(self, arriving: Float[np.ndarray, "S K J"]) -> Float[np.ndarray, "S K J"]:
-        """What each site sends out of what arrives."""
+        """Reflect the light that arrives at each site."""
         return _times(self._operators, self.region, self._runs, arriving)
 
     def folds(self) -> list[Float[np.ndarray, "3 J"]]:
-        """From coefficients to XYZ, one for each light, all alike."""
+        """Make the maps from coefficients to XYZ, one for each light, all alike."""
         seen = self.observer.sensitivity(self.basis.wavelengths_nm)
         fold = seen if self.basis.is_sampled else seen @ self.basis.synthesis
         return [fold] * len(self.lights)

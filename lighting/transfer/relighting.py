@@ -97,7 +97,7 @@ class Relighting:
         return cls(known, reflections, scene.lights, planned, bounces, enough, dtype)
 
     def with_material(self, part: str, surface: Surface, basis: SpectralBasis | None = None) -> Relighting:
-        """With another material on one part. basis : None plans anew, where the one that there is does not fit.
+        """Put another material on one part. basis : None plans anew, where the one that there is does not fit.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class Relighting:
         return replace(self, reflections=tuple(found), basis=planned, _received=got)
 
     def with_lights(self, *lights: Light, basis: SpectralBasis | None = None) -> Relighting:
-        """With other lights. basis : None plans anew, where the one that there is does not fit."""
+        """Replace the lights. basis : None plans anew, where the one that there is does not fit."""
         seen = tuple(light.for_observer(self.prepared.scene.observer) for light in lights)
         if not seen:
             raise InputError("a scene without lights", field="lights", found=0, expected="at least one")
@@ -125,7 +125,7 @@ class Relighting:
         return replace(self, lights=seen, basis=basis, _received=None)
 
     def lit_by(self, illuminant: Spectrum | None) -> Relighting:
-        """With this in place of the spectra of all lights; None leaves them as they are."""
+        """Replace the spectra of all lights; None leaves them as they are."""
         if illuminant is None:
             return self
         return self.with_lights(*(light.with_spectrum(illuminant) for light in self.lights))
@@ -137,7 +137,7 @@ class Relighting:
 
     @cached_property
     def coefficients(self) -> Coefficients:
-        """What light is between surfaces."""
+        """Coefficients of light between surfaces."""
         scene = self.prepared.scene
         reference, radiant = float(scene.viewing.reference_illuminance_lux), _fluoresces(self.reflections)
         spectra = tuple(spectrum for light in self.lights for spectrum in light.spectra)
@@ -150,17 +150,17 @@ class Relighting:
 
     @cached_property
     def glossy(self) -> Bool[np.ndarray, " P"]:
-        """Which parts are."""
+        """Parts that are glossy."""
         return np.array([not one.is_matt for one in self.reflections])
 
     @property
     def rays(self) -> GlossyRays:
-        """Those that glossy parts have to do with."""
+        """Rays of and to glossy parts."""
         return self.prepared.glossy_rays(self.glossy)
 
     @cached_property
     def received(self) -> Received:
-        """What lights give straight away."""
+        """Direct irradiance of the lights."""
         return received(self.prepared, self.rays, self.lights) if self._received is None else self._received
 
     @cached_property
@@ -223,7 +223,7 @@ class Relighting:
 
     @cached_property
     def passed(self) -> Interreflection:
-        """What sites send on of it, every part as a matt one; `left` and `bound` are those of the whole."""
+        """Light that sites pass on of it, every part as a matt one; `left` and `bound` are those of the whole."""
         scene = self.prepared.scene
         albedos = np.stack([one.albedo for one in self._fitting])
         regions, coefficients = self._regions(albedos), self.coefficients
@@ -309,11 +309,11 @@ class Relighting:
 
     @cached_property
     def sources(self) -> Sources:
-        """What rays of glossy sites bring."""
+        """Light along the rays of glossy sites."""
         return Sources(self.rays, self._sent, self._cells, self._ends if self.received.free else None)
 
     def matt_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "F M3"]:
-        """From coefficients that arrive to what a part sends out of them evenly, see `Coefficients.folds`."""
+        """Map arriving coefficients to the diffuse light that a part sends out, see `Coefficients.folds`."""
         one = self._fitting[part]
         if one.glow is not None:
             return self.coefficients.glowing_fold(one.glow, illuminants)

@@ -59,7 +59,7 @@ class Transport:
 
     @property
     def hits(self) -> Hits:
-        """Where rays end."""
+        """Ends of the rays."""
         return self.prepared.hits
 
     @property

@@ -39,11 +39,11 @@ class ClusteredTensor:
 
     @property
     def nbytes(self) -> int:
-        """What is kept."""
+        """Bytes of the stored tensors."""
         return sum(one.by_site.nbytes + one.by_light.nbytes + one.core.nbytes for one in self.clusters)
 
     def lit(self, light: Float[np.ndarray, "K L"]) -> Float[np.ndarray, "S R P K B"]:
-        """What arrives in each harmonic by way of each region and component, of each of K fields of light."""
+        """Compute the light in each harmonic by way of each region and component, of each of K fields of light."""
         _, _, regions, parts, bands = self.clusters[0].core.shape
         found = np.empty((self.count, regions, parts, len(light), bands), dtype=np.float32)
         for one in self.clusters:

@@ -33,11 +33,11 @@ class ClusteredHarmonicTransfer:
 
     @property
     def nbytes(self) -> int:
-        """What is kept."""
+        """Bytes of the stored matrices."""
         return self.number.nbytes + self.weights.nbytes + self.matrices.nbytes
 
     def folded(self, light: Float[np.ndarray, "K B"]) -> Float[np.ndarray, "k c1 K J B"]:
-        """What light makes of each cluster's mean and components: all that another light takes anew."""
+        """Fold light with each cluster's mean and components, all that another light changes."""
         return np.einsum("kcjab,nb->kcnja", self.matrices, light, optimize=True)
 
     def lit(self, light: Float[np.ndarray, "K B"]) -> Float[np.ndarray, "S K J B"]:

@@ -34,7 +34,7 @@ class DirectTensor:
 
     @property
     def nbytes(self) -> int:
-        """What is kept."""
+        """Bytes of the stored tensor."""
         return self.place.nbytes + self.value.nbytes
 
     def lit(self, light: Float[np.ndarray, "K D"]) -> Float[np.ndarray, "S k1 K"]:

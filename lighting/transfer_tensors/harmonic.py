@@ -42,7 +42,7 @@ class HarmonicTransfer:
 
     @property
     def nbytes(self) -> int:
-        """What is kept of the matrices."""
+        """Bytes of the stored matrices."""
         return self.matrices.nbytes
 
     def lit(self, light: Float[np.ndarray, "K B"]) -> Float[np.ndarray, "S K J B"]:

@@ -32,7 +32,7 @@ class HarmonicBtf(BtfGathering):
 
     @cached_property
     def analysis(self) -> Float[np.ndarray, "Lt B"]:
-        """What each measured light counts in each harmonic."""
+        """Weight of each measured light in each harmonic."""
         return harmonic_weights(self.texels.form.lights)
 
     def xyz(
@@ -42,7 +42,7 @@ class HarmonicBtf(BtfGathering):
         arriving: Float[np.ndarray, "N K J B"],
         product: Float[np.ndarray, "K P J 3"],
     ) -> Float[np.ndarray, "N 3"]:
-        """What points send to a viewer.
+        """Compute the XYZ that points send to a viewer.
 
         uv, wo : on the texture, and to the viewer in the frames that `arriving` is told in (`HarmonicTransfer.lit`).
         product : of `products`.
@@ -56,7 +56,7 @@ class HarmonicBtf(BtfGathering):
 
 
 def harmonic_weights(lights: Hemisphere) -> Float[np.ndarray, "Lt B"]:
-    """What each measured light's hat takes of each of 25 harmonics; nothing from below the horizon."""
+    """Project each measured light's hat onto 25 harmonics; nothing from below the horizon."""
     around = spread(_DIRECTIONS, -1.0)
     return hats_at(lights, around).T @ harmonics(around) * (4.0 * np.pi / len(around))
 

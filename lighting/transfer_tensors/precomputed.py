@@ -47,7 +47,7 @@ class TransferTensors:
 
     @property
     def nbytes(self) -> int:
-        """Of the tensors as they are."""
+        """Bytes of the tensors as they are."""
         return self.visible.nbytes + self.one.nbytes + self.two.nbytes
 
 
@@ -91,7 +91,7 @@ def transfer_tensors(
 
 
 def bytes_of_site(regions: int, components: Components) -> int:
-    """What the tensors of one site take."""
+    """Count the bytes of one site's tensors."""
     parts, size = components.table.shape[3] + 1, len(CubeMap(ONE_BOUNCE))
     return 4 * regions * parts * (size * BANDS**2 + regions * parts * len(CubeMap(TWO_BOUNCES)))
 
@@ -179,7 +179,7 @@ class _Bounce:
 
 
 class _Ends:
-    """Where the rays of one site end, on fronts and backs that are lit."""
+    """Ends of the rays of one site, on fronts and backs that are lit."""
 
     def __init__(self, bounce: _Bounce, site: int) -> None:
         hits = bounce.hits
@@ -195,7 +195,7 @@ class _Ends:
         self.harmonics = harmonics(to, BANDS) * (np.pi / hits.rays)
 
     def seen(self) -> Float[np.ndarray, "h L"]:
-        """How much of each texel's light comes to the ends, between the sites about them."""
+        """Interpolate the light of each texel at the ends, between the sites about them."""
         return np.einsum("hc,hcl->hl", self.shares, self._bounce.share[self.corners])
 
     def reflected(self, cosine: bool = True) -> Float[np.ndarray, "h L P"]:

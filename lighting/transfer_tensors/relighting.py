@@ -84,7 +84,7 @@ class TensorTransfer:
 
     @property
     def nbytes(self) -> int:
-        """What relighting keeps of the geometry: T0 as it is, and all that is compressed."""
+        """Bytes that relighting keeps of the geometry: T0 as it is, and all that is compressed."""
         return self.tensors.visible.nbytes + self.direct.nbytes + self.one.nbytes + self.two.nbytes
 
     def arriving(self, light: EnvironmentLight) -> Arriving:
@@ -108,7 +108,8 @@ class TensorTransfer:
         reference_lux: float,
         bounces: int = 2,
     ) -> Float[np.ndarray, "S 3"]:
-        """What a viewer at `eye` (in the coordinates of the sites) sees of each site; 0 where it looks away.
+        """Compute the XYZ that a viewer at `eye` (in the coordinates of the sites) sees of each site; 0 where it looks
+        away.
 
         materials : of each region. weights : of each field of the light, from spectra to XYZ, Y = 1 of the perfect
         diffuser (`Observer.weights`). reference_lux : what makes Y of a perfect diffuser 1. bounces : 0, 1 or 2.
@@ -167,7 +168,7 @@ class TensorTransfer:
 
 
 class _Seen:
-    """What some sites of one region send to the viewer of what arrives: of the matt part, and of the highlight."""
+    """Light that some sites of one region send to the viewer: of the matt part, and of the highlight."""
 
     def __init__(
         self,
@@ -207,7 +208,7 @@ class _Seen:
         return found
 
     def direct(self, arriving: Arriving, field: int) -> Float[np.ndarray, "n 2"]:
-        """Of direct light: cd/m^2 of spectra of 1."""
+        """Reflect direct light: cd/m^2 of spectra of 1."""
         factors = arriving.direct[self._mine, :, field]
         towards = np.repeat(self._mirrored, len(self._sharpness), axis=0)
         mean = arriving.prefiltered(towards, np.tile(self._sharpness, len(self._mirrored)))[:, field]
@@ -216,7 +217,7 @@ class _Seen:
         return np.stack([factors[:, 0] / np.pi, np.sum(self._factors * factors[:, 1:], axis=1) + lobes], axis=1)
 
     def once(self, one: Float[np.ndarray, "n R b B"]) -> Float[np.ndarray, "n 2 R b"]:
-        """Of light by way of each region's two spectra."""
+        """Reflect light by way of each region's two spectra."""
         transfer = self._transfer
         matt = one[..., 0] * (np.sqrt(4.0 * np.pi) / np.pi)
         smooth = np.einsum("nk,nsk->ns", self._factors, transfer.of_light[self._mine], optimize=True)
@@ -226,6 +227,6 @@ class _Seen:
 
     @cached_property
     def evenly(self) -> Float[np.ndarray, "n 2"]:
-        """Of even light of 1 cd/m^2; the highlights' share of it is disregarded."""
+        """Reflect even light of 1 cd/m^2; the highlights' share of it is disregarded."""
         smooth = self._factors @ self._transfer.evenly_lit
         return np.stack([np.ones(len(smooth)), smooth], axis=1)

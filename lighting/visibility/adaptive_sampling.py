@@ -49,7 +49,7 @@ class Surroundings:
 
     @cached_property
     def both(self) -> Float[np.ndarray, "n 6"]:
-        """Where a site stands among places and normals."""
+        """Place of a site among places and normals."""
         return np.concatenate([self.places, _NORMAL * self.normals], axis=1)
 
 

@@ -26,7 +26,7 @@ def shut_sites(
     face_normals: Float[np.ndarray, "F 3"],
     solid: Bool[np.ndarray, " F"],
 ) -> Bool[np.ndarray, " S"]:
-    """Of which sites nearly all that even light would bring ends on the dark side of a solid, or at once.
+    """Find sites whose rays nearly all end on the inner side of a solid, or at once.
 
     face_normals, solid : of the triangles of `occluders`; whether they are of closed bodies.
     """

@@ -39,7 +39,7 @@ def transfer_folder() -> Path:
 
 
 def most_bytes() -> int:
-    """What each folder may hold.
+    """Return the limit of each folder, bytes.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def pruned(folder: Path, most: int, keep: Collection[Path] = ()) -> tuple[int, i
 
 
 def words(folder: Path) -> str:
-    """What the folder holds, for a person."""
+    """Describe the content of the folder."""
     sizes = [size for _, size, _ in _files(folder)]
     files = "1 file" if len(sizes) == 1 else f"{len(sizes)} files"
     held = gigabytes(sum(sizes)) if sizes else "0 GB"

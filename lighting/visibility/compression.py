@@ -61,7 +61,7 @@ class Basis:
 
 
 def bent(distances: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """What is stored of signed angles."""
+    """Compress signed angles for storage."""
     return np.tanh(distances / SOFT)
 
 
@@ -72,7 +72,7 @@ def straight(values: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
 
 
 def straightening(values: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """By how much signed angles change with stored values; 0 where those are held."""
+    """Differentiate signed angles by stored values; 0 where those are held."""
     held = np.abs(values) >= np.tanh(0.5 * np.pi / SOFT)
     return np.where(held, 0.0, SOFT / (1.0 - np.square(np.where(held, 0.0, values))))
 
@@ -80,7 +80,7 @@ def straightening(values: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
 def importance(
     distances: Float[np.ndarray, "n texels"], normals: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, "n texels"]:
-    """What each texel counts at sites of these normals."""
+    """Weigh texels at sites of these normals."""
     sines = normals.astype(np.float32) @ texels().T
     weights = np.exp(np.abs(distances) * np.float32(-1.0 / _NEAR))
     weights += np.float32(_OPEN)
@@ -95,13 +95,13 @@ def hidden() -> tuple[Float[np.ndarray, "1 texels"], Float[np.ndarray, "1 texels
 
 
 def code_bytes(terms: int) -> int:
-    """What the codes of one site take."""
+    """Count the bytes of one site's codes."""
     whole = whole_bytes(terms)
     return whole + (terms - whole) // 2
 
 
 def whole_bytes(terms: int) -> int:
-    """How many of so many terms have a byte each."""
+    """Count the terms that have a byte each."""
     return min(terms, _BYTES if terms > FEW_TERMS else _FEW_BYTES)
 
 

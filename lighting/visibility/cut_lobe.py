@@ -43,7 +43,7 @@ class CutLobe(NamedTuple):
 def cut_lobe(
     angles: Float[np.ndarray, "*n"], slopes: Float[np.ndarray, "*n"], sharpness: Float[np.ndarray, "*n"]
 ) -> CutLobe:
-    """What is left of lobes.
+    """Cut lobes at a boundary.
 
     Parameters
     ----------
@@ -69,7 +69,9 @@ def cut_lobe(
 
 
 def mean_cosine(sharpness: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """To the axis of a Gaussian, over the hemisphere about it: 1 / (1 - exp(-lambda)) - 1 / lambda."""
+    """Compute the mean cosine to the axis of a Gaussian, over the hemisphere about it: 1 / (1 - exp(-lambda)) - 1 /
+    lambda.
+    """
     small = sharpness < 0.01
     lambda_ = np.where(small, 1.0, sharpness)
     # By series where the two cancel.

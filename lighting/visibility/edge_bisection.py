@@ -44,7 +44,7 @@ class Halving:
 
     @property
     def whole(self) -> Bool[np.ndarray, " T"]:
-        """Which pieces are triangles without cuts."""
+        """Pieces that are triangles without cuts."""
         return self.slot < len(self.corners)
 
     @property
@@ -139,7 +139,7 @@ class Halving:
 
 
 class _Middles:
-    """Which edges have a middle.
+    """Edges that have a middle.
 
     beyond : a number above all of theirs.
     """
@@ -154,7 +154,7 @@ class _Middles:
         self._sorted, self.beyond = keys[self._order], self._count + len(pairs)
 
     def of(self, triangles: Int[np.ndarray, "n 3"]) -> Int[np.ndarray, "n 3"]:
-        """Of the edge opposite to each corner; -1 where it has none."""
+        """Return the middle of the edge opposite to each corner; -1 where it has none."""
         sites = self._sites[triangles]
         one, other = np.roll(sites, -1, axis=1), np.roll(sites, 1, axis=1)
         asked = self._keys(np.stack([one, other]))

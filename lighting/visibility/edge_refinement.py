@@ -34,12 +34,12 @@ _BLOCK = 1 << 16
 
 
 def most_terms(vertices: int, sites: int) -> int:
-    """How many terms the codes of so many sites may have."""
+    """Limit the terms of codes by the number of sites."""
     return MOST_TERMS if vertices * (MOST_BYTES - _VERTEX_BYTES) >= sites * code_bytes(MOST_TERMS) else FEW_TERMS
 
 
 def most_middles(refinement: Halving, codes: Float[np.ndarray, "S K"] | None = None, sheets: bool = False) -> int:
-    """How many there may be in a scene; sheets have two sites in each. codes : of all sites, once these are known."""
+    """Limit the middles of a scene; sheets have two sites in each. codes : of all sites, once these are known."""
     vertices, whole = (len(np.unique(some)) for some in (refinement.pieces, refinement.pieces[refinement.whole]))
     most = int(MOST_A_VERTEX * whole)
     if codes is None:
@@ -57,7 +57,7 @@ def far_apart(
     codes: Float[np.ndarray, "S K"],
     most: int,
 ) -> Int[np.ndarray, "A 2"]:
-    """Those of edges, by the vertices at their ends, that get a site in the middle; the `most` that differ most where
+    """Select the edges, by the vertices at their ends, that get a site in the middle; the `most` that differ most where
     there are too many.
 
     facing : normals of the vertices. codes : of all sites.

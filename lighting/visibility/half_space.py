@@ -22,7 +22,7 @@ class Before:
         return bool((self._heights(points) >= 0.0).all())
 
     def cut(self, triangles: Float[np.ndarray, "F 3 3"]) -> Float[np.ndarray, "G 3 3"]:
-        """What of triangles, world, is there; those that the plane cuts are cut."""
+        """Clip triangles, world, to the half space."""
         heights = self._heights(triangles)
         up = heights > 0.0
         count = up.sum(axis=1)

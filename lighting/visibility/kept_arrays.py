@@ -29,7 +29,7 @@ def write_arrays(file: Path, content: Mapping[str, np.ndarray]) -> None:
 
 
 def read_arrays(file: Path) -> dict[str, np.ndarray]:
-    """What was written; otherwise one of `UNREADABLE` is raised."""
+    """Read the arrays that were written; otherwise one of `UNREADABLE` is raised."""
     # Opened here: numpy leaves a damaged file open.
     with file.open("rb") as stream, np.load(stream, allow_pickle=False) as held:
         content = {name: held[name] for name in held.files if name != _DIGEST}

@@ -93,7 +93,9 @@ def misclassified(visibility: SceneVisibility, truth: Truth, coarse: bool = Fals
 
 
 def illuminance_error(visibility: SceneVisibility, truth: Truth) -> float:
-    """Of transfer, against `truth` along all directions of one octahedral map: see `VisibilityMeasure`."""
+    """Measure the error of transfer against `truth` along all directions of one octahedral map: see
+    `VisibilityMeasure`.
+    """
     to = truth.directions[0]
     angles = octahedral.solid_angles(round(len(to) ** 0.5))
     luminance = (2.0 + to[:, 1]) * angles

@@ -71,7 +71,7 @@ def around(to: Float[np.ndarray, "*n 3"], size: int) -> tuple[Int[np.ndarray, "*
 
 
 def slopes(to: Float[np.ndarray, "*n 3"], size: int) -> Float[np.ndarray, "*n 4 3"]:
-    """By how much the weights of `around` change with a unit direction, 1/rad: across it, in the world."""
+    """Differentiate the weights of `around` by a unit direction, 1/rad: across it, in the world."""
     on = to / np.abs(to).sum(axis=-1, keepdims=True)
     x, z = places(to)
     right, down = ((each + 1.0) * (0.5 * size) - 0.5 for each in (x, z))

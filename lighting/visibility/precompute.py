@@ -62,12 +62,12 @@ class VisibilityCost:
 
     @property
     def cpu_seconds(self) -> float:
-        """Of all processes together."""
+        """CPU seconds of all processes together."""
         return SECONDS_A_VERTEX * self.vertices
 
     @property
     def seconds(self) -> float:
-        """On as many free cores as there are processes."""
+        """Seconds on as many free cores as there are processes."""
         return self.cpu_seconds / max(1, self.jobs)
 
     @property
@@ -79,7 +79,7 @@ class VisibilityCost:
 
     @property
     def words(self) -> str:
-        """For a person."""
+        """Cost in words."""
         return (
             f"{self.triangles:,} triangles, {self.vertices:,} vertices, {gigabytes(self.memory_bytes)} of memory and "
             f"at most {max(1.0, self.seconds):.0f} s"
@@ -104,7 +104,7 @@ class VisibilityCost:
 
 
 def visibility_cost(scene: Scene, jobs: int = 1) -> VisibilityCost:
-    """What `computed_visibility` costs at most; some vertices may turn out to be one site, or foretold."""
+    """Estimate the largest cost of `computed_visibility`; some vertices may turn out to be one site, or foretold."""
     meshes = [part.mesh for part in refined(scene)[0].parts]
     return VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes), jobs)
 
@@ -387,8 +387,8 @@ def _in_tiles(
 
 
 class _Worker(threading.local):
-    """What a process holds, since triangles are many and the same for every tile: set by `_start_worker`. Each thread
-    has its own: another one may be at another scene.
+    """State of a worker process, since triangles are many and the same for every tile: set by `_start_worker`. Each
+    thread has its own: another one may be at another scene.
     """
 
     triangles: Float[np.ndarray, "F 3 3"] | None = None

@@ -36,7 +36,7 @@ class Vertices(NamedTuple):
 
     @classmethod
     def of(cls, scene: Scene) -> Vertices:
-        """Those of all parts, one after the other."""
+        """Refine all parts, one after the other."""
         meshes = [part.mesh for part in scene.parts]
         return cls(
             np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate([mesh.normals for mesh in meshes])
@@ -47,7 +47,7 @@ class Vertices(NamedTuple):
         return Vertices(self.places[numbers], self.facing[numbers])
 
     def scaled(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> Vertices:
-        """As `Sites` are: in a scene of radius 1 about the origin. low, high : of the scene's bounds."""
+        """Scale it as `Sites` are, to a scene of radius 1 about the origin. low, high : of the scene's bounds."""
         return self._replace(places=(self.places - 0.5 * (low + high)) / (0.5 * float(np.linalg.norm(high - low))))
 
     def with_middles(self, pairs: Int[np.ndarray, "A 2"]) -> Vertices:

@@ -72,7 +72,7 @@ class Corners:
     solid: Bool[np.ndarray, " F"]
 
     def cut(self, fine: Scene, of: Int[np.ndarray, " T"]) -> Corners:
-        """Of the same scene with pieces in place of triangles, `of` which they are: a piece lies in the plane of its
+        """Replace triangles by pieces, `of` which they are: a piece lies in the plane of its
         triangle, and a body stays a body.
         """
         return _corners(fine, self.face_normals[of], self.part[of], self.solid[of])
@@ -115,7 +115,7 @@ def part_of_face(scene: Scene) -> Int[np.ndarray, " F"]:
 
 
 def corners_of(scene: Scene, found: tuple[Pieces, ...]) -> Corners:
-    """Those of a scene."""
+    """Return the corners of a scene."""
     normals = np.concatenate([part.mesh.face_normals for part in scene.parts])
     return _corners(scene, normals, part_of_face(scene), np.concatenate([each.solid[each.of_face] for each in found]))
 

@@ -56,7 +56,7 @@ class SceneVisibility:
 
     @property
     def bytes_a_vertex(self) -> float:
-        """What is stored, middles and all, by `vertices`; mean and axes, the same for all, come to less than 0.3 MB."""
+        """Bytes stored, middles included, by `vertices`; mean and axes, the same for all, come to less than 0.3 MB."""
         held = (self.whole, self.halves, self.facing, self.fronts, self.backs, self.middles)
         return sum(array.nbytes for array in held) / self.vertices
 
@@ -74,7 +74,7 @@ class SceneVisibility:
         return unpacked(self.whole[sites], self.halves[sites]) * self.steps
 
     def along(self, to: Float[np.ndarray, "P 3"]) -> tuple[Float[np.ndarray, "P K"], Float[np.ndarray, " P"]]:
-        """What codes are multiplied with, and what is added, for bent distances in fixed directions of the world."""
+        """Return factors and offsets of codes, for compressed distances in fixed directions of the world."""
         texels, shares = octahedral.around(to, MAP)
         shares = shares.astype(np.float32)
         return np.einsum("pt,ptk->pk", shares, self.axes[texels]), (shares * self.mean[texels]).sum(axis=1)

@@ -30,7 +30,7 @@ class FluorescentBrdf(Brdf):
     bispectral: Bispectral  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """What keeps its wavelength, and the emission."""
+        """Fold reflection and emission into XYZ."""
         emitted = self.emission_factor(points.wi, points.wo)[:, None] * folding.emitted(self.bispectral)
         return super().xyz(points, folding) + emitted
 
@@ -38,7 +38,7 @@ class FluorescentBrdf(Brdf):
     def emission_factor(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "..."]:
-        """How the emission is spread over directions, 1/sr, without the cosine; zero on or below the horizon."""
+        """Evaluate the emission's distribution over directions, 1/sr, without the cosine; 0 below the horizon."""
 
     @abc.abstractmethod
     def own_form(self, budget: float = 0.5) -> Fast:
@@ -70,7 +70,9 @@ class FluorescentLambert(FluorescentBrdf):
         return self.bispectral.reflectance.wavelengths_nm
 
     def parameters(self) -> dict[str, np.ndarray]:
-        """What rebuilds this surface: `wavelengths_nm` (Lo,) out, `excitation_nm` (Li,) in, `donaldson` (Lo,Li)."""
+        """Return the parameters that rebuild this surface: `wavelengths_nm` (Lo,) out, `excitation_nm` (Li,) in,
+        `donaldson` (Lo,Li).
+        """
         surface = self.bispectral
         return {
             "wavelengths_nm": surface.wavelengths_out_nm,

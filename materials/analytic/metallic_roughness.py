@@ -61,7 +61,7 @@ class MetallicRoughness(AnalyticBrdf):
 
     @classmethod
     def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
-        """From polished metal to matt, coated and black, for tests of what every model must keep."""
+        """Make examples from polished metal to matt, coated and black, for tests of what every model must keep."""
         ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
         up, black, low = (Spectrum.sampled(wavelengths_nm, values) for values in (ramp, 0.0 * ramp, 0.04 + 0.0 * ramp))
         return (

@@ -59,7 +59,9 @@ class AnalyticBrdf(Brdf):
         return eval_lit(self._eval_lit, len(self.wavelengths_nm), wi, wo)
 
     def parameters(self) -> dict[str, Parameter]:
-        """What, beside `wavelengths_nm`, rebuilds this BRDF: an array (L,), a number or a name by field."""
+        """Return the parameters that rebuild this BRDF, beside `wavelengths_nm`: an array (L,), a number or a name by
+        field.
+        """
         values = {name: getattr(self, name) for name in self._declared()}
         return {name: v.samples if isinstance(v, Spectrum) else v for name, v in values.items()}
 
@@ -83,7 +85,7 @@ class AnalyticBrdf(Brdf):
 
     @classmethod
     def domains(cls) -> dict[str, Domain]:
-        """Which numbers the parameters may be that are numbers, in order."""
+        """List the domains of numeric parameters, in order."""
         concrete: Any = cls
         return {field.name: field.metadata["domain"] for field in fields(concrete) if "domain" in field.metadata}
 

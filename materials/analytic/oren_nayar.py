@@ -62,7 +62,7 @@ class OrenNayar(ReadBrdf):
 
     @classmethod
     def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
-        """From smooth to as rough as can be, for tests of what every model must keep."""
+        """Make examples from smooth to as rough as can be, for tests of what every model must keep."""
         ramp = Spectrum.sampled(wavelengths_nm, np.linspace(0.0, 1.0, len(wavelengths_nm)))
         return tuple(cls(ramp, sigma) for sigma in (0.0, 0.3, 0.52, 0.5 * np.pi))
 

@@ -45,7 +45,7 @@ class ApparentBrdf:
 def apparent_brdf(
     fast: BtfForm | FieldForm, images: BtfImages | None, x: int, y: int, folding: Folding
 ) -> ApparentBrdf:
-    """Of the texel in column x and row y.
+    """Compute the apparent BRDF of the texel in column x and row y.
 
     images : what the form was found for, each of which is read once. folding : of any scale, which is that of the XYZ;
     with pi the perfect diffuser has Y = 1, lit along its normal.
@@ -91,7 +91,7 @@ def _measured(images: BtfImages, x: int, y: int) -> Float[np.ndarray, "V Lt J"]:
 def in_plane(
     values: Float[np.ndarray, " Lt"], lights: Hemisphere, view: Float[np.ndarray, "3"], angles: Float[np.ndarray, " n"]
 ) -> Float[np.ndarray, " n"]:
-    """Of what one view shows under each light, what lies in its plane of incidence, mixed of the three lights around.
+    """Interpolate the values of one view in its plane of incidence, mixed of the three lights around.
 
     angles : theta_i, radians, negative on the viewer's side of the normal. Seen along the normal, the plane is that of
     u, and phi of the viewer 0. Lower than any light, values fall with the cosine (`Hemisphere.shares`).

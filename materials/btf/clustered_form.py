@@ -29,17 +29,17 @@ class ClusteredForm(Protocol):
 
     @property
     def basis(self) -> SpectralBasis:
-        """Of the J coefficients."""
+        """Basis of the J coefficients."""
         ...
 
     @property
     def number(self) -> UInt8[np.ndarray, "H W"]:
-        """Which cluster each texel belongs to."""
+        """Cluster of each texel."""
         ...
 
     @property
     def weights(self) -> Int8[np.ndarray, "H W c"]:
-        """Of its cluster's components, whole numbers."""
+        """Weights of its cluster's components, whole numbers."""
         ...
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
@@ -51,7 +51,7 @@ class ClusteredForm(Protocol):
         ...
 
     def stored(self) -> dict[str, Any]:
-        """What a file keeps of it but the basis."""
+        """Return what a file stores, except the basis."""
         ...
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:

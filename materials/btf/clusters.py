@@ -75,7 +75,7 @@ def weights_of(
     origin: Float[np.ndarray, "k G"],
     axes: Float[np.ndarray, "k c G"],
 ) -> Float[np.ndarray, "N c"]:
-    """Of each vector what its cluster's components count."""
+    """Project vectors onto the components of their clusters."""
     found = np.zeros((len(vectors), axes.shape[1]), dtype=vectors.dtype)
     for cluster in np.unique(number):
         here = number == cluster

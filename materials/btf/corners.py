@@ -29,14 +29,14 @@ def levels_at(
 
 
 def level_count(height: int, width: int) -> int:
-    """How many levels `levels_of` comes to."""
+    """Count the levels of `levels_of`."""
     return max(height, width).bit_length()
 
 
 def by_cluster(
     level: TexelLevel, uv: Float[np.ndarray, "N 2"]
 ) -> Iterator[tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"], Float[np.ndarray, "n c1"]]]:
-    """Of the four texels about points the clusters, each once a point: which points, which cluster, and weights.
+    """Group the four texels about points by cluster, each once a point: which points, which cluster, and weights.
 
     Weights of one cluster's components are summed first, which is the same and costs less: of four texels most share
     theirs.
@@ -70,7 +70,7 @@ def around(
         Int[np.ndarray, " N"],
     ]
 ]:
-    """Of each of four texels in three views about points: what it counts, the view, its row and column."""
+    """Find the four texels in three views about points: the weight of each, the view, its row and column."""
     view, of_view = form.views.shares(wo)
     rows, columns, shares = between(uv, form.height, form.width)
     for texel in range(4):
@@ -81,7 +81,7 @@ def around(
 def listed_levels(
     sizes: Sequence[tuple[int, ...]], each: Sequence[int] | None = None
 ) -> tuple[dict[str, int], dict[str, Any]]:
-    """What `corners.glsl` reads of levels of heights and widths: what is defined, and uniforms.
+    """List levels for `corners.glsl`, by heights and widths: definitions and uniforms.
 
     each : how much of what holds them each takes; None: its rows, one level below the other.
     """

@@ -66,7 +66,7 @@ class Dictionary:
 
     @cached_property
     def lengths(self) -> Float[np.ndarray, " G"]:
-        """How large each function is, as it is seen: they are as large as they occur in texels."""
+        """Length of each function in the perceptual metric: they are as large as they occur in texels."""
         # The turns keep lengths, but for what half precision makes of them.
         return self.step * np.sqrt(np.sum(np.square(self.core, dtype=np.float64), axis=(1, 2, 3)))
 
@@ -76,7 +76,7 @@ class Dictionary:
         return np.einsum("gvlk,vlkj->gvlj", self.as_seen(), back, optimize=True)
 
     def stored(self) -> dict[str, Any]:
-        """What a file keeps of it but the basis."""
+        """Return what a file stores, except the basis."""
         # Zeros lie together where the components of the axes are the outer ones.
         core = sparse(np.ascontiguousarray(self.core.transpose(3, 1, 2, 0)))
         turns = {name: getattr(self, name) for name in ("by_view", "by_light", "by_spectrum")}

@@ -33,7 +33,8 @@ class TexelDifference:
 
 
 def texel_difference(a: BtfForm | FieldForm, b: BtfForm | FieldForm, folding: Folding) -> TexelDifference:
-    """Of `b` against `a`, the reference: f_r cos(theta_i) as both forms have it at their nodes; nothing is resampled.
+    """Measure `b` against `a`, the reference: f_r cos(theta_i) as both forms have it at their nodes; nothing is
+    resampled.
 
     Row and column of a texel are the same in both: forms of another number of texels are not compared, and of
     directions only those that both have. Of more than `JUDGED` texels as many are drawn, always the same ones. White is

@@ -68,7 +68,7 @@ class FieldForm(Fast):
         return gathering(texels=self.texels)
 
     def stored(self) -> dict[str, Any]:
-        """What kind of field, the field (`ReflectanceField.stored`) and the palette."""
+        """Return the kind of field, the field (`ReflectanceField.stored`) and the palette."""
         field = self.texels.form
         kept = {"kind": field.KIND, "field": field.stored(), "palette": self.texels.palette.stored()}
         return kept | stored_error(self.texel_error)

@@ -61,7 +61,7 @@ class FieldTexels(Summand):
         return self.form if number == 0 else self.form.coarser()[number - 1]
 
     def places(self, filtered: bool) -> tuple[dict[str, int], dict[str, Any]]:
-        """Where levels are in the lists of texels; see `listed_levels`."""
+        """Places of levels in the lists of texels; see `listed_levels`."""
         sizes = [(level.height, level.width) for level in self.form.levels(filtered)]
         return listed_levels(sizes, [height * width for height, width in sizes])
 
@@ -95,12 +95,12 @@ class FieldTexels(Summand):
 
     @property
     def key(self) -> tuple:
-        """Which field it is."""
+        """Identity of the field."""
         return "btf field", id(self.form)
 
     @property
     def nbytes(self) -> int:
-        """Of what is held to draw it."""
+        """Bytes held to draw it."""
         return self.form.nbytes + self.palette.values.nbytes
 
     @property

@@ -42,7 +42,7 @@ class Field(abc.ABC):
 
     @abc.abstractmethod
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """What is left of `BtfImages.image`, 1/sr."""
+        """Reconstruct `BtfImages.image`, 1/sr."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +63,7 @@ class PolynomialField(Field):
 
     @property
     def terms(self) -> Float[np.ndarray, "Lt 6"]:
-        """What coefficients are multiplied by under each light."""
+        """Compute the factors of coefficients under each light."""
         return _terms(self.lights)
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
@@ -125,7 +125,7 @@ def ptm(images: BtfImages) -> PolynomialField:
 
 
 def lafortune(images: BtfImages, lobes: int = 2, scaled: bool = True) -> LafortuneField:
-    """So many lobes for each texel, and, `scaled`, a factor of each of its views.
+    """Fit a number of lobes for each texel, and, `scaled`, a factor of each of its views.
 
     Raises
     ------

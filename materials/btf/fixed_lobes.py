@@ -38,7 +38,7 @@ class StandingForm(EnvironmentForm):
     @property
     @abc.abstractmethod
     def lights(self) -> Float[np.ndarray, "B F"]:
-        """Of each term what it takes of each function."""
+        """Weights of functions in each term."""
 
     @abc.abstractmethod
     def terms(
@@ -47,7 +47,7 @@ class StandingForm(EnvironmentForm):
         wo: Float[np.ndarray, "N 3"],
         footprint: Float[np.ndarray, "N 2 2"] | None = None,
     ) -> Float[np.ndarray, "N B J"]:
-        """Of points that are seen from somewhere; where they say what they span, the mean over that."""
+        """Compute terms at points; where these state a footprint, the mean over it."""
 
     def lobes(self, points: Points) -> Lobes:
         """See `EnvironmentForm.lobes`."""
@@ -64,7 +64,7 @@ class StandingForm(EnvironmentForm):
         return Lobes(axes, sharpness, found[:, : self.count], np.pi * found[:, self.count :])
 
     def standing_textures(self, unit: float = 1.0) -> dict[str, np.ndarray]:
-        """What `fixed_lobes.glsl` reads; terms are given to it in `unit`s."""
+        """Make the textures that `fixed_lobes.glsl` reads; terms are given to it in `unit`s."""
         lights = (unit * self.lights).T.astype(np.float32)
         quads = -(-lights.shape[1] // 4)
         listed = np.zeros((len(lights), quads * 4), dtype=np.float32)

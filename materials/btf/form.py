@@ -85,7 +85,7 @@ class BtfForm(Fast):
         return BtfGathering(texels=self.texels)
 
     def stored(self) -> dict[str, Any]:
-        """What made the clusters, the texels (`ClusteredForm.stored`) and the palette."""
+        """Return the method of the clusters, the texels (`ClusteredForm.stored`) and the palette."""
         form = self.texels.form
         (kind,) = (name for name, one in KINDS.items() if isinstance(form, one))
         kept = {"kind": kind, "texels": form.stored(), "palette": self.texels.palette.stored()}
@@ -109,7 +109,7 @@ AnyForm = TypeVar("AnyForm", bound="BtfForm | FieldForm")
 def btf_form(
     images: BtfImages, budget: Size, seed: int = 0, heard: Callable[[float], None] = ..., name: None = None
 ) -> BtfForm:
-    """Of a size."""
+    """Fit a form of a size."""
     ...
 
 
@@ -117,7 +117,7 @@ def btf_form(
 def btf_form(
     images: BtfImages, budget: float = 0.5, seed: int = 0, heard: Callable[[float], None] = ..., name: str | None = None
 ) -> BtfForm | FieldForm:
-    """By its budget, or by name."""
+    """Choose a form by its budget, or by name."""
     ...
 
 

@@ -38,7 +38,7 @@ class BtfGathering(StandingForm):
 
     @cached_property
     def functions(self) -> LightFunctions:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """That stand for the measured lights."""
+        """Functions that represent the measured lights."""
         return light_functions(self.texels.form.lights)
 
     @cached_property
@@ -52,7 +52,7 @@ class BtfGathering(StandingForm):
 
     @cached_property
     def analysis(self) -> Float[np.ndarray, "Lt B"]:
-        """What each measured light counts in each term."""
+        """Weight of each measured light in each term."""
         return self.basis.analysis
 
     @cached_property
@@ -70,7 +70,7 @@ class BtfGathering(StandingForm):
 
     @cached_property
     def lights(self) -> Float[np.ndarray, "B F"]:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Of each term of the light basis what it takes of each function."""
+        """Weights of functions in each term of the light basis."""
         return self.basis.synthesis.T @ self.functions.hats
 
     def terms(

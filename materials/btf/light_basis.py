@@ -56,7 +56,7 @@ def light_functions(lights: Hemisphere) -> LightFunctions:
 def nearest(
     lights: Hemisphere, wanted: Callable[[Hemisphere, Float[np.ndarray, "n 3"]], Float[np.ndarray, "n m"]]
 ) -> LightFunctions:
-    """As many functions as do for some measured lights, and what is nearest to others, which replace the hats.
+    """Find few functions that suffice for some measured lights, and what is nearest to others, which replace the hats.
 
     wanted : their values at directions of the whole sphere.
     """
@@ -118,7 +118,7 @@ def _functions(
 
 
 def hats_at(lights: Hemisphere, directions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n Lt"]:
-    """What each measured light stands for, at directions of the whole sphere."""
+    """Evaluate the hat function of each measured light at directions of the whole sphere."""
     found = np.zeros((len(directions), len(lights)))
     above = np.flatnonzero(directions[:, 2] > 0.0)
     index, share = lights.shares(directions[above], falling=True)

@@ -23,17 +23,17 @@ _HELD = 1e-5
 
 
 def to_luminance(basis: SpectralBasis) -> Float[np.ndarray, " J"]:
-    """Of coefficients of f_r cos(theta_i) their Y under D65, for the 1931 observer; float32."""
+    """Convert coefficients of f_r cos(theta_i) to Y under D65, for the 1931 observer; float32."""
     return np.pi * basis.fold(illuminant("D65"), observer("1931_2"))[1].astype(np.float32)
 
 
 def weights_of(luminance: Float[np.ndarray, "n Lt"]) -> Float[np.ndarray, "n Lt"]:
-    """What is missed of values of some luminance is multiplied with."""
+    """Weight errors by the luminance of values."""
     return lightness_slope(luminance.astype(np.float64)) ** _POWER
 
 
 def summed(values: Float[np.ndarray, "*n G k"], amplitudes: Float[np.ndarray, "*n k J"]) -> Float[np.ndarray, "*n J"]:
-    """Of lobes' values and amplitudes the sums, one for each coefficient."""
+    """Sum lobes' values times amplitudes, one for each coefficient."""
     return np.einsum("...gk,...kg->...g" if values.shape[-2] > 1 else "...gk,...kj->...j", values, amplitudes)
 
 
@@ -52,7 +52,7 @@ class Equations:
         weights: Float[np.ndarray, "n Lt"],
         values: Float[np.ndarray, "n Lt j"],
     ) -> None:
-        """Those of some texels."""
+        """Add the amplitudes of some texels."""
         functions = np.concatenate([np.ones((len(lobes), 1, lobes.shape[2]), lobes.dtype), lobes], axis=1)
         # Relative, so that no texel is held back more than another.
         squares = (weights / np.sqrt(np.mean(weights**2, axis=1, keepdims=True))) ** 2
@@ -64,7 +64,7 @@ class Equations:
         self.right[one, ..., rows] = (weighed @ values).transpose(1, 2, 0)
 
     def rounded(self) -> tuple[Float[np.ndarray, "m J"], Int8[np.ndarray, "T m J"]]:
-        """What amplitudes are relative to, and whole numbers: each makes up for how those before were rounded."""
+        """Round amplitudes to whole numbers of a scale: each makes up for how those before were rounded."""
         every = list(zip(self.square, self.right, strict=True))
         exact = [solved(square.copy(), right.copy()) for square, right in every]
         largest = np.concatenate([np.abs(one).max(axis=2) for one in exact], axis=1)

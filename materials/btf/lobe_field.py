@@ -74,7 +74,7 @@ class LobeField(ReflectanceField):
 
     @property
     def nbytes(self) -> int:
-        """Of all arrays."""
+        """Bytes of all arrays."""
         return sum(array.nbytes for array in (self.axes, self.exponents, self.amplitudes, self.largest))
 
     @property
@@ -84,7 +84,7 @@ class LobeField(ReflectanceField):
 
     @property
     def bytes_per_texel(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Of all views: two for each axis, half of one for each exponent, one for each amplitude."""
+        """Bytes of all views: two for each axis, half of one for each exponent, one for each amplitude."""
         kept = (self.axes, self.exponents, self.amplitudes)
         return sum(array.nbytes for array in kept) // (self.height * self.width)
 
@@ -144,7 +144,7 @@ class LobeField(ReflectanceField):
         return self._shader("lobe_texels.glsl", filtered)
 
     def gathering_shader(self, filtered: bool = False) -> TermShader:
-        """What `lobe_gathering` reads of lobes."""
+        """Make the shader that reads lobes for `lobe_gathering`."""
         return self._shader("lobe_gathering.glsl", filtered)
 
     def _shader(self, file: str, filtered: bool) -> TermShader:
@@ -199,7 +199,7 @@ class LobeField(ReflectanceField):
 def lobe_field(
     images: BtfImages, lobes: int = 2, shared: bool = True, heard: Callable[[float], None] = lambda share: None
 ) -> LobeField:
-    """So many lobes for each texel of each view, of registered images; `shared` by all coefficients, or of each.
+    """Fit lobes for each texel of each view, to registered images; `shared` by all coefficients, or of each.
 
     heard : hears how much of the work is done, from 0 to 1.
 

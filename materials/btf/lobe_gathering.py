@@ -64,7 +64,7 @@ class LobeGathering(EnvironmentForm):
 
     @property
     def table(self) -> Prefiltered:
-        """For the lights that were measured."""
+        """Table for the lights that were measured."""
         return prefiltered(round(self.field.lights.lowest, 6))
 
     def lobes(self, points: Points) -> Lobes:

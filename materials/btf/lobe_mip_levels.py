@@ -35,7 +35,7 @@ def lobes_from_afar(
     lights: Float[np.ndarray, "Lt 3"],
     to_y: Float[np.ndarray, " J"],
 ) -> list[LobesOfView]:
-    """Of a view's texels those of half as many each way, and so on, down to a single one.
+    """Make coarser levels of a view's texels, half as many each way, down to a single one.
 
     lights : that were measured. to_y : from coefficients to luminance.
     """

@@ -51,7 +51,7 @@ class Size:
 
     @property
     def text(self) -> str:
-        """In words."""
+        """Size in words."""
         return f"{self.clusters} clusters of {self.components} components, a dictionary of {self.dimensions}"
 
 
@@ -74,7 +74,7 @@ class LocalPca:
 
     @property
     def basis(self) -> SpectralBasis:
-        """Of the coefficients."""
+        """Basis of the coefficients."""
         return self.dictionary.basis
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
@@ -110,7 +110,7 @@ class LocalPca:
         return decoded(self, texels)
 
     def stored(self) -> dict[str, Any]:
-        """What a file keeps of it but the basis."""
+        """Return what a file stores, except the basis."""
         arrays = {name: getattr(self, name) for name in ("number", "weights", "parts", "part_steps")}
         directions = {"views": self.views.directions, "lights": self.lights.directions}
         return arrays | directions | {"dictionary": self.dictionary.stored()}

@@ -38,7 +38,7 @@ class MeanBtf(Brdf):
 
     @property
     def spectra(self) -> Float[np.ndarray, "J L"]:
-        """What `scalars` are multiplied with."""
+        """Spectra that `scalars` are multiplied with."""
         return self.basis.synthesis.T
 
     def scalars(self, points: Points) -> Float[np.ndarray, "N J"]:

@@ -25,7 +25,7 @@ _LAB = np.array([[0.0, 116.0, 0.0], [500.0, -500.0, 0.0], [0.0, 200.0, -200.0]])
 
 
 def folding_of(lights: tuple[str, ...] = LIGHTS) -> Folding:
-    """Those lights for the 1931 observer."""
+    """Fold lights for the 1931 observer."""
     return Folding(observer("1931_2"), [illuminant(name) for name in lights])
 
 

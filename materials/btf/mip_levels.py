@@ -54,7 +54,7 @@ class Span:
 
 
 def with_mean(weights: Integer[np.ndarray, "H W c"]) -> Float[np.ndarray, "T c1"]:
-    """Of each texel row by row what its cluster's mean counts, 1, and its weights; float32."""
+    """Stack the weight of each texel's cluster mean, 1, and its weights; float32."""
     mean = np.ones((*weights.shape[:2], 1), np.float32)
     found = np.concatenate([mean, weights.astype(np.float32)], axis=2)
     return found.reshape(-1, found.shape[2])

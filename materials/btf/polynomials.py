@@ -71,7 +71,7 @@ class Polynomials(ReflectanceField):
 
     @property
     def nbytes(self) -> int:
-        """Of codes, steps and offsets."""
+        """Bytes of codes, steps and offsets."""
         return self.codes.nbytes + self.steps.nbytes + self.lowest.nbytes
 
     def at(
@@ -86,7 +86,7 @@ class Polynomials(ReflectanceField):
 
     @cached_property
     def functions(self) -> LightFunctions:
-        """Of the six monomials, held below the lowest light and 0 below the horizon."""
+        """Evaluate the six monomials, held below the lowest light and 0 below the horizon."""
         return nearest(self.lights, _over_the_sphere)
 
     def gathered(
@@ -150,7 +150,7 @@ class Polynomials(ReflectanceField):
 
 
 def polynomials(images: BtfImages, heard: Callable[[float], None] = lambda share: None) -> Polynomials:
-    """Of registered images, by least squares, each view and coefficient on its own.
+    """Fit polynomials to registered images, by least squares, each view and coefficient on its own.
 
     heard : hears how much of the work is done, from 0 to 1.
 

@@ -48,7 +48,7 @@ class Prefiltered:
     def matt(
         self, exponent: Int[np.ndarray, "*n"], angle: Int[np.ndarray, "*n"], axes: Float[np.ndarray, "*n 3"]
     ) -> Float[np.ndarray, "*n 9"]:
-        """Of every polynomial what lobes about any axes take."""
+        """Weigh the polynomials for lobes about any axes."""
         level = np.hypot(axes[..., 0], axes[..., 1])
         some = level > 0.0
         cos = np.divide(axes[..., 0], level, out=np.ones_like(level), where=some)
@@ -69,8 +69,8 @@ class Prefiltered:
         return np.concatenate([out * farther[..., None], up[..., None]], axis=-1)
 
     def listed(self) -> np.ndarray:
-        """What `lobe_gathering.glsl` reads, three texels an angle and a row an exponent: cosine and sine of the turn,
-        1 / lambda and the integral; then the polynomials.
+        """List the texels that `lobe_gathering.glsl` reads, three texels an angle and a row an exponent: cosine and
+        sine of the turn, 1 / lambda and the integral; then the polynomials.
         """
         first = np.stack([np.cos(self.turn), np.sin(self.turn), 1.0 / self.sharpness, self.value], axis=-1)
         numbers = np.concatenate([first, self.bent, np.zeros((*self.turn.shape, 2))], axis=-1)
@@ -78,7 +78,7 @@ class Prefiltered:
 
 
 def nearest_angle(axes: Float[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n"]:
-    """Which of the angles an axis is nearest to; sqrt((1 - z) / 2) is sin(theta / 2)."""
+    """Find the angle that an axis is nearest to; sqrt((1 - z) / 2) is sin(theta / 2)."""
     half = np.sqrt(np.maximum(0.5 * (1.0 - axes[..., 2]), 0.0))
     return np.minimum(np.floor(half * (_ANGLES - 1) + 0.5), _ANGLES - 1).astype(np.int64)
 

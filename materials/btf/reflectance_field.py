@@ -77,7 +77,7 @@ class ReflectanceField(Field):
 
     @abc.abstractmethod
     def stored(self) -> dict[str, Any]:
-        """What a file keeps of it but the basis."""
+        """Return what a file stores, except the basis."""
 
     @classmethod
     @abc.abstractmethod
@@ -87,7 +87,7 @@ class ReflectanceField(Field):
     @property
     @abc.abstractmethod
     def nbytes(self) -> int:
-        """Of its arrays."""
+        """Bytes of its arrays."""
 
     @cached_property
     def functions(self) -> LightFunctions:

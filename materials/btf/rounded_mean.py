@@ -47,7 +47,7 @@ class RoundedMean:
         return (first + back).astype(np.float32)
 
     def stored(self) -> dict[str, Any]:
-        """What a file keeps of it but the basis."""
+        """Return what a file stores, except the basis."""
         return {name: getattr(self, name) for name in ("colour", "level", "rest", "turn", "step")}
 
     @classmethod

@@ -18,8 +18,8 @@ _LARGE = np.iinfo(np.int8).min
 
 
 def sparse(values: Int[np.ndarray, "..."]) -> dict[str, Any]:
-    """What a file keeps: `shape`, `runs` of zeros in bytes, 255 where as many go before a further run, `others` in
-    bytes, -128 where the next of `large` stands there.
+    """Encode an array for a file: `shape`, `runs` of zeros in bytes, 255 where as many go before a further run,
+    `others` in bytes, -128 where the next of `large` stands there.
     """
     flat = values.ravel()
     places = np.flatnonzero(flat)

@@ -134,7 +134,7 @@ class MeasuredBtf(Surface):
         return cls(images, np.asarray(given["means"], dtype=np.float64), str(given.get("form", "")))
 
     def parameters(self) -> dict[str, Any]:
-        """What rebuilds this surface; its images must be in files."""
+        """Return the parameters that rebuild this surface; its images must be in files."""
         images = self.images
         if not isinstance(images, BtfFiles):
             raise InputError("a BTF that is in no files", field="images", expected="images that were imported")

@@ -115,12 +115,12 @@ def _error(sample: Sample, form: Decoded) -> FitError:
 
 
 def worst_mean(error: FitError) -> float:
-    """Of the lights judged, the mean under the one where it is largest: what budgets of BTFs are about."""
+    """Largest mean among the judged lights, which budgets of BTFs limit."""
     return max(light.mean for light in error.lights)
 
 
 def stored_error(error: FitError | None) -> dict[str, Any]:
-    """What a form's file keeps of the error of its texels."""
+    """Return the error of texels as a form's file stores it."""
     return {} if error is None else {"texel_error": error.stored()}
 
 

@@ -58,7 +58,7 @@ class BtfTexels(Summand):
 
     @property
     def weights(self) -> Float[np.ndarray, "T c1"]:
-        """Of each texel in the order of rows, 1 and its weights; float32."""
+        """Weights of each texel in the order of rows, 1 first; float32."""
         return self.whole.weights
 
     @cached_property
@@ -81,7 +81,7 @@ class BtfTexels(Summand):
         return (self.whole, *(self.form.coarser() if filtered else ()))
 
     def tallest(self, number: int) -> Float[np.ndarray, "#k c1"]:
-        """What components of a level are divided by and weights multiplied with on the GPU, so that half precision
+        """Scale of components of a level on the GPU, multiplied into weights, so that half precision
         holds them; of stored texels, whose weights are whole numbers, all clusters' alike.
         """
         largest = self.level(number).largest
@@ -145,7 +145,7 @@ class BtfTexels(Summand):
         return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms)
 
     def packed(self, filtered: bool) -> np.ndarray:
-        """Of each texel its cluster and its weights, four numbers to a texel of the GPU's, one beside the other; levels
+        """Pack each texel's cluster and weights, four numbers to a texel of the GPU's, one beside the other; levels
         one below the other.
         """
         levels = self.levels(filtered)
@@ -168,12 +168,12 @@ class BtfTexels(Summand):
 
     @property
     def key(self) -> tuple:
-        """Which form it is."""
+        """Identity of the form."""
         return "btf", id(self.form)
 
     @property
     def nbytes(self) -> int:
-        """Of what is held to draw it."""
+        """Bytes held to draw it."""
         return self.table.nbytes + self.form.weights.nbytes + self.form.number.nbytes + self.palette.values.nbytes
 
     @property
@@ -209,7 +209,8 @@ def folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:
 
 
 def directions_listed(hemisphere: Hemisphere) -> np.ndarray:
-    """What `hemisphere.glsl` reads: first each triangle, two texels a corner, then each cell's triangles.
+    """List the texels that `hemisphere.glsl` reads: first each triangle, two texels a corner, then each cell's
+    triangles.
 
     Of a corner the row of `Hemisphere.inverse`, and 0; then which measured direction it stands for, its cosine, whether
     it is a held one, and 0.

@@ -109,7 +109,7 @@ class Catalogue:
         return record
 
     def summary(self, material_id: str) -> Summary:
-        """What the head of a material's file says: no more is read."""
+        """Read the summary in the head of a material's file, and no more of it."""
         return summary(material_id, self.path(material_id))
 
     def query(self, query: Query | None = None, unusable: list[InputError] | None = None) -> tuple[Summary, ...]:

@@ -95,7 +95,7 @@ class Comparison:
 
     @property
     def protocol(self) -> str:
-        """How the differences were measured, for a person."""
+        """Protocol of the differences, in words."""
         what = "fast forms" if self.of == "packs" else "original data"
         return (
             f"ΔE94 of the {what} of B against those of A, the reference: sphere {_PIXELS} x {_PIXELS}, directional "

@@ -23,7 +23,7 @@ class Domain:
 
     @property
     def words(self) -> str:
-        """For a message: "a number > 0 and <= 1"."""
+        """Describe the domain for a message: "a number > 0 and <= 1"."""
         upper = f" and <= {self.high:g}" if np.isfinite(self.high) else ""
         unit = f" {self.unit}" if self.unit else ""
         return f"a number {'>' if self.open_low else '>='} {self.low:g}{upper}{unit}"

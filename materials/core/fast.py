@@ -76,12 +76,12 @@ class Summand(abc.ABC):
     @property
     @abc.abstractmethod
     def nbytes(self) -> int:
-        """Of its arrays, spectra included."""
+        """Bytes of its arrays, spectra included."""
 
     @property
     @abc.abstractmethod
     def grid(self) -> str:
-        """What it is tabulated on, in words."""
+        """Grid that it is tabulated on, in words."""
 
     def in_basis(self: AnySummand, basis: SpectralBasis) -> AnySummand:
         """The same with its spectra projected into another basis."""
@@ -140,7 +140,7 @@ class Fast(Surface):
         """The same with all palettes in another basis."""
 
     def environment_form(self) -> EnvironmentForm:
-        """How it gathers light from all around.
+        """Environment form of the surface.
 
         Raises
         ------
@@ -152,17 +152,17 @@ class Fast(Surface):
 
     @property
     def texel_error(self) -> FitError | None:
-        """Of single texels, views and lights, where the original was measured so; None of any other form."""
+        """Error of single texels, views and lights, where the original was measured so; None of any other form."""
         return None
 
     @property
     def environment_error(self) -> FitError | None:
-        """How far that is from the original, where it was measured (`slices.error`)."""
+        """Error of the environment form against the original, where it was measured (`slices.error`)."""
         return None
 
     @abc.abstractmethod
     def stored(self) -> dict[str, Any]:
-        """What a file keeps: text, numbers, arrays and mappings of those, by name."""
+        """Return what a file stores: text, numbers, arrays and mappings of those, by name."""
 
     @classmethod
     @abc.abstractmethod

@@ -62,7 +62,7 @@ class FitError:
     where: str | None = None
 
     def stored(self) -> dict[str, Any]:
-        """What a form keeps of an error of its own: text, numbers and arrays."""
+        """Return what a form stores of its own error: text, numbers and arrays."""
         kept = {name: value for name, value in vars(self).items() if name != "lights" and value is not None}
         if self.lights:
             columns = {name: [getattr(one, name) for one in self.lights] for name in _FIGURES}

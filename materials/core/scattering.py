@@ -41,12 +41,12 @@ class Scattering:
 
     @cached_property
     def sampler(self) -> DirectionSampler:
-        """Of all that the surface scatters."""
+        """Sampler of all that the surface scatters."""
         return DirectionSampler(self.surface)
 
     @cached_property
     def glossy_sampler(self) -> DirectionSampler:
-        """Of `glossy`, where that is not None."""
+        """Sampler of `glossy`, where that is not None."""
         if self.glossy is None:
             raise ValueError("a surface without highlights")
         return self._glossy or DirectionSampler(self.glossy)
@@ -60,7 +60,7 @@ class _Sum(Surface):
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Of each of them."""
+        """Wavelengths of each of them, nm."""
         return self.lobes[0].wavelengths_nm
 
     @property

@@ -48,11 +48,11 @@ class Surface(abc.ABC):
 
     @property
     def cutout(self) -> Cutout | None:
-        """Where it has holes, through which is seen what lies behind; None where it has none."""
+        """Opacity mask of the surface; None if it has no holes."""
         return None
 
     def average(self) -> Surface:
-        """What it is from afar: a surface that is alike everywhere."""
+        """Average the surface into one that is alike everywhere, as it is seen from afar."""
         return self
 
     def from_afar(self) -> Surface:

@@ -27,7 +27,7 @@ class Terms:
 
     @property
     def nbytes(self) -> int:
-        """What they take of the memory."""
+        """Bytes of memory that they take."""
         return sum(array.nbytes for array in (self.value, self.place, self.entry) if array is not None)
 
     def add_to(self, total: Float[np.ndarray, "N C"], colours: Float[np.ndarray, "P R C"]) -> None:

@@ -63,7 +63,7 @@ def exported_spectrum(record: MaterialRecord) -> SpectralEntry:
 
 
 def provenance_tags(record: MaterialRecord) -> dict[str, str]:
-    """Where a record comes from, as names and text."""
+    """Return a record's provenance as names and text."""
     said = record.provenance
     tags = {"source": said.source, "licence": said.licence, "kind": said.kind, "geometry": said.geometry}
     tags |= {"notes": said.notes, "model": record.model, "source hash": record.source_hash}

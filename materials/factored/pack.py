@@ -148,7 +148,7 @@ class FactorPack(Summand):
 
     @property
     def nbytes(self) -> int:
-        """Of factors and spectra, as they are here."""
+        """Bytes of factors and spectra in memory."""
         return sum(array.nbytes for array in (*self.factors, self.palette.values))
 
     @property
@@ -157,7 +157,7 @@ class FactorPack(Summand):
         return " x ".join(f"{axis.name} {axis.size}" for axis in self.axes)
 
     def stored(self) -> dict[str, Any]:
-        """What a file keeps of it; factors of half precision as float16."""
+        """Return what a file stores; factors of half precision as float16."""
         half = self.precision == "half"
         axes = {
             axis.name: {

@@ -141,7 +141,7 @@ class Bounds:
         return Extremes(float(min(low.min(), 0.0)), float(np.max(high / self.largest)))
 
     def violations(self, packs: tuple[FactorPack, ...]) -> Violations:
-        """Where packs go beyond the share of the bounds that a fit keeps, the worst pair of each place."""
+        """Find pairs where packs exceed the share of the bounds that a fit keeps, the worst pair of each place."""
         found = np.concatenate(self._worst(packs))
         wi, wo = _pairs(found)
         shaded = _shaded(packs, wi, wo)
@@ -161,7 +161,7 @@ class Bounds:
 
     @property
     def limits(self) -> Float[np.ndarray, "2 L"]:
-        """Where guards stand: the lowest and the largest pi f_r cos(theta_i) at each working wavelength."""
+        """Return the limits of the guards: least and largest pi f_r cos(theta_i) at each working wavelength."""
         low, high = self._ends
         return np.stack([_GUARD_OF_LOWEST * low, _GUARD_OF_LARGEST * high])
 

@@ -64,17 +64,19 @@ class Judgement:
 
     @property
     def score(self) -> float:
-        """What is held against the budget, in ΔE94."""
+        """Score that is held against the budget, in ΔE94."""
         return max(self.front, self.back / BACK_SHARE)
 
     @property
     def distance(self) -> float:
-        """What attempts are compared by: front and back together, so that neither is bought with much of the other."""
+        """Distance that attempts are compared by: front and back together, so that neither is bought with much of the
+        other.
+        """
         return self.front + self.back / BACK_SHARE
 
     @property
     def headway(self) -> float:
-        """What growth is judged by: a highlight that stays as it is does not hide what the picture gains."""
+        """Progress that growth is judged by: a highlight that stays as it is does not hide what the picture gains."""
         return self.front + self.error.p99
 
     @property
@@ -125,7 +127,7 @@ class Judge:
     def judge_packs(
         self, packs: tuple[FactorPack, ...], others: ViewsXyz | None = None, relative: float = 0.0
     ) -> Judgement:
-        """How far off packs are.
+        """Measure the error of packs.
 
         others : XYZ of what shades beside the packs and is exactly known. relative : the relative error of the table
         that they come from, which goes into the judgement as it is.

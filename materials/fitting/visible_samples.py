@@ -66,7 +66,7 @@ class SeenSamples:
 
     @property
     def lit_from_behind(self) -> Bool[np.ndarray, " N"]:
-        """Where the light comes from behind."""
+        """Samples that are lit from behind."""
         return np.sum(self.wi * self.wo, axis=1) < np.cos(BEHIND)
 
     def half_gradient(self, error: Float[np.ndarray, "S N"]) -> Float[np.ndarray, "S N"]:
@@ -120,7 +120,7 @@ class SeenSamples:
         )
 
     def cost(self, packs: tuple[FactorPack, ...]) -> float:
-        """What the errors of packs cost at all samples together: the sum of their squared ΔE94, to first order."""
+        """Compute the cost of packs over all samples: the sum of their squared ΔE94, to first order."""
         left = self.minus(packs).targets.T.copy()
         if len(self.guards):
             left[:, -len(self.guards) :] = 0.0

@@ -75,7 +75,7 @@ def companions(path: Path) -> Iterable[Path]:
 
 
 def reading_cost(path: Path) -> Cost:
-    """Of the whole set, if its images are all like the first."""
+    """Estimate the cost of the whole set, if its images are all like the first."""
     count, numbers = len(members(path)), samples_in(path)
     texels = numbers or _texels(path)
     seconds = _NUMBER_S * numbers if numbers else _IMAGE_S + _TEXEL_S * texels

@@ -47,7 +47,7 @@ class ImageName:
 
 
 def image_name(path: Path) -> ImageName | None:
-    """What the name of a file, and of the folders that it lies in, say; None where not all four angles are there."""
+    """Read the angles in the name of a file and of its folders; None where not all four angles are there."""
     if path.suffix.lower() not in SUFFIXES:
         return None
     return _image_name(path.stem, tuple(parent.name for parent in list(path.parents)[:_LEVELS]))
@@ -134,7 +134,7 @@ def is_first(path: Path) -> bool:
 
 
 def set_name(path: Path) -> str:
-    """What a set is called: as its folder, and where several lie in one, also by what tells them apart."""
+    """Name a set: as its folder, and where several lie in one, also by what tells them apart."""
     folder, name = set_folder(path), image_name(path)
     others = {
         one.rest

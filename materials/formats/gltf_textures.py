@@ -71,7 +71,7 @@ class TextureReader:
         return texture
 
     def placement(self, holder: Node, name: str, turned: bool = False) -> Placement:
-        """Where a texture lies on the mesh, (u, v) growing upwards; `turned`: what it says has directions.
+        """Return the placement of a texture on the mesh, (u, v) growing upwards; `turned`: what it says has directions.
 
         Raises
         ------

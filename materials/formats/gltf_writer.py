@@ -39,7 +39,7 @@ class GltfWriter:
         self._sphere: dict[str, Any] | None = None
 
     def texture(self, codes: UInt[np.ndarray, "H W C"], placement: Placement) -> dict[str, Any]:
-        """What a material says of a texture of these codes: its number, and where it lies on the mesh."""
+        """Describe a texture of these codes in a material: its number, and where it lies on the mesh."""
         data = png_bytes(codes)
         if data not in self._pictures:
             self._pictures[data] = len(self._lists["images"])

@@ -51,7 +51,7 @@ def companions(path: Path) -> Iterable[Path]:
 
 
 def reading_cost(path: Path) -> Cost:
-    """Of a spectral albedo, as its header counts its pixels."""
+    """Estimate the cost of a spectral albedo, as its header counts its pixels."""
     return cost_of_picture(path) if is_spectral_base(path) else cost_of_bytes(path)
 
 

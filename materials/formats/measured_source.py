@@ -22,11 +22,11 @@ class MeasuredBrdf(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What there is to say of how it was read."""
+        """Notes on how it was read."""
         ...
 
     def parameters(self) -> dict[str, Any]:
-        """What rebuilds it."""
+        """Return the parameters that rebuild it."""
         ...
 
 

@@ -22,7 +22,7 @@ class Cost:
 
 
 def cost_of_bytes(path: Path, memory: float = _BYTES_A_BYTE, seconds: float = _SECONDS_A_BYTE) -> Cost:
-    """So many bytes of memory, and seconds, for each byte of a file."""
+    """Estimate memory and seconds for each byte of a file."""
     try:
         size = path.stat().st_size
     except OSError:
@@ -31,6 +31,6 @@ def cost_of_bytes(path: Path, memory: float = _BYTES_A_BYTE, seconds: float = _S
 
 
 def cost_of_picture(path: Path) -> Cost:
-    """Of an OpenEXR picture; compressed, a small file may hold a large one."""
+    """Estimate the cost of an OpenEXR picture; compressed, a small file may hold a large one."""
     samples = samples_in(path)
     return Cost(round(_BYTES_A_SAMPLE * samples), _SECONDS_A_SAMPLE * samples)

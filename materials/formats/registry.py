@@ -54,7 +54,7 @@ class Format(Protocol):
 
 
 def reading_cost(reader: Format, path: Path) -> Cost:
-    """What reading a file takes at most, as its size or its header tells."""
+    """Estimate the largest cost of reading a file, as its size or its header tells."""
     of_its_own: Callable[[Path], Cost] | None = getattr(reader, "reading_cost", None)
     return of_its_own(path) if of_its_own is not None else cost_of_bytes(path)
 
@@ -85,7 +85,7 @@ def format_for(path: Path, named: bool = False) -> Format | None:
 
 
 def label(reader: Format, path: Path) -> str:
-    """What the format of a file is called."""
+    """Name the format of a file."""
     return getattr(reader, "label", lambda path: reader.NAME)(path)
 
 

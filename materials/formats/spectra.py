@@ -77,7 +77,7 @@ def guessed(path: Path) -> bool:
 
 
 def reading_cost(path: Path) -> Cost:
-    """Of a picture its pixels; of a text its words, which take more room than its numbers."""
+    """Estimate the cost of a picture by its pixels and of a text by its words, which take most room."""
     return cost_of_picture(path) if _reader(path) is spectral_exr else cost_of_bytes(path)
 
 

@@ -59,7 +59,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def reading_cost(path: Path) -> Cost:
-    """Of its pixels, as the header counts them."""
+    """Estimate the cost of its pixels, as the header counts them."""
     return cost_of_picture(path)
 
 

@@ -81,7 +81,7 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 
 def unread(path: Path, head: bytes) -> Unread | None:
-    """Which of `formats` the file is of, by its name and its first bytes; None where it is of none."""
+    """Find the one of `formats` that a file is of, by its name and its first bytes; None where it is of none."""
     members = _members(path) if is_zip(head) else ()
     return next((known for known in formats() if known.fits(path, head, members)), None)
 

@@ -90,7 +90,7 @@ class HalfGeometry:
 
     @classmethod
     def of(cls, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> HalfGeometry:
-        """Of pairs that are all above the horizon."""
+        """Compute it of pairs that are all above the horizon."""
         h, d = wi + wo, wi - wo
         length2 = np.sum(h * h, axis=1)
         cos_h = h[:, 2] / np.sqrt(length2)

@@ -87,7 +87,9 @@ def imported_by(module: str, root: Path = _ROOT) -> frozenset[str]:
 
 
 def imports_in(module: str, text: bytes) -> Iterator[str]:
-    """What the source of a module may import of the packages beside it; not all of these names need be modules."""
+    """Yield the names that a module's source may import of the packages beside it; not all of these names need be
+    modules.
+    """
     for dots, place, names in _IMPORT.findall(_FOR_TYPES.sub(b"", text)):
         if not dots:
             continue

@@ -33,7 +33,9 @@ class Jobs:
 
 
 def reading_too_large(reader: Format, path: Path, name: str) -> tuple[Cost, InputError | None]:
-    """What reading a file takes, and the refusal of one that memory does not hold; `name` is what people call it."""
+    """Estimate the cost of reading a file, and make the refusal of one that memory does not hold; `name` is what people
+    call it.
+    """
     cost = reading_cost(reader, path)
     return cost, _refusal(cost.bytes, "reading it takes more memory than there is", name, None)
 
@@ -46,7 +48,9 @@ def fit_too_large(size: int, name: str, material_id: str) -> InputError | None:
 
 
 def jobs_for(sizes: Sequence[int], wanted: int | None) -> Jobs:
-    """As many processes as `wanted`, else one a core, but no more than memory holds of the largest of `sizes`."""
+    """Choose the number of processes: as `wanted`, else one a core, but no more than memory holds of the largest of
+    `sizes`.
+    """
     if not sizes:
         return Jobs(0)
     most = min(wanted or usable_cores(), len(sizes))

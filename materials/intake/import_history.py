@@ -85,7 +85,7 @@ class Known:
 
     @classmethod
     def of(cls, folder: Path) -> Known:
-        """What earlier imports into the catalogue in `folder` left; nothing where that cannot be used."""
+        """Load the history of the catalogue in `folder`; nothing where that cannot be used."""
         try:
             checksum, _, text = (folder / FILE).read_bytes().partition(b"\n")
             if hashlib.sha256(text).hexdigest().encode() != checksum:
@@ -133,7 +133,7 @@ class Known:
         return found
 
     def reading(self, file: InputFile, reader: Format, words: str) -> Reading | None:
-        """What came out of a file when it was as it is now, read under the same `words`; None where that is unknown."""
+        """Return the reading of a file as it is now, read under the same `words`; None where that is unknown."""
         key = _key(file, reader, words)
         entry = self.readings.get(key)
         parts = _parts(file, reader)
@@ -145,7 +145,7 @@ class Known:
         return Reading(entry["label"], tuple(Read(*each) for each in entry["materials"]), entry["note"])
 
     def look(self, file: InputFile, reader: Format, words: str) -> Look:
-        """What `keep` compares with, once the file has been read."""
+        """Return the state that `keep` compares with, once the file has been read."""
         moment, private = time.time_ns(), is_private(file)
         parts = [
             ["", _content(path)] if private else [os.path.abspath(path), *(_state(path) or ()), _content(path)]  # noqa: PTH100

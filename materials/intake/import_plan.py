@@ -90,7 +90,7 @@ class PlannedFile:
 
     @property
     def taken(self) -> tuple[str, ...]:
-        """Which quantities and scales its materials were taken for, with the signs of the first of each."""
+        """Quantities and scales that its materials were taken for, with the signs of the first of each."""
         said = [material.taken for material in self.materials if material.taken]
         first: dict[str, str] = {}
         for words in said:
@@ -264,7 +264,9 @@ def _is_there(read: Read, settings: Settings, known: Known, say: Hears) -> bool:
 
 
 def taken_as(material: MaterialSource, reader: Format) -> str:
-    """Which quantity a material was taken for, and what says so: its format, where it keeps no words of its own."""
+    """Describe the quantity that a material was taken for, and the signs of it: its format, where it keeps no words of
+    its own.
+    """
     return material.taken or f"{quantity_of(material.model)}, by the format ({reader.NAME})"
 
 

@@ -71,7 +71,7 @@ class ImportReport:
 
     @property
     def sentence(self) -> str:
-        """What was done, for a person."""
+        """Summarise the import in a sentence."""
         words = {"new": "to import", "imported": "imported", "skipped": "skipped (already there)", "failed": "failed"}
         said = ", ".join(f"{self.count(status)} {word}" for status, word in words.items() if self.count(status))
         said = f"{self.folder}: {said or 'nothing imported'}"

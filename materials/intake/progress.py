@@ -47,7 +47,8 @@ Hears = Callable[[Doing], None]
 
 
 def in_bytes(words: str, total: int, say: Hears) -> Callable[[int], None]:
-    """What hears of bytes that are read and says `words`, how many they are and the share of `total`, now and then.
+    """Return a callback for bytes that are read, which reports `words`, how many they are and the share of `total`, now
+    and then.
 
     total : 0 where it is not known how many they will be.
     """
@@ -115,20 +116,20 @@ class Expected:
 
     @property
     def at_work(self) -> dict[str, tuple[float, Doing]]:
-        """What is being worked on: seconds since it was begun, and what it is at."""
+        """Return the work in hand: seconds since it was begun, and what it is at."""
         # A copy: who shows it may be another thread.
         return {name: (self.now() - begun, doing) for name, (begun, doing) in list(self._begun.items())}
 
     @property
     def seconds_left(self) -> float:
-        """Until all is done: as long as the longest takes, or the whole shared by the processes."""
+        """Estimate the seconds until all is done: those of the longest, or all shared by the processes."""
         at_work = self.at_work
         running = [self._rest(self.pending.get(name, ""), *state) for name, state in at_work.items()]
         waiting = [self._of(model) for name, model in list(self.pending.items()) if name not in at_work]
         return max([*running, *waiting, (sum(running) + sum(waiting)) / max(1, self.jobs)], default=0.0)
 
     def of(self, material_id: str) -> float:
-        """What one material takes in all."""
+        """Return the work that one material takes in all."""
         return self._of(self.pending.get(material_id, ""))
 
     def _of(self, model: str) -> float:

@@ -102,7 +102,7 @@ class MerlBrdf(Brdf):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed and filled in, in words."""
+        """Notes on assumptions and filled values."""
         missing = int((self._dropped).sum())
         readings = 3 * int(_reachable().sum())
         pairs = np.sort(np.stack([self.values[:, :, 1:90], self.values[:, :, :90:-1]]), axis=0)

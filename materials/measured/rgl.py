@@ -104,7 +104,7 @@ class RglBrdf(Brdf):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed, held and kept, in words."""
+        """Notes on assumptions and held values."""
         values, theta = self.measurement.values, np.degrees(self.measurement.fields["theta_i"])
         negative = int(np.sum(values < 0))
         measured_nm = self.measurement.wavelengths_nm

@@ -56,7 +56,7 @@ class RglMeasurement:
 
     @property
     def description(self) -> str:
-        """What the file says of itself."""
+        """Description in the file."""
         return self.fields["description"].tobytes().decode("utf-8", "replace").strip("\0 \n")
 
 

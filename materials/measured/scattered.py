@@ -133,7 +133,7 @@ class ScatteredBrdf(Brdf):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed, filled in or extrapolated, in words."""
+        """Notes on assumptions, filled and extrapolated values."""
         low, high = self.measurement.wavelengths_nm[[0, -1]]
         kept = "left out, so that the BRDF is reciprocal" if self.reciprocal else "kept, as it was measured"
         return (

@@ -22,7 +22,7 @@ _MATT = ("lambert", "fluorescent_lambert", "spectral_texture")
 
 
 def colour_standing(record: MaterialRecord) -> Standing:
-    """Where a material's colour comes from; "unknown" where its record does not say.
+    """Return the standing of a material's colour; "unknown" where its record does not say.
 
     A model that carries published spectra is no statement about them: its description makes it (`COLOUR`).
     """
@@ -37,7 +37,7 @@ def colour_standing(record: MaterialRecord) -> Standing:
 
 
 def gloss_standing(record: MaterialRecord) -> Standing:
-    """Where a material's gloss comes from: how it scatters light, apart from its colour."""
+    """Return the standing of a material's gloss: how it scatters light, apart from its colour."""
     if record.model in _DIRECTIONAL:
         return "measured"
     if record.provenance.standing == "reconstructed":

@@ -69,7 +69,7 @@ def shown_colours(record: MaterialRecord) -> tuple[ShownColour, ...]:
 
 
 def shown_conditions(colour: Mapping[str, Any]) -> str:
-    """What a colour of `record_colour` was computed for: geometry, illuminant and observer, as far as it has them."""
+    """Describe the conditions of a `record_colour`: geometry, illuminant and observer, as far as it has them."""
     return ", ".join(colour[name] for name in ("geometry", "illuminant", "observer") if name in colour)
 
 

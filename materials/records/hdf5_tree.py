@@ -130,7 +130,9 @@ def mapping_from(node: Node) -> dict[str, Any]:
 
 
 def form_node(values: Mapping[str, Any]) -> Node:
-    """What a fast form keeps: text, numbers and booleans as attributes, arrays as data sets, mappings as groups."""
+    """Return the node of a fast form: text, numbers and booleans as attributes, arrays as data sets, mappings as
+    groups.
+    """
     node = Node()
     for name, value in values.items():
         if isinstance(value, Mapping):

@@ -84,16 +84,16 @@ class MaterialRecord:
 
     @property
     def error(self) -> FitError | None:
-        """How far the fast form is from the original; None where there is none, or where nobody measured it."""
+        """Error of the fast form against the original; None where there is none, or where nobody measured it."""
         return None if self.fast is None else self.fast.error
 
     @property
     def environment_error(self) -> FitError | None:
-        """How far the stored environment form is from the original (`slices.error`); None where none is stored."""
+        """Error of the stored environment form against the original (`slices.error`); None where none is stored."""
         return self.fast.environment_error if self.fast is not None else None
 
     def drawn(self) -> Fast:
-        """What renderers draw.
+        """Form that renderers draw.
 
         Raises
         ------
@@ -108,12 +108,12 @@ class MaterialRecord:
 
     @property
     def summands(self) -> tuple[Summand, ...]:
-        """What the fast form is a sum of; nothing where there is none."""
+        """Summands of the fast form; none without one."""
         return () if self.fast is None else self.fast.summands
 
     @property
     def quantity(self) -> str:
-        """What the data are: "reflectance", "bispectral", "emission", "transmittance" or "radiance factor"."""
+        """Quantity of the data: "reflectance", "bispectral", "emission", "transmittance" or "radiance factor"."""
         return quantity_of(self.model)
 
     @property

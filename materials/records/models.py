@@ -72,7 +72,8 @@ SPECTRA = {
 
 
 def quantity_of(model: str) -> str:
-    """What a record of that model holds: "reflectance", "bispectral", "emission", "transmittance", "radiance factor".
+    """Return the quantity that a record of a model holds: "reflectance", "bispectral", "emission", "transmittance",
+    "radiance factor".
 
     >>> quantity_of("radiance_factor"), quantity_of("lambert")
     ('radiance factor', 'reflectance')

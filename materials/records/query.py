@@ -185,7 +185,7 @@ class Query:
             raise InputError("unusable limit", field="limit", found=self.limit, expected="0 or more")
 
     def of(self, summaries: Iterable[Summary]) -> tuple[Summary, ...]:
-        """Those that fit, sorted."""
+        """Select the summaries that match, sorted."""
         found = [one for one in summaries if self._fits(one)]
         if self.near is not None:
             found = self._measured(found, self.near)

@@ -57,7 +57,7 @@ MARKER = "catalogue.toml"
 
 
 def material_path(folder: Path, material_id: str) -> Path:
-    """Where a catalogue keeps a material."""
+    """Return the path of a material in a catalogue."""
     return folder / f"{material_id}{SUFFIX}"
 
 

@@ -59,8 +59,8 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
 
 
 def from_afar(fast: Fast, original: Callable[[], Surface]) -> Surface | None:
-    """What an instrument sees, whose aperture is wider than a texel: the mean of a fast form, or that of the original
-    where the form knows none; None where neither does.
+    """Average a form as an instrument sees it, whose aperture is wider than a texel: the mean of a fast form, or that
+    of the original where the form knows none; None where neither does.
     """
     average = fast.average()
     if not average.uses_uv:

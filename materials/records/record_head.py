@@ -29,7 +29,7 @@ _LONGEST_TEXT = 300
 
 
 def head_of(record: MaterialRecord, checksum: str, *, colour: bool = True) -> dict[str, Any]:
-    """What the head says of a record whose content has that checksum, `colour` only where it is asked for.
+    """Make the head of a record whose content has that checksum, `colour` only where it is asked for.
 
     `colour`: XYZ (Y of the perfect diffuser = 1) and CIELAB at 45 degrees annular : 0 under D65, 1931 2 degrees, as the
     packs have it, or of a spectrum without a surface itself. An emission has a chromaticity (XYZ with Y = 1) alone.

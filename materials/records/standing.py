@@ -68,7 +68,7 @@ def missed_words(fit: Aimed) -> str:
 
 
 def standing_of(kind: str) -> str:
-    """What a kind of provenance is worth, in one word: measured, analytic, uplifted or reconstructed.
+    """Return the standing of a kind of provenance: measured, analytic, uplifted or reconstructed.
 
     >>> standing_of("uplifted(mallett-yuksel)"), standing_of("measured")
     ('uplifted', 'measured')

@@ -13,7 +13,9 @@ from .material import MaterialRecord
 
 
 def stated_colours(original: Mapping[str, Any]) -> tuple[StatedColour, ...]:
-    """What a record keeps: `stated.N.space`, `.values`, and where the file said so `.illuminant` and `.observer`."""
+    """Return stated colours as a record stores them: `stated.N.space`, `.values`, and where the file said so
+    `.illuminant` and `.observer`.
+    """
     numbers = sorted(
         int(name.split(".")[1])
         for name in original

@@ -83,7 +83,7 @@ class StoredArray:
         return np.asarray(self.read(), dtype=dtype)
 
     def blocks(self) -> list[Block]:
-        """What is read, and held to its digest, at once: see `blocks_of`."""
+        """Blocks that are read and checked at once: see `blocks_of`."""
         return blocks_of(self.shape, self.dtype)
 
     def read(self, rows: slice = slice(None)) -> np.ndarray:

@@ -65,7 +65,7 @@ def texels_measured_again(record: MaterialRecord) -> FitError | None:
 
 
 def gone_words(gone: Sequence[StoredArray]) -> str:
-    """What is not there any more, and where it was; of images, how many of how many."""
+    """Describe what is gone, and where it was; of images, how many of how many."""
     first = gone[0]
     if not isinstance(first, StoredFiles):
         return f"large arrays were left in a file that is gone: {first.file}"

@@ -71,17 +71,17 @@ class Verification:
 
     @property
     def damaged(self) -> tuple[Verified, ...]:
-        """Those that do not hold."""
+        """Records that are damaged."""
         return tuple(one for one in self.results if one.problem is not None)
 
     @property
     def incomplete(self) -> tuple[Verified, ...]:
-        """Those of which a part of the original lies in a file that is gone: what is left of them holds."""
+        """Records that are whole but refer to a file that is gone."""
         return tuple(one for one in self.results if one.problem is None and one.missing is not None)
 
     @property
     def intact(self) -> tuple[Verified, ...]:
-        """Those that are there as a whole, and hold."""
+        """Records that are whole and undamaged."""
         return tuple(one for one in self.results if one.problem is None and one.missing is None)
 
 

@@ -73,12 +73,12 @@ class Wish:
     directions: Float[np.ndarray, "K 4"]
 
     def got(self, look: Look) -> dict[str, float]:
-        """How far another look goes along each word, in its own unit; below zero: the other way."""
+        """Measure another appearance along each word, in its own unit; below zero: the other way."""
         moved = self.directions @ (look.point - self.start.point)
         return {word: float(length) for word, length in zip(self.amounts, moved, strict=True)}
 
     def besides(self, look: Look) -> dict[str, float]:
-        """What else changes, in words: what no mixture of the wish's directions explains, as lengths above 0."""
+        """Describe what else changes: what no mixture of the wish's directions explains, as lengths above 0."""
         moved = look.point - self.start.point
         if len(self.directions):
             moved = moved - self.directions.T @ np.linalg.lstsq(self.directions.T, moved, rcond=None)[0]
@@ -91,7 +91,8 @@ class Wish:
 
 
 def wished(start: Look, amounts: Mapping[str, float | int]) -> Wish:
-    """Where a wish leads from `start`: {"warmer": 10, "glossier": 1}; nothing asked, it stays there.
+    """Find the appearance that a wish leads to from `start`: {"warmer": 10, "glossier": 1}; nothing asked, it stays
+    there.
 
     Raises
     ------

@@ -129,7 +129,7 @@ def unlike(one: Summary) -> str | None:
 
 
 def look_of(record: MaterialRecord, one: Summary) -> Look | str:
-    """How a material looks, its colour as the head of its file has it; or why it cannot be said."""
+    """Return the appearance of a material, its colour as the head of its file has it; or why it cannot be said."""
     if one.lab is None or one.xyz is None:
         return "no colour is known of it"
     gloss = record_gloss(record, one.xyz[1])

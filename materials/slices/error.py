@@ -47,7 +47,7 @@ _SUN_ENDS, _SUN_GRID = 3.7, (6, 12)
 
 
 def text_of(isotropic: bool) -> str:
-    """What was done, for a record or a report."""
+    """Describe the measurement for a record or a report."""
     rings, around = _ISOTROPIC if isotropic else _TURNED
     return (
         f"sphere of {rings} x {around} points, orthographic, under a sky with haze over a ground of {sky.GROUND:g}, a "

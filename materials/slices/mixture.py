@@ -58,7 +58,7 @@ class Mixture:
         return replace(self, axes=self.axes @ rotation.T)
 
     def densities(self, to: Float[np.ndarray, "3 S"]) -> tuple[Float[np.ndarray, "Q S"], Float[np.ndarray, " S"]]:
-        """What each Gaussian sends from each direction, and what the cosine does, which is above 0 everywhere."""
+        """Evaluate each Gaussian at each direction, and the cosine, which is above 0 everywhere."""
         norm = self.sharpness / (2.0 * np.pi * -np.expm1(-2.0 * self.sharpness))
         lobes = self.axes @ to
         lobes -= 1.0

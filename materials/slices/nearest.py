@@ -101,7 +101,7 @@ class Wanted:
         return found
 
     def spectra(self, mixture: Mixture, values: Float[np.ndarray, "A C"]) -> Float[np.ndarray, "Q1 C"]:
-        """What each part sends in all, in C numbers whose mean is `density`: least squares for each of them, and their
+        """Find the total of each part, in C numbers whose mean is `density`: least squares for each of them, and their
         integrals exactly.
         """
         parts = _Parts.of(mixture, self.directions)
@@ -163,8 +163,8 @@ class _Parts:
     def derivatives(
         self, directions: Float[np.ndarray, "S 3"]
     ) -> tuple[Float[np.ndarray, "P S"], Float[np.ndarray, " P"]]:
-        """By the logarithms of sharpness, by both sides in units of the width, and by the logarithms of all shares; of
-        what comes from each direction, and of the sum.
+        """Differentiate by the logarithms of sharpness, by both sides in units of the width, and by the logarithms of
+        all shares; of what comes from each direction, and of the sum.
         """
         sharpness, shares = self.mixture.sharpness, self.mixture.shares
         # Of lambda / (1 - exp(-2 lambda)), what a Gaussian is normalised with.

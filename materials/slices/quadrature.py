@@ -58,7 +58,7 @@ def slice_directions(
 
 
 def half_angles(wi: Float[np.ndarray, "S 3"], wo: Float[np.ndarray, "3"]) -> Float[np.ndarray, " S"]:
-    """From the normal to the half vectors, radians."""
+    """Angles from the normal to the half vectors, radians."""
     between = wi + wo
     # atan2 of lengths: exact where the half vector is near the normal.
     return np.arctan2(np.hypot(between[:, 0], between[:, 1]), between[:, 2])

@@ -31,7 +31,7 @@ def polar_angles(count: int) -> Float[np.ndarray, " count"]:
 
 
 def places_of(theta_o: Float[np.ndarray, " N"], count: int) -> Float[np.ndarray, " N"]:
-    """Where theta_o lies on `polar_angles(count)`, in nodes; held beyond the last."""
+    """Locate theta_o on `polar_angles(count)`, in nodes; held beyond the last."""
     share = np.clip(theta_o / (0.5 * np.pi - LAST), 0.0, 1.0)
     return (1.0 - (1.0 - share) ** (2.0 / 3.0)) * (count - 1)
 
@@ -123,12 +123,12 @@ class ViewSlices(EnvironmentForm):
 
     @property
     def key(self) -> tuple:
-        """Which array the values are."""
+        """Identity of the array of values."""
         return "slices", id(self.value)
 
     @property
     def nbytes(self) -> int:
-        """Of its arrays, spectra included."""
+        """Bytes of its arrays, spectra included."""
         return sum(one.nbytes for one in (self.directions, self.sharpness, self.value, self.palette.values))
 
     def in_single_precision(self) -> ViewSlices:
@@ -137,7 +137,7 @@ class ViewSlices(EnvironmentForm):
         return replace(self, **arrays)
 
     def stored(self) -> dict[str, Any]:
-        """What a file keeps, in single precision but for the palette; the error too, where it was measured."""
+        """Return what a file stores, in single precision but for the palette; the error too, where it was measured."""
         kept: dict[str, Any] = {name: getattr(self, name).astype(np.float32) for name in _ARRAYS}
         kept["palette"] = self.palette.stored()
         return kept if self.error is None else {**kept, "error": _kept_error(self.error)}

@@ -36,7 +36,7 @@ def coat_over(
     spread: Float[np.ndarray, "N 3"],
     differ: Float[np.ndarray, "N 3"] | None = None,
 ) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, " N"]]:
-    """What the coat lets through, 1 - w Fc, and its own f_r cos(theta_i), 1/sr.
+    """Compute the transmission of the coat, 1 - w Fc, and its own f_r cos(theta_i), 1/sr.
 
     fall : (1 - h.wi)^5. coat : w. normal : unit. spread : S of its facets. differ : see `map_levels.facets_apart`; None
     where normals do not differ.

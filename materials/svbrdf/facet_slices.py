@@ -74,8 +74,8 @@ class FacetSlices:
         return under_coat(smoother + (rough - a)[:, None] * (rougher - smoother), coat)
 
     def texels(self, energies: bool) -> tuple[Float[np.ndarray, "AT Q 4"], Float[np.ndarray, "AT C 4"]]:
-        """For the GPU, a row an alpha and viewer, float32: axes with logarithms of 1 / lambda; values with, where it is
-        asked for, `energies` behind them, and behind the first four kinds of all the next.
+        """Make the texels for the GPU, a row an alpha and viewer, float32: axes with logarithms of 1 / lambda; values
+        with, where it is asked for, `energies` behind them, and behind the first four kinds of all the next.
         """
         rows = self.widths.shape[0] * self.widths.shape[1]
         axes = np.concatenate([self.directions, self.widths[..., None]], axis=-1)
@@ -129,7 +129,9 @@ class FacetSlices:
 def under_coat(
     values: Float[np.ndarray, "N *Q K"], coat: Float[np.ndarray, " N"] | None
 ) -> Float[np.ndarray, "N *Q 4"]:
-    """What of each geometry a coat lets through, 1 - w (0.04 + 0.96 fall), of `COATED_KINDS`; of four without one."""
+    """Compute the transmission of a coat in each geometry, 1 - w (0.04 + 0.96 fall), of `COATED_KINDS`; of four without
+    one.
+    """
     if coat is None:
         return values[..., :KINDS]
     share = coat.reshape(-1, *(1,) * (values.ndim - 1))

@@ -23,7 +23,9 @@ WIDENED = 1.5
 
 
 def normals_from_afar(lean: Float[np.ndarray, "H W 2"]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Of each level, the mean of unit normals (H,W,3), which is shorter, and how much wider it makes spread (H,W,3)."""
+    """Compute for each level the mean of unit normals (H,W,3), which is shorter, and how much wider it makes spread
+    (H,W,3).
+    """
     x, y = lean[..., 0], lean[..., 1]
     up = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
     levels = levels_of(np.stack([x, y, up, x * x, x * y, y * y], axis=-1))
@@ -35,7 +37,7 @@ def normals_from_afar(lean: Float[np.ndarray, "H W 2"]) -> tuple[list[np.ndarray
 
 
 def wider(moments: Float[np.ndarray, "N 6"]) -> Float[np.ndarray, "N 3"]:
-    """How much wider normals that differ make the spread of their mean, in its frame: of the means of x, y, z, xx, xy
+    """Compute how much differing normals widen the spread of their mean, in its frame: of the means of x, y, z, xx, xy
     and yy.
     """
     x, y, z, xx, xy, yy = np.moveaxis(moments, -1, 0)
@@ -80,7 +82,7 @@ def facets_apart(
 
 
 def spread_from_afar(spread: Float[np.ndarray, "H W 3"]) -> list[Float[np.ndarray, "_ _ 3"]]:
-    """Of each level, the mean of S in the logarithm, as matrices have one."""
+    """Compute for each level the mean of S in the logarithm, as matrices have one."""
     levels = levels_of(_function_of(spread, np.log))
     return [spread, *(_function_of(level, np.exp) for level in levels[1:])]
 
@@ -88,7 +90,9 @@ def spread_from_afar(spread: Float[np.ndarray, "H W 3"]) -> list[Float[np.ndarra
 def coat_from_afar(
     spread: Float[np.ndarray, "H W 1"], coat: Float[np.ndarray, "H W 1"]
 ) -> list[Float[np.ndarray, "_ _ 1"]]:
-    """Of each level, the mean of a coat's alpha^2 in the logarithm; texels count by how much of a coat they have."""
+    """Compute for each level the mean of a coat's alpha^2 in the logarithm; texels count by how much of a coat they
+    have.
+    """
     levels = levels_of(np.concatenate([coat * np.log(spread), coat, np.log(spread)], axis=-1))
     found = [spread]
     for level in levels[1:]:

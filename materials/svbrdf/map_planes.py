@@ -277,12 +277,12 @@ class MapPlanes(Summand):
 
     @property
     def key(self) -> tuple:
-        """Which array the planes are, and what is made of them."""
+        """Identity of the planes, and their use."""
         return "maps", id(self.planes), self.layout, self.cutoff, self.placement, self.cut
 
     @property
     def nbytes(self) -> int:
-        """Of planes and spectra."""
+        """Bytes of planes and spectra."""
         return self.planes.nbytes + self.palette.values.nbytes
 
     @property
@@ -291,7 +291,7 @@ class MapPlanes(Summand):
         return f"{self.planes.shape[1]} x {self.planes.shape[0]} texels" if self.uses_uv else "alike everywhere"
 
     def stored(self) -> dict[str, Any]:
-        """What a file keeps: the planes, in 16 bits where those hold them, their layout, and the palette."""
+        """Return what a file stores: the planes, in 16 bits where those hold them, their layout, and the palette."""
         kept: dict[str, Any] = {"planes": self.planes, "precision": self.precision, "palette": self.palette.stored()}
         kept |= {"columns": np.array(self.layout.columns), "constants": np.array(self.layout.constants)}
         kept |= {"scale": np.array(self.placement.scale), "offset": np.array(self.placement.offset)}

@@ -152,7 +152,7 @@ class MapSet:
         return max(one.size for one in self.maps.values())
 
     def texels(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> Texels:
-        """What texels scatter."""
+        """Return the scattering of texels."""
 
         def number(one: TexelMap) -> np.ndarray:
             return one.at(rows, columns)[:, 0]
@@ -203,7 +203,7 @@ class MapSet:
             yield slice(start, start + len(numbers)), self.texels(*np.divmod(numbers, width))
 
     def parameters(self) -> dict[str, Any]:
-        """What rebuilds these maps."""
+        """Return the parameters that rebuild these maps."""
         kept: dict[str, Any] = {"wavelengths_nm": self.wavelengths_nm, "uplift": self.uplift or "none"}
         kept |= {"glossy": int(self.glossy), "cutoff": self.cutoff}
         kept |= {"scale": np.array(self.placement.scale), "offset": np.array(self.placement.offset)}

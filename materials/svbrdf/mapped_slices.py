@@ -47,7 +47,7 @@ class MappedSlices(EnvironmentForm):
 
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Of the alphas on both sides; `shader` says so where there is one alone."""
+        """Count of the alphas on both sides; `shader` says so where there is one alone."""
         return 2 * LOBES * (self.parts + self.maps.layout.coated)
 
     @cached_property

@@ -54,7 +54,7 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
 
     @cached_property
     def cutout(self) -> Cutout | None:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Of its coverage."""
+        """Opacity mask of its coverage."""
         opacity = self.coverage.decoded(self.coverage.values)
         return Mask(opacity, self.cutoff, self.placement) if (opacity < self.cutoff - ROUNDING).any() else None
 
@@ -125,5 +125,5 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         return MetallicRoughness(body, shine, edge, alpha, coat, coat_alpha)
 
     def own_form(self, budget: float = 0.5) -> Fast:
-        """As few spectra as show every texel within the budget; see `maps_form`."""
+        """Make a form of few spectra that shows every texel within the budget; see `maps_form`."""
         return maps_form(self, budget)

@@ -63,7 +63,7 @@ class MapsForm(Fast):
 
     @cached_property
     def cutout(self) -> Cutout | None:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """Of its coverage; see `Surface.cutout`."""
+        """Opacity mask of its coverage; see `Surface.cutout`."""
         maps, layout = self.maps, self.maps.layout
         start = layout.starts["covers"]
         column = layout.columns[start]
@@ -80,7 +80,7 @@ class MapsForm(Fast):
         return self if self.cutout is None else self._whole
 
     def average(self) -> MapsForm:
-        """What the whole texture is from afar, everywhere: the mean of what is there."""
+        """Average the whole texture, as it is seen from afar: the mean of what is there."""
         if not self.maps.uses_uv:
             return self
         levels, layout = self.maps.levels

@@ -59,7 +59,7 @@ class TexelMap:
         return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4) if self.srgb else part
 
     def decoded(self, codes: np.ndarray) -> Float[np.ndarray, "*texels C"]:
-        """What some of `values` are worth."""
+        """Decode some of `values`."""
         found = self._decoded[codes] if codes.dtype.kind == "u" else codes.astype(np.float64)
         return found * np.asarray(self.scale) + np.asarray(self.offset)
 
@@ -72,7 +72,7 @@ class TexelMap:
         return self.decoded(self.values[rows, columns])
 
     def parameters(self, name: str) -> dict[str, Any]:
-        """What a record keeps of it, by names that begin with `name`."""
+        """Return what a record stores, by names that begin with `name`."""
         kept: dict[str, Any] = {f"{name}.values": self.values}
         for key, number, usual in (("scale", self.scale, (1.0,)), ("offset", self.offset, (0.0,))):
             kept |= {f"{name}.{key}": np.array(number)} if number != usual else {}

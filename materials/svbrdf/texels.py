@@ -80,7 +80,7 @@ def level_at(footprint: Float[np.ndarray, "N 2 2"], height: int, width: int, las
 def at_levels(
     level: Float[np.ndarray, " N"], count: int
 ) -> Iterator[tuple[int, Int[np.ndarray, " n"], Float[np.ndarray, " n"]]]:
-    """Of `count` levels those that points are looked up at: number, which points, and what it counts there.
+    """Find the levels, of `count`, that points are looked up at: number, which points, and what it counts there.
 
     A point is at one level, or between two, which together count 1.
     """
@@ -110,7 +110,7 @@ def filtered(
 def packed(
     levels: Sequence[Float[np.ndarray, "_ _ C"]], half: bool = False
 ) -> tuple[np.ndarray, dict[str, int], list[tuple[float, float, float]] | tuple[float, float, float]]:
-    """What `texels.glsl` reads: planes four to a texel, one four beside the other, levels one below the other.
+    """Pack planes for `texels.glsl`: four to a texel, one four beside the other, levels one below the other.
 
     The texture, in float16 where `half` says that it holds them; its sizes; and of each level width, height and first
     row, of one level alone without a list.

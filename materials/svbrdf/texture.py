@@ -68,11 +68,11 @@ class SpectralTexture(Surface):
         return Lambert(Spectrum.sampled(self.wavelengths_nm, mean, "reflectance"))
 
     def own_form(self, budget: float = 0.5) -> TextureForm:
-        """As few terms as show every texel within the budget; see `texture_form`."""
+        """Make a form of few terms that shows every texel within the budget; see `texture_form`."""
         return texture_form(self.wavelengths_nm, self.texture, budget)
 
     def parameters(self) -> dict[str, np.ndarray]:
-        """What rebuilds this surface."""
+        """Return the parameters that rebuild this surface."""
         return {"wavelengths_nm": self.wavelengths_nm, "texture": self.texture}
 
     @classmethod

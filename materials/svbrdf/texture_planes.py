@@ -64,12 +64,12 @@ class TexturePlanes(Summand):
 
     @property
     def key(self) -> tuple:
-        """Which array the planes are."""
+        """Identity of the planes."""
         return "texture", id(self.planes)
 
     @property
     def nbytes(self) -> int:
-        """Of planes and spectra."""
+        """Bytes of planes and spectra."""
         return self.planes.nbytes + self.palette.values.nbytes
 
     @property

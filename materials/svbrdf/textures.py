@@ -37,7 +37,7 @@ _AGAIN = "the picture is damaged or cut short: save or copy it again"
 
 @dataclass(frozen=True)
 class _Header:
-    """What a picture's file says before its pixels.
+    """Header of a picture's file.
 
     mode : Pillow's word for the kind of its values. halved : True where it reads but 8 bits of 16, grey with alpha.
     stated : what it says of its colours beside a profile that is not sRGB, in words.
@@ -86,7 +86,7 @@ class Texture:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was assumed of the picture, in words."""
+        """Notes on assumptions about the picture."""
         coloured = self.encoding == "sRGB"
         if self._exr:
             stated = ", ".join(exr_colours(self._exr_picture.attributes)) if coloured else ""

@@ -42,7 +42,7 @@ class BrdfTensor:
     error: float
 
     def view_weights(self, weights: Float[np.ndarray, " N"], wo: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n i"]:
-        """What each light factor counts for a mixture of members, seen from `wo`: eq. 3 but for the light."""
+        """Compute the weight of each light factor for a mixture of members, seen from `wo`: eq. 3 but for the light."""
         chosen = np.einsum("h,hoi->oi", weights @ self.by_member, self.core)
         return self.disc.look_up(self.by_view, wo) @ chosen
 

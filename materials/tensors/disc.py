@@ -31,7 +31,7 @@ class Disc:
 
     @cached_property
     def used(self) -> Bool[np.ndarray, " M"]:
-        """Which nodes any direction is looked up between: those on the disc, and one step beyond."""
+        """Select the nodes that directions are looked up between: those on the disc, and one step beyond."""
         at = np.maximum(np.abs(np.linspace(-1.0, 1.0, self.across)) - 2.0 / (self.across - 1), 0.0)
         return (np.add.outer(at * at, at * at) <= _RIM * _RIM).ravel()
 

@@ -47,7 +47,7 @@ class Tuned(Brdf):
 
     @property
     def spectra(self) -> Float[np.ndarray, "2 L"]:
-        """What `scalars` are multiplied with: those of the matt part and of the highlight."""
+        """Spectra that `scalars` are multiplied with: those of the matt part and of the highlight."""
         return np.stack([self.diffuse, self.specular])
 
     def scalars(self, points: Points) -> Float[np.ndarray, "N 2"]:

@@ -40,7 +40,7 @@ class Separated:
     def amplitudes_at(
         self, weights: Float[np.ndarray, " N"], cosine: Float[np.ndarray, " n"]
     ) -> Float[np.ndarray, "n 4"]:
-        """Of a mixture of members, linear between views; flatter ones are as the flattest."""
+        """Interpolate the amplitudes of a mixture of members, linear between views; held beyond the flattest."""
         table = np.einsum("m,mak->ak", weights, self.amplitudes)
         return np.stack([np.interp(cosine, self.cosines, each) for each in table.T], axis=1)
 

@@ -37,7 +37,7 @@ class DifferencePass:
 
     @property
     def all_programs(self) -> list[Programs]:
-        """Those that are drawn with."""
+        """Programs that it draws with."""
         return [one.programs for one in self._passes.values()]
 
     def draw(
@@ -71,7 +71,7 @@ class DifferencePass:
         whites: tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]],
         method: ImageFormula = "CIE 1994",
     ) -> Float[np.ndarray, "h w"]:
-        """What `draw` drew, with what is infinite there worked out in double precision, and put back.
+        """Read what `draw` drew, with what is infinite there worked out in double precision, and put back.
 
         As `delta_e_map` has it: NaN where nothing is compared, infinity where a pixel holds no number.
         """

@@ -140,7 +140,7 @@ def visibility_tables(context: moderngl.Context, visibility: SceneVisibility) ->
 def hidden_tables(
     context: moderngl.Context, hidden: HiddenLight, visibility: SceneVisibility, fields: slice
 ) -> LightTables:
-    """What sites lose of at most four fields, and where bright parts are on the sites' maps."""
+    """Make tables of what sites lose of at most four fields, and where bright parts are on the sites' maps."""
     owner, quads = Owner(context), max(1, len(visibility.steps) // 4)
     sites, moments, _ = hidden.lost.shape
     held = np.zeros((sites, moments + 1, 4), dtype=np.float32)

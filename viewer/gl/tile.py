@@ -60,7 +60,7 @@ class GLTerms(KeptTerms):
 
 
 def framed(tile: GLTile, layer: SpreadLayer) -> dict[str, moderngl.Texture]:
-    """What lights that spread read of a tile."""
+    """Return the textures of a tile that area lights read."""
     uv = dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
     return {"seen": tile.seen, **dict(zip(FRAMES, tile.frames, strict=True)), **uv}
 
@@ -68,7 +68,7 @@ def framed(tile: GLTile, layer: SpreadLayer) -> dict[str, moderngl.Texture]:
 def places(
     triangles: WindowTriangles, first_face: Int[np.ndarray, "_"], samples: int, size: tuple[int, int]
 ) -> tuple[Place | None, ...]:
-    """Where each part is found in a tile of `size` pixels."""
+    """Locate each part in a tile of `size` pixels."""
     ends = np.searchsorted(triangles.parent, first_face)
     found: list[Place | None] = []
     for first, last in zip(ends[:-1].tolist(), ends[1:].tolist(), strict=True):

@@ -37,7 +37,7 @@ class LightGeometry:
     shadows: ShadowGrid
 
     def towards(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """From points to the light, of the length that irradiance falls with."""
+        """Compute vectors from points to the light, of the length that irradiance falls with."""
         return self.vector[:3] - self.vector[3] * points
 
 
@@ -71,7 +71,7 @@ class SceneGeometry:
 
     @property
     def has_uv(self) -> tuple[bool, ...]:
-        """By part, whether it has texture coordinates."""
+        """True by part if it has texture coordinates."""
         return tuple(mesh.uv is not None for mesh in self.meshes)
 
     @cached_property

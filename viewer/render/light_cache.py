@@ -41,7 +41,7 @@ class Shadows:
 
     @cached_property
     def hidden(self) -> HiddenLight:
-        """What the scene's vertices lose of the light."""
+        """Loss of the light at the scene's vertices."""
         assert self.bright is not None
         return HiddenLight.of(self.visibility, self.bright)
 
@@ -133,7 +133,8 @@ class LightCache:
         return least < SOON_SECONDS and visibility_cost(scene).cpu_seconds < SOON_SECONDS
 
     def gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight | GatheredPanel, np.ndarray]:
-        """What a light that spreads sends, and how it is turned; of an environment what its maps are without weights.
+        """Return the prefiltered light of an area light or environment, and how it is turned; of an environment what
+        its maps are without weights.
 
         Kept for other rotations, spectra, observers and strengths.
         """
@@ -154,7 +155,7 @@ class LightCache:
     def shadows(
         self, light: SpreadLight, scene: Scene, jobs: int, progress: Progress, say: Callable[[str], object]
     ) -> Shadows | None:
-        """What hides a light; None where nothing hides anything."""
+        """Return the occlusion of a light; None where nothing hides anything."""
         with self.lock:
             if not self._same_meshes(scene):
                 self._shaded, self._visibility, self._hiding = tuple(part.mesh for part in scene.parts), {}, {}

@@ -63,7 +63,7 @@ class Cost:
 
     @property
     def words(self) -> str:
-        """For a person."""
+        """Cost in words."""
         return f"{self.what}: about {gigabytes(self.memory_bytes)} of memory and {_duration(self.seconds)}"
 
     def check_room(self, scene: Scene, camera: Camera) -> None:

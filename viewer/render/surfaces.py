@@ -87,7 +87,7 @@ def interpolated(
     number: Int[np.ndarray, " N"],
     point: Int[np.ndarray, "N 2"],
 ) -> Interpolated:
-    """What triangles `number` show at `point`, in 1/256 sample; the plane of a triangle goes on beyond its edges."""
+    """Interpolate triangles `number` at `point`, in 1/256 sample; the plane of a triangle goes on beyond its edges."""
     weights, whole = _corner_weights(triangles, number, point)
     face = triangles.parent[number]
     position, normal, tangent = (

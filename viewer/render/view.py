@@ -51,7 +51,7 @@ class View:
         return self.scene.normals * self.side[:, None, None]
 
     def lit(self, light: LightGeometry) -> Bool[np.ndarray, " F"]:
-        """Where a light stands above the triangle's horizon, on the viewer's side."""
+        """Triangles that a light stands above, on the viewer's side."""
         return self.side * light.above > 0.0
 
     def windows(self, side: int | None = None) -> Iterator[Window]:
@@ -139,7 +139,7 @@ def view_key(camera: Camera) -> tuple:
 
 
 def window_count(camera: Camera, side: int | None = None) -> int:
-    """How many windows a camera's picture is drawn in; `side` as of `View.windows`."""
+    """Count the windows of a camera's picture; `side` as of `View.windows`."""
     step = _tile_side(camera, side)
     return -(-camera.width * camera.samples // step) * -(-camera.height_px * camera.samples // step)
 

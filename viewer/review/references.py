@@ -30,7 +30,7 @@ class Reference:
     noise: Noise | None = None
 
     def noise_of(self, number: int) -> ReferenceNoise | None:
-        """Of one of the pictures, as a row has it."""
+        """Return the noise of one of the pictures, as a row has it."""
         noise = self.noise
         if noise is None:
             return None

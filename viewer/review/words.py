@@ -23,7 +23,7 @@ _ROUNDING = 1e-6
 
 
 def provenance_words(record: MaterialRecord) -> dict[str, str]:
-    """Where a material comes from and how far off its fit is, by label."""
+    """Describe the provenance of a material and the error of its fit, by label."""
     said = record.provenance
     words = {"Source": said.source, "Licence": said.licence, "Standing": said.kind, "Model": record.model}
     if said.geometry:
@@ -43,7 +43,7 @@ def provenance_words(record: MaterialRecord) -> dict[str, str]:
 
 
 def held_words(scene: Scene, geometry: VisibleGeometry, material: str, surface: Surface) -> tuple[str, ...]:
-    """How much of a material is seen, and is lit by lights of one direction, from where nobody measured it."""
+    """Describe how much of a picture shows a material at angles where it was not measured."""
     if surface.measured_to is None:
         return ()
     own = np.isin(geometry.part, [at for at, part in enumerate(scene.parts) if part.material == material])

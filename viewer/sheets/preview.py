@@ -79,7 +79,7 @@ def thumbnails(
 
 
 def thumbnail_scene(model: str) -> Scene:
-    """What thumbnails show a material of this model on: a sphere, or of BTFs a cloth, which turns them every way."""
+    """Return the scene of thumbnails for a model: a sphere, or of BTFs a cloth, which turns them every way."""
     return load_scene(shipped_scene("thumbnail_cloth" if model == _BTF else "thumbnail"))
 
 
@@ -117,7 +117,7 @@ def contact_sheet(
 
 
 def caption(thumbnail: Thumbnail) -> str:
-    """What stands last under a thumbnail: that it is damaged, how far off its packs are, or what its spectrum is of."""
+    """Write the last line under a thumbnail: that it is damaged, the error of its packs, or its quantity."""
     one = thumbnail.summary
     if thumbnail.reason:
         return "cannot be used"

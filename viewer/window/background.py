@@ -55,7 +55,7 @@ class Background:
         return bool(kinds) if kind is None else kind in kinds
 
     def poll(self) -> list[Heard]:
-        """What has come since the last time."""
+        """Return what has come since the last call."""
         with self._changed:
             heard, self._heard = self._heard, []
         return heard

@@ -79,6 +79,6 @@ def read_box(texture: moderngl.Texture, rows: slice, columns: slice) -> Float[np
 
 
 def read_codes(texture: moderngl.Texture) -> UInt8[np.ndarray, "h w 3"]:
-    """What the display is sent: (H,W,3) of 8 bits."""
+    """Read the code values that the display is sent: (H,W,3) of 8 bits."""
     width, height = texture.size
     return np.frombuffer(texture.read(), dtype=np.uint8).reshape(height, width, 4)[..., :3]

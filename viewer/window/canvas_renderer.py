@@ -128,12 +128,12 @@ class Drawing:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Of the picture: as it was asked for, or as side B's file has it."""
+        """Size of the picture: as it was asked for, or as side B's file has it."""
         return self._size
 
     @property
     def whites(self) -> Whites:
-        """Of A and B."""
+        """Whites of A and B."""
         assert self.sides is not None
         return self.sides[0].white, self.sides[1].white
 
@@ -146,7 +146,7 @@ class Drawing:
 
     @property
     def camera(self) -> Camera:
-        """That of the exact picture."""
+        """Camera of the exact picture."""
         assert self._session is not None
         return _camera(self._session.view, *self._size, self._session.samples)
 

@@ -48,7 +48,9 @@ class Choices:
         views: Mapping[str, Sequence[str]] | None = None,
         lights: Iterable[str] = (),
     ) -> Choices:
-        """Of a scene; `lights` come before the usual ones, after the scene's own, and after those of its review."""
+        """Collect the choices of a scene; `lights` come before the usual ones, after the scene's own, and after those
+        of its review.
+        """
         reviewed = scene.review.illuminants if scene.review else ()
         low, high = scene.bounds
         return cls(
@@ -65,11 +67,11 @@ class Choices:
         )
 
     def shown_part(self, session: Session) -> str:
-        """On which materials are shown."""
+        """Part that materials are shown on."""
         return session.part or self.part
 
     def material(self, session: Session) -> str:
-        """What the shown part wears on side A."""
+        """Material of the shown part on side A."""
         part = self.shown_part(session)
         return session.material_of(part) or self.worn.get(part, "")
 

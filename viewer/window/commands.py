@@ -60,7 +60,7 @@ class Dial:
         return self.put(session, float(min(max(value, self.low), self.high)))
 
     def stepped(self, session: Session, steps: float) -> Session:
-        """So many steps on; by ratios where it is logarithmic."""
+        """Move it by a number of steps; by ratios where it is logarithmic."""
         now = self.value(session)
         return self.at(session, now * self.step**steps if self.logarithmic else now + steps * self.step)
 
@@ -90,7 +90,7 @@ class Commands:
         return self.by_name[name]
 
     def found(self, query: str) -> tuple[Command, ...]:
-        """What a palette shows: commands in whose words each word of the query occurs, in any order.
+        """Find commands for a palette: those in whose words each word of the query occurs, in any order.
 
         Those where query words begin words come first, then the shorter ones; in capitals or not, with accents or not.
         """
@@ -105,7 +105,7 @@ class Commands:
         return tuple(one for _, one in sorted(hits, key=lambda hit: hit[0]))
 
     def help(self) -> dict[str, tuple[Command, ...]]:
-        """What `?` shows: the commands that have a key, by group, in order."""
+        """List the commands for `?`: the commands that have a key, by group, in order."""
         groups = dict.fromkeys(one.group for one in self._all)
         listed = {group: tuple(one for one in self._all if one.group == group and one.keys) for group in groups}
         return {group: some for group, some in listed.items() if some}

@@ -55,7 +55,7 @@ class Showing:
 
     @property
     def all_programs(self) -> list[Programs]:
-        """Those that are drawn with, but for OpenColorIO's own."""
+        """Programs that it draws with, except OpenColorIO's own."""
         return [self._compare.programs, self._marked.programs]
 
     def draw(
@@ -66,7 +66,7 @@ class Showing:
         session: Session,
         display: DisplayTransform,
     ) -> moderngl.Texture:
-        """What is sent to the display, rows from the top; good until the next call.
+        """Draw what is sent to the display, rows from the top; good until the next call.
 
         differences : as `DifferencePass` makes them; asked for where the session shows their map alone.
         """
@@ -141,7 +141,7 @@ class Showing:
 
 
 def to_display(white: Float[np.ndarray, "3"], adaptation: Adaptation) -> Float[np.ndarray, "3 3"]:
-    """From XYZ under a white to XYZ that OpenColorIO takes."""
+    """Make the matrix from XYZ under a white to XYZ that OpenColorIO takes."""
     return adaptation_matrix(white, DISPLAY_WHITE_XYZ, adaptation.method, adaptation.degree)  # pyright: ignore
 
 

@@ -25,7 +25,7 @@ Loaded = TypeVar("Loaded")
 
 @dataclass(frozen=True)
 class _State:
-    """Of a file: its stamp, and a hash of what is in it; None of both where it is not there."""
+    """State of a file: its stamp, and a hash of what is in it; None of both where it is not there."""
 
     stamp: tuple[int, int, int] | None
     digest: bytes | None
@@ -42,7 +42,7 @@ class Watch:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Those that are watched."""
+        """Files that are watched."""
         return tuple(self._known)
 
     def put(self, files: Iterable[str | Path]) -> None:
@@ -126,7 +126,7 @@ def files_of_scene(path: str | Path) -> tuple[Path, ...]:
 
 
 def files_of_materials(catalogue: Catalogue, ids: Iterable[str]) -> tuple[Path, ...]:
-    """Where materials of a catalogue lie, whether they are there or not: one that was taken away may come back."""
+    """List the files of a catalogue's materials, present or not: one that was taken away may come back."""
     return tuple(catalogue.folder / f"{one}{SUFFIX}" for one in ids)
 
 

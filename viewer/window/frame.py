@@ -129,7 +129,7 @@ class Frame(Drawing):
 
     @property
     def catalogue(self) -> Any:
-        """That materials come from, edited ones among them."""
+        """Catalogue that materials come from, edited ones among them."""
         return self._sources.seen_catalogue
 
     def step(self, seconds: float = 0.05) -> bool:
@@ -164,8 +164,8 @@ class Frame(Drawing):
             pass
 
     def statistics(self) -> tuple[DeltaEStatistics | None, float]:
-        """Of ΔE with A as the reference, once the picture is exact: over all pixels that are compared, and the share of
-        those that is over the tolerance; None where there is none yet, or nothing to compare.
+        """Statistics of ΔE with A as the reference, once the picture is exact: over all pixels that are compared, and
+        the share of those that is over the tolerance; None where there is none yet, or nothing to compare.
         """
         if self.quality != Quality.EXACT or self._session is None:
             return None, 0.0
@@ -184,7 +184,7 @@ class Frame(Drawing):
 
     @property
     def session(self) -> Session | None:
-        """That is seen."""
+        """Session that is seen."""
         return self._session
 
     def put_reference(self, xyz: Float[np.ndarray, "H W 3"], coverage: Float[np.ndarray, "H W"]) -> None:

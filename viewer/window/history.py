@@ -45,7 +45,7 @@ class History:
         return History(session, past[-MOST_STEPS:], (), stroke)
 
     def released(self) -> History:
-        """With its drag at an end: the next one is another step."""
+        """End its drag: the next one is another step."""
         return replace(self, stroke=None)
 
     def passed(self, session: Session) -> History:
@@ -70,10 +70,10 @@ class History:
 
     @property
     def undo_words(self) -> str | None:
-        """What `undo` takes back."""
+        """Step that `undo` takes back."""
         return self.past[-1].words if self.past else None
 
     @property
     def redo_words(self) -> str | None:
-        """What `redo` does again."""
+        """Step that `redo` does again."""
         return self.undone[-1].words if self.undone else None

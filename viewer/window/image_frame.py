@@ -98,7 +98,7 @@ class ImageFrame:
         return False
 
     def statistics(self) -> tuple[DeltaEStatistics | None, float]:
-        """As of `Frame`."""
+        """Statistics as of `Frame`."""
         if self._session is None or self.quality != Quality.EXACT:
             return None, 0.0
         compare = self._session.compare
@@ -114,7 +114,7 @@ class ImageFrame:
 
     @property
     def whites(self) -> Whites:
-        """Of A and B."""
+        """Whites of A and B."""
         return self._whites[0], self._whites[1]
 
     @property
@@ -123,7 +123,7 @@ class ImageFrame:
         return self._canvases
 
     def picture(self, session: Session, number: int) -> SpectralPicture | XyzPicture:
-        """That of a side, read where it was not yet.
+        """Return the picture of a side, read if it was not yet.
 
         Raises
         ------

@@ -124,7 +124,7 @@ def _difference(
 
 
 def shown(session: Session, cell: Cell, standard: str, choices: Choices) -> Session:
-    """What is seen when a cell is chosen: the standard as A, the other as B, in that light, by that observer."""
+    """Return the session of a chosen cell: the standard as A, the other as B, in that light, by that observer."""
     light = session.light
     named = LightChoice.named(cell.conditions.illuminant)
     if [one.name for one in light.lamps] != [cell.conditions.illuminant]:

@@ -50,7 +50,7 @@ class Picker:
         return Pin(name, self.scene.parts[part].name, int(face[0] - self._first[part]), (first, second, third))
 
     def sight(self, camera: Camera, pin: Pin) -> Sight:
-        """Where a picture shows a pin.
+        """Find where a picture shows a pin.
 
         Raises
         ------

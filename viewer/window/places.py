@@ -57,7 +57,7 @@ class Pin:
         return mesh
 
     def position(self, scene: Scene) -> Float[np.ndarray, "3"]:
-        """Where it is, world."""
+        """Position, world."""
         mesh = self.mesh(scene)
         return np.array(self.weights) @ mesh.vertices[mesh.faces[self.triangle]]
 

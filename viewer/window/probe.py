@@ -158,7 +158,7 @@ class Prober:
         return {name: one.drawn() for name, one in self._materials.items()}
 
     def at(self, camera: Camera, column: int, row: int, light: str | None = None) -> Reading:
-        """What a pixel of the camera's picture shows.
+        """Probe a pixel of the camera's picture.
 
         light : what readings call it; the names of the scene's lights by default.
 

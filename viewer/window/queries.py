@@ -86,7 +86,7 @@ def metamers(catalogue: Catalogue, names: Sequence[str], lights: Sequence[str], 
 
 
 def neighbours(catalogue: Catalogue, name: str, word: str, amount: float) -> Neighbours:
-    """What of a catalogue looks like a material, but for a wish; errors as of `like`."""
+    """Find materials that look like one, or like it after a wish; errors as of `like`."""
     return like(catalogue, name, {word: amount})
 
 
@@ -109,7 +109,7 @@ def clipping(
     session: Session,
     display: DisplayTransform,
 ) -> tuple[str, ...]:
-    """What of a picture the display cannot show, counted, in words; () where it can show all."""
+    """Count the pixels that the display cannot show, in words; () where it can show all."""
     adapt = to_display(white, session.adaptation)
     behind = (1.0 - coverage.astype(np.float64))[..., None] * surround_xyz(session.surround)
     sent = 2.0**session.exposure * xyz.astype(np.float64) @ adapt.T + behind

@@ -14,7 +14,7 @@ VERSION = SESSION_FILE.version
 
 
 def session_text(session: Session) -> str:
-    """What is written of a session: all of it but where the pointer is."""
+    """Write a session as text, except where the pointer is."""
     return SESSION_FILE.text(session)
 
 

@@ -44,7 +44,7 @@ class Loaded:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """What it was read from."""
+        """Files that it was read from."""
         if self.scene is None:
             return (Path(self.subject.path or ""),)
         worn = files_of_materials(self.catalogue, self.scene.material_ids)
@@ -103,7 +103,8 @@ def display_views(config: str | None = None) -> Mapping[str, tuple[str, ...]]:
 
 
 def subject_of(words: Sequence[str], catalogue: Catalogue) -> Subject | Session:
-    """What the words of a command name: a scene, an image, a saved session, or materials by ids and patterns.
+    """Find the subject that the words of a command name: a scene, an image, a saved session, or materials by ids and
+    patterns.
 
     Raises
     ------
@@ -135,7 +136,7 @@ def comparison_of(words: Sequence[str]) -> dict[str, Any]:
 
 
 def subject_of_file(path: str) -> Subject | Session:
-    """What is in a file: a session, an image by its name, else a scene.
+    """Find the subject in a file: a session, an image by its name, else a scene.
 
     Raises
     ------

@@ -48,7 +48,7 @@ class _Kept(dict):
         self.most = most
 
     def get_or(self, key: Hashable, make: Callable[[], Made]) -> Made:
-        """What is kept, made where it is not."""
+        """Return what is kept, made where it is not."""
         found = self.pop(key) if key in self else make()
         while len(self) >= self.most:
             self.pop(next(iter(self)))
@@ -66,7 +66,7 @@ class _Fewer(NamedTuple):
 
 @dataclass(frozen=True)
 class _Asked:
-    """What makes a side, by names: equal for sides that are the same."""
+    """Names that make a side: equal for sides that are the same."""
 
     light: LightChoice
     who: str
@@ -320,6 +320,6 @@ class Sources:
 
 
 def left_out(session: Session) -> Iterator[str]:
-    """In words, what a session asks for and no scene shows."""
+    """Describe what a session asks for and no scene shows."""
     if session.subject.kind == "image":
         yield "an image"

@@ -107,7 +107,7 @@ class SpectralPicture:
         return self._of_emission(observer, light, own_light, luminance)
 
     def spectrum(self, row: int, column: int) -> Float[np.ndarray, " L"]:
-        """What keeps its wavelength at a pixel, at `wavelengths_nm`, as the file has it."""
+        """Return what keeps its wavelength at a pixel, at `wavelengths_nm`, as the file has it."""
         return self.planes[: len(self.wavelengths_nm), row, column].astype(np.float64)
 
     def region(self, rows: slice, columns: slice) -> Float[np.ndarray, " L"]:
@@ -116,7 +116,7 @@ class SpectralPicture:
         return planes.mean(axis=(1, 2), dtype=np.float64)
 
     def amplification(self, light: Spectrum, own_light: Spectrum) -> Float[np.ndarray, " L"]:
-        """What each wavelength is multiplied by where another light takes the place of the own one.
+        """Compute the factor of each wavelength where another light takes the place of the own one.
 
         Raises
         ------
@@ -254,7 +254,7 @@ def _check_unneeded(luminance: float | None, why: str) -> None:
 
 
 def raised_note(picture: SpectralPicture, light: Spectrum, own_light: Spectrum) -> str | None:
-    """What another light does to the noise of a picture, where it raises it much: of the middle of its wavelengths."""
+    """Write a note where another light raises the noise of a picture much: of the middle of its wavelengths."""
     ratio = picture.amplification(light, own_light)
     known = ratio[ratio > 0.0]
     if not len(known) or not ratio.max() > _RAISED * float(np.median(known)):

@@ -35,17 +35,17 @@ class PictureMemory:
 
     @property
     def kept(self) -> int:
-        """As long as it is shown."""
+        """Bytes as long as it is shown."""
         return _KEPT * self.samples
 
     @property
     def words(self) -> str:
-        """Of both."""
+        """Describe both."""
         return f"{gigabytes(self.reading)} while it is read, {gigabytes(self.kept)} afterwards"
 
 
 def picture_memory(path: str | Path) -> PictureMemory:
-    """What a picture will take, by its header."""
+    """Estimate the memory of a picture by its header."""
     return PictureMemory(samples_in(Path(path)))
 
 

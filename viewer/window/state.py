@@ -102,7 +102,7 @@ class Adaptation:
 
     @property
     def words(self) -> str:
-        """For the chain."""
+        """Adaptation in words, for the chain."""
         if self.degree == 0.0:
             return "no adaptation"
         return f"{self.method}{'' if self.degree == 1.0 else f', incomplete (D = {self.degree:.2f})'}"
@@ -262,7 +262,9 @@ class Session:
 
     @property
     def seen(self) -> Mode:
-        """How the sides are shown this moment: a held flick shows the other side, of A and of B, and B of all else."""
+        """Return the comparison as it is shown this moment: a held flick shows the other side, of A and of B, and B of
+        all else.
+        """
         if not self.flicked:
             return self.compare.mode
         return "A" if self.compare.mode == "B" else "B"
@@ -272,17 +274,17 @@ class Session:
         return next((one.material for one in self.worn if one.part == part), None)
 
     def wearing(self, part: str, material: str) -> Session:
-        """With a material on a part of side A."""
+        """Put a material on a part of side A."""
         rest = tuple(one for one in self.worn if one.part != part)
         return replace(self, worn=(*rest, Worn(part, material)))
 
     def edited(self, material: str, parameter: str, value: float | None) -> Session:
-        """With a parameter of a material at a value; None takes it back."""
+        """Set a parameter of a material to a value; None takes it back."""
         rest = tuple(one for one in self.edits if (one.material, one.parameter) != (material, parameter))
         return replace(self, edits=rest if value is None else (*rest, Edit(material, parameter, float(value))))
 
     def rated(self, rating: Rating) -> Session:
-        """With a rating, in place of an earlier one of the same."""
+        """Add a rating, in place of an earlier one of the same."""
         rest = tuple(one for one in self.ratings if one.key != rating.key)
         return replace(self, ratings=(*rest, rating))
 

@@ -66,7 +66,7 @@ class ViewError:
     xyz: Float[np.ndarray, "H W 3"] | None = None
 
     def words(self, now: float) -> str:
-        """For a person, with its age."""
+        """Describe the error, with its age."""
         age = max(now - self.at, 0.0)
         rows = "" if self.share == 1.0 else f" in {self.share:.0%} of the rows"
         if self.statistics is None:
@@ -84,7 +84,7 @@ class Tracers:
         self._kept: tuple[tuple[tuple[Mesh, Cutout | None], ...], Tracer] | None = None
 
     def of(self, scene: Scene) -> Tracer:
-        """Of a scene with its holes cut."""
+        """Make the view of a scene with its holes cut."""
         parts, kept = tuple((part.mesh, part.cutout) for part in scene.parts), self._kept
         if kept is not None and len(parts) == len(kept[0]) and all(
             one is mesh and hole is cutout for (one, hole), (mesh, cutout) in zip(parts, kept[0], strict=True)
@@ -98,7 +98,7 @@ class Tracers:
 def view_errors(
     asked: AskedView, surfaces: Mapping[str, Surface], tracers: Tracers | None = None
 ) -> Iterator[ViewError | None]:
-    """What the reference says of a picture, round by round; None after each row, for whoever wants to break off.
+    """Yield the error of a picture against its reference, round by round, and None after each row, to break off there.
 
     surfaces : the original ones by material id, for every id in the scene.
 

@@ -68,7 +68,7 @@ class Measuring:
         return True
 
     def words(self) -> str:
-        """For a person."""
+        """Describe the measurement."""
         if self.problem is not None:
             return f"not measured: {self.problem}"
         if self.found is None:

@@ -58,7 +58,7 @@ class Viewpoint:
 
     @classmethod
     def of(cls, camera: Camera) -> Viewpoint:
-        """Where a scene's camera stands."""
+        """Take the viewpoint of a scene's camera."""
         extent = camera.vertical_fov_deg if camera.projection == "perspective" else camera.height
         assert extent is not None
         position, target, up = (_vector(one) for one in (camera.position, camera.target, camera.up))
@@ -84,7 +84,7 @@ class Viewpoint:
 
     @property
     def distance(self) -> float:
-        """From the position to the target."""
+        """Distance from the position to the target."""
         return float(np.linalg.norm(np.subtract(self.position, self.target)))
 
     @property
@@ -117,7 +117,7 @@ def panned(view: Viewpoint, right: float, up: float) -> Viewpoint:
 
 
 def zoomed(view: Viewpoint, factor: float) -> Viewpoint:
-    """What is at the target `factor` times as large: a pin-hole goes nearer, a parallel view gets narrower."""
+    """Magnify what is at the target `factor` times: a pin-hole goes nearer, a parallel view gets narrower."""
     check_positive(factor, "factor")
     if view.projection == "orthographic":
         return replace(view, extent=float(np.clip(view.extent / factor, NEAREST, FARTHEST)))

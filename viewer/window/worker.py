@@ -217,7 +217,7 @@ def packed(message: tuple[int, AskedView | None], known: list[Mesh]) -> bytes:
 
 
 def unpacked(data: bytes, known: list[Mesh]) -> tuple[int, AskedView | None]:
-    """What `packed` has packed."""
+    """Unpack what `packed` has packed."""
     file = io.BytesIO(data)
     forget, new = pickle.load(file)
     if forget:
@@ -260,7 +260,7 @@ class _Surfaces:
         self._kept: dict[tuple[str, str, int, int], Surface] = {}
 
     def of(self, view: AskedView) -> dict[str, Surface]:
-        """For every material of the scene."""
+        """Collect it for every material of the scene."""
         catalogue = Catalogue(Path(view.catalogue))
         return {name: view.made.get(name) or self._of(catalogue, name) for name in view.scene.material_ids}
 

@@ -60,12 +60,12 @@ class Desk:
 
     @property
     def session(self) -> Session:
-        """As it is now."""
+        """Session as it is now."""
         return self.history.now
 
     @property
     def choices(self) -> Choices:
-        """What there is to choose from."""
+        """Choices of the session."""
         return self.loaded.choices
 
     def put(self, loaded: Loaded) -> None:
@@ -107,7 +107,7 @@ class Desk:
         self.do(lambda session: dial.at(session, value), dial.words, stroke=dial.name)
 
     def pass_to(self, session: Session) -> None:
-        """What nobody undoes: the pointer has moved, the turntable gone on."""
+        """Apply a change that nobody undoes: the pointer has moved, the turntable gone on."""
         self.history = self.history.passed(session)
 
     def release(self) -> None:
@@ -148,7 +148,7 @@ class Desk:
                 f"Open {called}")  # fmt: skip
 
     def arrived(self, loaded: Loaded) -> None:
-        """What the session names has been loaded: a session that says no more than that begins as the scene does."""
+        """Take what has been loaded for the session: a session that says no more than that begins as the scene does."""
         self.put(loaded)
         now = self.session.settled
         bare = Session(subject=now.subject, catalogue=now.catalogue, interface=now.interface, ratings=now.ratings)
@@ -188,11 +188,11 @@ class Desk:
         self.notices = (*self.notices, Notice(words, problem, about, until))
 
     def forget(self, about: str) -> None:
-        """What was said about something holds no more."""
+        """Drop what was said about something."""
         self.notices = tuple(one for one in self.notices if one.about != about)
 
     def said(self) -> tuple[Notice, ...]:
-        """What is to be read now."""
+        """Messages to be read now."""
         now = self._clock()
         self.notices = tuple(one for one in self.notices if one.until is None or now < one.until)
         return self.notices

@@ -65,7 +65,7 @@ class MapName:
 
 
 def map_name(path: Path) -> MapName | None:
-    """What the name of a file says; None where it is no picture, or ends in no property."""
+    """Read the property in the name of a file; None where it is no picture, or ends in no property."""
     if path.suffix.lower() not in SUFFIXES:
         return None
     words = [word for word in re.split(r"[_\-\s.]+", path.stem) if word]

@@ -29,7 +29,7 @@ _PREFIX = "maps."
 
 
 def kept_maps(textures: Iterable[Texture], uplift: str) -> dict[str, Any]:
-    """What `original` holds of these textures, each picture once."""
+    """Collect the pictures of these textures for `original`, each once."""
     kept: dict[str, Any] = {}
     slots: dict[str, str] = {}
     for texture in textures:

@@ -79,7 +79,7 @@ def is_level(normal: TexelMap) -> bool:
 
 
 def green_of(texture: Texture) -> Green | None:
-    """Which way green points, where the map proves it; None where it does not.
+    """Find the direction of green, where the map proves it; else None.
 
     A map whose green is alike everywhere and level means the same either way: "opengl".
     """

@@ -276,7 +276,7 @@ class Values(NamedTuple):
 
     @property
     def only_percent(self) -> bool:
-        """Whether they are above what any fraction is."""
+        """True if they are above any fraction."""
         return self.lowest > 1.5 or self.highest > _MOST_FACTOR
 
 

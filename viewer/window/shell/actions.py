@@ -37,7 +37,7 @@ def put_actions(window: Window) -> None:
 
 
 def screenshot(window: Window, path: str | None = None) -> None:
-    """What is seen as a PNG, with the chain in it; named after the time where nobody names it."""
+    """Write the picture as a PNG, with the chain in it; named after the time where nobody names it."""
     frame = window.frame
     if frame is None or frame.texture is None:
         window.desk.tell("There is no picture yet", about="screenshot")

@@ -13,7 +13,7 @@ class FullScreen:
         self._before: tuple[int, int, int, int] | None = None
 
     def turn(self) -> None:
-        """On, or off again."""
+        """Turn it on, or off again."""
         window = glfw_window_hello_imgui()
         if self._before is None:
             monitor = glfw.get_primary_monitor()

@@ -68,7 +68,7 @@ def draw_overlays(
 
 
 def side_words(session: Session, window: Window) -> tuple[str, str]:
-    """What is on each side, in a few words: all that the sides differ in."""
+    """Describe each side in a few words: all that the sides differ in."""
     other, choices = session.other, window.desk.choices
     first, second = [], []
     material = choices.material(session)

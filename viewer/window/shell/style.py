@@ -98,15 +98,15 @@ class Style:
 
     @property
     def line_a(self) -> ImVec4:
-        """Of what belongs to side A in plots."""
+        """Return the colour of side A in plots."""
         return grey(95.0 if self.dark else 8.0, self.display)
 
     @property
     def line_b(self) -> ImVec4:
-        """Of what belongs to side B in plots."""
+        """Return the colour of side B in plots."""
         return grey(62.0 if self.dark else 52.0, self.display)
 
     @property
     def chosen(self) -> tuple[ImVec4, ImVec4]:
-        """Of the button of what is chosen, and its text."""
+        """Return the colours of a chosen button and its text."""
         return grey(56.0 if self.dark else 48.0, self.display), grey(100.0, self.display)

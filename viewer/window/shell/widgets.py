@@ -13,7 +13,7 @@ from .style import SMALL, Style
 
 
 def em(count: float) -> float:
-    """So many sizes of the text."""
+    """Return a length in sizes of the text."""
     return hello_imgui.em_size(count)
 
 
@@ -88,7 +88,7 @@ def slider(desk: Desk, dial: Dial, form: str, label: str = "") -> None:
 
 
 def tooltip(words: str) -> None:
-    """Of the last item, after a moment."""
+    """Show a tooltip of the last item, after a moment."""
     if words and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(words)
 
@@ -121,7 +121,7 @@ def right(words: str) -> None:
 
 
 def quiet(words: str) -> None:
-    """What is said less loudly, in as many lines as it takes."""
+    """Write text in a quieter colour, wrapped."""
     imgui.push_style_color(imgui.Col_.text, imgui.get_style().color_(imgui.Col_.text_disabled))
     imgui.text_wrapped(words.replace("%", "%%"))
     imgui.pop_style_color()

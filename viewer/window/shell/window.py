@@ -98,12 +98,12 @@ class Window:
 
     @property
     def frame(self) -> Frame | ImageFrame | None:
-        """What is drawn."""
+        """Frame that is drawn."""
         return None if self.pictures is None else self.pictures.frame
 
     @property
     def view(self) -> ProbedView | None:
-        """What a probe of the exact picture is of; None of an image, or before there is a picture."""
+        """View that a probe of the exact picture reads; None of an image, or before there is a picture."""
         frame = self.frame
         if not isinstance(frame, Frame) or frame.sides is None or min(self.size) < 1 or frame.texture is None:
             return None
@@ -158,7 +158,7 @@ class Window:
 
     @property
     def shown_size(self) -> tuple[int, int]:
-        """Of what is seen, pixels of its own."""
+        """Size of the picture, in its own pixels."""
         frame = self.frame
         return frame.texture.size if frame is not None and frame.texture is not None else (1, 1)
 

@@ -13,7 +13,7 @@ from ..window import Window
 
 
 def draw(window: Window) -> None:
-    """Of the ΔE map and the checkerboard; statistics of the whole picture."""
+    """Draw controls of the ΔE map and the checkerboard, and statistics of the whole picture."""
     if not section("Compare"):
         return
     desk, session, style = window.desk, window.desk.session, window.style

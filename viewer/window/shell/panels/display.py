@@ -19,7 +19,7 @@ from ..window import Window
 
 
 def draw(window: Window) -> None:
-    """What is between the picture and the eye."""
+    """Draw controls of what is between the picture and the eye."""
     if not section("Display"):
         return
     desk, session, style, choices = window.desk, window.desk.session, window.style, window.desk.choices

@@ -18,7 +18,7 @@ MOST = 60.0
 
 
 def draw(window: Window) -> None:
-    """Of what is on the shown part, side A."""
+    """Draw controls of the material on the shown part, side A."""
     desk, session, style = window.desk, window.desk.session, window.style
     if session.subject.kind == "image":
         quiet("An image has no parameters.")

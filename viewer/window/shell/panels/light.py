@@ -14,7 +14,7 @@ from ..window import Window
 
 
 def draw(window: Window) -> None:
-    """Of side A, and what B has of its own."""
+    """Draw controls of side A's light, and of B's own."""
     if not section("Light"):
         return
     desk, session, style = window.desk, window.desk.session, window.style

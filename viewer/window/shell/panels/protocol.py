@@ -16,7 +16,7 @@ _VERDICTS: tuple[tuple[str, Verdict], ...] = (("Approve", "approved"), ("Reject"
 
 
 def draw(window: Window) -> None:
-    """Of the shown material under the light that is seen; below, all that was said."""
+    """Draw the rating of the shown material under its light; below, all ratings."""
     desk, session = window.desk, window.desk.session
     if session.subject.kind == "image":
         quiet("Materials are rated; an image has none.")
