@@ -28,7 +28,15 @@ from .section import Column, Section, cell, ragged, trimmed
 # heading, since "dark-skin" and "std white" are names of samples.
 _SCATTER = re.compile(
     r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|s\.?d\.?|sigma|uncert\w*|err(?:or)?s?|"
-    r"variance)\W*(?:[\[(].*)?",
+    r"variance|σ|s\.e\.?|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr)\W*(?:[\[(].*)?|.*±.*",
+    re.I,
+)
+# What says something of a row, or of how it was read, in numbers.
+_OF_ROWS = re.compile(
+    r"(?:(?:re)?marks?|comments?|notes?|flags?|status|state|quality|qa|qc|valid(?:ity)?|warnings?|date|"
+    r"(?:(?:integration|exposure|measurement|elapsed)[ _]*)?times?|temp(?:\.|erature)?|temperatur|t (?=\(°)|humidity|"
+    r"no\.|nr\.|bemerkung|anmerkung|zeit|datum|diff(?:\.|erence)|[Δ∆]\w*|delta (?:e|r|l)\b.*)"
+    r"\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*",
     re.I,
 )
 _COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
@@ -153,7 +161,8 @@ def _aside(head: str, heads: Sequence[str]) -> bool:
     """True for a column beside the spectra; "dark" and "reference" only next to an instrument's other readings."""
     if _READING.fullmatch(head):
         return any(_RAW.fullmatch(other) for other in heads if other != head)
-    return bool(_SCATTER.fullmatch(head) or _COUNTER.fullmatch(head) or is_reciprocal_header(head))
+    beside = (_SCATTER, _COUNTER, _OF_ROWS)
+    return any(pattern.fullmatch(head) for pattern in beside) or is_reciprocal_header(head)
 
 
 def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:

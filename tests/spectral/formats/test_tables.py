@@ -436,6 +436,27 @@ def test_names_of_samples_are_not_taken_for_an_instrument_s_own_columns(written,
         assert [entry.name for entry in file.entries] == [name, "light"] and not file.rejected
 
 
+@pytest.mark.parametrize("head", ["Reflectance (%)", "Reflectance (0..1)"])
+@pytest.mark.parametrize(
+    "beside",
+    [
+        *("note", "flag", "Status", "Quality", "valid", "σ", "Unc. (k=2)", "±", "red ±", "CV", "SNR", "95% CI", "s.e."),
+        *("Temperature", "T (°C)", "Temp.", "time", "Time (s)", "exposure time (ms)", "No.", "Difference", "Δ", "ΔR"),
+    ],
+)  # fmt: skip
+def test_numbers_about_rows_are_no_samples(written, head, beside):
+    """Between others that are, and not where nothing else is there."""
+    percent = 100.0 if "%" in head else 1.0
+    rows = [f"{nm},{percent * (0.1 + nm / 2000):.5g},{percent * 0.01},{percent * 0.4}" for nm in range(400, 701, 20)]
+    file = read(written("\n".join([head, f"nm,red,{beside},blue", *rows, ""])))
+    assert [entry.name for entry in file.entries] == ["red", "blue"] and not file.rejected
+    assert any(f"beside the measurement are left out: {beside}" in note for note in file.notes)
+    alone = read(
+        written("\n".join([head, f"nm,{beside}", *(row.rpartition(",")[0].rpartition(",")[0] for row in rows), ""]))
+    )
+    assert len(alone.entries) == 1
+
+
 @pytest.mark.parametrize("place", ["Data measured with spectrometer name: 12U1{}\r\n", "{}Integration time: 9\r\n"])
 @pytest.mark.parametrize("count", [1, 50])
 def test_fields_filled_up_with_nul_are_text(written, place, count):
