@@ -28,7 +28,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="render materials under several lights and report how far off they are",
         description="Render every material of a scene under every light, compare with the reference, write a report. "
         "What was broken off goes on from where it was: rows in DIR that depend on the very same things are not drawn "
-        "again. Exit code 0: every row within the budget; 1: some near it; 2: some over it.",
+        "again. Exit code 0: every picture is accurate enough to judge colour by; 1: some are borderline; 2: some are "
+        "too far off.",
     )
     command.add_argument(
         "scene", nargs="?", type=Path, metavar="SCENE", help="scene.toml; default: a sphere in a light booth"
@@ -45,7 +46,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="ids or patterns to sweep over the review's part, or the first",
     )
     command.add_argument(
-        "--budget", type=positive_delta_e, default=1.0, metavar="ΔE94", help="for the 99th percentile; default 1.0"
+        "--budget",
+        type=positive_delta_e,
+        default=1.0,
+        metavar="ΔE94",
+        help="limit that 99 %% of each surface is held to; default 1.0",
     )
     command.add_argument(
         "--size",
