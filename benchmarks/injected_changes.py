@@ -26,7 +26,7 @@ from ..calibration.regression.change import change
 from ..calibration.regression.comparison import compare
 from ..calibration.regression.criteria import default_criteria
 from ..calibration.regression.result import Result, RowResult
-from ..calibration.regression.row import Layer, LayerKind, Pixels, Row, RowName, Side
+from ..calibration.regression.row import ComparedSide, LayerKind, PixelLayer, Pixels, Row, RowName
 from ..calibration.regression.row_pictures import srgb
 from ..calibration.regression.suite import read_suite
 from ..calibration.report.text_tables import columns
@@ -117,7 +117,9 @@ def _short(value: float | None) -> str:
     return "-" if value is None else f"{value:.2g}"
 
 
-def _rendered(place: Place, name: str, catalogue: Catalogue, turn_deg: float = 0.0, eye: str = "1931_2") -> Side:
+def _rendered(
+    place: Place, name: str, catalogue: Catalogue, turn_deg: float = 0.0, eye: str = "1931_2"
+) -> ComparedSide:
     """The shipped review as a suite, rendered."""
     folder = place.folder / name
     suite = shipped_suite(folder, place.pattern, place.size, turn_deg, eye)
@@ -209,16 +211,16 @@ _EDITS: Mapping[str, Callable[[Parameters], Parameters | None]] = {
 }
 
 
-def _altered(side: Side, into: Callable[[Float[np.ndarray, "H W 3"]], None]) -> Side:
+def _altered(side: ComparedSide, into: Callable[[Float[np.ndarray, "H W 3"]], None]) -> ComparedSide:
     """A side whose pictures' CIELAB is changed as they are loaded; its references are not."""
 
-    def changed(layer: Layer) -> Pixels:
+    def changed(layer: PixelLayer) -> Pixels:
         pixels = layer.load()
         lab = lab_from_xyz(pixels.xyz, pixels.white_xyz)
         into(lab)
         return replace(pixels, xyz=xyz_from_lab(lab, pixels.white_xyz).astype(pixels.xyz.dtype))
 
-    def held(kind: LayerKind, layer: Layer) -> Layer:
+    def held(kind: LayerKind, layer: PixelLayer) -> PixelLayer:
         # Without their file, which is on the other side too: what is compared is what is changed here.
         return replace(layer, file=None, load=(lambda: changed(layer)) if kind == "picture" else layer.load)
 
@@ -250,7 +252,9 @@ def _named_as(row: Row, other: Row) -> Row:
     return replace(row, name=other.name)
 
 
-def _row(name: str, before: Side, exact: Side, after: Side, ids: frozenset[str] | None = None) -> dict:
+def _row(
+    name: str, before: ComparedSide, exact: ComparedSide, after: ComparedSide, ids: frozenset[str] | None = None
+) -> dict:
     """One line: what the comparison with the baseline says, beside what single precision shows."""
     try:
         result = compare(before, as_recorded(after), default_criteria())
@@ -284,7 +288,7 @@ def _alarms(result: Result, rows: Sequence[RowResult]) -> int:
 Figures = tuple[float, float, float | None]
 
 
-def _shown(exact: Side, after: Side) -> dict[RowName, dict[LayerKind, Figures]]:
+def _shown(exact: ComparedSide, after: ComparedSide) -> dict[RowName, dict[LayerKind, Figures]]:
     """What each layer shows between the two in single precision, before a baseline rounds them."""
     now = {row.name: row for row in after.rows}
     found: dict[RowName, dict[LayerKind, Figures]] = {}

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from ..calibration.regression.comparison import compare
 from ..calibration.regression.criteria import default_criteria
 from ..calibration.regression.page import render_page
-from ..calibration.regression.row import FLOAT32_ROUNDOFF, Layer, LayerKind, Pixels, Row, RowName, Side
+from ..calibration.regression.row import FLOAT32_ROUNDOFF, ComparedSide, LayerKind, PixelLayer, Pixels, Row, RowName
 from ..calibration.regression.row_pictures import srgb
 from ..calibration.report.history import Run
 from ..calibration.report.preview_page import PreviewCard, render_preview_page
@@ -55,7 +55,7 @@ def regression_page(folder: Path, rows: int) -> Path:
     sides = []
     for path, off in (("before", 1.0), ("after", 1.01)):
         found = [_side_row(number, off if number % 10 else 1.0) for number in range(rows)]
-        sides.append(Side(Path(path), "review", tuple(found)))
+        sides.append(ComparedSide(Path(path), "review", tuple(found)))
     result = compare(sides[0], sides[1], default_criteria())
     return _written(folder / "regression.html", render_page(result, sides[0], sides[1], "0", [result.as_run("0")] * 2))
 
@@ -158,7 +158,7 @@ def _review_row(material: str, light: str, number: int, rows: int) -> ReviewRow:
 
 def _side_row(number: int, off: float) -> Row:
     material, light, which = _named(number)
-    layers: dict[LayerKind, Layer] = {
+    layers: dict[LayerKind, PixelLayer] = {
         "picture": _layer(which, light, off, None),
         "reference": _layer(which, light, off, number),
     }
@@ -166,8 +166,8 @@ def _side_row(number: int, off: float) -> Row:
     return Row(name, layers, {"p99": 0.3})
 
 
-def _layer(material: int, light: str, off: float, noise: int | None) -> Layer:
-    return Layer(partial(_pixels, material, light, off, noise))
+def _layer(material: int, light: str, off: float, noise: int | None) -> PixelLayer:
+    return PixelLayer(partial(_pixels, material, light, off, noise))
 
 
 def _pixels(material: int, light: str, off: float, noise: int | None) -> Pixels:

@@ -36,7 +36,7 @@ from ..viewer.window.canvas_renderer import Quality
 from ..viewer.window.choices import opened
 from ..viewer.window.frame import Frame
 from ..viewer.window.light_choice import LightChoice
-from ..viewer.window.sides import Sources
+from ..viewer.window.sides import SessionObjects
 from ..viewer.window.state import Session, Subject
 from ..viewer.window.view_error import AskedView
 from ..viewer.window.viewpoint import orbited
@@ -100,7 +100,7 @@ def run(
     context = create_context()
     with ExitStack() as stack:
         stack.callback(context.release)
-        frame = Frame(context, Sources(scene, Shelf(fast)))
+        frame = Frame(context, SessionObjects(scene, Shelf(fast)))
         stack.callback(frame.release)
         once = gl_session(context)
         stack.callback(once.close)

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
-    from ..spectral.formats.import_options import Answer
+    from ..spectral.formats.import_options import ImportOptions
     from ..viewer.render.session import RenderSession
 
 
@@ -115,12 +115,12 @@ def _crossings(text: str) -> tuple[str, ...]:
     return names
 
 
-def answer_of(args: argparse.Namespace) -> Answer:
+def answer_of(args: argparse.Namespace) -> ImportOptions:
     """Return the answer given by the options of `add_answer_options`."""
-    from ..spectral.formats.import_options import Answer
+    from ..spectral.formats.import_options import ImportOptions
 
     quantity = args.quantity and args.quantity.replace("-", " ")
-    return Answer(quantity, args.scale, colours_for=args.colours_for, decimal=args.decimal)
+    return ImportOptions(quantity, args.scale, colours_for=args.colours_for, decimal=args.decimal)
 
 
 def _conditions(text: str) -> tuple[str, str]:

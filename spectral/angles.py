@@ -48,7 +48,7 @@ class Unlit(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Reading(Generic[_One]):
+class AngleReading(Generic[_One]):
     """A reading of any kind with its name, the name of the thing it is of where a file has one, and its measurement."""
 
     item: _One
@@ -68,7 +68,7 @@ class Thing(Generic[_One]):
     """Readings of one thing, or one reading at no angle; `by_name` : told by names that differ in their angle alone."""
 
     name: str
-    readings: tuple[Reading[_One], ...]
+    readings: tuple[AngleReading[_One], ...]
     by_name: bool = False
 
     @property
@@ -81,14 +81,14 @@ class Thing(Generic[_One]):
         return tuple(found)
 
 
-def things(readings: Iterable[Reading[_One]]) -> tuple[Thing[_One], ...]:
+def things(readings: Iterable[AngleReading[_One]]) -> tuple[Thing[_One], ...]:
     """Gather readings at several angles by the thing that they are of; every other reading is a thing of its own.
 
     Readings are of one thing where their file says so, or where their names differ by the notation of an angle alone
     and the rest of their measurement agrees.
     """
-    groups: dict[str, list[list[Reading[_One]]]] = {}
-    order: list[list[Reading[_One]]] = []
+    groups: dict[str, list[list[AngleReading[_One]]]] = {}
+    order: list[list[AngleReading[_One]]] = []
     for one in readings:
         if one.angle is None:
             order.append([one])
@@ -114,7 +114,7 @@ def things(readings: Iterable[Reading[_One]]) -> tuple[Thing[_One], ...]:
     return tuple(found)
 
 
-def _called(reading: Reading) -> str:
+def _called(reading: AngleReading) -> str:
     """The name of the thing that a reading at an angle is of: its own less the angle, in whatever notation."""
     name = reading.thing or reading.name
     if reading.angle is None or reading.angle.first is not None:
@@ -123,13 +123,13 @@ def _called(reading: Reading) -> str:
     return name if noted is None else _joined(name[: noted.start()], name[noted.end() :])
 
 
-def _otherwise(one: Reading, other: Reading) -> bool:
+def _otherwise(one: AngleReading, other: AngleReading) -> bool:
     """Return whether two readings differ in more than their angle, the data mode included."""
     parts = (*one.measurement.unlike(other.measurement), *one.measurement.noted(other.measurement))
     return any((part in MUST and part != "geometry") or part == "data mode" for part in parts)
 
 
-def _differs(one: Reading, other: Reading, part: str) -> bool:
+def _differs(one: AngleReading, other: AngleReading, part: str) -> bool:
     parts = (*one.measurement.unlike(other.measurement), *one.measurement.noted(other.measurement))
     return part != "geometry" and part in parts
 

@@ -172,14 +172,14 @@ class Geometry(NamedTuple):
         return all(one is None or two is None or abs(one - two) <= ALIKE_DEGREES for one, two in angles)
 
 
-class Said(NamedTuple):
+class StatedPart(NamedTuple):
     """One part of a measurement: what is compared, in the words of the file, and the field in which they stand."""
 
     value: str | bool | Geometry
     words: str
     field: str
 
-    def matches(self, other: Said) -> bool:
+    def matches(self, other: StatedPart) -> bool:
         """Return whether both say the same."""
         if isinstance(self.value, Geometry) and isinstance(other.value, Geometry):
             return self.value.matches(other.value)
@@ -190,7 +190,7 @@ class Said(NamedTuple):
 class Measurement:
     """Parts of a measurement by their names in `MUST` and `NOTED`; what is not stated is missing."""
 
-    parts: Mapping[str, Said] = field(default_factory=dict)
+    parts: Mapping[str, StatedPart] = field(default_factory=dict)
 
     @classmethod
     def of(cls, quantity: Quantity | None, details: Mapping[str, str], name: str = "") -> Measurement:
@@ -202,7 +202,7 @@ class Measurement:
         details : as readers give them; `format` among them tells which labels are those of CxF3.
         name : of the reading, which may state its specular component or its angle.
         """
-        parts: dict[str, Said] = {}
+        parts: dict[str, StatedPart] = {}
         for label, words in details.items():
             if isinstance(words, str):
                 for part, said in _parts(label, words, details.get("format") == "CxF3"):
@@ -213,13 +213,13 @@ class Measurement:
             if stated is None or (isinstance(stated.value, Geometry) and stated.value.kind not in _KINDS):
                 parts[part] = said
         if "polarisation" not in parts and (m := parts.get("measurement condition")) and m.value == "M3":
-            parts["polarisation"] = Said(True, m.words, m.field)
+            parts["polarisation"] = StatedPart(True, m.words, m.field)
         kind = quantity or _quantity_of(details)
         if kind in ("reflectance", "radiance factor", "transmittance"):
             # A reflectance above 1 is held as a radiance factor: both are what a surface sends back.
             value = "transmittance" if kind == "transmittance" else "reflectance"
             stated = details.get("measurement", "")
-            parts["quantity"] = Said(value, stated or kind, "MeasurementType" if stated else "quantity")
+            parts["quantity"] = StatedPart(value, stated or kind, "MeasurementType" if stated else "quantity")
         return cls(parts)
 
     @property
@@ -349,7 +349,7 @@ def _part(label: str) -> str | None:
 
 
 @lru_cache(maxsize=4096)
-def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, Said], ...]:
+def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart], ...]:
     """The parts that a labelled detail states."""
     text = " ".join(words.split()).strip("\"' ")
     part = _part(label)
@@ -361,7 +361,7 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, Said], ...]
     where = _CXF.get(label, label) if is_cxf else label
     if part == "uv cut":
         cut = None if _YES.search(text) is _NO.search(text) else bool(_YES.search(text))
-        return () if cut is None else (("filter", Said("uv excluded" if cut else "none", text, where)),)
+        return () if cut is None else (("filter", StatedPart("uv excluded" if cut else "none", text, where)),)
     if part in ("gloss", "anything"):
         return _in_free_words(text, where, gloss=part == "gloss")
     if part == "source":
@@ -374,24 +374,24 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, Said], ...]
     return tuple(found)
 
 
-def _in_free_words(text: str, where: str, gloss: bool) -> tuple[tuple[str, Said], ...]:
+def _in_free_words(text: str, where: str, gloss: bool) -> tuple[tuple[str, StatedPart], ...]:
     """A specular component or an M condition where words say nothing else; of gloss, a number is one of its units."""
     if re.fullmatch(r"M[0-3]", text):
-        return (("measurement condition", Said(text, text, where)),)
+        return (("measurement condition", StatedPart(text, text, where)),)
     included, excluded = bool(_INCLUDED.search(text)), bool(_EXCLUDED.search(text))
     if gloss and not re.search(r"\d", text):
         included, excluded = bool(_YES.search(text)), bool(_NO.search(text))
     if included == excluded:
         return ()
-    return (("specular component", Said("included" if included else "excluded", text, where)),)
+    return (("specular component", StatedPart("included" if included else "excluded", text, where)),)
 
 
-def _told(part: str, text: str, where: str) -> list[tuple[str, Said]]:
+def _told(part: str, text: str, where: str) -> list[tuple[str, StatedPart]]:
     if _UNKNOWN.fullmatch(text):
         return []
 
-    def said(value: str | bool | Geometry) -> Said:
-        return Said(value, text, where)
+    def said(value: str | bool | Geometry) -> StatedPart:
+        return StatedPart(value, text, where)
 
     if part == "specular component":
         included = bool(_YES.search(text) or _INCLUDED.search(text))
@@ -414,17 +414,17 @@ def _told(part: str, text: str, where: str) -> list[tuple[str, Said]]:
     return [(part, said(text.casefold()))]
 
 
-def _geometry(text: str, where: str) -> list[tuple[str, Said]]:
-    found: list[tuple[str, Said]] = []
+def _geometry(text: str, where: str) -> list[tuple[str, StatedPart]]:
+    found: list[tuple[str, StatedPart]] = []
     if _INCLUDED.search(text) and not _EXCLUDED.search(text):
-        found.append(("specular component", Said("included", text, where)))
+        found.append(("specular component", StatedPart("included", text, where)))
     elif _EXCLUDED.search(text) and not _INCLUDED.search(text):
-        found.append(("specular component", Said("excluded", text, where)))
+        found.append(("specular component", StatedPart("excluded", text, where)))
     geometry = geometry_in(text)
     if geometry is not None:
-        found.append(("geometry", Said(geometry, text, where)))
+        found.append(("geometry", StatedPart(geometry, text, where)))
         if geometry.kind == "directional" and (how := _configuration(text)):
-            found.append(("configuration", Said(how, text, where)))
+            found.append(("configuration", StatedPart(how, text, where)))
     return found
 
 
@@ -434,43 +434,43 @@ def _configuration(text: str) -> str:
     return "uniplanar" if re.search(r"uniplanar|\d\s*°?\s*x\s*(?:[:/]|$|\s)|directional", text, re.I) else ""
 
 
-def _filter(text: str, where: str) -> list[tuple[str, Said]]:
+def _filter(text: str, where: str) -> list[tuple[str, StatedPart]]:
     if re.match(r"(?:x-?)?pol(?:ar\w*)?\b", text, re.I):
-        return [("polarisation", Said(True, text, where))]
+        return [("polarisation", StatedPart(True, text, where))]
     if re.search(r"uv\W?_?(?:cut|excl|filter|block|out|-?400|-?420)|excl|^UV$|cut|without uv", text, re.I):
         value = "uv excluded"
     elif _NO.search(text) or re.search(r"uv\W?_?(?:incl|in\b)|^incl|full|100", text, re.I):
         value = "none"
     else:
         value = re.sub(r"^filter[_ ]?", "", text.casefold())
-    return [("filter", Said(value, text, where))]
+    return [("filter", StatedPart(value, text, where))]
 
 
-def _uv(text: str, where: str) -> list[tuple[str, Said]]:
+def _uv(text: str, where: str) -> list[tuple[str, StatedPart]]:
     """Return whether ultraviolet was in the light, by a label such as "UV"."""
     share = re.fullmatch(r"(\d+(?:\.\d+)?)\s*%?", text)
     without = float(share[1]) == 0.0 if share else bool(_NO.search(text))
     with_it = float(share[1]) in (1.0, 100.0) if share else bool(_YES.search(text))
     if without != with_it:
-        return [("filter", Said("uv excluded" if without else "none", text, where))]
+        return [("filter", StatedPart("uv excluded" if without else "none", text, where))]
     return _filter(text, where)
 
 
-def _in_name(name: str) -> list[tuple[str, Said]]:
+def _in_name(name: str) -> list[tuple[str, StatedPart]]:
     """Parts that the name of a reading states: SCI or SCE as words of their own, an angle in its notation."""
-    found: list[tuple[str, Said]] = []
+    found: list[tuple[str, StatedPart]] = []
     words = re.sub(r"[_\W]+", " ", name)
     stated = {word.upper() for word in re.findall(r"(?<![A-Z])(?:SCI|SCE|SPINC?|SPEXC?|RSIN|RSEX)(?![A-Za-z])", words)}
     if len(stated) == 1:
         word = stated.pop()
         value = "included" if word.startswith(("SCI", "SPIN", "RSIN")) else "excluded"
-        found.append(("specular component", Said(value, word, "the name")))
+        found.append(("specular component", StatedPart(value, word, "the name")))
     if ultraviolet := _UV_IN_NAME.search(words):
-        found.append(("filter", Said("none" if ultraviolet[1] else "uv excluded", ultraviolet[0], "the name")))
+        found.append(("filter", StatedPart("none" if ultraviolet[1] else "uv excluded", ultraviolet[0], "the name")))
     if lies := _BACKING_IN_NAME.search(words):
         named = (lies[1] or lies[2]).casefold()
         found.append(
-            ("backing", Said(next(n for n, p in _BACKINGS.items() if re.match(p, named)), lies[0], "the name"))
+            ("backing", StatedPart(next(n for n, p in _BACKINGS.items() if re.match(p, named)), lies[0], "the name"))
         )
     if angles := _GEOMETRY_IN_NAME.search(name):
         found += [told for told in _geometry(angles[0], "the name") if told[0] != "configuration"]
@@ -478,7 +478,7 @@ def _in_name(name: str) -> list[tuple[str, Said]]:
     if len(angles) == 1:
         geometry = geometry_in(angles[0][0])
         if geometry is not None:
-            found.append(("geometry", Said(geometry, angles[0][0].strip(), "the name")))
+            found.append(("geometry", StatedPart(geometry, angles[0][0].strip(), "the name")))
     return found
 
 

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ..calibration.regression.picture_files import Seen
+from ..calibration.regression.picture_files import SeenSpectra
 from ..calibration.regression.readings import pixel
-from ..calibration.regression.row import FLOAT32_ROUNDOFF, Layer, LayerKind, Pixels, Row, RowName, Side
+from ..calibration.regression.row import FLOAT32_ROUNDOFF, ComparedSide, LayerKind, PixelLayer, Pixels, Row, RowName
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.catalogue.samples import measurement_of
 from ..materials.core.protocol import sphere_protocol
@@ -36,7 +36,7 @@ def is_catalogue(path: Path) -> bool:
     return (path / MARKER).is_file()
 
 
-def catalogue_side(folder: Path, seen: Seen) -> Side:
+def catalogue_side(folder: Path, seen: SeenSpectra) -> ComparedSide:
     """Every surface and reflectance of a catalogue under each light.
 
     Raises
@@ -53,18 +53,20 @@ def catalogue_side(folder: Path, seen: Seen) -> Side:
             continue
         path, measured = catalogue.path(material), measurement_of(record)
         for index, light in enumerate(seen.lights):
-            layers: dict[LayerKind, Layer] = {"reading": Layer(partial(_reading, path, light, seen.observer), path)}
+            layers: dict[LayerKind, PixelLayer] = {
+                "reading": PixelLayer(partial(_reading, path, light, seen.observer), path)
+            }
             if record.is_surface:
                 kinds: tuple[LayerKind, ...] = ("picture", "reference")
-                layers = {kind: Layer(partial(_sphere, path, seen, index, kind), path) for kind in kinds}
+                layers = {kind: PixelLayer(partial(_sphere, path, seen, index, kind), path) for kind in kinds}
             rows.append(Row(RowName(material, light, eye), layers, measurement=measured))
     chain = [seen.words, f"Materials: {sphere_protocol(_PIXELS, False).text}; references are their original data."]
     if lights:
         chain.append(f"Lights have no white to be compared under, and are left out: {', '.join(lights)}.")
-    return Side(folder, "catalogue", tuple(rows), {}, tuple(chain))
+    return ComparedSide(folder, "catalogue", tuple(rows), {}, tuple(chain))
 
 
-def _sphere(path: Path, seen: Seen, index: int, kind: LayerKind) -> Pixels:
+def _sphere(path: Path, seen: SeenSpectra, index: int, kind: LayerKind) -> Pixels:
     xyz = getattr(_shown(path, path.stat().st_mtime_ns, seen), kind)[index]
     white = observer(seen.observer).white(illuminant(seen.lights[index]))
     return Pixels(xyz[None].copy(), np.ones((1, len(xyz))), white, FLOAT32_ROUNDOFF)
@@ -72,7 +74,7 @@ def _sphere(path: Path, seen: Seen, index: int, kind: LayerKind) -> Pixels:
 
 # Both sides of the material that is being compared, and one that is about to be.
 @lru_cache(maxsize=3)
-def _shown(path: Path, changed: int, seen: Seen) -> _Shown:
+def _shown(path: Path, changed: int, seen: SeenSpectra) -> _Shown:
     """`changed`: when the file was; another file of that name is another material."""
     del changed
     record = read_record(path)

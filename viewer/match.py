@@ -13,14 +13,14 @@ from typing import cast, get_args
 from ..calibration.match.angles import shared_angles
 from ..calibration.match.batch import batch
 from ..calibration.match.page import MatchReport
-from ..calibration.match.pairs import Asked, matched
+from ..calibration.match.pairs import MatchOptions, matched
 from ..calibration.match.tolerance import Tolerance
 from ..calibration.match.uncertainty import Repeatability
 from ..calibration.match.whites import WhiteScale
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.catalogue.samples import repeated_readings, samples_of
 from ..runtime.errors import InputError, UnknownNameError, UsageError
-from ..spectral.formats.import_options import NO_ANSWER, Answer
+from ..spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..spectral.formula import formula
 from ..spectral.illuminants import illuminant
 from ..spectral.measurement import CROSSINGS, Crossing
@@ -47,7 +47,7 @@ def match(
     repeated: str | Path | None = None,
     whites: Sequence[str] = (),
     catalogue: Catalogue | Path | None = None,
-    answer: Answer = NO_ANSWER,
+    answer: ImportOptions = NO_ANSWER,
     across: Collection[Crossing] = (),
     angles: Sequence[str] = (),
     signed: Mapping[str, str] | None = None,
@@ -117,14 +117,14 @@ def _asked(
     conditions: tuple[Conditions, ...],
     known: Repeatability | None,
     whites: tuple[WhiteScale, ...],
-) -> Asked:
+) -> MatchOptions:
     judged = None if tolerance is None else Tolerance.of(tolerance)
     told = [formula(text) for text in formulas]
     if judged is not None:
         told = [judged.formula, *told]
     if not told:
         raise InputError("no formula", field="formulas", expected='one or more, such as "CIE 2000"')
-    return Asked(conditions, tuple(dict.fromkeys(told)), judged, known, whites)
+    return MatchOptions(conditions, tuple(dict.fromkeys(told)), judged, known, whites)
 
 
 def _conditions(
@@ -159,7 +159,7 @@ def _crossings(names: Collection[str]) -> tuple[Crossing, ...]:
     return tuple(one for one in CROSSINGS if one in names)
 
 
-def _known(repeatability: float | None, repeated: str | Path | None, answer: Answer) -> Repeatability | None:
+def _known(repeatability: float | None, repeated: str | Path | None, answer: ImportOptions) -> Repeatability | None:
     if repeatability is not None and repeated is not None:
         raise UsageError("a stated repeatability and readings that tell it say the same thing: give one of them")
     if repeated is not None:

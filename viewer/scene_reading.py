@@ -6,19 +6,19 @@ import numpy as np
 from jaxtyping import Float
 
 from ..lighting.scene import Scene
-from ..materials.catalogue.instrument_reading import Reading
+from ..materials.catalogue.instrument_reading import InstrumentReading
 from ..materials.effect_coating.off_specular import ANGLES
 from ..spectral.image import ColourImage
 from .display.png import quantise
 from .display.transform import DisplayTransform
 
 
-def xyz_in(scene: Scene, reading: Reading) -> Float[np.ndarray, "3"]:
+def xyz_in(scene: Scene, reading: InstrumentReading) -> Float[np.ndarray, "3"]:
     """XYZ in the mixture of the scene's lights that its `adopted_white` is the white of; the diffuser has Y = 1."""
     return scene.mixed(np.stack([reading.xyz(light.spectrum, scene.observer) for light in scene.lights]))
 
 
-def colours_around(scene: Scene, reading: Reading) -> tuple[tuple[float, Float[np.ndarray, "3"]], ...]:
+def colours_around(scene: Scene, reading: InstrumentReading) -> tuple[tuple[float, Float[np.ndarray, "3"]], ...]:
     """Compute `xyz_in` by degrees from the mirror direction, of metals and effect coatings; none of others."""
     mixed = scene.mixed(np.stack([reading.xyz_around(light.spectrum, scene.observer) for light in scene.lights]))
     return tuple(zip(ANGLES, mixed, strict=False))

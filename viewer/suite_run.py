@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..calibration.regression.review_folder import review_side
-from ..calibration.regression.row import Row, Side
+from ..calibration.regression.row import ComparedSide, Row
 from ..calibration.regression.suite import Suite
 from ..lighting.scene import Scene
 from ..lighting.scene_file.files import load_scene
@@ -38,7 +38,7 @@ def run_suite(
     progress: Progress | None = None,
     warn: Warn = unheard,
     resumed: Callable[[int, int], None] = lambda found, total: None,
-) -> Side:
+) -> ComparedSide:
     """Render what is not there yet into `out/reviews`; `again` renders all of it.
 
     Raises
@@ -70,7 +70,7 @@ def run_suite(
         rows += side.rows
         facts |= {f"plan of {name}" if label == "plan" else label: text for label, text in side.facts.items()}
         chain |= dict.fromkeys(side.chain)
-    return Side(out, "suite", tuple(rows), facts, tuple(chain))
+    return ComparedSide(out, "suite", tuple(rows), facts, tuple(chain))
 
 
 def environment() -> dict[str, str]:

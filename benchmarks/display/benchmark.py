@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...calibration.display.aim import Aim, aimed
-from ...calibration.display.choice import Choice, choose
+from ...calibration.display.choice import ModelChoice, choose
 from ...calibration.display.cube import Cube, make_cube
 from ...calibration.display.drift import without_drift
 from ...calibration.display.inverse import Inverse
@@ -56,7 +56,7 @@ class Driven:
 
     display: SimulatedDisplay
     seed: int
-    choice: Choice
+    choice: ModelChoice
     aim: Aim
     cube: Cube
     build_seconds: float

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.display.readings import LUMENS_PER_WATT, Readings, Spectra
+from ...calibration.display.readings import LUMENS_PER_WATT, Readings, ReadingSpectra
 from ...spectral.observers import observer
 
 #: Noise of the instrument: standard deviation of X, Y and Z each, a share of the reading, and cd/m2 besides.
@@ -51,9 +51,9 @@ class SimulatedDisplay:
         weights = LUMENS_PER_WATT * self._radiance @ observer(eye).sensitivity(NM).T
         return self.drive(np.asarray(codes, dtype=np.float64)) @ weights
 
-    def spectra(self, codes: Float[np.ndarray, "N 3"]) -> Spectra:
+    def spectra(self, codes: Float[np.ndarray, "N 3"]) -> ReadingSpectra:
         """What it sends, without noise."""
-        return Spectra(NM, self.drive(np.asarray(codes, dtype=np.float64)) @ self._radiance)
+        return ReadingSpectra(NM, self.drive(np.asarray(codes, dtype=np.float64)) @ self._radiance)
 
     def measured(
         self,

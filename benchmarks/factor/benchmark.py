@@ -28,7 +28,7 @@ from .cases import chosen_cases
 from .figures import PICTURE_LIGHTS_DEG, case_figures, fluorescent_figures
 from .fluorescence import draw, fluorescence_figures, fluorescent_rows
 from .memory import WatchedBrdf, table_bytes, timed_and_weighed
-from .points import POINT_CASES, Fitted, case_points
+from .points import POINT_CASES, FittedPoint, case_points
 from .sphere import errors_by_light
 from .timing import Stopwatch
 
@@ -203,7 +203,7 @@ class _Work:
         if self.points and case.name in POINT_CASES:
             say("speed against error")
             choice = POINT_CASES[case.name]
-            own = Fitted(fitted, seconds, lambda: self._fit(case, brdf, precision="single").fast.packs)
+            own = FittedPoint(fitted, seconds, lambda: self._fit(case, brdf, precision="single").fast.packs)
             into.points += case_points(case.name, brdf, own, self.stopwatch, self.lights, progress, choice)
             tried = methods.method_points(case.name, brdf, self.stopwatch, self.lights, progress, self.effort)
             into.points += tried

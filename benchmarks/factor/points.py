@@ -36,7 +36,7 @@ _PIXELS, _PICTURE_PIXELS = 128, 96
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedPoint:
     """A surface's own packs and the seconds that they took; `single` fits them again without rounding to half."""
 
     fit: Fit
@@ -45,7 +45,7 @@ class Fitted:
 
 
 @dataclass(frozen=True)
-class Choice:
+class FitChoice:
     """Choice of fits of one surface beside its own: numbers of terms for each lobe, and frames alone."""
 
     ranks: tuple[int, ...]
@@ -53,11 +53,11 @@ class Choice:
     frame_rank: int
 
 
-EVERYTHING = Choice((1, 2, 4, 8, 16), ("io", "hd"), 16)
+EVERYTHING = FitChoice((1, 2, 4, 8, 16), ("io", "hd"), 16)
 # What takes minutes to fit is tried at fewer ranks.
-SLOW = Choice((2, 8), ("hd",), 12)
+SLOW = FitChoice((2, 8), ("hd",), 12)
 #: Surfaces that points are measured for: matt, glossy and anisotropic, then one of each family of measured data.
-POINT_CASES: dict[str, Choice] = {
+POINT_CASES: dict[str, FitChoice] = {
     "oren-nayar-0.52": EVERYTHING,
     "ashikhmin-shirley-32": EVERYTHING,
     "ashikhmin-shirley-1-8": SLOW,
@@ -84,11 +84,11 @@ class _Configuration:
 def case_points(
     case: str,
     brdf: Brdf,
-    fitted: Fitted,
+    fitted: FittedPoint,
     stopwatch: Stopwatch,
     lights: Sequence[str],
     progress: Callable[[str], None],
-    choice: Choice = EVERYTHING,
+    choice: FitChoice = EVERYTHING,
 ) -> list[dict]:
     """Every configuration of one surface: seconds to fit, milliseconds a megapixel and ΔE94 under each light.
 
@@ -118,7 +118,7 @@ def case_points(
 def precision_points(
     case: str,
     brdf: Brdf,
-    fitted: Fitted,
+    fitted: FittedPoint,
     stopwatch: Stopwatch,
     lights: Sequence[str],
     pixels: int,
@@ -166,7 +166,9 @@ def point_words(point: dict) -> str:
     return f"    {point['kind']}: {point['configuration']}: ΔE94 p99 {p99}"
 
 
-def _configurations(brdf: Brdf, fitted: Fitted, protocol: SphereProtocol, choice: Choice) -> Iterator[_Configuration]:
+def _configurations(
+    brdf: Brdf, fitted: FittedPoint, protocol: SphereProtocol, choice: FitChoice
+) -> Iterator[_Configuration]:
     found, seconds = fitted.fit, fitted.seconds
     packs = found.fast.packs
 

@@ -17,7 +17,7 @@ from .surface import GlossySurface, ShadedPoints
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class MethodTask:
     """Task of a method: a surface at points under a light, in so many lobes; `hiding` None is in the open."""
 
     surface: GlossySurface
@@ -33,26 +33,26 @@ class Task:
 
 
 #: A method: (N, K, T) terms, cd/m^2: of the body, and of the facets.
-Method = Callable[[Task], np.ndarray]
+Method = Callable[[MethodTask], np.ndarray]
 
 
-def by_paper(task: Task) -> np.ndarray:
+def by_paper(task: MethodTask) -> np.ndarray:
     """Lobes warped, the visibility's share of each (eqs. 36 to 43)."""
     return _with(task, task.free_share)
 
 
-def without_visibility(task: Task) -> np.ndarray:
+def without_visibility(task: MethodTask) -> np.ndarray:
     """The same, as if nothing were hidden."""
     return _with(task, None)
 
 
-def with_ambient_occlusion(task: Task) -> np.ndarray:
+def with_ambient_occlusion(task: MethodTask) -> np.ndarray:
     """The same, and all of it times the share of the clamped cosine that is free."""
     found = _with(task, None)
     return found * _occlusion(task)
 
 
-def by_harmonics(task: Task) -> np.ndarray:
+def by_harmonics(task: MethodTask) -> np.ndarray:
     """25 harmonics of the light, the body exact in them, the lobes warped as the paper has them; ambient occlusion."""
     body = (harmonics(task.points.normals) * cosine_factors()) @ task.light.kept_harmonics.T / np.pi
     facets = _facets(task, task.light.smooth_gamma, None)
@@ -60,7 +60,7 @@ def by_harmonics(task: Task) -> np.ndarray:
     return found * _occlusion(task)
 
 
-def by_paper_locally(task: Task) -> np.ndarray:
+def by_paper_locally(task: MethodTask) -> np.ndarray:
     """Lobes warped and multiplied with the light's own (eqs. 42 and 43); for lights of one direction."""
     light = task.light.local_lobes(task.points)
     body = paper.local_diffuse(task.points, light, task.free_share)
@@ -70,7 +70,7 @@ def by_paper_locally(task: Task) -> np.ndarray:
     return np.concatenate([body[:, :, None], facets], axis=2)
 
 
-def at_half_vectors(task: Task) -> np.ndarray:
+def at_half_vectors(task: MethodTask) -> np.ndarray:
     """Lobes of the distribution taken at the half vector itself: no warp; for lights of one direction."""
     at = task.light.arrivals(task.points)
     wi, wo = task.points.local(at.directions), task.points.viewer
@@ -83,19 +83,19 @@ def at_half_vectors(task: Task) -> np.ndarray:
     return (arrives[:, None] * np.column_stack([np.full(len(wi), 1.0 / np.pi), facets]))[:, None, :]
 
 
-def _occlusion(task: Task) -> Float[np.ndarray, "N 1 1"]:
+def _occlusion(task: MethodTask) -> Float[np.ndarray, "N 1 1"]:
     """The share of the clamped cosine that is free."""
     if task.hiding is None:
         return np.ones((len(task.points), 1, 1))
     return task.hiding.occlusion(task.points.normals)[:, None, None]
 
 
-def _with(task: Task, free_share: paper.FreeShare | None) -> np.ndarray:
+def _with(task: MethodTask, free_share: paper.FreeShare | None) -> np.ndarray:
     body = paper.diffuse(task.points, task.light.lobes, free_share)
     return np.concatenate([body[:, :, None], _facets(task, task.light.gamma, free_share)], axis=2)
 
 
-def _facets(task: Task, gamma: Gamma, free_share: paper.FreeShare | None) -> np.ndarray:
+def _facets(task: MethodTask, gamma: Gamma, free_share: paper.FreeShare | None) -> np.ndarray:
     if task.surface.density is None:
         return np.zeros((len(task.points), len(task.light.spectra), len(task.surface.facets)))
     return paper.specular(task.surface, task.points, gamma, free_share, task.lobes)

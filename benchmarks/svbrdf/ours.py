@@ -18,13 +18,13 @@ from ...materials.slices.view_slices import ViewSlices
 from ...spectral.palette import Palette
 from ...viewer.render.layers import SpreadLayer
 from ...viewer.render.light_cache import Shadows
-from ...viewer.software.environment_light import SeenSamples, gathered_terms
+from ...viewer.software.environment_light import TileSamples, gathered_terms
 from .meshes import SceneHiding
-from .methods import Task
+from .methods import MethodTask
 from .surface import GlossySurface, ShadedPoints
 
 
-def by_slices(task: Task) -> Float[np.ndarray, "N K T"]:
+def by_slices(task: MethodTask) -> Float[np.ndarray, "N K T"]:
     """Gather light at the task's points as the numpy renderer does, in the open or with visibility at vertices."""
     if task.hiding is not None and not isinstance(task.hiding, SceneHiding):
         raise TypeError("visibility at vertices is needed")
@@ -42,7 +42,7 @@ def gathered_by(
         shadows, faces, weights = _shadows(hiding.visibility, light), hiding.faces, hiding.weights
         back, facet = hiding.back, hiding.geometric
     frames = np.swapaxes(points.world_from_local, 1, 2)
-    seen = SeenSamples(np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, back, facet)
+    seen = TileSamples(np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, back, facet)
     # Of colours nothing is asked but how many there are: terms come in fours.
     colours = np.zeros((1, -(-rank // 4) * 4 * len(light.spectra), 3))
     layer = SpreadLayer(0, fields, form, _gathered(light), light.world_from_map, 1.0, colours, shadows)

@@ -15,7 +15,7 @@ from .cases import WALL, BenchCase, lights
 from .hiding import Hiding, Wall
 from .light import PreparedLight
 from .meshes import places
-from .methods import DELTA_METHODS, METHODS, Method, Task
+from .methods import DELTA_METHODS, METHODS, Method, MethodTask
 from .ours import by_slices
 from .rows import row
 from .surface import ShadedPoints
@@ -53,12 +53,12 @@ def rendered(
 
 
 def _of_case(case: BenchCase, hiding: Hiding | None, points: ShadedPoints, light: PreparedLight) -> Iterator[dict]:
-    both = truth(Task(case.surface, points, light, hiding, 0))
+    both = truth(MethodTask(case.surface, points, light, hiding, 0))
     reference, coarse = (light.folded(terms, case.surface.spectra) for terms in both)
     noise = float(delta_e_xyz(reference, coarse, light.white(points)).mean()) / 3.0
     for lobes in case.lobes:
         for name, method in _methods(light, hiding).items():
-            task = Task(case.surface, points, light, hiding, lobes)
+            task = MethodTask(case.surface, points, light, hiding, lobes)
             terms = method(task)
             yield row(
                 case.name,
@@ -87,7 +87,7 @@ def reduced(light: EnvironmentLight | DeltaLight, rows: int) -> EnvironmentLight
     return light
 
 
-def _seconds(method: Method, task: Task) -> float:
+def _seconds(method: Method, task: MethodTask) -> float:
     start = time.process_time()
     method(task)
     return time.process_time() - start

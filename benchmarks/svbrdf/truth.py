@@ -8,10 +8,10 @@ from jaxtyping import Float
 from ...lighting.environment import latlong
 from ...lighting.environment.convolution import halved
 from ...lighting.environment.environment import EnvironmentLight
-from .methods import Task
+from .methods import MethodTask
 
 
-def truth(task: Task) -> tuple[Float[np.ndarray, "N K T"], Float[np.ndarray, "N K T"]]:
+def truth(task: MethodTask) -> tuple[Float[np.ndarray, "N K T"], Float[np.ndarray, "N K T"]]:
     """The terms, and the same from texels twice as wide: the first is about a third of their difference off.
 
     Texels count at their middles, by their solid angle, so that highlights have to be wider than they are. Under a
@@ -24,13 +24,15 @@ def truth(task: Task) -> tuple[Float[np.ndarray, "N K T"], Float[np.ndarray, "N 
     return _summed(task, light, light.fields), _summed(task, light, halved(light.fields))
 
 
-def _arriving(task: Task) -> Float[np.ndarray, "N 1 T"]:
+def _arriving(task: MethodTask) -> Float[np.ndarray, "N 1 T"]:
     at = task.light.arrivals(task.points)
     terms = task.surface.terms(task.points.local(at.directions), task.points.viewer)
     return (terms * at.illuminance_lux[:, None])[:, None, :]
 
 
-def _summed(task: Task, light: EnvironmentLight, fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "N K T"]:
+def _summed(
+    task: MethodTask, light: EnvironmentLight, fields: Float[np.ndarray, "K H W"]
+) -> Float[np.ndarray, "N K T"]:
     height, width = fields.shape[1:]
     to = latlong.texel_directions(height, width).reshape(-1, 3) @ light.world_from_map.T
     arrives = (fields * latlong.solid_angles(height, width)[:, None]).reshape(len(fields), -1)

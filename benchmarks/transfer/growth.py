@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...lighting.transfer.precomputation import Prepared
+from ...lighting.transfer.precomputation import Precomputation
 from ...lighting.transfer.relighting import Relighting
 from ..timing import best_ms
 from .build_cost import balls
@@ -50,7 +50,7 @@ def _of(count: int, rays: int) -> dict:
     scene = replace(plain, parts=parts, lights=(made_sky(),))
     materials = {str(number): matt(_COLOURS[number]) for number in range(3)} | {"3": gloss(_COLOURS[0])}
     begin = time.process_time()
-    prepared = Prepared.of(scene, rays, _UNDIVIDED)
+    prepared = Precomputation.of(scene, rays, _UNDIVIDED)
     _ = prepared.by_part, prepared.later, prepared.sky_operator, prepared.occluders
     state = Relighting.of(scene, {name: materials[name] for name in scene.material_ids}, prepared)
     _ = state.rays.sky_in_cells

@@ -14,8 +14,8 @@ from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.reference.bounces import BounceSum
 from ...lighting.reference.geometry import Tracer, VisibleGeometry, visible_geometry
 from ...lighting.transfer.edge_refinement import between_sites
-from ...lighting.transfer.interpolation import Points, exits_between
-from ...lighting.transfer.precomputation import Prepared
+from ...lighting.transfer.interpolation import SurfacePoints, exits_between
+from ...lighting.transfer.precomputation import Precomputation
 from ...lighting.transfer.relighting import Relighting
 from ...lighting.vectors import dot, unit
 from ...materials.core.scattering import Scattering
@@ -33,7 +33,7 @@ SITES, PATHS, SEED = 600, 1024, 11
 class Geometry:
     """The rays of a scene, for any light: seen, of its camera; cpu_seconds, of all that lights leave as it is."""
 
-    prepared: Prepared
+    prepared: Precomputation
     seen: Seen
     cpu_seconds: float
 
@@ -42,7 +42,7 @@ class Geometry:
         """rays : of each site."""
         progress(f"{case.name}: {rays} rays of each site")
         start = time.process_time()
-        prepared = Prepared.of(case.scene, rays, longest_edge)
+        prepared = Precomputation.of(case.scene, rays, longest_edge)
         _ = prepared.by_part, prepared.later, prepared.sky_operator, prepared.occluders
         _ = Relighting.of(case.scene, case.materials, prepared).rays.sky_in_cells
         spent = time.process_time() - start
@@ -183,7 +183,7 @@ class OurMethod:
         there = there[dot(to, hits.sites.normals[there]) > 0.1]
         return np.sort(np.random.default_rng(SEED).permutation(there)[:SITES])
 
-    def _points(self) -> Points:
+    def _points(self) -> SurfacePoints:
         """What pixels show."""
         hits, seen = self.state.prepared.hits, self.seen
         found = visible_geometry(self.case.scene, None, slice(None), Tracer(self.case.scene), with_frames=True)
@@ -191,7 +191,7 @@ class OurMethod:
         there = np.searchsorted(found.pixel, seen.pixel)
         assert np.array_equal(found.pixel[there], seen.pixel)
         part = hits.part_of_site[seen.sites[:, 0]]
-        return Points(part, seen.sites, seen.shares, found.frame[there], found.wo[there], found.geometric[there])
+        return SurfacePoints(part, seen.sites, seen.shares, found.frame[there], found.wo[there], found.geometric[there])
 
     def _evenly(self, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
         """What they would send out of direct light, every part as a matt one."""
@@ -207,7 +207,11 @@ class OurMethod:
 
 
 def paths_from(
-    case: TransferScene, prepared: Prepared, sites: Int[np.ndarray, " n"], eye: Float[np.ndarray, "3"], bounces: int
+    case: TransferScene,
+    prepared: Precomputation,
+    sites: Int[np.ndarray, " n"],
+    eye: Float[np.ndarray, "3"],
+    bounces: int,
 ) -> Float[np.ndarray, "2 n 3"]:
     """XYZ that sites send to an eye of light by way of other surfaces, by paths of the original scene; twice."""
     hits, (centre, radius) = prepared.hits, prepared.centre_and_radius

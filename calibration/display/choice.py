@@ -20,7 +20,7 @@ _PARTS = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class ModelChoice:
     """A model, and why it is this one.
 
     Parameters
@@ -41,7 +41,7 @@ class Choice:
     left: Float[np.ndarray, " N"]
 
 
-def choose(readings: Readings, name: str = "auto") -> Choice:
+def choose(readings: Readings, name: str = "auto") -> ModelChoice:
     """The model asked for, or the simplest that is as good as the best to within one standard error.
 
     The error is ΔE94 relative to the display's own white, the reading as the reference, over patches that each model
@@ -66,7 +66,7 @@ def choose(readings: Readings, name: str = "auto") -> Choice:
         model = fit(only, averaged)
         _refuse_sums(model, sums, averaged)
         reason = f"{only}: with {len(averaged)} patches nothing can be held back to choose by"
-        return Choice(model, {}, left_out, sums, reason, _off(model, averaged))
+        return ModelChoice(model, {}, left_out, sums, reason, _off(model, averaged))
     apart = _held_back([one for one in MODELS if one not in left_out], averaged, parts)
     means = {one: float(values.mean()) for one, values in apart.items()}
     best = min(means, key=lambda one: means[one])
@@ -76,13 +76,13 @@ def choose(readings: Readings, name: str = "auto") -> Choice:
     taken = next((one for one in able if means[one] <= means[best] + spread[one]), best)
     model = fit(taken, averaged)
     _refuse_sums(model, sums, averaged)
-    return Choice(model, means, left_out, sums, _reason(taken, best, means, spread[taken]), _off(model, averaged))
+    return ModelChoice(model, means, left_out, sums, _reason(taken, best, means, spread[taken]), _off(model, averaged))
 
 
 _MATRICES = ("gog", "matrix-trc")
 
 
-def _asked(name: str, readings: Readings, sums: Additivity, left_out: Mapping[str, str]) -> Choice:
+def _asked(name: str, readings: Readings, sums: Additivity, left_out: Mapping[str, str]) -> ModelChoice:
     if name in left_out:
         others = ", ".join(one for one in MODELS if one not in left_out)
         raise InputError(
@@ -95,7 +95,7 @@ def _asked(name: str, readings: Readings, sums: Additivity, left_out: Mapping[st
         )
     model = fit(name, readings)
     _refuse_sums(model, sums, readings)
-    return Choice(model, {}, left_out, sums, f"{name}: asked for", _off(model, readings))
+    return ModelChoice(model, {}, left_out, sums, f"{name}: asked for", _off(model, readings))
 
 
 def _refuse_sums(model: DisplayModel, sums: Additivity, readings: Readings) -> None:

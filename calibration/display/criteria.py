@@ -26,7 +26,7 @@ STATISTICS = {
 
 
 @dataclass(frozen=True)
-class Criterion:
+class VerificationCriterion:
     """statistic : of `STATISTICS`. nominal : at most, or it fails. recommended : better. formula : of ΔE."""
 
     statistic: str
@@ -47,46 +47,50 @@ class Criterion:
 
 
 @dataclass(frozen=True)
-class Criteria:
+class VerificationCriteria:
     """A list of them with its name."""
 
     name: str
-    criteria: tuple[Criterion, ...] = ()
+    criteria: tuple[VerificationCriterion, ...] = ()
 
 
 _E00: Formula = "CIE 2000"
 #: Criteria by name. The first are those that Metamer takes where none are named.
 KNOWN = {
-    "metamer": Criteria(
+    "metamer": VerificationCriteria(
         "Metamer",
         (
-            Criterion("white", 2.0, 1.0),
-            Criterion("average", 1.5, 1.0),
-            Criterion("p95", 3.0, 2.0),
-            Criterion("maximum", 4.0, 3.0),
-            Criterion("grey average", 1.0, 0.5),
-            Criterion("grey maximum", 2.5, 1.5),
-            Criterion("primaries", 3.0, 2.0),
-            Criterion("tone curve", 2.0, 1.0),
-            Criterion("luminance", 10.0, 5.0),
-            Criterion("contrast", 30.0, 15.0),
+            VerificationCriterion("white", 2.0, 1.0),
+            VerificationCriterion("average", 1.5, 1.0),
+            VerificationCriterion("p95", 3.0, 2.0),
+            VerificationCriterion("maximum", 4.0, 3.0),
+            VerificationCriterion("grey average", 1.0, 0.5),
+            VerificationCriterion("grey maximum", 2.5, 1.5),
+            VerificationCriterion("primaries", 3.0, 2.0),
+            VerificationCriterion("tone curve", 2.0, 1.0),
+            VerificationCriterion("luminance", 10.0, 5.0),
+            VerificationCriterion("contrast", 30.0, 15.0),
         ),
     ),
-    "iso-14861": Criteria("ISO 14861", (Criterion("average", 2.5, 2.5, _E00), Criterion("p99", 4.5, 4.5, _E00))),
-    "iso-12647-7": Criteria(
+    "iso-14861": VerificationCriteria(
+        "ISO 14861", (VerificationCriterion("average", 2.5, 2.5, _E00), VerificationCriterion("p99", 4.5, 4.5, _E00))
+    ),
+    "iso-12647-7": VerificationCriteria(
         "ISO 12647-7:2016",
         (
-            Criterion("average", 2.5, 2.5, _E00),
-            Criterion("maximum", 5.0, 5.0, _E00),
-            Criterion("grey average", 2.0, 2.0, _E00),
-            Criterion("grey maximum", 3.5, 3.5, _E00),
+            VerificationCriterion("average", 2.5, 2.5, _E00),
+            VerificationCriterion("maximum", 5.0, 5.0, _E00),
+            VerificationCriterion("grey average", 2.0, 2.0, _E00),
+            VerificationCriterion("grey maximum", 3.5, 3.5, _E00),
         ),
     ),
 }
-_FILE = RecordFile(Criteria, "metamer_criteria", 1, "criteria of a verification", "you, from docs/display.md")
+_FILE = RecordFile(
+    VerificationCriteria, "metamer_criteria", 1, "criteria of a verification", "you, from docs/display.md"
+)
 
 
-def criteria_named(name: str | Path | None) -> Criteria:
+def criteria_named(name: str | Path | None) -> VerificationCriteria:
     """Criteria by name, or of a TOML file; None: Metamer's.
 
     Raises

@@ -15,7 +15,7 @@ from ...spectral.formats.cgats_bands import bands, grid_of
 from ...spectral.formats.cgats_tables import read_tables
 from ...spectral.formats.registry import names_its_file
 from .aim import PICTURE_WHITE_XYZ
-from .readings import Spectra
+from .readings import ReadingSpectra
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,10 +23,10 @@ class Primaries:
     """Red, green and blue of a display. spectra : three rows, relative. name : as the file has it."""
 
     name: str
-    spectra: Spectra
+    spectra: ReadingSpectra
     notes: tuple[str, ...] = ()
 
-    def white_for(self, observer: str) -> Spectra:
+    def white_for(self, observer: str) -> ReadingSpectra:
         """The spectrum (1,L) of a white of D65's chromaticity for an observer.
 
         Raises
@@ -42,7 +42,7 @@ class Primaries:
                 found=np.array2string(amounts, precision=3),
                 expected="red, green and blue around D65",
             )
-        return Spectra(self.spectra.wavelengths_nm, amounts[None] @ self.spectra.radiance)
+        return ReadingSpectra(self.spectra.wavelengths_nm, amounts[None] @ self.spectra.radiance)
 
 
 @names_its_file
@@ -72,7 +72,7 @@ def read_primaries(path: Path) -> Primaries:
     values = np.array([[table.number(row[fields[at].column]) for at in order] for row in table.rows])
     if not np.isfinite(values).all():
         raise InputError("not a number", field="BEGIN_DATA", expected="a number in every spectral field")
-    spectra = Spectra(grid, values)
+    spectra = ReadingSpectra(grid, values)
     xyz = spectra.xyz("1931_2")
     bright = np.flatnonzero(xyz[:, 1] > 0.01 * xyz[:, 1].max())
     if bright.size < 3:
@@ -88,7 +88,7 @@ def read_primaries(path: Path) -> Primaries:
     green, blue = sorted((at for at in chosen if at != red), key=lambda at: -xy[at, 1])
     name = table.keywords.get("DISPLAY") or table.keywords.get("DESCRIPTOR") or path.stem
     notes = () if len(values) == 3 else (f"of {len(values)} spectra those with the purest colours were taken",)
-    return Primaries(name, Spectra(grid, values[[red, green, blue]]), notes)
+    return Primaries(name, ReadingSpectra(grid, values[[red, green, blue]]), notes)
 
 
 def apart_for(one: Primaries, other: Primaries, matched: str, observer: str) -> float:

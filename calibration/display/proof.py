@@ -19,7 +19,7 @@ _ROWS = 1 << 18
 
 
 @dataclass(frozen=True, eq=False)
-class Proof:
+class ProofStatistics:
     """lost : (H,W) whether a pixel cannot be shown. delta_e : (H,W) ΔE94 of what is shown from what was asked for."""
 
     lost: Bool[np.ndarray, "H W"]
@@ -28,7 +28,7 @@ class Proof:
 
 def proofed(
     model: DisplayModel, cube: Cube, aim: Aim, xyz_d65: Float[np.ndarray, "H W 3"], black: Black = "absolute"
-) -> Proof:
+) -> ProofStatistics:
     """Make the soft proof of a picture in XYZ-D65, Y of white 1, by the same tables as the display is driven with."""
     flat = np.asarray(xyz_d65, dtype=np.float64).reshape(-1, 3)
     # Flat parts of pictures are many pixels and few colours.
@@ -42,4 +42,4 @@ def proofed(
         apart[rows] = delta_e_xyz(wanted, model.xyz(held), aim.white_xyz)
         outside[rows] = (codes != held).any(axis=1)
     shape, which = np.shape(xyz_d65)[:2], which.reshape(-1)
-    return Proof((outside & (apart > _SEEN))[which].reshape(shape), apart[which].reshape(shape))
+    return ProofStatistics((outside & (apart > _SEEN))[which].reshape(shape), apart[which].reshape(shape))

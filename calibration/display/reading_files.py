@@ -15,7 +15,7 @@ from ...spectral.formats.cgats_bands import bands, grid_of
 from ...spectral.formats.cgats_tables import CgatsTable, read_tables
 from ...spectral.formats.registry import names_its_file
 from .cxf_readings import read_cxf
-from .readings import Readings, Spectra
+from .readings import Readings, ReadingSpectra
 
 #: Full scales that codes are written to.
 SCALES = (1.0, 100.0, 255.0, 1023.0, 65535.0)
@@ -95,7 +95,7 @@ def _of_tables(path: Path, tables: list[CgatsTable], answers: Answers) -> Readin
         norm = float(table.keywords.get("SPECTRAL_NORM", "1"))
         # ArgyllCMS writes mW of emission.
         radiance = numbers[:, [fields[one].column for one in order]] / (1000.0 * norm)
-        spectra = Spectra(grid, radiance)
+        spectra = ReadingSpectra(grid, radiance)
     observer = answers.observer or "1931_2"
     if at:
         xyz, unit = numbers[:, at], "Y100" if normalised else answers.unit
@@ -195,7 +195,7 @@ def _made(
     display: str = "",
     instrument: str = "",
     measured: str = "",
-    spectra: Spectra | None = None,
+    spectra: ReadingSpectra | None = None,
 ) -> Readings:
     """Readings on the scale 0 to 1 and in cd/m2, as far as that is known."""
     scale = scale or _scale(codes)

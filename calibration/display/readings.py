@@ -20,7 +20,7 @@ LUMENS_PER_WATT = 683.002
 
 
 @dataclass(frozen=True, eq=False)
-class Spectra:
+class ReadingSpectra:
     """Spectral radiance (N,L), W/(sr m2 nm), one row a reading; small negative values are noise and stay."""
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -56,7 +56,7 @@ class Readings:
     instrument: str = ""
     observer: str = "1931_2"
     absolute: bool = True
-    spectra: Spectra | None = None
+    spectra: ReadingSpectra | None = None
     measured: str = ""
     details: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

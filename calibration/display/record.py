@@ -15,9 +15,9 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file, written_whole
 from .additivity import Additivity
-from .choice import Choice
+from .choice import ModelChoice
 from .model import DisplayModel
-from .readings import Readings, Spectra
+from .readings import Readings, ReadingSpectra
 
 _MARK, _VERSION = "metamer_display", 1
 
@@ -47,7 +47,7 @@ class DisplayRecord:
     verifications: tuple[Mapping[str, Any], ...] = field(default_factory=tuple)
 
     @classmethod
-    def of(cls, name: str, raw: Readings, used: Readings, choice: Choice, notes: tuple[str, ...]) -> DisplayRecord:
+    def of(cls, name: str, raw: Readings, used: Readings, choice: ModelChoice, notes: tuple[str, ...]) -> DisplayRecord:
         """Make the record of readings as they were read, the same without drift, and the choice made by them."""
         return cls(
             name,
@@ -116,7 +116,7 @@ def read_record(path: str | Path) -> DisplayRecord:
         spectra = None
         if "spectra" in kept:
             held = kept["spectra"]
-            spectra = Spectra(*(np.array(held[key], dtype=np.float64) for key in ("wavelengths_nm", "radiance")))
+            spectra = ReadingSpectra(*(np.array(held[key], dtype=np.float64) for key in ("wavelengths_nm", "radiance")))
         repeatability = kept["repeatability"]
         readings = Readings(
             array["codes"],

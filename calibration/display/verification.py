@@ -12,7 +12,7 @@ from jaxtyping import Float
 from ...runtime.errors import ComparisonError
 from ...spectral.difference import Formula, delta_e_xyz, lab_from_xyz
 from ...spectral.observers import observer
-from .criteria import STATISTICS, Criteria, Criterion
+from .criteria import STATISTICS, VerificationCriteria, VerificationCriterion
 from .readings import Readings
 from .record import DisplayRecord, digest
 
@@ -28,10 +28,10 @@ _CHROMA = ("grey average", "grey maximum")
 
 
 @dataclass(frozen=True)
-class Row:
+class VerificationRow:
     """One criterion judged. value : None where the readings do not hold what it needs. note : why, or how."""
 
-    criterion: Criterion
+    criterion: VerificationCriterion
     value: float | None
     verdict: Verdict
     note: str = ""
@@ -65,8 +65,8 @@ class Verification:
 
     record: DisplayRecord
     readings: Readings
-    criteria: Criteria
-    rows: tuple[Row, ...]
+    criteria: VerificationCriteria
+    rows: tuple[VerificationRow, ...]
     delta_e: Float[np.ndarray, " N"]
     repeatability: float | None
     injected: float
@@ -120,7 +120,7 @@ class Verification:
 
 
 def verify(
-    record: DisplayRecord, raw: Readings, criteria: Criteria, when: str, *, any_state: bool = False
+    record: DisplayRecord, raw: Readings, criteria: VerificationCriteria, when: str, *, any_state: bool = False
 ) -> Verification:
     """Judge readings of a display that was characterised before.
 
@@ -198,29 +198,31 @@ def _scatter(relative: Float[np.ndarray, "3"]) -> float:
 
 
 def _row(
-    criterion: Criterion,
+    criterion: VerificationCriterion,
     raw: Readings,
     readings: Readings,
     predicted: np.ndarray,
     white: np.ndarray,
     repeatability: float | None,
-) -> Row:
+) -> VerificationRow:
     found, lacks = _figure(criterion, raw, readings, predicted, white)
     if found is None:
-        return Row(criterion, None, "not measured", lacks)
+        return VerificationRow(criterion, None, "not measured", lacks)
     statistic = criterion.statistic
     if statistic == "white" and raw.whites.size < _WHITES:
-        return Row(criterion, found, "not resolved", f"white was read {raw.whites.size} times; {_WHITES} are averaged")
+        return VerificationRow(
+            criterion, found, "not resolved", f"white was read {raw.whites.size} times; {_WHITES} are averaged"
+        )
     if repeatability is not None and statistic not in _PERCENT and criterion.nominal < 2.0 * repeatability:
-        return Row(criterion, found, "not resolved", f"the instrument scatters by ΔE94 {repeatability:.2f}")
+        return VerificationRow(criterion, found, "not resolved", f"the instrument scatters by ΔE94 {repeatability:.2f}")
     verdict: Verdict = (
         "recommended" if found <= criterion.recommended else "pass" if found <= criterion.nominal else "fail"
     )
-    return Row(criterion, found, verdict)
+    return VerificationRow(criterion, found, verdict)
 
 
 def _figure(
-    criterion: Criterion, raw: Readings, readings: Readings, predicted: np.ndarray, white: np.ndarray
+    criterion: VerificationCriterion, raw: Readings, readings: Readings, predicted: np.ndarray, white: np.ndarray
 ) -> tuple[float | None, str]:
     """The figure, or None and what the readings lack."""
     statistic, formula = criterion.statistic, criterion.formula

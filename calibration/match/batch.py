@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from ...spectral.difference import xyz_from_lab
 from ...spectral.formula import Formula
-from .pairs import Difference
+from .pairs import PairDifference
 
 #: Samples that tell of a drift, at least.
 FEWEST = 5
@@ -44,7 +44,7 @@ class Batch:
         )
 
 
-def batch(found: Sequence[Difference], formula: Formula) -> Batch | None:
+def batch(found: Sequence[PairDifference], formula: Formula) -> Batch | None:
     """Describe a batch of samples in the order in which they were made, under the same conditions; None of fewer than
     two.
     """

@@ -11,7 +11,7 @@ from ...spectral.sample import Sample
 from .angles import OverAngles
 from .batch import Batch
 from .page import MatchReport
-from .pairs import Difference, Matched
+from .pairs import MatchedPairs, PairDifference
 
 SCHEMA = "metamer.match/1"
 
@@ -45,7 +45,7 @@ def _side(side: Sample) -> dict[str, Any]:
     }
 
 
-def _matched(one: Matched) -> dict[str, Any]:
+def _matched(one: MatchedPairs) -> dict[str, Any]:
     return _side(one.sample) | {
         "verdict": one.verdict,
         "directions": [
@@ -64,7 +64,7 @@ def _over_angles(found: OverAngles) -> dict[str, Any]:
     return asdict(found) | {"flop_difference": found.flop_difference, "by_formula": by_formula}
 
 
-def _difference(found: Difference) -> dict[str, Any]:
+def _difference(found: PairDifference) -> dict[str, Any]:
     off = {name: float(value) for name, value in asdict(found.off).items()}
     return asdict(found.conditions) | {
         "verdict": found.verdict,

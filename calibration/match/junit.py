@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 
 from ..report.junit_xml import Outcome, case_of, junit_text
 from .page import MatchReport
-from .pairs import Matched
+from .pairs import MatchedPairs
 from .tolerance import Verdict
 
 # Nobody knows whether what is not resolved is right, and nobody has asked whether what is not judged is.
@@ -24,7 +24,7 @@ def as_junit(report: MatchReport) -> str:
     return junit_text("metamer match", [_case(report, one) for one in report.samples], "\n".join(said))
 
 
-def _case(report: MatchReport, one: Matched) -> ElementTree.Element:
+def _case(report: MatchReport, one: MatchedPairs) -> ElementTree.Element:
     name = report.asked.judging.name
     lines = [f"{one.verdict}: ΔE {name} {one.worst.delta_e[name]:.2f} under {one.worst.conditions.words}"]
     for found in one.differences:

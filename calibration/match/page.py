@@ -19,7 +19,7 @@ from ...spectral.sample import Sample
 from ..report.page import html_environment
 from ..report.plots import pair_plot
 from .batch import Batch
-from .pairs import WORST_FIRST, Asked, Difference, Matched
+from .pairs import WORST_FIRST, MatchedPairs, MatchOptions, PairDifference
 from .tolerance import Verdict
 
 #: What a person may fill in beforehand; what is left open is a line to write on.
@@ -56,8 +56,8 @@ class MatchReport:
     """
 
     standard: Sample
-    samples: Sequence[Matched]
-    asked: Asked
+    samples: Sequence[MatchedPairs]
+    asked: MatchOptions
     batches: Sequence[Batch | None] = ()
     signed: Mapping[str, str] = field(default_factory=dict)
     version: str = ""
@@ -103,7 +103,7 @@ class MatchReport:
     def _why_not_judged(self) -> str:
         return "no tolerance" if self.asked.tolerance is None else "a colour that was not measured judges none"
 
-    def under(self, one: Matched, verdict: Verdict) -> str:
+    def under(self, one: MatchedPairs, verdict: Verdict) -> str:
         """The conditions under which a sample has a verdict, without what all conditions share."""
         return self.short(tuple(found.conditions for found in one.differences if found.verdict == verdict))
 
@@ -211,7 +211,7 @@ def on_sheet(conditions: int, whites: bool = False) -> int:
     return max((20 - 2 * conditions) // (2 if whites else 1), 4)
 
 
-def _shown(report: MatchReport, worst_first: Sequence[Matched]) -> list[dict[str, Any]]:
+def _shown(report: MatchReport, worst_first: Sequence[MatchedPairs]) -> list[dict[str, Any]]:
     """Of each sample what the page shows beside its figures; its number is its place among the worst."""
     order = {id(one): at for at, one in enumerate(report.samples)}
     one_eye = len({one.observer for one in report.asked.conditions}) == 1
@@ -256,7 +256,7 @@ def _white_columns(report: MatchReport) -> list[dict[str, Any]]:
     return found[::-1]
 
 
-def _run(found: Sequence[Difference]) -> dict[str, Any] | None:
+def _run(found: Sequence[PairDifference]) -> dict[str, Any] | None:
     """ΔL*, Δa* and Δb* of a batch in the order given, as lines; None of fewer than three."""
     if len(found) < 3:
         return None
@@ -282,7 +282,7 @@ def _run(found: Sequence[Difference]) -> dict[str, Any] | None:
     return {"width": width, "height": height, "zero": 0.5 * height, "lines": lines, "ticks": ticks}
 
 
-def _largest(found: Difference) -> float:
+def _largest(found: PairDifference) -> float:
     return next(iter(found.delta_e.values()))
 
 
@@ -306,7 +306,7 @@ def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _swatches(found: Difference) -> tuple[str, str]:
+def _swatches(found: PairDifference) -> tuple[str, str]:
     """Standard and sample as sRGB shows them, adapted from the light's white to D65."""
     return tuple(_srgb(lab, found.white) for lab in (found.standard_lab, found.sample_lab))  # type: ignore[return-value]
 
@@ -362,7 +362,7 @@ def _deciding_first(report: MatchReport) -> list[int]:
     return [first, *(at for at in places if at != first)] if worst.verdict == "fail" else list(places)
 
 
-def _label(one: Matched, number: int, count: int) -> str:
+def _label(one: MatchedPairs, number: int, count: int) -> str:
     """Label of a dot: the sample's name where few share a drawing, else its number, or nothing."""
     if count > MOST_NUMBERS:
         return ""

@@ -32,7 +32,7 @@ CORRECTIONS: tuple[Correction, ...] = ("multiplicative", "parameric")
 
 
 @dataclass(frozen=True)
-class Asked:
+class MatchOptions:
     """Options of a comparison of pairs.
 
     conditions : illuminants and observers, the first the reference of all indices. formulas : that ΔE is told by; that
@@ -56,7 +56,7 @@ class Asked:
 
 
 @dataclass(frozen=True, eq=False)
-class Difference:
+class PairDifference:
     """A sample beside its standard under one illuminant for one observer; Lab (3,), ΔE by name of the formula."""
 
     conditions: Conditions
@@ -89,13 +89,13 @@ class Index:
 
 
 @dataclass(frozen=True, eq=False)
-class Matched:
+class MatchedPairs:
     """One sample: its differences, what changes of conditions do, and whiteness and yellowness that were asked for;
     angles : where it was read at several.
     """
 
     sample: Sample
-    differences: tuple[Difference, ...]
+    differences: tuple[PairDifference, ...]
     indices: tuple[Index, ...] = field(default=())
     whites: tuple[WhiteIndex, ...] = ()
     angles: OverAngles | None = None
@@ -107,7 +107,7 @@ class Matched:
         return next(verdict for verdict in WORST_FIRST if verdict in found)
 
     @property
-    def worst(self) -> Difference:
+    def worst(self) -> PairDifference:
         """Conditions that decide the sample's verdict: of all with it, those where it is farthest off."""
         deciding = [one for one in self.differences if one.verdict == self.verdict]
         return max(deciding, key=lambda one: next(iter(one.delta_e.values())))
@@ -121,7 +121,7 @@ class Matched:
         return tuple(Towards(verdict, words, tuple(where)) for (verdict, words), where in found.items())
 
 
-def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[Matched, ...]:
+def matched(standard: Sample, samples: Sequence[Sample], asked: MatchOptions) -> tuple[MatchedPairs, ...]:
     """Compare samples with their standard, in their order.
 
     Raises
@@ -145,7 +145,9 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: Asked) -> tuple[
         white = white_indices(standard, sample, asked.whites, asked.conditions, asked.repeatability)
         by_angle = [(where.geometry, one.delta_e) for where, one in zip(asked.conditions, told, strict=True)]
         found.append(
-            Matched(sample, told, _indices(standard, sample, asked), white, over_angles(standard, sample, by_angle))
+            MatchedPairs(
+                sample, told, _indices(standard, sample, asked), white, over_angles(standard, sample, by_angle)
+            )
         )
     return tuple(found)
 
@@ -178,7 +180,7 @@ def check_another(standard: Sample, sample: Sample) -> None:
         )
 
 
-def _difference(standard: Sample, sample: Sample, where: Conditions, asked: Asked) -> Difference:
+def _difference(standard: Sample, sample: Sample, where: Conditions, asked: MatchOptions) -> PairDifference:
     white = observer(where.observer).white(illuminant(where.illuminant))
     one_xyz, other_xyz = (side.xyz(where.illuminant, where.observer) for side in (standard, sample))
     first, second = lab_from_xyz(one_xyz, white), lab_from_xyz(other_xyz, white)
@@ -199,10 +201,10 @@ def _difference(standard: Sample, sample: Sample, where: Conditions, asked: Aske
     if asked.tolerance is not None and not (standard.made_up or sample.made_up):
         name = asked.tolerance.formula.name
         verdict = asked.tolerance.verdict(delta_e[name], None if known is None else known.delta_e[name])
-    return Difference(where, white, first, second, off, delta_e, direction(first, off, least), known, verdict)
+    return PairDifference(where, white, first, second, off, delta_e, direction(first, off, least), known, verdict)
 
 
-def _indices(standard: Sample, sample: Sample, asked: Asked) -> tuple[Index, ...]:
+def _indices(standard: Sample, sample: Sample, asked: MatchOptions) -> tuple[Index, ...]:
     reference, *tests = asked.conditions
     if reference.geometry:
         # Effect coatings have none (ISO 18314-4).

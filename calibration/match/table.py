@@ -10,7 +10,7 @@ import numpy as np
 
 from ..report.sheets import Cell, csv_text, write_workbook
 from .page import MatchReport
-from .pairs import Difference, Matched
+from .pairs import MatchedPairs, PairDifference
 
 _AXES = ("ΔL*", "Δa*", "Δb*", "ΔC*", "ΔH*")
 _FIRST = ("standard", "sample", "source", "readings", "verdict of sample", "angle", "illuminant", "observer", "verdict")
@@ -55,7 +55,7 @@ def _whites(report: MatchReport) -> list[str]:
     return list(dict.fromkeys(white.name for one in report.samples for white in one.whites))
 
 
-def _line(report: MatchReport, one: Matched, found: Difference) -> list[Cell]:
+def _line(report: MatchReport, one: MatchedPairs, found: PairDifference) -> list[Cell]:
     where, sample = found.conditions, one.sample
     names = [formula.name for formula in report.asked.formulas]
     cells: list[Cell] = [report.standard.name, sample.name, sample.source, sample.count, one.verdict]

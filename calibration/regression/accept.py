@@ -10,7 +10,7 @@ from typing import Any
 
 from ...runtime.errors import ComparisonError, InputError, UnknownNameError
 from ...runtime.files import written_whole
-from .baseline import Kept, baseline_side, changing, check_suite, pixel_file, put, read_kept
+from .baseline import BaselineContent, baseline_side, changing, check_suite, pixel_file, put, read_kept
 from .row import RowName
 
 
@@ -53,7 +53,7 @@ def accept(baseline: Path, run: Path, patterns: Sequence[str] | None) -> tuple[s
         made = fresh if patterns is None else old
         put(
             baseline,
-            Kept(
+            BaselineContent(
                 made.suite,
                 made.environment,
                 made.facts,
@@ -64,7 +64,7 @@ def accept(baseline: Path, run: Path, patterns: Sequence[str] | None) -> tuple[s
     return tuple(str(name) for name in taken)
 
 
-def _by_name(kept: Kept) -> dict[RowName, Mapping[str, Any]]:
+def _by_name(kept: BaselineContent) -> dict[RowName, Mapping[str, Any]]:
     try:
         return {RowName(*(str(row[part]) for part in RowName._fields)): row for row in kept.rows}
     except (KeyError, TypeError) as reason:

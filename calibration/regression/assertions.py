@@ -22,9 +22,9 @@ from .comparison import compare
 from .criteria import Criteria, criteria_of, default_criteria, read_criteria
 from .json_result import as_json
 from .page import render_page
-from .picture_files import Seen
+from .picture_files import SeenSpectra
 from .result import Result
-from .row import FLOAT32_ROUNDOFF, FLOAT64_ROUNDOFF, Layer, Pixels, Row, RowName, Side
+from .row import FLOAT32_ROUNDOFF, FLOAT64_ROUNDOFF, ComparedSide, PixelLayer, Pixels, Row, RowName
 from .sources import side_of
 from .words import as_text
 
@@ -59,7 +59,7 @@ def assert_colour_close(
     criteria: Criteria | str | Path | Sequence[dict] | None = None,
     *,
     evidence: str | Path | None = None,
-    seen: Seen | None = None,
+    seen: SeenSpectra | None = None,
     display: str | None = None,
 ) -> Result:
     """Hold a sample against its reference; what the comparison found comes back.
@@ -78,7 +78,7 @@ def assert_colour_close(
     __tracebackhide__ = True
     asked = _criteria(criteria)
     before, after = (
-        _side(one, name, seen or Seen(), display) for one, name in ((reference, "reference"), (sample, "sample"))
+        _side(one, name, seen or SeenSpectra(), display) for one, name in ((reference, "reference"), (sample, "sample"))
     )
     result = compare(before, after, asked)
     if result.tier != "fail":
@@ -101,7 +101,7 @@ def _criteria(given: Criteria | str | Path | Sequence[dict] | None) -> Criteria:
     return read_criteria(Path(given)) if isinstance(given, str | Path) else criteria_of({"criteria": list(given)})
 
 
-def _side(given: Colours, name: str, seen: Seen, display: str | None) -> Side:
+def _side(given: Colours, name: str, seen: SeenSpectra, display: str | None) -> ComparedSide:
     if isinstance(given, str | Path):
         return side_of(Path(given), seen, display)
     if isinstance(given, tuple):
@@ -111,9 +111,9 @@ def _side(given: Colours, name: str, seen: Seen, display: str | None) -> Side:
         xyz, white, coverage = np.asarray(given.xyz), np.asarray(given.white), np.asarray(given.coverage)
     pixels = _pixels(xyz, white, coverage, name)
     # The same picture object on both sides is told by its memory.
-    layer = Layer(lambda: pixels)
+    layer = PixelLayer(lambda: pixels)
     # No path of a file: two sides that are nowhere are not one side.
-    return Side(Path(f"<{name}>"), "picture", (Row(RowName("", "", ""), {"picture": layer}),))
+    return ComparedSide(Path(f"<{name}>"), "picture", (Row(RowName("", "", ""), {"picture": layer}),))
 
 
 def _pixels(xyz: np.ndarray, white: np.ndarray, coverage: np.ndarray | None, name: str) -> Pixels:
@@ -131,7 +131,7 @@ def _pixels(xyz: np.ndarray, white: np.ndarray, coverage: np.ndarray | None, nam
     return Pixels(rows, covered, white.astype(np.float64), step)
 
 
-def _write_evidence(result: Result, before: Side, after: Side, folder: Path) -> None:
+def _write_evidence(result: Result, before: ComparedSide, after: ComparedSide, folder: Path) -> None:
     """Figures and page; of two single pictures also the pixels."""
     page = render_page(result, before, after, version("metamer"))
     for name, text in (("regression.json", as_json(result, version("metamer"))), ("index.html", page)):

@@ -25,7 +25,7 @@ from ...runtime.files import half_written, made_folder, read_bytes, read_text, w
 from ...runtime.locks import alone_at_work
 from ...spectral.formats.exr import read_exr, write_exr
 from .picture_files import read_xyz
-from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, Layer, LayerKind, Noise, Pixels, Row, RowName, Side
+from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, ComparedSide, LayerKind, LayerNoise, PixelLayer, Pixels, Row, RowName
 
 MANIFEST, PIXELS = "baseline.json", "pixels"
 SCHEMA = "metamer.baseline/1"
@@ -40,7 +40,7 @@ Progress = Callable[[int, int, str], None]
 
 
 @dataclass(frozen=True)
-class Kept:
+class BaselineContent:
     """Content of `baseline.json`: of the suite its name and hash, of the machine what may matter; rows as JSON."""
 
     suite: Mapping[str, str]
@@ -51,7 +51,7 @@ class Kept:
 
 
 def record(
-    side: Side,
+    side: ComparedSide,
     folder: Path,
     suite: Mapping[str, str],
     environment: Mapping[str, str],
@@ -70,7 +70,7 @@ def record(
         for number, row in enumerate(side.rows):
             rows.append(_recorded(row, folder))
             progress(number + 1, len(side.rows), str(row.name))
-        put(folder, Kept(suite, environment, side.facts, side.chain, tuple(rows)))
+        put(folder, BaselineContent(suite, environment, side.facts, side.chain, tuple(rows)))
 
 
 def check_place(folder: Path, suite: Mapping[str, str]) -> None:
@@ -100,7 +100,7 @@ def changing(folder: Path) -> Iterator[None]:
         yield
 
 
-def put(folder: Path, kept: Kept) -> None:
+def put(folder: Path, kept: BaselineContent) -> None:
     """Write `baseline.json` in one step, and then remove the files that no row names any more."""
     document = {
         "schema": SCHEMA,
@@ -119,7 +119,7 @@ def put(folder: Path, kept: Kept) -> None:
             file.unlink()
 
 
-def read_kept(folder: Path) -> Kept:
+def read_kept(folder: Path) -> BaselineContent:
     """Read `baseline.json`.
 
     Raises
@@ -133,7 +133,7 @@ def read_kept(folder: Path) -> Kept:
     try:
         found = json.loads(read_text(path))
         schema = found["schema"]
-        kept = Kept(
+        kept = BaselineContent(
             found["suite"], found["environment"], found["facts"], tuple(found["colour_chain"]), tuple(found["rows"])
         )
     except (ValueError, KeyError, TypeError) as reason:
@@ -143,7 +143,7 @@ def read_kept(folder: Path) -> Kept:
     return kept
 
 
-def baseline_side(folder: Path) -> Side:
+def baseline_side(folder: Path) -> ComparedSide:
     """A baseline as a side.
 
     Raises
@@ -155,10 +155,10 @@ def baseline_side(folder: Path) -> Side:
         rows = tuple(_row(folder, found) for found in kept.rows)
     except (KeyError, TypeError, ValueError, AttributeError) as reason:
         raise _damaged(folder / MANIFEST, f"{type(reason).__name__}: {reason}") from None
-    return Side(folder, "baseline", rows, {**kept.facts, **kept.environment}, kept.chain)
+    return ComparedSide(folder, "baseline", rows, {**kept.facts, **kept.environment}, kept.chain)
 
 
-def as_recorded(side: Side) -> Side:
+def as_recorded(side: ComparedSide) -> ComparedSide:
     """A side whose pixels are rounded as a baseline keeps them, so that equal pictures are equal bytes."""
     rows = tuple(
         replace(
@@ -236,11 +236,11 @@ def pixel_file(folder: Path, sha256: str) -> Path:
 
 def _row(folder: Path, found: Mapping[str, Any]) -> Row:
     name = RowName(*(str(found[part]) for part in RowName._fields))
-    layers: dict[LayerKind, Layer] = {}
+    layers: dict[LayerKind, PixelLayer] = {}
     for kind, held in found["layers"].items():
-        noise = None if held["noise"] is None else Noise(float(held["noise"]["mean"]), float(held["noise"]["p99"]))
+        noise = None if held["noise"] is None else LayerNoise(float(held["noise"]["mean"]), float(held["noise"]["p99"]))
         path = pixel_file(folder, held["sha256"])
-        layers[cast(LayerKind, kind)] = Layer(partial(_read, path, held["sha256"]), path, {}, noise)
+        layers[cast(LayerKind, kind)] = PixelLayer(partial(_read, path, held["sha256"]), path, {}, noise)
     off = found["approximation"]
     off = None if off is None else {key: float(value) for key, value in off.items()}
     return Row(name, layers, off, tuple(str(note) for note in found["notes"]))

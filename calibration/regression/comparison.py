@@ -11,14 +11,14 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...runtime.errors import ComparisonError
+from ...spectral.measurement import ComparedSide as Measured
 from ...spectral.measurement import Crossing, crossed, refusal, remarks
-from ...spectral.measurement import Side as Measured
 from ..report.statistics import SelfCheck
 from .change import Change, change
 from .criteria import RESHAPED, Criteria, Criterion, Region, Tier, default_criteria, statistic
 from .matching import matched
-from .result import Asked, Figures, Result, RowResult, SideWords, State, worst_tier
-from .row import Layer, LayerKind, Noise, Pixels, Row, Side
+from .result import AskedCriteria, Figures, Result, RowResult, SideWords, State, worst_tier
+from .row import ComparedSide, LayerKind, LayerNoise, PixelLayer, Pixels, Row
 from .sampling_noise import Chance
 from .self_test import injected
 
@@ -34,8 +34,8 @@ Progress = Callable[[int, int, str], None]
 
 
 def compare(
-    before: Side,
-    after: Side,
+    before: ComparedSide,
+    after: ComparedSide,
     criteria: Criteria,
     progress: Progress = lambda done, total, what: None,
     across: Collection[Crossing] = (),
@@ -70,7 +70,7 @@ def compare(
 
 
 def _measurements(
-    before: Side, after: Side, pairs: Sequence[tuple[Row, Row]], across: Collection[Crossing]
+    before: ComparedSide, after: ComparedSide, pairs: Sequence[tuple[Row, Row]], across: Collection[Crossing]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences on what is not alike in how pairs were measured, and on what one side does not say, each once.
 
@@ -99,7 +99,7 @@ def _measurements(
     ) if more > 0 else sentences
 
 
-def _source(row: Row, side: Side) -> Path:
+def _source(row: Row, side: ComparedSide) -> Path:
     return next((layer.file for layer in row.layers.values() if layer.file is not None), side.path)
 
 
@@ -108,7 +108,7 @@ def _compared(
 ) -> tuple[RowResult, Pixels | None]:
     """One pair of rows, and the pixels of the first's first layer."""
     layers: dict[LayerKind, Figures] = {}
-    asked: list[Asked] = []
+    asked: list[AskedCriteria] = []
     notes: list[str] = []
     first: Pixels | None = None
     now: dict[LayerKind, Pixels] = {}
@@ -158,7 +158,7 @@ def _untouched(layers: Mapping[LayerKind, Figures], of: str) -> bool:
     return any(kind == of and found.identical for kind, found in layers.items())
 
 
-def _two_files(a: Layer, b: Layer, label: str) -> None:
+def _two_files(a: PixelLayer, b: PixelLayer, label: str) -> None:
     if a.file is None or b.file is None or not (a.file.exists() and b.file.exists()):
         # What is missing is refused where it is read.
         return
@@ -166,7 +166,7 @@ def _two_files(a: Layer, b: Layer, label: str) -> None:
         raise ComparisonError(f"{label}: {a.file} is on both sides: a comparison with itself says nothing")
 
 
-def _figures(moved: Change, noises: Sequence[Noise | None], kind: LayerKind) -> Figures:
+def _figures(moved: Change, noises: Sequence[LayerNoise | None], kind: LayerKind) -> Figures:
     values, compared = _numbers(moved.maps[_94], None)
     chance = Chance.of(noises, values.size)
     (floors, _), (bounds, _) = (_numbers(maps[_94], None) for maps in (moved.floors, moved.bounds))
@@ -210,9 +210,9 @@ def _asked(
     of: str,
     row: Row,
     criteria: Criteria,
-    noises: Sequence[Noise | None],
+    noises: Sequence[LayerNoise | None],
     pools: dict[tuple[int, str], list[tuple[float, float]]],
-) -> list[Asked]:
+) -> list[AskedCriteria]:
     """The criteria that this layer of this row is held against; what is pooled goes to its pool."""
     found = []
     for index, one in enumerate(criteria.lines):
@@ -220,7 +220,7 @@ def _asked(
             continue
         if one.statistic == RESHAPED:
             if of not in ("reading", "approximation"):
-                found.append(Asked(one, of, moved.reshaped, 0.0, one.tier(moved.reshaped)))
+                found.append(AskedCriteria(one, of, moved.reshaped, 0.0, one.tier(moved.reshaped)))
             continue
         shape = moved.maps[one.formula.name].shape
         part = None if one.region is None else _part(criteria.regions[one.region], shape)
@@ -241,13 +241,13 @@ def _asked(
     return found
 
 
-def _held(one: Criterion, of: str, value: float, floor: float) -> Asked:
+def _held(one: Criterion, of: str, value: float, floor: float) -> AskedCriteria:
     """A figure beyond a limit that could be rounding or noise alone is a warning, and no failure."""
     tier = one.tier(value)
-    return Asked(one, of, value, floor, "warn" if tier == "fail" and value <= floor else tier)
+    return AskedCriteria(one, of, value, floor, "warn" if tier == "fail" and value <= floor else tier)
 
 
-def _pooled(one: Criterion, of: str, values: Sequence[tuple[float, float]]) -> Asked:
+def _pooled(one: Criterion, of: str, values: Sequence[tuple[float, float]]) -> AskedCriteria:
     figures, floors = (np.array(column) for column in zip(*values, strict=True))
     return _held(one, of, statistic(one.statistic, figures), statistic(one.statistic, floors))
 
@@ -287,7 +287,7 @@ def _why(layers: Mapping[LayerKind, Figures]) -> list[str]:
     ]
 
 
-def _other_facts(before: Side, after: Side) -> list[str]:
+def _other_facts(before: ComparedSide, after: ComparedSide) -> list[str]:
     """What made the two sides, where it is not the same."""
     labels = [label for label in {**before.facts, **after.facts} if before.facts.get(label) != after.facts.get(label)]
     return [
@@ -296,7 +296,7 @@ def _other_facts(before: Side, after: Side) -> list[str]:
     ]
 
 
-def _unused(criteria: Criteria, rows: Sequence[RowResult], pooled: Sequence[Asked]) -> list[str]:
+def _unused(criteria: Criteria, rows: Sequence[RowResult], pooled: Sequence[AskedCriteria]) -> list[str]:
     """A criterion that no row is held against must not be taken for one that passed, nor a row that none is for; but
     where nobody has asked.
     """

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file
 from ...spectral.upsampling import xyz_from_rgb
-from .row import Layer, Pixels, Row, RowName
+from .row import PixelLayer, Pixels, Row, RowName
 
 #: Displays whose codes are known to stand for a colour: IEC 61966-2-1.
 DISPLAYS = ("sRGB",)
@@ -45,7 +45,7 @@ def png_rows(path: Path, material: str | None, display: str | None) -> list[Row]
     name = RowName(material or said.get("material", ""), said.get("illuminant", ""), said.get("observer", ""))
     if material is None:
         name = name._replace(scene=said.get("scene", ""), view=said.get("camera", ""))
-    return [Row(name, {"picture": Layer(partial(_pixels, path), path, said)})]
+    return [Row(name, {"picture": PixelLayer(partial(_pixels, path), path, said)})]
 
 
 def _opened(path: Path) -> Any:

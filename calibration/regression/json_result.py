@@ -6,7 +6,7 @@ import json
 import math
 from typing import Any
 
-from .result import Asked, Figures, Result, RowResult, SideWords
+from .result import AskedCriteria, Figures, Result, RowResult, SideWords
 
 SCHEMA = "metamer.regression/1"
 
@@ -87,7 +87,7 @@ def _figures(found: Figures) -> dict[str, Any]:
     }
 
 
-def _asked(one: Asked) -> dict[str, Any]:
+def _asked(one: AskedCriteria) -> dict[str, Any]:
     figures = {"value": _number(one.value), "floor": _number(one.floor), "resolved": one.resolved}
     return {"label": one.criterion.label, "of": one.of, **figures, "status": one.tier}
 

@@ -7,14 +7,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from ...runtime.errors import ComparisonError, InputError
-from .row import Row, RowName, Side
+from .row import ComparedSide, Row, RowName
 
 # So many of what differs are named.
 _FEW = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Matched:
+class MatchedRows:
     """Rows of both sides in the order of the first; what only one of them has."""
 
     pairs: tuple[tuple[Row, Row], ...]
@@ -23,7 +23,7 @@ class Matched:
     notes: tuple[str, ...] = ()
 
 
-def matched(before: Side, after: Side) -> Matched:
+def matched(before: ComparedSide, after: ComparedSide) -> MatchedRows:
     """Match by material, light, observer, scene and view. Two files of one picture are a pair whatever they are called.
 
     Raises
@@ -46,10 +46,10 @@ def matched(before: Side, after: Side) -> Matched:
             f"  found: {_few(before)}; and {_few(after)}\n"
             "  expected: rows of the same material, light, observer, scene and view"
         )
-    return Matched(pairs, removed, added)
+    return MatchedRows(pairs, removed, added)
 
 
-def _two_pictures(ours: Sequence[Row], theirs: Sequence[Row]) -> Matched:
+def _two_pictures(ours: Sequence[Row], theirs: Sequence[Row]) -> MatchedRows:
     """One file of each side: light by light, in their order."""
     pairs = tuple(zip(ours, theirs, strict=True))
     _same_eyes(pairs)
@@ -58,10 +58,10 @@ def _two_pictures(ours: Sequence[Row], theirs: Sequence[Row]) -> Matched:
         for part, one, other in zip(RowName._fields, a.name, b.name, strict=True):
             if one != other:
                 notes.append(f"The two pictures say another {part}: {one or 'nothing'} and {other or 'nothing'}.")
-    return Matched(pairs, (), (), tuple(dict.fromkeys(notes)))
+    return MatchedRows(pairs, (), (), tuple(dict.fromkeys(notes)))
 
 
-def _by_name(side: Side) -> dict[RowName, Row]:
+def _by_name(side: ComparedSide) -> dict[RowName, Row]:
     twice = [str(name) for name, count in Counter(row.name for row in side.rows).items() if count > 1]
     if twice:
         raise InputError(
@@ -70,12 +70,12 @@ def _by_name(side: Side) -> dict[RowName, Row]:
     return {row.name: row for row in side.rows}
 
 
-def _few(side: Side) -> str:
+def _few(side: ComparedSide) -> str:
     names = "; ".join(str(row.name) for row in side.rows[:_FEW])
     return f"{names}, ..." if len(side.rows) > _FEW else names
 
 
-def _not_itself(before: Side, after: Side) -> None:
+def _not_itself(before: ComparedSide, after: ComparedSide) -> None:
     if before.path.exists() and after.path.exists() and before.path.samefile(after.path):
         raise ComparisonError(f"{before.path} and {after.path} are the same: a comparison with itself says nothing")
 

@@ -14,12 +14,12 @@ from ..report import coded_map, plots
 from ..report.histogram import histogram_plot
 from ..report.history import Run, earlier_figures, trend_plot
 from ..report.page import breakable, html_environment, row_id, window_command
-from ..report.shift_plot import Shift, shift_plots
+from ..report.shift_plot import ShiftArrow, shift_plots
 from ..report.statistics import beside
 from .causes import VERDICTS, Cause, cause_of, state_words, tier_of, told_apart, verdicts
 from .result import STATES, Figures, Result, RowResult
-from .row import LayerKind, Row, RowName, Side
-from .row_pictures import Shown, alone, shown
+from .row import ComparedSide, LayerKind, Row, RowName
+from .row_pictures import ShownRow, alone, shown
 from .words import common_parts, verdict_words
 
 #: So many rows, the worst, have pictures.
@@ -64,8 +64,8 @@ class _Sides:
 
 def render_page(
     result: Result,
-    before: Side,
-    after: Side,
+    before: ComparedSide,
+    after: ComparedSide,
     version: str,
     history: Sequence[Run] = (),
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
@@ -286,10 +286,10 @@ def _shifts(views: Any, lights: Sequence[str]) -> list[tuple[str, dict[str, Any]
                 continue
             layer = next((one for one in view["layers"] if one["kind"] != "picture"), view["layers"][0])
             figures: Figures = layer["figures"]
-            one: Shown = layer["shown"]
+            one: ShownRow = layer["shown"]
             tier = verdicts(row).get(view["cause"], "pass")
             style = f"{view['cause']} {VERDICTS[view['cause']][tier][2]}"
-            told.append(Shift(row.name.material or str(row.name), one.lab, figures.shift, style, view["id"]))
+            told.append(ShiftArrow(row.name.material or str(row.name), one.lab, figures.shift, style, view["id"]))
         plots_of = shift_plots(told)
         if plots_of is not None:
             found.append((light, plots_of))

@@ -14,24 +14,24 @@ from jaxtyping import Float
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file
 from ...spectral.formats.exr import MOST_SAMPLES, channel_names, check_size, read_picture
-from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.spectral_exr import BISPECTRAL, RELATIVE_UNITS, SpectralImage, read_spectral_exr
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from .fluorescent import fluorescent_xyz
-from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, Layer, Pixels, Row, RowName
+from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, PixelLayer, Pixels, Row, RowName
 
 # What a header says of a picture that is a part of its name or worth a line.
 _SAID = ("scene", "camera", "material", "illuminant", "observer", "renderer", "software", "picture")
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenSpectra:
     """Under which lights, and by which observer, spectra become colours; `answer`: what readings do not say."""
 
     lights: tuple[str, ...] = ("D65", "A", "FL11")
     observer: str = "1931_2"
-    answer: Answer = NO_ANSWER
+    answer: ImportOptions = NO_ANSWER
 
     @property
     def words(self) -> str:
@@ -50,10 +50,10 @@ def header(path: Path) -> dict[str, str]:
     return {key: text for key in _SAID if isinstance(text := attributes.get(key), str)}
 
 
-def xyz_layer(path: Path) -> Layer:
+def xyz_layer(path: Path) -> PixelLayer:
     """A picture in XYZ; its header is read now, its pixels when they are asked for."""
     path = existing_file(path)
-    return Layer(partial(read_xyz, path), path, header(path))
+    return PixelLayer(partial(read_xyz, path), path, header(path))
 
 
 def read_xyz(path: Path) -> Pixels:
@@ -102,7 +102,7 @@ def is_spectral(path: Path) -> bool:
     return not {"X", "Y", "Z"} <= set(names) and any(name.split(".")[0] in ("T", "S0") for name in names)
 
 
-def picture_rows(path: Path, material: str | None, seen: Seen) -> list[Row]:
+def picture_rows(path: Path, material: str | None, seen: SeenSpectra) -> list[Row]:
     """The rows of one picture: one of XYZ; of reflectances one a light; of emission one, relative to its own light.
 
     Parameters
@@ -128,13 +128,13 @@ def picture_rows(path: Path, material: str | None, seen: Seen) -> list[Row]:
         return [
             Row(
                 name._replace(light=light, observer=eye),
-                {"picture": Layer(partial(_reflected, path, light, seen.observer), path, said, spectrum=spectrum)},
+                {"picture": PixelLayer(partial(_reflected, path, light, seen.observer), path, said, spectrum=spectrum)},
             )
             for light in seen.lights
         ]
     name = name._replace(observer=eye)
     load = partial(_emitted, path, name.light, seen.observer)
-    return [Row(name, {"picture": Layer(load, path, said, spectrum=partial(_spectrum, path))})]
+    return [Row(name, {"picture": PixelLayer(load, path, said, spectrum=partial(_spectrum, path))})]
 
 
 def _names(path: Path) -> Sequence[str]:

@@ -17,11 +17,11 @@ from ...spectral.measurement import Measurement
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
 from ...spectral.spectrum import Spectrum
-from .picture_files import Seen
-from .row import FLOAT64_ROUNDOFF, Layer, Pixels, Row, RowName, Side
+from .picture_files import SeenSpectra
+from .row import FLOAT64_ROUNDOFF, ComparedSide, PixelLayer, Pixels, Row, RowName
 
 
-def readings_side(path: Path, seen: Seen) -> Side:
+def readings_side(path: Path, seen: SeenSpectra) -> ComparedSide:
     """The reflectances of CxF, CGATS, instruments' text, CSV, ... by their names.
 
     Of files of colours alone, the colours for the light and observer that they state, and for no other.
@@ -54,10 +54,12 @@ def readings_side(path: Path, seen: Seen) -> Side:
         measured = Measurement.of(entry.spectrum.quantity, {**beside, **entry.details}, entry.name)
         for light in seen.lights:
             load = partial(_pixel, entry.spectrum, light, seen.observer)
-            layer = Layer(load, path, spectrum=partial(_spectrum, entry.spectrum))
+            layer = PixelLayer(load, path, spectrum=partial(_spectrum, entry.spectrum))
             rows.append(Row(RowName(entry.name, light, eye.name), {"reading": layer}, measurement=measured))
     facts = {"format": file.format, **{key: str(value) for key, value in file.details.items()}}
-    return Side(path, "readings", tuple(rows), facts, (*file.notes, *([left_out] if left_out else []), seen.words))
+    return ComparedSide(
+        path, "readings", tuple(rows), facts, (*file.notes, *([left_out] if left_out else []), seen.words)
+    )
 
 
 def _check_names(path: Path, names: Sequence[str]) -> None:
@@ -73,7 +75,7 @@ def _check_names(path: Path, names: Sequence[str]) -> None:
         )
 
 
-def _colours_side(path: Path, colours: Sequence[Coloured]) -> Side:
+def _colours_side(path: Path, colours: Sequence[Coloured]) -> ComparedSide:
     _check_names(path, [one.name for one in colours])
     rows = []
     for one in colours:
@@ -92,10 +94,10 @@ def _colours_side(path: Path, colours: Sequence[Coloured]) -> Side:
             light, eye = colour.illuminant, colour.observer
             row = RowName(name, light, observer(eye).name)
             if row not in [told.name for told in rows[-len(stated) :]]:
-                layer = Layer(partial(_stated, sample, light, eye), path)
+                layer = PixelLayer(partial(_stated, sample, light, eye), path)
                 rows.append(Row(row, {"reading": layer}, measurement=one.measurement))
     chain = ("Colours without spectra count for the light and observer that their file states.",)
-    return Side(path, "readings", tuple(rows), {}, chain)
+    return ComparedSide(path, "readings", tuple(rows), {}, chain)
 
 
 def _stated(sample: Sample, light: str, eye: str) -> Pixels:

@@ -46,7 +46,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Asked:
+class AskedCriteria:
     """A criterion and what it came to; `of` is the subject, `floor` what could not have been told from nothing.
 
     resolved : whether the files can show a difference as small as the limit to warn.
@@ -75,7 +75,7 @@ class RowResult:
     state: State
     tier: Tier
     layers: Mapping[LayerKind, Figures]
-    asked: tuple[Asked, ...] = ()
+    asked: tuple[AskedCriteria, ...] = ()
     approximation: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
     unasked: bool = False
@@ -107,7 +107,7 @@ class Result:
     before: SideWords
     after: SideWords
     rows: tuple[RowResult, ...]
-    pooled: tuple[Asked, ...]
+    pooled: tuple[AskedCriteria, ...]
     checks: tuple[SelfCheck, ...]
     criteria: tuple[Criterion, ...]
     notes: tuple[str, ...] = ()

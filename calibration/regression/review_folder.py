@@ -15,7 +15,7 @@ from ...runtime.errors import InputError
 from ...runtime.files import read_text
 from ...spectral.formats.exr import read_exr
 from .picture_files import xyz_layer
-from .row import Layer, LayerKind, Noise, Pixels, Row, RowName, Side
+from .row import ComparedSide, LayerKind, LayerNoise, PixelLayer, Pixels, Row, RowName
 
 FIGURES = "review.json"
 _SCHEMAS = ("metamer.review/1", "metamer.review/2")
@@ -23,7 +23,7 @@ _MAP = "ΔE94 EXR"
 _FILES: tuple[tuple[LayerKind, str], ...] = (("picture", "XYZ EXR"), ("reference", "reference EXR"))
 
 
-def review_side(folder: Path) -> Side:
+def review_side(folder: Path) -> ComparedSide:
     """All rows of a review. When it was made, and how long it took, is no part of it.
 
     Raises
@@ -52,7 +52,7 @@ def review_side(folder: Path) -> Side:
             expected=f"the fields of {document['schema']}",
             hint="review again into this folder",
         ) from None
-    return Side(folder, "review", rows, facts, chain)
+    return ComparedSide(folder, "review", rows, facts, chain)
 
 
 def _document(path: Path) -> Mapping[str, Any]:
@@ -75,12 +75,12 @@ def _document(path: Path) -> Mapping[str, Any]:
 
 def _row(folder: Path, path: Path, found: Mapping[str, Any]) -> Row:
     noise = found.get("reference_noise")
-    layers: dict[LayerKind, Layer] = {}
+    layers: dict[LayerKind, PixelLayer] = {}
     for kind, label in _FILES:
         layer = xyz_layer(_inside(folder, path, found["files"][label]))
         layer = replace(layer, load=partial(_judged, layer.load, _inside(folder, path, found["files"][_MAP])))
         if kind == "reference" and noise is not None:
-            layer = replace(layer, noise=Noise(float(noise["mean"]), float(noise["p99"])))
+            layer = replace(layer, noise=LayerNoise(float(noise["mean"]), float(noise["p99"])))
         layers[kind] = layer
     said = layers["picture"].said
     name = RowName(str(found["material"]), str(found["illuminant"]), str(found["observer"]))

@@ -78,7 +78,7 @@ class Pixels:
 
 
 @dataclass(frozen=True)
-class Noise:
+class LayerNoise:
     """Sampling noise of a layer, in ΔE94 over its pixels."""
 
     mean: float
@@ -86,7 +86,7 @@ class Noise:
 
 
 @dataclass(frozen=True, eq=False)
-class Layer:
+class PixelLayer:
     """Pixels that are loaded when they are asked for.
 
     file : that they come from, None where there is none. said : what the file says of itself.
@@ -96,7 +96,7 @@ class Layer:
     load: Callable[[], Pixels]
     file: Path | None = None
     said: Mapping[str, str] = field(default_factory=dict)
-    noise: Noise | None = None
+    noise: LayerNoise | None = None
     spectrum: PixelSpectrum | None = None
 
 
@@ -110,14 +110,14 @@ class Row:
     """
 
     name: RowName
-    layers: Mapping[LayerKind, Layer]
+    layers: Mapping[LayerKind, PixelLayer]
     approximation: Mapping[str, float] | None = None
     notes: tuple[str, ...] = ()
     measurement: Measurement | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class ComparedSide:
     """All rows of a file or folder.
 
     kind : of source, in words. facts : what made it (versions, renderer, plan), by label.

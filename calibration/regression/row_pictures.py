@@ -14,14 +14,14 @@ from ...spectral.upsampling import xyz_from_rgb
 from ..report import coded_map, plots
 from ..report.histogram import histogram
 from .change import change
-from .row import Layer, LayerKind, Pixels, Row
+from .row import LayerKind, PixelLayer, Pixels, Row
 
 # Less than this is no picture but a reading: it is enlarged to a patch.
 _PATCH = 24
 
 
 @dataclass(frozen=True)
-class Picture:
+class RowPicture:
     """One layer of one side as a WebP file for a page, and its size; `clipped` : share of it that sRGB cannot show."""
 
     file: bytes
@@ -31,7 +31,7 @@ class Picture:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownRow:
     """One layer of a pair of rows.
 
     map : PNG of their ΔE94, as of `coded_map`. full_size : height and width before they were reduced to be shown.
@@ -40,8 +40,8 @@ class Shown:
     """
 
     layer: LayerKind
-    before: Picture
-    after: Picture
+    before: RowPicture
+    after: RowPicture
     map: bytes
     full_size: tuple[int, int]
     histogram: tuple[int, ...]
@@ -49,7 +49,7 @@ class Shown:
     spectra: tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"], Float[np.ndarray, " L"]] | None = None
 
 
-def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int) -> Shown:
+def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int) -> ShownRow:
     """One layer of a pair of rows.
 
     Parameters
@@ -63,7 +63,7 @@ def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int
     known = np.isfinite(delta_e)
     lab = lab_from_xyz(before.xyz[known], before.white_xyz).astype(np.float64)
     lightness, red_green, yellow_blue = (lab.mean(axis=0) if len(lab) else np.full(3, np.nan)).tolist()
-    return Shown(
+    return ShownRow(
         kind,
         _encoded(before, side),
         _encoded(after, side),
@@ -75,19 +75,19 @@ def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int
     )
 
 
-def alone(layer: Layer, side: int) -> Picture:
+def alone(layer: PixelLayer, side: int) -> RowPicture:
     """A layer that nothing is compared with; `side` is the longest in pixels."""
     return _encoded(layer.load(), side)
 
 
-def _encoded(pixels: Pixels, side: int) -> Picture:
+def _encoded(pixels: Pixels, side: int) -> RowPicture:
     rgb, clipped = srgb(pixels)
     reduced = _patch(plots.reduce_picture(rgb, plots.fitted_size(rgb.shape[:2], side)))
-    return Picture(plots.lossless(reduced), reduced.shape[1], reduced.shape[0], clipped)
+    return RowPicture(plots.lossless(reduced), reduced.shape[1], reduced.shape[0], clipped)
 
 
 def _spectra(
-    before: Layer, after: Layer, place: tuple[int, int]
+    before: PixelLayer, after: PixelLayer, place: tuple[int, int]
 ) -> tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"], Float[np.ndarray, " L"]] | None:
     """On the wavelengths of the one before, where both sides have them."""
     if before.spectrum is None or after.spectrum is None:

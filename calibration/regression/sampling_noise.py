@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .criteria import quantile_of, share_limit
-from .row import Noise
+from .row import LayerNoise
 
 #: Standard deviations that a mean, a share or a percentile may lie above what is expected: 1 in 1000 lies beyond.
 DEVIATIONS = 3.1
@@ -34,7 +34,7 @@ class Chance:
     pixels: int
 
     @classmethod
-    def of(cls, noises: Sequence[Noise | None], pixels: int) -> Chance:
+    def of(cls, noises: Sequence[LayerNoise | None], pixels: int) -> Chance:
         """The chance of the difference of layers, whose noises are independent; as large as what is stated allows.
 
         noises : of each layer, None where it has none. pixels : that are compared, from as many of which mean and

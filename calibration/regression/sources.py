@@ -10,17 +10,17 @@ from ...spectral.formats.exr import MAGIC
 from ...spectral.formats.registry import format_of
 from .baseline import MANIFEST, baseline_side
 from .display_png import png_rows
-from .picture_files import Seen, header, picture_rows
+from .picture_files import SeenSpectra, header, picture_rows
 from .readings import readings_side
 from .review_folder import FIGURES, review_side
-from .row import Row, Side
+from .row import ComparedSide, Row
 
 _PNG = b"\x89PNG\r\n\x1a\n"
 # What a review leaves beside its pictures, and what nobody means to compare.
 _PASSED_OVER = (".html", ".json", ".md", ".npz", ".toml")
 
 
-def side_of(path: Path, seen: Seen, display: str | None = None) -> Side:
+def side_of(path: Path, seen: SeenSpectra, display: str | None = None) -> ComparedSide:
     """A baseline, a review's folder, a folder of pictures and readings, a picture, or a file of readings.
 
     Raises
@@ -38,10 +38,10 @@ def side_of(path: Path, seen: Seen, display: str | None = None) -> Side:
         return readings_side(path, seen)
     facts = header(path) if _head(path).startswith(MAGIC) else {}
     made = {key: facts[key] for key in ("renderer", "software") if key in facts}
-    return Side(path, "picture", tuple(rows), made, _chain(rows, seen))
+    return ComparedSide(path, "picture", tuple(rows), made, _chain(rows, seen))
 
 
-def _folder_side(folder: Path, seen: Seen, display: str | None) -> Side:
+def _folder_side(folder: Path, seen: SeenSpectra, display: str | None) -> ComparedSide:
     """Every file of a folder that is a picture or readings; rows are named by where they are."""
     rows: list[Row] = []
     other = []
@@ -62,10 +62,10 @@ def _folder_side(folder: Path, seen: Seen, display: str | None) -> Side:
             found=f"{len(other)} files, such as {', '.join(other[:3])}" if other else "no files",
             expected="a review, pictures in XYZ or spectra (EXR), PNG, CxF, CGATS, or a catalogue",
         )
-    return Side(folder, "pictures", tuple(rows), {}, _chain(rows, seen))
+    return ComparedSide(folder, "pictures", tuple(rows), {}, _chain(rows, seen))
 
 
-def _rows_of(path: Path, material: str | None, seen: Seen, display: str | None) -> list[Row] | None:
+def _rows_of(path: Path, material: str | None, seen: SeenSpectra, display: str | None) -> list[Row] | None:
     head = _head(path)
     if head.startswith(MAGIC):
         return picture_rows(path, material, seen)
@@ -81,6 +81,6 @@ def _head(path: Path) -> bytes:
         raise InputError("the file cannot be read", file=path, found=reason.strerror, hint=hint) from None
 
 
-def _chain(rows: list[Row], seen: Seen) -> tuple[str, ...]:
+def _chain(rows: list[Row], seen: SeenSpectra) -> tuple[str, ...]:
     spectral = any("reading" in row.layers for row in rows) or (len(rows) > 1 and rows[0].name.light in seen.lights)
     return (seen.words,) if spectral else ()

@@ -18,7 +18,7 @@ from .review_facts import SHIFT_ADAPTATION, SHIFT_FROM
 from .review_words import screen_name
 from .row import ReviewRow
 from .row_name import observer_name, row_id
-from .shift_plot import Shift, shift_plots
+from .shift_plot import ShiftArrow, shift_plots
 from .statistics import beside, verdict
 
 if TYPE_CHECKING:
@@ -152,7 +152,9 @@ def _shifts(rows: Sequence[ReviewRow], budget: float) -> list[tuple[str, dict[st
     found = []
     for light in _unique(row.illuminant for row in rows):
         told = [
-            Shift(row.material, row.colour.lab.tolist(), row.shift, verdict(row.statistics, budget), row_id(row.name))
+            ShiftArrow(
+                row.material, row.colour.lab.tolist(), row.shift, verdict(row.statistics, budget), row_id(row.name)
+            )
             for row in rows
             if row.illuminant == light and row.colour is not None and row.shift is not None
         ]

@@ -16,7 +16,7 @@ from .statistics import DeltaEStatistics, SelfCheck
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class DrawnRows:
     """Rows that were drawn together, and what else came of it.
 
     Parameters
@@ -32,12 +32,12 @@ class Drawn:
     files: Mapping[str, str] = field(default_factory=dict)
 
 
-_KINDS = (Drawn, ReviewRow, RowColour, ReferenceNoise, Limits, WorstPixel, DeltaEStatistics, SelfCheck)
+_KINDS = (DrawnRows, ReviewRow, RowColour, ReferenceNoise, Limits, WorstPixel, DeltaEStatistics, SelfCheck)
 _TYPES = {kind.__name__: kind for kind in _KINDS}
 _TREE = "tree"
 
 
-def write_rows(path: Path, drawn: Drawn) -> None:
+def write_rows(path: Path, drawn: DrawnRows) -> None:
     """Write everything in `drawn` to one file."""
     arrays: dict[str, np.ndarray] = {}
     tree = json.dumps(_plain(drawn, arrays))
@@ -46,7 +46,7 @@ def write_rows(path: Path, drawn: Drawn) -> None:
         np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
-def read_rows(path: Path) -> Drawn:
+def read_rows(path: Path) -> DrawnRows:
     """Read the rows that `write_rows` wrote.
 
     Raises
@@ -56,7 +56,7 @@ def read_rows(path: Path) -> Drawn:
     # Opened here: numpy leaves a damaged file open.
     with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
         found = _whole(json.loads(held[_TREE].tobytes()), held)
-    if not isinstance(found, Drawn):
+    if not isinstance(found, DrawnRows):
         raise TypeError("no rows")
     return found
 

@@ -20,7 +20,7 @@ _HEAD = 5.0
 
 
 @dataclass(frozen=True)
-class Shift:
+class ShiftArrow:
     """A colour (L*, a*, b*), by how much it moved, what it is called, its style and where its name leads."""
 
     name: str
@@ -30,7 +30,7 @@ class Shift:
     leads_to: str = ""
 
 
-def shift_plots(shifts: Sequence[Shift]) -> dict[str, Any] | None:
+def shift_plots(shifts: Sequence[ShiftArrow]) -> dict[str, Any] | None:
     """Two planes, a* b* and C* L*, with the same factor for both; None of no colours."""
     known = [one for one in shifts if np.isfinite([*one.lab, *one.off]).all()]
     if not known:
@@ -69,7 +69,7 @@ def _box(points: np.ndarray, centred: bool) -> tuple[np.ndarray, float]:
 
 
 def _plane(
-    known: Sequence[Shift],
+    known: Sequence[ShiftArrow],
     across: str,
     up: str,
     points: np.ndarray,

@@ -12,7 +12,7 @@ from ..catalogue_words import opened, print_json
 from ..shared import Added, comma_separated, positive_count, positive_delta_e, progress_bar
 
 if TYPE_CHECKING:
-    from ...materials.catalogue.compare import Comparison
+    from ...materials.catalogue.compare import CatalogueComparison
     from ...materials.records.material import MaterialRecord
 
 
@@ -72,7 +72,7 @@ def _is_folder(text: str) -> bool:
     return Path(text).is_dir()
 
 
-def _catalogues(args: argparse.Namespace) -> Comparison:
+def _catalogues(args: argparse.Namespace) -> CatalogueComparison:
     from ...materials.catalogue.compare import compare_catalogues
 
     a, b = opened(Path(args.a)), opened(Path(args.b))
@@ -88,8 +88,8 @@ def _catalogues(args: argparse.Namespace) -> Comparison:
         )
 
 
-def _materials(args: argparse.Namespace) -> Comparison:
-    from ...materials.catalogue.compare import Comparison, compare_records
+def _materials(args: argparse.Namespace) -> CatalogueComparison:
+    from ...materials.catalogue.compare import CatalogueComparison, compare_records
     from ...runtime.errors import UsageError
 
     for side in (args.a, args.b):
@@ -97,7 +97,7 @@ def _materials(args: argparse.Namespace) -> Comparison:
             raise UsageError(f"{side} is a folder and the other side is not: name two catalogues or two materials")
     a, b = (_record(side, args.catalogue) for side in (args.a, args.b))
     found = compare_records(a, b, illuminants=args.illuminants, observer_name=args.observer, of=args.of)
-    return Comparison((found,), args.of, args.illuminants, args.observer)
+    return CatalogueComparison((found,), args.of, args.illuminants, args.observer)
 
 
 def _record(text: str, catalogue: Path | None) -> MaterialRecord:
@@ -106,7 +106,7 @@ def _record(text: str, catalogue: Path | None) -> MaterialRecord:
     return read_record(Path(text)) if Path(text).is_file() else opened(catalogue).load(text)
 
 
-def _print(found: Comparison) -> None:
+def _print(found: CatalogueComparison) -> None:
     # Two materials: every light. Two catalogues: a line each, the largest difference first.
     whole = len(found.differences) == 1
     shown = [
@@ -142,7 +142,7 @@ def _print(found: Comparison) -> None:
     print(", ".join(counts))
 
 
-def _print_texels(found: Comparison) -> None:
+def _print_texels(found: CatalogueComparison) -> None:
     """Of BTFs, single texels as both fast forms have them, every light."""
     shown = [(one, light) for one in found.differences for light in one.texels]
     if shown:

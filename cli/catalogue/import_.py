@@ -19,7 +19,7 @@ from ..shared import positive_count, positive_delta_e
 
 if TYPE_CHECKING:
     from ...materials.intake.importing import ImportOutcome, ImportReport
-    from ...spectral.formats.import_options import Answer
+    from ...spectral.formats.import_options import ImportOptions
 
 _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip file or address (s3://bucket/folder) of
 measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, BTFs, family
@@ -163,8 +163,8 @@ def run(args: argparse.Namespace) -> int:
     return 4 if report.count("failed") or report.stopped else 0
 
 
-def _answer(args: argparse.Namespace) -> Answer:
-    from ...spectral.formats.import_options import Answer
+def _answer(args: argparse.Namespace) -> ImportOptions:
+    from ...spectral.formats.import_options import ImportOptions
 
     if args.quantity == "emission" and args.scale is not None:
         raise UsageError("an emission has no scale: leave --scale out")
@@ -172,7 +172,7 @@ def _answer(args: argparse.Namespace) -> Answer:
     cosine = {"yes": True, "no": False}.get(args.includes_cosine)
     of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill, args.btf_form)
     of_tables = {"angles": args.angles, "decimal": args.decimal}
-    return Answer(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs, **of_tables)
+    return ImportOptions(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs, **of_tables)
 
 
 def _white(text: str) -> tuple[float, ...]:

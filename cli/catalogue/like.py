@@ -13,7 +13,7 @@ from ..wish_words import amounts
 
 if TYPE_CHECKING:
     from ...materials.catalogue.catalogue import Catalogue
-    from ...materials.search.appearance_offset import Look
+    from ...materials.search.appearance_offset import Appearance
     from ...materials.search.neighbours import Neighbour, Neighbours
 
 
@@ -93,7 +93,7 @@ def _row(one: Neighbour, found: Neighbours) -> list[str]:
     return [one.summary.id, f"{one.distance:.2f}", *numbers, *gloss, *got, besides]
 
 
-def _words(look: Look) -> str:
+def _words(look: Appearance) -> str:
     lab = " ".join(f"{value:.1f}" for value in look.lab)
     return f"L*a*b* {lab}, 60° gloss {look.gloss_units:.1f} gloss units ({look.gloss:.1f} stops)"
 
@@ -113,7 +113,7 @@ def _write_strip(path: Path, catalogue: Catalogue, found: Neighbours, renderer: 
     return [one.reason for one in drawn if one.reason]
 
 
-def _caption(look: Look) -> str:
+def _caption(look: Appearance) -> str:
     return f"gloss {look.gloss_units:.0f}, L* {look.lab[0]:.0f}"
 
 
@@ -140,5 +140,5 @@ def _figures(catalogue: Catalogue, found: Neighbours) -> dict[str, Any]:
     }
 
 
-def _look(look: Look) -> dict[str, Any]:
+def _look(look: Appearance) -> dict[str, Any]:
     return {"lab": list(look.lab), "gloss_stops": look.gloss, "gloss_units": look.gloss_units}

@@ -68,7 +68,7 @@ def query_from(args: argparse.Namespace) -> Query:
 
 
 @dataclass(frozen=True)
-class Found:
+class QueryResult:
     """Materials of a catalogue, those that match, sorted, and one error for each file that cannot be used."""
 
     catalogue: Catalogue
@@ -77,12 +77,12 @@ class Found:
     unusable: list[InputError]
 
 
-def found_by(args: argparse.Namespace) -> Found:
+def found_by(args: argparse.Namespace) -> QueryResult:
     """Ask the catalogue of the options for what they name; the heads of its files are read once."""
     catalogue, query = opened(args.catalogue), query_from(args)
     unusable: list[InputError] = []
     everything = catalogue.query(unusable=unusable)
-    return Found(catalogue, everything, query.of(everything), unusable)
+    return QueryResult(catalogue, everything, query.of(everything), unusable)
 
 
 def _lab(text: str) -> tuple[float, float, float]:

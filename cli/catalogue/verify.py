@@ -10,7 +10,7 @@ from ..shared import counted, positive_count, progress_bar
 
 if TYPE_CHECKING:
     from ...materials.core.fit_error import FitError
-    from ...materials.records.verification import Verification
+    from ...materials.records.verification import CatalogueVerification
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     return 4 if found.damaged else 1 if found.incomplete else 0
 
 
-def _print(found: Verification) -> None:
+def _print(found: CatalogueVerification) -> None:
     from ...materials.records.verification import TOLERANCE
 
     for one in found.damaged:
@@ -63,7 +63,7 @@ def _print(found: Verification) -> None:
     print(f"{found.folder}: {counted(len(found.intact), 'material')} intact{gone}, {len(found.damaged)} damaged")
 
 
-def _print_json(found: Verification) -> None:
+def _print_json(found: CatalogueVerification) -> None:
     materials = [
         {
             "id": one.id,

@@ -12,7 +12,7 @@ from ..shared import progress_bar
 
 if TYPE_CHECKING:
     from ...calibration.regression.result import Result
-    from ...calibration.regression.row import Side
+    from ...calibration.regression.row import ComparedSide
 
 EXIT_CODES = (
     "Exit code 0: pass, or identical; 1: warnings; 2: failures; 3: the two cannot be compared (the same file, other "
@@ -50,7 +50,7 @@ def check_outputs(args: argparse.Namespace) -> None:
         check_workbook(args.xlsx)
 
 
-def said(result: Result, before: Side, after: Side, args: argparse.Namespace) -> int:
+def said(result: Result, before: ComparedSide, after: ComparedSide, args: argparse.Namespace) -> int:
     """Write and print what was asked for; the exit code of the result."""
     from importlib.metadata import version
 

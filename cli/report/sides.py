@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from ..shared import Added, add_answer_options, answer_of, comma_separated
 
 if TYPE_CHECKING:
-    from ...calibration.regression.picture_files import Seen
-    from ...calibration.regression.row import Side
+    from ...calibration.regression.picture_files import SeenSpectra
+    from ...calibration.regression.row import ComparedSide
 
 
 def add_side_options(command: argparse.ArgumentParser) -> None:
@@ -28,9 +28,9 @@ def add_side_options(command: argparse.ArgumentParser) -> None:
     add_answer_options(command)
 
 
-def seen_by(args: argparse.Namespace) -> Seen:
+def seen_by(args: argparse.Namespace) -> SeenSpectra:
     """Lights and observer; names that are not known are refused before any file is opened."""
-    from ...calibration.regression.picture_files import Seen
+    from ...calibration.regression.picture_files import SeenSpectra
     from ...spectral.illuminants import illuminant
     from ...spectral.observers import observer
 
@@ -40,10 +40,10 @@ def seen_by(args: argparse.Namespace) -> Seen:
     if args.colours_for is not None:
         illuminant(args.colours_for[0])
         observer(args.colours_for[1])
-    return Seen(tuple(args.illuminants), args.observer, answer_of(args))
+    return SeenSpectra(tuple(args.illuminants), args.observer, answer_of(args))
 
 
-def side_at(path: Path, seen: Seen, display: str | None) -> Side:
+def side_at(path: Path, seen: SeenSpectra, display: str | None) -> ComparedSide:
     """The side that is there; a folder of materials is a catalogue."""
     from ...calibration.regression.sources import side_of
     from ...viewer.catalogue_side import catalogue_side, is_catalogue

@@ -12,7 +12,7 @@ from ..shared import add_renderer_option, positive_count, progress_bar, say, war
 
 if TYPE_CHECKING:
     from ...calibration.regression.criteria import Criteria
-    from ...calibration.regression.row import Side
+    from ...calibration.regression.row import ComparedSide
 
 
 def add_suite_options(command: argparse.ArgumentParser) -> None:
@@ -28,7 +28,7 @@ def add_suite_options(command: argparse.ArgumentParser) -> None:
 
 def rendered(
     args: argparse.Namespace, work: Path, check: Callable[[dict[str, str]], None]
-) -> tuple[Side, dict[str, str], Criteria]:
+) -> tuple[ComparedSide, dict[str, str], Criteria]:
     """The rows of the suite, what is said of it, and its criteria; `work` takes the reviews.
 
     `check` is called with what is said of the suite before anything is rendered.

@@ -14,7 +14,7 @@ from .build import add_kept_options
 
 if TYPE_CHECKING:
     from ...lighting.scene import Scene
-    from ...lighting.transfer.influence import Influence, Shown
+    from ...lighting.transfer.influence import Influence, ShownInfluence
 
 # Differences that are smaller, on average and at the 95th percentile, are left out of the table: nobody sees them.
 _SAID_FROM = 0.1
@@ -98,14 +98,14 @@ def _words(scene: Scene, found: Influence) -> str:
     return "\n".join(lines)
 
 
-def _numbers(shown: Shown) -> list[str]:
+def _numbers(shown: ShownInfluence) -> list[str]:
     return [f"{value:.2f}" for value in (shown.mean, shown.p95, shown.maximum)]
 
 
 def _figures(scene: Scene, found: Influence) -> dict[str, Any]:
     """What `--json` holds."""
 
-    def numbers(shown: Shown) -> dict[str, float]:
+    def numbers(shown: ShownInfluence) -> dict[str, float]:
         return {"mean": shown.mean, "p95": shown.p95, "max": shown.maximum}
 
     names = [part.name for part in scene.parts]

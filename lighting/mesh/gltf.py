@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from ...materials.formats.gltf_container import GltfFile, open_gltf
-from ...materials.formats.gltf_json import Node
+from ...materials.formats.gltf_json import JsonNode
 from .cost import MeshCost
 from .gltf_accessors import Accessors, refuse_extension
-from .gltf_primitives import Geometry, primitive_geometry
+from .gltf_primitives import PrimitiveGeometry, primitive_geometry
 from .piece import MeshPiece
 
 _INSTANCES, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
@@ -108,7 +108,7 @@ class _Scene:
                 if geometry is not None:
                     yield self._piece(called, number, primitive, geometry)
 
-    def _piece(self, name: str, number: int, primitive: Node, geometry: Geometry) -> MeshPiece:
+    def _piece(self, name: str, number: int, primitive: JsonNode, geometry: PrimitiveGeometry) -> MeshPiece:
         node, world = self.nodes[number], self.worlds[number]
         if node.has("skin"):
             geometry = geometry.posed(self._joints(node), name, primitive)
@@ -124,7 +124,7 @@ class _Scene:
             name, geometry.vertices, geometry.faces, geometry.normals, geometry.uv, self._material(primitive), world
         )
 
-    def _material(self, primitive: Node) -> str:
+    def _material(self, primitive: JsonNode) -> str:
         if not primitive.has("material"):
             return ""
         material = self.materials[primitive.whole("material", below=len(self.materials))]
@@ -139,7 +139,7 @@ class _Scene:
             self.notes.append(f"material {name or material.place}: {said}")
         return name
 
-    def _joints(self, node: Node) -> Float[np.ndarray, "J 4 4"]:
+    def _joints(self, node: JsonNode) -> Float[np.ndarray, "J 4 4"]:
         """How each joint of a node's skin carries points of the mesh into the world."""
         skin = self.skins[node.whole("skin", below=len(self.skins))]
         joints = _numbers(skin, "joints", len(self.nodes))
@@ -157,7 +157,7 @@ class _Scene:
         # Matrices are stored column by column.
         return carried @ bound[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
 
-    def _instances(self, attributes: Node) -> Float[np.ndarray, "I 4 4"]:
+    def _instances(self, attributes: JsonNode) -> Float[np.ndarray, "I 4 4"]:
         """The places of a node's instances in the node."""
         defaults = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
         there = {
@@ -178,7 +178,7 @@ def _is_read(name: str) -> bool:
     return name in _READ or name.startswith(_MATERIALS)
 
 
-def _weights(node: Node, mesh: Node) -> list[float]:
+def _weights(node: JsonNode, mesh: JsonNode) -> list[float]:
     """Weights of morph targets: the node's own, or else the mesh's."""
     owner = node if node.has("weights") else mesh
     given = owner.values.get("weights", [])
@@ -186,7 +186,7 @@ def _weights(node: Node, mesh: Node) -> list[float]:
     return owner.numbers("weights", (0.0,) * count, low=-np.inf)
 
 
-def _local(node: Node) -> Float[np.ndarray, "4 4"]:
+def _local(node: JsonNode) -> Float[np.ndarray, "4 4"]:
     """Return the transform from a node to its parent."""
     if node.has("matrix"):
         matrix = np.array(node.numbers("matrix", _IDENTITY, low=-np.inf)).reshape(4, 4).T
@@ -220,7 +220,7 @@ def _of_parts(translation, rotation, scale) -> Float[np.ndarray, "4 4"]:
     return matrix
 
 
-def _unique_names(nodes: list[Node]) -> list[str]:
+def _unique_names(nodes: list[JsonNode]) -> list[str]:
     """A name for each node, its own with a number where others have it too."""
     taken: set[str] = set()
     names = []
@@ -235,7 +235,7 @@ def _unique_names(nodes: list[Node]) -> list[str]:
     return names
 
 
-def _numbers(owner: Node, name: str, below: int) -> list[int]:
+def _numbers(owner: JsonNode, name: str, below: int) -> list[int]:
     """The indices in a list."""
     values = owner.values.get(name, [])
     if not isinstance(values, list) or not all(type(value) is int and 0 <= value < below for value in values):
@@ -243,14 +243,14 @@ def _numbers(owner: Node, name: str, below: int) -> list[int]:
     return values
 
 
-def _texts(owner: Node, name: str) -> list[str]:
+def _texts(owner: JsonNode, name: str) -> list[str]:
     values = owner.values.get(name, [])
     if not isinstance(values, list) or not all(isinstance(value, str) for value in values):
         owner.refuse(name, "not a list of names", repr(values)[:80], "names in quotes")
     return values
 
 
-def _textures(material: Node) -> Iterator[Node]:
+def _textures(material: JsonNode) -> Iterator[JsonNode]:
     """Everything in a material that says how a texture lies."""
     for name, value in material.values.items():
         if isinstance(value, dict):

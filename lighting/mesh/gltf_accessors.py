@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...materials.formats.gltf_container import GltfFile
-from ...materials.formats.gltf_json import Node
+from ...materials.formats.gltf_json import JsonNode
 from .cost import MeshCost
 
 _AGAIN = "the file is damaged or cut short: export or copy it again"
@@ -31,7 +31,7 @@ class Accessors:
         self._buffers: dict[int, bytes] = {}
         self._decoded: dict[int, np.ndarray] = {}
 
-    def vectors(self, owner: Node, name: str, widths: tuple[int, ...]) -> Float[np.ndarray, "n k"]:
+    def vectors(self, owner: JsonNode, name: str, widths: tuple[int, ...]) -> Float[np.ndarray, "n k"]:
         """Floats of the accessor that `owner` has under `name`, one row an element.
 
         widths : how many components an element may have. Whole numbers that are `normalized` come as fractions, from
@@ -49,7 +49,7 @@ class Accessors:
             values = np.maximum(values / np.iinfo(raw.dtype).max, -1.0)
         return values
 
-    def indices(self, owner: Node, name: str) -> Int[np.ndarray, " n"]:
+    def indices(self, owner: JsonNode, name: str) -> Int[np.ndarray, " n"]:
         """Indices of the accessor that `owner` has under `name`."""
         accessor = self.nodes[owner.whole(name, below=len(self.nodes))]
         component = accessor.whole("componentType")
@@ -58,12 +58,12 @@ class Accessors:
             accessor.refuse("componentType", "not indices", found, "SCALAR of 5121, 5123 or 5125 (unsigned)")
         return self._raw(accessor)[:, 0].astype(np.int64)
 
-    def empty(self, owner: Node, name: str) -> bool:
+    def empty(self, owner: JsonNode, name: str) -> bool:
         """Return True if an accessor has no values of its own, and an extension is to fill it."""
         accessor = self.nodes[owner.whole(name, below=len(self.nodes))]
         return not accessor.has("bufferView") and not accessor.has("sparse")
 
-    def _raw(self, accessor: Node) -> np.ndarray:
+    def _raw(self, accessor: JsonNode) -> np.ndarray:
         """(count, components) as stored, sparse values put in."""
         number = int(accessor.place.rpartition("[")[2][:-1])
         if number not in self._decoded:
@@ -83,7 +83,7 @@ class Accessors:
             self._decoded[number] = values
         return self._decoded[number]
 
-    def _with_sparse(self, accessor: Node, values: np.ndarray, component: int) -> np.ndarray:
+    def _with_sparse(self, accessor: JsonNode, values: np.ndarray, component: int) -> np.ndarray:
         sparse = accessor.child("sparse")
         changed = sparse.whole("count", below=len(values) + 1)
         where, told = sparse.child("indices"), sparse.child("values")
@@ -98,7 +98,7 @@ class Accessors:
         values[at] = self._viewed(told, changed, values.shape[1], component)
         return values
 
-    def _viewed(self, owner: Node, count: int, width: int, component: int) -> np.ndarray:
+    def _viewed(self, owner: JsonNode, count: int, width: int, component: int) -> np.ndarray:
         """(count, width) values that stand in a view, as far apart as it says."""
         view = self.views[owner.whole("bufferView", below=len(self.views))]
         number = view.whole("buffer", below=len(self.gltf.root.children("buffers")))
@@ -121,7 +121,7 @@ class Accessors:
         return np.ndarray(shape, dtype, self._buffers[number], start, strides) if count else np.empty(shape, dtype)
 
 
-def refuse_extension(owner: Node, field: str, name: str) -> NoReturn:
+def refuse_extension(owner: JsonNode, field: str, name: str) -> NoReturn:
     """Refuse a file whose geometry stands in an extension that is not read."""
     ways = {"KHR_draco_mesh_compression": "without Draco compression"}
     hint = ways.get(name, "without meshopt compression" if name in MESHOPT else "without this extension")

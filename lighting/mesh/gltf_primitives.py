@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...materials.formats.gltf_json import Node
+from ...materials.formats.gltf_json import JsonNode
 from .gltf_accessors import Accessors, refuse_extension
 
 _DRACO = "KHR_draco_mesh_compression"
@@ -15,7 +15,7 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
 @dataclass(frozen=True, eq=False)
-class Geometry:
+class PrimitiveGeometry:
     """Triangles of a primitive, each vertex used; `skin` (V, S) and (V, S) are joints and their weights, if any."""
 
     vertices: Float[np.ndarray, "V 3"]
@@ -24,7 +24,7 @@ class Geometry:
     uv: np.ndarray | None
     skin: tuple[np.ndarray, np.ndarray] | None
 
-    def posed(self, joints: Float[np.ndarray, "J 4 4"], name: str, primitive: Node) -> Geometry:
+    def posed(self, joints: Float[np.ndarray, "J 4 4"], name: str, primitive: JsonNode) -> PrimitiveGeometry:
         """These triangles carried by joints, each vertex by the mean of its own (linear blend skinning)."""
         if self.skin is None:
             primitive.refuse("attributes", "a skin without joints", name, "JOINTS_0 and WEIGHTS_0")
@@ -42,11 +42,11 @@ class Geometry:
             carried += (weights[:, column] / total[:, 0])[:, None, None] * joints[which[:, column]]
         vertices = np.einsum("vij,vj->vi", carried[:, :3, :3], self.vertices) + carried[:, :3, 3]
         if self.normals is None:
-            return Geometry(vertices, self.faces, None, self.uv, None)
+            return PrimitiveGeometry(vertices, self.faces, None, self.uv, None)
         normals = np.einsum("vij,vj->vi", _cofactors(carried[:, :3, :3]), self.normals)
-        return Geometry(vertices, self.faces, normals, self.uv, None)
+        return PrimitiveGeometry(vertices, self.faces, normals, self.uv, None)
 
-    def repeated(self, places: Float[np.ndarray, "I 4 4"]) -> Geometry:
+    def repeated(self, places: Float[np.ndarray, "I 4 4"]) -> PrimitiveGeometry:
         """These triangles at each of several places; where one mirrors, they wind the other way round."""
         count, turns = len(places), places[:, :3, :3]
         vertices = np.einsum("nij,vj->nvi", turns, self.vertices) + places[:, None, :3, 3]
@@ -59,12 +59,12 @@ class Geometry:
             sides = np.where(mirrored, -1.0, 1.0)[:, None, None]
             normals = np.einsum("nij,vj->nvi", sides * _cofactors(turns), self.normals).reshape(-1, 3)
         uv = None if self.uv is None else np.tile(self.uv, (count, 1))
-        return Geometry(vertices.reshape(-1, 3), faces.reshape(-1, 3), normals, uv, None)
+        return PrimitiveGeometry(vertices.reshape(-1, 3), faces.reshape(-1, 3), normals, uv, None)
 
 
 def primitive_geometry(
-    primitive: Node, weights: list[float], accessors: Accessors, name: str, notes: list[str]
-) -> Geometry | None:
+    primitive: JsonNode, weights: list[float], accessors: Accessors, name: str, notes: list[str]
+) -> PrimitiveGeometry | None:
     """Read the triangles of a primitive, its morph targets added by their weights; None where it has none.
 
     What it has in place of triangles goes into `notes`, with the `name` of its node.
@@ -104,7 +104,7 @@ def primitive_geometry(
             attributes.refuse(kind, "not one a vertex", len(values), f"{len(vertices)}, one a vertex")
     used, faces = np.unique(faces, return_inverse=True)
     normals, uv = arrays.get("NORMAL"), arrays.get("TEXCOORD_0")
-    return Geometry(
+    return PrimitiveGeometry(
         vertices[used],
         faces.reshape(-1, 3),
         None if normals is None else normals[used],
@@ -114,11 +114,11 @@ def primitive_geometry(
     )
 
 
-def _empty(owner: Node, accessors: Accessors, names: tuple[str, ...] | None = None) -> bool:
+def _empty(owner: JsonNode, accessors: Accessors, names: tuple[str, ...] | None = None) -> bool:
     return any(owner.has(name) and accessors.empty(owner, name) for name in names or tuple(owner.values))
 
 
-def _morphed(primitive: Node, kind: str, widths: tuple[int, ...], weights: list[float], accessors: Accessors):
+def _morphed(primitive: JsonNode, kind: str, widths: tuple[int, ...], weights: list[float], accessors: Accessors):
     """An attribute with what morph targets add to it."""
     values = accessors.vectors(primitive.child("attributes"), kind, widths)
     for weight, target in zip(weights, primitive.children("targets"), strict=False):
@@ -130,7 +130,7 @@ def _morphed(primitive: Node, kind: str, widths: tuple[int, ...], weights: list[
     return values
 
 
-def _faces(primitive: Node, mode: int, count: int, accessors: Accessors) -> Int[np.ndarray, "F 3"]:
+def _faces(primitive: JsonNode, mode: int, count: int, accessors: Accessors) -> Int[np.ndarray, "F 3"]:
     """Triangles as indices of vertices, in the order and winding of the specification (section 3.7.2.1)."""
     order = accessors.indices(primitive, "indices") if primitive.has("indices") else np.arange(count)
     if len(order) and order.max() >= count:
@@ -148,7 +148,7 @@ def _faces(primitive: Node, mode: int, count: int, accessors: Accessors) -> Int[
     return faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
 
 
-def _skin(attributes: Node, accessors: Accessors) -> tuple[np.ndarray, np.ndarray] | None:
+def _skin(attributes: JsonNode, accessors: Accessors) -> tuple[np.ndarray, np.ndarray] | None:
     """Joints and weights of all sets, side by side."""
     sets = [k for k in range(len(attributes.values)) if attributes.has(f"JOINTS_{k}")]
     if not sets:

@@ -22,7 +22,7 @@ _BRIGHTEST, _DARKEST, _FINE = 16.0, 0.02, 1 << 14
 
 
 @dataclass(frozen=True, eq=False)
-class Drawn:
+class DrawnDirections:
     """S scrambled points, a power of two, and where the light is the same for all places, its directions for them.
 
     uniform (S, 5) : in [0, 1): two for a direction of the light, two for one of a surface, one for a sample.
@@ -35,16 +35,16 @@ class Drawn:
     luminance: Float[np.ndarray, "S K"] | None = None
 
 
-def drawn_pool(light: SpreadLight, most: int, rng: np.random.Generator) -> Drawn:
+def drawn_pool(light: SpreadLight, most: int, rng: np.random.Generator) -> DrawnDirections:
     """Enough for `most` directions a pixel."""
     points = _sobol(max(_TIMES * most, _LEAST))
     scrambling = rng.integers(0, 2**32, 5, dtype=np.uint32)
     uniform = ((points ^ scrambling) + 0.5) * 2.0**-32
     if not isinstance(light, EnvironmentLight):
-        return Drawn(uniform)
+        return DrawnDirections(uniform)
     nowhere = np.zeros((len(uniform), 3))
     towards, density = light.drawn(nowhere, np.ascontiguousarray(uniform[:, :2]))
-    return Drawn(uniform, towards, density, light.luminance(nowhere, towards))
+    return DrawnDirections(uniform, towards, density, light.luminance(nowhere, towards))
 
 
 def is_even(light: SpreadLight) -> bool:

@@ -68,7 +68,7 @@ class Together:
 
 
 @dataclass(frozen=True)
-class Noise:
+class ReferenceNoiseEstimate:
     """Sampling noise of a reference's pixels, in ΔE94 over its wholly covered and lit pixels.
 
     mean, p99 : one a picture; `aimed` : what the largest mean should not exceed.
@@ -91,8 +91,8 @@ class Noise:
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """Result of `gathered`: XYZ (M, H, W, 3), ΔE94 (M, n) by which judged pixels are off, and `Noise`'s directions."""
+class GatheredHalves:
+    """Result of `gathered`: XYZ (M, H, W, 3), ΔE94 (M, n) by which judged pixels are off, and the directions."""
 
     xyz: Float[np.ndarray, "M H W 3"]
     off: Float[np.ndarray, "M n"]
@@ -108,7 +108,7 @@ def gathered(
     aimed: float,
     most: int,
     say: Callable[[str], None],
-) -> Found:
+) -> GatheredHalves:
     """Draw, twice as much each time where there is most noise, until there is little.
 
     beside : what other lights give. aimed : mean ΔE94 of the noise. most : directions of each kind and half, at which
@@ -127,7 +127,9 @@ def gathered(
         enough = noise * uncertain <= aimed
         further = tiles.noisiest(off, judged, sums.covered & (sums.directions < most), aimed / uncertain)
         if enough or not len(further):
-            return Found(beside + halves.mean(axis=0), off, 4 * int(sums.directions.max(initial=0)), not enough)
+            return GatheredHalves(
+                beside + halves.mean(axis=0), off, 4 * int(sums.directions.max(initial=0)), not enough
+            )
         for had in np.unique(sums.directions[further]):
             sums.extend(min(2 * int(had), most), further[sums.directions[further] == had])
         so_far = 4 * int(sums.directions.max())
@@ -191,9 +193,11 @@ def noise_of(
     return np.stack([delta_e_xyz(mean[at] + more[at], half[at] + more[at], w) for half, mean, more, w in pictures])
 
 
-def noise_stated(found: Sequence[Found], aimed: float) -> Noise:
+def noise_stated(found: Sequence[GatheredHalves], aimed: float) -> ReferenceNoiseEstimate:
     """The noise of pictures that were made in parts, one above the other."""
     off = np.concatenate([one.off for one in found], axis=1)
     mean, p99 = (off.mean(axis=1), np.percentile(off, 99.0, axis=1)) if off.size else (np.zeros(len(off)),) * 2
     limited = any(one.limited for one in found)
-    return Noise(tuple(mean.tolist()), tuple(p99.tolist()), aimed, max(one.directions for one in found), limited)
+    return ReferenceNoiseEstimate(
+        tuple(mean.tolist()), tuple(p99.tolist()), aimed, max(one.directions for one in found), limited
+    )

@@ -23,7 +23,15 @@ from ..camera import Camera
 from ..scene import Scene
 from .bounces import BounceSum
 from .geometry import LitSamples, Tracer, VisibleGeometry, visible_geometry
-from .noise import MOST_DIRECTIONS, NOISE_SHARE, Found, Noise, Together, gathered, noise_stated
+from .noise import (
+    MOST_DIRECTIONS,
+    NOISE_SHARE,
+    GatheredHalves,
+    ReferenceNoiseEstimate,
+    Together,
+    gathered,
+    noise_stated,
+)
 from .spread import SpreadSum
 
 # Sample points traced at once: bounds memory to some 200 MB however large the picture.
@@ -41,7 +49,7 @@ class ReferencePictures:
 
     xyz: Float[np.ndarray, "M H W 3"]
     coverage: Float[np.ndarray, "H W"]
-    noise: Noise | None = None
+    noise: ReferenceNoiseEstimate | None = None
 
 
 def reference_image(
@@ -160,7 +168,7 @@ class _Spread:
         self._scene, self._illuminants, self._bounces = scene, illuminants, bounces
         # Half of them has to be a whole number.
         self._aimed, self._most, self._seed = aimed, max(2, most - most % 2), seed
-        self._found: list[Found] = []
+        self._found: list[GatheredHalves] = []
         self.wanted = bool(scene.spread_lights) or bounces > 0
         if self.wanted:
             self._surfaces = {name: Scattering(surfaces[name]) for name in scene.material_ids}
@@ -187,7 +195,7 @@ class _Spread:
         return self._found[-1].xyz
 
     @property
-    def noise(self) -> Noise | None:
+    def noise(self) -> ReferenceNoiseEstimate | None:
         """Noise of all that was added; None where nothing was."""
         return noise_stated(self._found, self._aimed) if self._found else None
 

@@ -44,7 +44,7 @@ from ..mesh.convexity import is_convex
 from ..mesh.mesh import Mesh
 from ..scene import Scene
 from ..vectors import dot
-from .direction_sampling import Drawn, drawn_pool, is_even
+from .direction_sampling import DrawnDirections, drawn_pool, is_even
 from .geometry import Tracer, VisibleGeometry
 
 # Pairs of a sample and a direction worked on at once: some 3 MB of numbers, which stay in cache.
@@ -94,7 +94,7 @@ class SpreadSum:
         self._hits = np.bincount(geometry.pixel, minlength=self._sums.shape[1])
         self._first = np.cumsum(self._hits) - self._hits
         self._most = most
-        self._pools: dict[tuple[int, int], tuple[Drawn, Int[np.ndarray, " P"]]] = {}
+        self._pools: dict[tuple[int, int], tuple[DrawnDirections, Int[np.ndarray, " P"]]] = {}
         #: (H W,) directions of each kind that each pixel has had, in each half.
         self.directions = np.zeros(self._sums.shape[1], dtype=np.int64)
         #: (H W,) pixels that meet a surface.
@@ -116,7 +116,7 @@ class SpreadSum:
                     self._carry_on(self._sums[half], light, pool, shift, task, pixels)
         self.directions[pixels] = directions
 
-    def _pool(self, number: int, half: int) -> tuple[Drawn, Int[np.ndarray, " P"]]:
+    def _pool(self, number: int, half: int) -> tuple[DrawnDirections, Int[np.ndarray, " P"]]:
         """Points and, by pixel, where in them it begins."""
         if (number, half) not in self._pools:
             rng = np.random.default_rng([*self._seed, number, half])
@@ -128,7 +128,7 @@ class SpreadSum:
         self,
         sums: Float[np.ndarray, "P C"],
         light: _Shining,
-        pool: Drawn,
+        pool: DrawnDirections,
         shift: Int[np.ndarray, " P"],
         task: _Task,
         pixels: Int[np.ndarray, " n"],
@@ -163,7 +163,7 @@ class SpreadSum:
         self,
         sums: Float[np.ndarray, "P C"],
         light: _Shining,
-        pool: Drawn,
+        pool: DrawnDirections,
         task: _Task,
         worn: _Worn | None,
         sample: Int[np.ndarray, " n"],
@@ -200,7 +200,7 @@ class SpreadSum:
             sums[low : low + len(found), channel] += found
 
     def _shone(
-        self, light: _Shining, pool: Drawn, sample: Int[np.ndarray, " n"], row: Int[np.ndarray, " n"]
+        self, light: _Shining, pool: DrawnDirections, sample: Int[np.ndarray, " n"], row: Int[np.ndarray, " n"]
     ) -> tuple[np.ndarray, ...]:
         """Samples, directions in the world and in their frames, luminance and density, as the light shines."""
         if pool.towards is None or pool.luminance is None or pool.density is None:
@@ -215,7 +215,12 @@ class SpreadSum:
         return sample[some], towards[some], wi[some], luminance[some], density[some]
 
     def _scattered(
-        self, light: _Shining, pool: Drawn, worn: _Worn, sample: Int[np.ndarray, " n"], row: Int[np.ndarray, " n"]
+        self,
+        light: _Shining,
+        pool: DrawnDirections,
+        worn: _Worn,
+        sample: Int[np.ndarray, " n"],
+        row: Int[np.ndarray, " n"],
     ) -> tuple[np.ndarray, ...]:
         """The same, as the surface scatters."""
         assert worn.sampler is not None

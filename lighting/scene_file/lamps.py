@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from ...runtime.errors import InputError, UnknownNameError
-from ...spectral.formats.import_options import Answer
+from ...spectral.formats.import_options import ImportOptions
 from ...spectral.formats.registry import SpectralEntry, read_spectra, readers
 from ...spectral.illuminants import illuminant, illuminant_names, light_source_names
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 # Only the shape of a lamp counts: its unit, and whether it is written as a percentage of its peak, are nothing to it.
-_A_LAMP = Answer("emission")
+_A_LAMP = ImportOptions("emission")
 
 
 def lamp(

@@ -10,7 +10,7 @@ from ...spectral.spectrum import Spectrum
 from .dyes import dyed, together
 from .relief import Relief
 from .synthetic import SyntheticBtf
-from .transport import Gloss
+from .transport import CoatGloss
 
 #: Weaves, and after how many yarns each comes back.
 WEAVES = {"plain": 2, "twill": 4}
@@ -21,7 +21,7 @@ _WAVE = 0.3
 # How deep the valleys are between fibres that are twisted to a yarn, in pitches.
 _TWIST = 0.025
 # White lobes: of twisted fibres, of the cut ends of a pile, of a polished grain.
-_SHEEN, _PILE, _POLISH = Gloss(0.08, 30.0), Gloss(0.03, 8.0), Gloss(0.25, 40.0)
+_SHEEN, _PILE, _POLISH = CoatGloss(0.08, 30.0), CoatGloss(0.03, 8.0), CoatGloss(0.25, 40.0)
 
 
 def woven(
@@ -33,7 +33,7 @@ def woven(
     depth: float = 0.5,
     warp: Spectrum | None = None,
     weft: Spectrum | None = None,
-    gloss: Gloss = _SHEEN,
+    gloss: CoatGloss = _SHEEN,
     cells: int = 4,
 ) -> SyntheticBtf:
     """Cloth of dyed yarns: warp of one dye along v, weft of another along u.
@@ -84,7 +84,7 @@ def corduroy(
     wales: int = 4,
     depth: float = 5.0,
     dyes: Spectrum | None = None,
-    gloss: Gloss = _PILE,
+    gloss: CoatGloss = _PILE,
     cells: int = 4,
 ) -> SyntheticBtf:
     """Ridges of cut pile along v, `wales` across the tile and `depth` texels high, tufted at random.
@@ -113,7 +113,7 @@ def leather(
     pebbles: int = 60,
     depth: float = 1.5,
     dyes: Spectrum | None = None,
-    gloss: Gloss = _POLISH,
+    gloss: CoatGloss = _POLISH,
     cells: int = 4,
 ) -> SyntheticBtf:
     """Grain of `pebbles` bulges with creases between them (Worley 1996), `depth` texels deep.

@@ -16,7 +16,7 @@ from ...runtime.memory import check_room
 from ...spectral.basis import SpectralBasis
 from ...spectral.spectrum import Spectrum
 from .relief import Relief
-from .transport import MATT, Gloss, Transport, traced
+from .transport import MATT, CoatGloss, ReliefTransport, traced
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class SyntheticBtf:
 
     relief: Relief
     dyes: Spectrum
-    gloss: Gloss = MATT
+    gloss: CoatGloss = MATT
     plane: float | None = None
     seed: int = 0
     gathering: int = 8
@@ -68,12 +68,12 @@ class SyntheticBtf:
         return self.relief.mean_height - self.height_of_plane
 
     def dyed(self, dyes: Spectrum) -> SyntheticBtf:
-        """The same sample with other dyes; a `Transport` of the one is one of the other."""
+        """The same sample with other dyes; a `ReliefTransport` of the one is one of the other."""
         return replace(self, dyes=dyes)
 
     def transport(
         self, views: Hemisphere, lights: Hemisphere, progress: Callable[[int, int, str], None] | None = None
-    ) -> Transport:
+    ) -> ReliefTransport:
         """Trace its light: the part that takes time, and knows no dyes. See `transport.traced`."""
         return traced(
             self.relief,
@@ -86,7 +86,9 @@ class SyntheticBtf:
             progress=progress,
         )
 
-    def lit(self, transport: Transport, basis: SpectralBasis | None = None) -> Iterator[Float[np.ndarray, "V H W J"]]:
+    def lit(
+        self, transport: ReliefTransport, basis: SpectralBasis | None = None
+    ) -> Iterator[Float[np.ndarray, "V H W J"]]:
         """Its images from all views under one light after the other: f_r cos(theta_i), 1/sr.
 
         Products of dyes are made at every wavelength and only then given to the `basis`; None: the wavelengths
@@ -111,7 +113,7 @@ class SyntheticBtf:
         progress: Callable[[int, int, str], None] | None = None,
         *,
         basis: SpectralBasis | None = None,
-        transport: Transport | None = None,
+        transport: ReliefTransport | None = None,
     ) -> HeldImages:
         """All images, float32, in the `basis` (None: sampled at the dyes' wavelengths, which takes most memory).
 
@@ -149,7 +151,7 @@ class SyntheticBtf:
 class _Fold:
     """Spectra of dyes, and their products, in a basis."""
 
-    def __init__(self, sample: SyntheticBtf, transport: Transport, basis: SpectralBasis) -> None:
+    def __init__(self, sample: SyntheticBtf, transport: ReliefTransport, basis: SpectralBasis) -> None:
         if not np.array_equal(basis.wavelengths_nm, sample.dyes.wavelengths_nm):
             raise InputError(
                 "a basis of other wavelengths than the dyes",

@@ -28,7 +28,7 @@ _GATHERING, _VIEWS = 1, 2
 
 
 @dataclass(frozen=True)
-class Gloss:
+class CoatGloss:
     """A white lobe on top of the dyes.
 
     f_r = strength x c^exponent; on yarns c is the cosine between the view and the nearest of the cone of directions
@@ -41,11 +41,11 @@ class Gloss:
 
 
 #: No white lobe.
-MATT = Gloss()
+MATT = CoatGloss()
 
 
 @dataclass(frozen=True, eq=False)
-class Transport:
+class ReliefTransport:
     """Traced light on a relief: F facets, Lt lights, V views.
 
     direct : (F,Lt) irradiance from a light whose irradiance on a plane that faces it is 1; 0 in shadow.
@@ -99,7 +99,7 @@ class Transport:
         twice = self.shown @ (own[:, :, None] * self.gathered(light, dyes)[:, None, :]).reshape(len(own), -1)
         return once.reshape(*shape, dyes), twice.reshape(*shape, dyes, dyes)
 
-    def lobe(self, light: int, gloss: Gloss) -> Float[np.ndarray, "V H W"]:
+    def lobe(self, light: int, gloss: CoatGloss) -> Float[np.ndarray, "V H W"]:
         """f_r cos(theta_i) of the white lobe in all texels, 1/sr."""
         shape = (len(self.views), *self.relief.texels)
         if gloss.strength == 0.0:
@@ -141,7 +141,7 @@ def traced(
     gathering: int = 8,
     samples: int = 4,
     progress: Callable[[int, int, str], None] | None = None,
-) -> Transport:
+) -> ReliefTransport:
     """Trace light onto a relief, from facet to facet, and what each view shows.
 
     plane : height of the measured plane, texels, as the relief's heights are.
@@ -173,7 +173,7 @@ def traced(
     for view, to in enumerate(views.directions):
         seen[view] = _seen(relief, rays, to, plane, samples, np.random.default_rng([seed, _VIEWS, view]))
         say(done + view + 1, steps, "views")
-    return Transport(relief, views, lights, direct, met, seen)
+    return ReliefTransport(relief, views, lights, direct, met, seen)
 
 
 def _met(

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from ..scene import Scene
 from ..visibility.sites import Corners, Sites
-from .edge_refinement import MOST, Placed, placed
+from .edge_refinement import MOST, PlacedSites, placed
 from .hits import RAYS, Hits, check_rays_fit, traced_hits
 
 
@@ -21,7 +21,7 @@ class Bodies:
     placed : where they do, and of which scene.
     """
 
-    placed: Placed
+    placed: PlacedSites
 
     @classmethod
     def of(cls, scene: Scene, longest_edge: float | None = None, most: float = MOST) -> Bodies:

@@ -18,7 +18,7 @@ ACROSS = 16
 
 
 @dataclass(frozen=True)
-class Cells:
+class HemisphereCells:
     """`across` x `across` cells, an even number each way; number = row * across + column."""
 
     across: int = ACROSS

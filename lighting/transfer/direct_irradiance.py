@@ -16,7 +16,7 @@ from .direct import drawn_arrivals
 from .glossy_part import GlossyPart
 from .glossy_rays import GlossyRays
 from .operator import ByPart
-from .precomputation import Prepared
+from .precomputation import Precomputation
 from .reflection import Reflection
 
 # Sites at once, of lights that stand near.
@@ -61,7 +61,7 @@ class Received:
         return known[1]
 
 
-def received(prepared: Prepared, rays: GlossyRays, lights: Sequence[Light]) -> Received:
+def received(prepared: Precomputation, rays: GlossyRays, lights: Sequence[Light]) -> Received:
     """Light from infinitely far off is taken along the rays that are kept, wherever they see the sky; of near lights
     that spread, directions are drawn (`direct`); what comes from one direction is exact.
     """
@@ -88,7 +88,7 @@ def received(prepared: Prepared, rays: GlossyRays, lights: Sequence[Light]) -> R
     return Received(lux, incoming, tuple(free), prepared.by_part)
 
 
-def _of_delta(prepared: Prepared, light: DeltaLight) -> tuple[Bool[np.ndarray, " S"], Float[np.ndarray, " S"]]:
+def _of_delta(prepared: Precomputation, light: DeltaLight) -> tuple[Bool[np.ndarray, " S"], Float[np.ndarray, " S"]]:
     sites = prepared.hits.sites
     centre, radius = prepared.centre_and_radius
     arriving = light.arrivals(sites.starts * radius + centre)
@@ -99,7 +99,7 @@ def _of_delta(prepared: Prepared, light: DeltaLight) -> tuple[Bool[np.ndarray, "
     return free, arriving.illuminance_lux * cosine * free
 
 
-def _of_near(prepared: Prepared, rays: GlossyRays, light: SpreadLight) -> tuple[np.ndarray, np.ndarray]:
+def _of_near(prepared: Precomputation, rays: GlossyRays, light: SpreadLight) -> tuple[np.ndarray, np.ndarray]:
     sites, spectra = prepared.hits.sites, len(light.spectra)
     lux = np.zeros((len(sites), spectra))
     incoming = np.zeros((spectra, len(rays.sites) * len(rays.cells)))

@@ -43,7 +43,7 @@ _WHITE = np.ones(3)
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedSites:
     """Places of the sites of a scene.
 
     scene : with triangles as they are cut. refinement : the cuts. order (V,) : for each vertex of these the number in
@@ -60,7 +60,7 @@ class Placed:
     triangles: Float[np.ndarray, "F 3 3"]
 
 
-def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) -> Placed:
+def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) -> PlacedSites:
     """Divide large triangles of a scene (`refined`), and cut those on which light between parts is not linear.
 
     most : sites that are added at most for each there was; 0 adds none.
@@ -73,7 +73,7 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
     where = sites_at(corners, occluders)
     room, total = int(most * len(where)), len(order)
     if not room:
-        return Placed(fine, refinement, order, 0, corners, where, triangles)
+        return PlacedSites(fine, refinement, order, 0, corners, where, triangles)
     probed = _Probed.of(where, corners, triangles, occluders)
     world, fronts, backs = Vertices.of(fine).at(order), where.fronts[order], where.backs[order]
     asked = edges_between(refinement.pieces, fronts)
@@ -106,12 +106,12 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
         asked = edges_between(refinement.pieces[(refinement.pieces >= before).any(axis=1)], fronts)
         asked = asked[(asked >= before).any(axis=1)]
     if len(fronts) == total:
-        return Placed(fine, refinement, order, 0, corners, where, triangles)
+        return PlacedSites(fine, refinement, order, 0, corners, where, triangles)
     fine, order = divided(scene, refinement, world)
     corners = bodies.cut(fine, refinement.of)
     triangles = corners.triangles.astype(np.float32)
     where = sites_at(corners, Occluders(triangles))
-    return Placed(fine, refinement, order, len(fronts) - total, corners, where, triangles)
+    return PlacedSites(fine, refinement, order, len(fronts) - total, corners, where, triangles)
 
 
 def _with_twins(
@@ -141,7 +141,7 @@ class BetweenSites:
 def between_sites(scene: Scene, hits: Hits, sent: Float[np.ndarray, "S F"]) -> BetweenSites:
     """Trace points between sites.
 
-    scene : with the triangles that sites are of, as `Placed` has it. sent : by all sites.
+    scene : with the triangles that sites are of, as `PlacedSites` has it. sent : by all sites.
     """
     triangles, rng = scaled_triangles(scene), np.random.default_rng(0)
     edges = triangles[:, 1:] - triangles[:, :1]

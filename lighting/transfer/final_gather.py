@@ -16,7 +16,7 @@ from .first_bounce import CellLight
 from .glossy_part import GlossyPart
 from .glossy_rays import GlossyRays
 from .operator import columns_times
-from .precomputation import Prepared
+from .precomputation import Precomputation
 from .reflection import Reflection
 
 # Terms up to which each has an operator of its own.
@@ -28,7 +28,7 @@ _KEPT, _VIEWS = 1 << 28, 4
 
 
 @dataclass(frozen=True, eq=False)
-class Sources:
+class GatherSources:
     """Incident light along rays of glossy sites, pi times radiance: what sites send evenly, what cells of glossy sites
     send, and what rays that end on glossy parts bring beside, of lights from one direction.
 
@@ -93,7 +93,7 @@ class Weights:
     @classmethod
     def of(
         cls,
-        prepared: Prepared,
+        prepared: Precomputation,
         rays: GlossyRays,
         part: GlossyPart,
         reflection: Reflection,
@@ -129,7 +129,7 @@ class Weights:
 
     @cached_property
     def operators(self) -> list[Any]:
-        """Make the operator of each term (m, S + u), from what `Sources.before` has to what leaves the sites."""
+        """Make the operator of each term (m, S + u), from what `GatherSources.before` has to what leaves the sites."""
         from scipy.sparse import csr_array
 
         numbers, ray = (one[self.sites] for one in self.part.by_site)
@@ -137,7 +137,7 @@ class Weights:
         return [csr_array((data, numbers.indices, numbers.indptr), shape=numbers.shape) for data in of_term]
 
     def times(
-        self, sources: Sources, fold: Float[np.ndarray, "R F M3"], pool: ThreadPoolExecutor
+        self, sources: GatherSources, fold: Float[np.ndarray, "R F M3"], pool: ThreadPoolExecutor
     ) -> Float[np.ndarray, "m M3"]:
         """XYZ that the sites send to the viewer."""
         if len(fold) > _FEW:
@@ -153,7 +153,7 @@ class Weights:
     def _of_ends(
         self, of_ray: Float[np.ndarray, "G_p N"], after: Float[np.ndarray, "e M3"]
     ) -> Float[np.ndarray, "m M3"]:
-        """What comes of `Sources.after`."""
+        """What comes of `GatherSources.after`."""
         count, rays = of_ray.shape
         row = np.full(count, -1)
         row[self.sites] = np.arange(len(self.sites))
@@ -164,7 +164,7 @@ class Weights:
         return found.astype(of_ray.dtype)
 
     def _by_ray(
-        self, sources: Sources, fold: Float[np.ndarray, "R F M3"], pool: ThreadPoolExecutor
+        self, sources: GatherSources, fold: Float[np.ndarray, "R F M3"], pool: ThreadPoolExecutor
     ) -> Float[np.ndarray, "m M3"]:
         """The same for many terms: what each ray brings is worked out once for all of them."""
         found = np.zeros((len(self.sites), fold.shape[2]), dtype=self.of_ray.dtype)
@@ -179,7 +179,7 @@ class Weights:
 
 
 @dataclass(frozen=True)
-class Seen:
+class SeenTexels:
     """The weights of each glossy part for the viewer who looked last: they hold for any light, and any material of
     other parts. Of static parts those for the last few viewers: no change of material throws them away.
     """
@@ -188,7 +188,7 @@ class Seen:
 
     def weights(
         self,
-        prepared: Prepared,
+        prepared: Precomputation,
         rays: GlossyRays,
         part: GlossyPart,
         reflection: Reflection,
@@ -216,14 +216,14 @@ class Seen:
 
 def glossy_exits(
     found: Float[np.ndarray, "S M3"],
-    prepared: Prepared,
+    prepared: Precomputation,
     rays: GlossyRays,
     reflections: Sequence[Reflection],
     folds: Sequence[Float[np.ndarray, "R F M3"] | None],
-    sources: Sources,
+    sources: GatherSources,
     to: Float[np.ndarray, "S 3"],
     seen: Bool[np.ndarray, " S"],
-    last: Seen,
+    last: SeenTexels,
 ) -> None:
     """Add to `found` the sum over a site's rays of f_r times what each brings: their density is cos / pi, so that each
     of N counts pi / N, of which `folds` have the radiance, and the reference illuminance the pi of Y.

@@ -15,7 +15,7 @@ from .direct_irradiance import Received
 from .glossy_part import GlossyPart
 from .glossy_rays import GlossyRays
 from .operator import columns_times
-from .precomputation import Prepared
+from .precomputation import Precomputation
 from .reflection import Reflection
 
 #: By the number of each part; glossy ones have to be there.
@@ -75,7 +75,7 @@ def cell_radiosity(
 
 
 def ray_radiosity(
-    prepared: Prepared,
+    prepared: Precomputation,
     rays: GlossyRays,
     reflections: OfParts,
     got: Received,
@@ -116,7 +116,7 @@ def ray_radiosity(
     return found.reshape(len(found), coefficients.fields)
 
 
-def _directions(prepared: Prepared, ray: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
+def _directions(prepared: Precomputation, ray: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
     """Of ascending ray numbers."""
     rays = prepared.hits.rays
     first, last = int(ray[0]) // rays, int(ray[-1]) // rays + 1

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...runtime.memory import check_room, gigabytes
-from .cells import Cells
+from .cells import HemisphereCells
 from .glossy_part import Ends, GlossyPart
 from .hits import Hits, ray_directions
 
@@ -38,7 +38,7 @@ class GlossyRays:
         sites about these ends.
     """
 
-    cells: Cells
+    cells: HemisphereCells
     sites: Int[np.ndarray, " G"]
     number: Int[np.ndarray, " S"]
     within: Int[np.ndarray, " G"]
@@ -75,7 +75,7 @@ class GlossyRays:
         frames: Float[np.ndarray, "S 3 3"],
         escapes: Int[np.ndarray, "S N"],
         glossy: Bool[np.ndarray, " P"],
-        cells: Cells,
+        cells: HemisphereCells,
     ) -> GlossyRays:
         """glossy : which parts are. escapes : the texel of the sky that each ray meets, -1 of a part.
 
@@ -116,7 +116,7 @@ def _of_sites(hits: Hits, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 
 
 
 def _ends(
-    hits: Hits, frames: Float[np.ndarray, "S 3 3"], glossy: Bool[np.ndarray, " P"], cells: Cells
+    hits: Hits, frames: Float[np.ndarray, "S 3 3"], glossy: Bool[np.ndarray, " P"], cells: HemisphereCells
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
     """Of rays that end on glossy parts, block by block: number, sites about, shares, and these sites' cells."""
     of_triangle = np.append(np.tile(glossy[hits.part], 2), False)

@@ -33,7 +33,7 @@ from .regions import RadiantRegions, Regions
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownInfluence:
     """ΔE94 over the sites of a part that any light comes to, by the area that they stand for."""
 
     mean: float
@@ -53,13 +53,13 @@ class Influence:
     bounces: int
     left: float
     bound: float
-    all: tuple[Shown, ...]
-    of: tuple[tuple[Shown, ...], ...]
+    all: tuple[ShownInfluence, ...]
+    of: tuple[tuple[ShownInfluence, ...], ...]
     sites: int
     rays: int
     nbytes: int
     added: int
-    between: Shown
+    between: ShownInfluence
     albedo_y: tuple[float, ...]
 
 
@@ -133,7 +133,7 @@ def _between(
     whole: Interreflection,
     seen: Callable[[Float[np.ndarray, "n K J"]], Float[np.ndarray, "n 3"]],
     white: Float[np.ndarray, "3"],
-) -> Shown:
+) -> ShownInfluence:
     """Of points that are even in area."""
     found = between_sites(fine, hits, whole.all.reshape(len(whole.all), -1))
     part = hits.part_of_site[found.sites[:, 0]]
@@ -176,13 +176,15 @@ def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regio
     return Regions(hits.part_of_site, reflectances, SpectralBasis.sampled(wavelengths))
 
 
-def _shown(delta: Float[np.ndarray, " S"], areas: Float[np.ndarray, " S"], which: Bool[np.ndarray, " S"]) -> Shown:
+def _shown(
+    delta: Float[np.ndarray, " S"], areas: Float[np.ndarray, " S"], which: Bool[np.ndarray, " S"]
+) -> ShownInfluence:
     """Of some sites; where they stand for no area nothing is shown."""
     area = areas[which]
     if not area.sum() > 0.0:
-        return Shown(0.0, 0.0, 0.0)
+        return ShownInfluence(0.0, 0.0, 0.0)
     values = delta[which]
     order = np.argsort(values)
     share = np.cumsum(area[order]) / area.sum()
     p95 = float(values[order][min(int(np.searchsorted(share, 0.95)), len(order) - 1)])
-    return Shown(float(np.average(values, weights=area)), p95, float(values.max()))
+    return ShownInfluence(float(np.average(values, weights=area)), p95, float(values.max()))

@@ -23,7 +23,7 @@ _BLOCK = 64
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
+class SurfacePoints:
     """Points of surfaces that are seen.
 
     part (n,). sites, shares (n,3) : of the triangle there. frame (n,3,3) : from the world to the surface's own.
@@ -40,7 +40,7 @@ class Points:
 
 
 def exits_between(
-    state: Relighting, points: Points, illuminants: Sequence[Spectrum | None] = (None,)
+    state: Relighting, points: SurfacePoints, illuminants: Sequence[Spectrum | None] = (None,)
 ) -> Float[np.ndarray, "n M3"]:
     """XYZ that points send to the viewer, as `Relighting.exits` has it of sites."""
     if each := state.excited(illuminants):
@@ -63,7 +63,11 @@ def exits_between(
 
 
 def _glossy(
-    state: Relighting, points: Points, some: Int[np.ndarray, " m"], number: int, fold: Float[np.ndarray, "R F M3"]
+    state: Relighting,
+    points: SurfacePoints,
+    some: Int[np.ndarray, " m"],
+    number: int,
+    fold: Float[np.ndarray, "R F M3"],
 ) -> Float[np.ndarray, "m M3"]:
     rays, hits = state.rays, state.prepared.hits
     shares, sites = points.shares[some], points.sites[some]

@@ -17,7 +17,7 @@ from ..vectors import LEAST_COSINE, dot, orthonormal_frame, unit
 from ..visibility.occluders import Occluders
 from ..visibility.sites import scaled_triangles
 from .bodies import Bodies
-from .cells import Cells
+from .cells import HemisphereCells
 from .glossy_rays import GlossyRays
 from .hits import RAYS, Hits
 from .operator import ByPart, irradiance_operator
@@ -29,7 +29,7 @@ _BLOCK, _KEPT = 2048, 4
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class Precomputation:
     """Geometry of a scene: good for all materials, lights and cameras.
 
     scene : with the triangles that sites are of. centre, radius : that its coordinates are scaled by for rays.
@@ -37,7 +37,7 @@ class Prepared:
 
     scene: Scene
     hits: Hits
-    cells: Cells
+    cells: HemisphereCells
     _glossy: dict[bytes, GlossyRays] = field(default_factory=dict, repr=False)
 
     @classmethod
@@ -47,10 +47,10 @@ class Prepared:
         rays: int = RAYS,
         longest_edge: float | None = None,
         progress: Callable[[int, int, str], None] = lambda done, total, what: None,
-    ) -> Prepared:
+    ) -> Precomputation:
         """Trace a scene. See `scene_hits`."""
         bodies = Bodies.of(scene, longest_edge)
-        return cls(bodies.placed.scene, bodies.traced(rays, progress), Cells())
+        return cls(bodies.placed.scene, bodies.traced(rays, progress), HemisphereCells())
 
     @cached_property
     def operator(self) -> Any:

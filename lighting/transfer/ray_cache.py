@@ -37,7 +37,7 @@ _A_PROCESS = 4
 
 
 @dataclass(frozen=True)
-class Kept:
+class CachedRays:
     """Rays of a scene on disk.
 
     key : the hash that its files are named by. files : of the blocks, in their order. sites, rays : how many there are,
@@ -73,7 +73,7 @@ def build_rays(
     say: Callable[[str], object] = lambda words: None,
     most: int | None = None,
     scheduler: str | None = None,
-) -> Kept:
+) -> CachedRays:
     """Trace the rays of a scene that are not in `folder` yet, and keep them there; few blocks are in memory at once.
 
     Parameters
@@ -98,7 +98,7 @@ def build_rays(
     files = tuple(_files(folder, key, len(blocks_of(len(bodies.sites), rays))))
     if most is not None:
         pruned(folder, most, keep=files)
-    return Kept(key, files, len(bodies.sites), rays, there, sum(file.stat().st_size for file in files))
+    return CachedRays(key, files, len(bodies.sites), rays, there, sum(file.stat().st_size for file in files))
 
 
 def kept_hits(

@@ -18,7 +18,7 @@ from .direct_irradiance import Received, received
 from .first_bounce import cell_radiosity, ray_radiosity
 from .glossy_rays import GlossyRays
 from .hits import Hits
-from .precomputation import Prepared
+from .precomputation import Precomputation
 from .reflection import Reflection
 
 #: Glossy sites that send out by direction: up to 40 KB each.
@@ -99,7 +99,7 @@ class RayLight:
         return found
 
 
-def glossy_parts(prepared: Prepared, scene: Scene, surfaces: Mapping[str, Fast]) -> dict[int, Reflection]:
+def glossy_parts(prepared: Precomputation, scene: Scene, surfaces: Mapping[str, Fast]) -> dict[int, Reflection]:
     """The reflections of all parts that are glossy, by number. scene : whose parts wear `surfaces`."""
     lobed = [name for name in scene.material_ids if surfaces[name].environment_form().count]
     known = {name: Reflection.of(surfaces[name], prepared.cells, name) for name in lobed}
@@ -108,7 +108,7 @@ def glossy_parts(prepared: Prepared, scene: Scene, surfaces: Mapping[str, Fast])
 
 
 def glossy_light(
-    prepared: Prepared,
+    prepared: Precomputation,
     originals: Mapping[int, Reflection],
     lights: Sequence[Light],
     spectrum: Sequence[int],

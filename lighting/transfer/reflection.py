@@ -22,7 +22,7 @@ from ...spectral.bispectral import Bispectral
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import interpolation_matrix
 from ..vectors import LEAST_COSINE
-from .cells import Cells
+from .cells import HemisphereCells
 from .hits import shifted_pattern
 from .radiant import donaldson
 
@@ -82,7 +82,7 @@ class Reflection:
     glow: Bispectral | None = None
 
     @classmethod
-    def of(cls, surface: Surface, cells: Cells, name: str = "") -> Reflection:
+    def of(cls, surface: Surface, cells: HemisphereCells, name: str = "") -> Reflection:
         """Any surface; of one that varies over a texture its mean (`Surface.from_afar`).
 
         Raises
@@ -211,7 +211,7 @@ def _shown(albedo: np.ndarray, matt: np.ndarray, seen: np.ndarray) -> Float[np.n
     return np.concatenate([albedo[None], scaled])
 
 
-def _table(scalars: Scalars, kept: np.ndarray, isotropic: bool, cells: Cells) -> Float[np.ndarray, "R O I"]:
+def _table(scalars: Scalars, kept: np.ndarray, isotropic: bool, cells: HemisphereCells) -> Float[np.ndarray, "R O I"]:
     found = np.zeros((len(kept), len(cells), len(cells)), dtype=np.float32)
     if not len(kept):
         return found
@@ -227,7 +227,7 @@ def _table(scalars: Scalars, kept: np.ndarray, isotropic: bool, cells: Cells) ->
 
 
 @lru_cache(maxsize=2)
-def _pairs_of_cells(cells: Cells, isotropic: bool) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def _pairs_of_cells(cells: HemisphereCells, isotropic: bool) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Some cells at once that are looked into; directions wi in all cells and wo in these, `_TIMES` of each pair."""
     found, first = [], 0
     seen = cells.quarter if isotropic else np.arange(len(cells))

@@ -36,10 +36,10 @@ from .bounces import ENOUGH, MOST, Interreflection, passed_on
 from .coefficients import Coefficients
 from .direct_irradiance import Received, received
 from .extrapolation import settled
-from .final_gather import Seen, Sources, glossy_exits
+from .final_gather import GatherSources, SeenTexels, glossy_exits
 from .first_bounce import CellLight, cell_radiosity, ray_radiosity
 from .glossy_rays import GlossyRays
-from .precomputation import Prepared
+from .precomputation import Precomputation
 from .radiant import planned_basis
 from .reflection import Reflection
 from .regions import RadiantRegions, Regions
@@ -58,7 +58,7 @@ class Relighting:
     the one that is seen; None is as many as change it by ΔE94 `enough`. dtype : that coefficients are summed up in.
     """
 
-    prepared: Prepared
+    prepared: Precomputation
     reflections: tuple[Reflection, ...]
     lights: tuple[Light, ...]
     basis: SpectralBasis
@@ -66,14 +66,14 @@ class Relighting:
     enough: float = ENOUGH
     dtype: type = np.float32
     _received: Received | None = None
-    _seen: Seen = field(default_factory=Seen, repr=False)
+    _seen: SeenTexels = field(default_factory=SeenTexels, repr=False)
 
     @classmethod
     def of(
         cls,
         scene: Scene,
         surfaces: Mapping[str, Surface],
-        prepared: Prepared | None = None,
+        prepared: Precomputation | None = None,
         basis: SpectralBasis | None = None,
         bounces: int | None = None,
         enough: float = ENOUGH,
@@ -88,7 +88,7 @@ class Relighting:
         scene.check_surfaces(surfaces)
         if bounces is not None and bounces < 0:
             raise InputError("less than no bounce", field="bounces", found=bounces, expected="0 or more")
-        known = Prepared.of(scene) if prepared is None else prepared
+        known = Precomputation.of(scene) if prepared is None else prepared
         # Ids of one surface share what is found of it.
         names = {id(surfaces[name]): name for name in scene.material_ids}
         found = {key: Reflection.of(surfaces[name], known.cells, name) for key, name in names.items()}
@@ -308,9 +308,9 @@ class Relighting:
         return found
 
     @cached_property
-    def sources(self) -> Sources:
+    def sources(self) -> GatherSources:
         """Light along the rays of glossy sites."""
-        return Sources(self.rays, self._sent, self._cells, self._ends if self.received.free else None)
+        return GatherSources(self.rays, self._sent, self._cells, self._ends if self.received.free else None)
 
     def matt_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "F M3"]:
         """Map arriving coefficients to the diffuse light that a part sends out, see `Coefficients.folds`."""

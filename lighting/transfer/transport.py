@@ -12,9 +12,9 @@ from jaxtyping import Int
 from ..scene import Scene
 from ..visibility.edge_bisection import Halving
 from .bodies import Bodies
-from .cells import Cells
+from .cells import HemisphereCells
 from .hits import RAYS, Hits
-from .precomputation import Prepared
+from .precomputation import Precomputation
 from .ray_cache import kept_hits
 
 Progress = Callable[[int, int, str], None]
@@ -28,7 +28,7 @@ class Transport:
     are, as of `SceneVisibility`.
     """
 
-    prepared: Prepared
+    prepared: Precomputation
     refinement: Halving
     fronts: Int[np.ndarray, " V"]
     backs: Int[np.ndarray, " V"]
@@ -55,7 +55,12 @@ class Transport:
         bodies = Bodies.of(scene, longest_edge)
         hits = kept_hits(scene, folder, rays, jobs, progress, longest_edge, say, bodies)
         where, at = hits.sites, bodies.placed
-        return cls(Prepared(at.scene, hits, Cells()), at.refinement, where.fronts[at.order], where.backs[at.order])
+        return cls(
+            Precomputation(at.scene, hits, HemisphereCells()),
+            at.refinement,
+            where.fronts[at.order],
+            where.backs[at.order],
+        )
 
     @property
     def hits(self) -> Hits:

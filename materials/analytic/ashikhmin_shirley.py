@@ -10,7 +10,7 @@ import numpy as np
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
 from ..core.domain import in_domain
-from .model import AnalyticBrdf, Part, SumOfTerms
+from .model import AnalyticBrdf, ModelPart, SumOfTerms
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +60,9 @@ class AshikhminShirley(AnalyticBrdf):
     def lobes(self) -> tuple[Lobe, ...]:
         """The diffuse term (eq. 5) in incident/outgoing angles, the highlight (eq. 4) in half/difference angles."""
         under = SumOfTerms(self._even, self._under[None])
-        base = Part(self.wavelengths_nm, True, self._diffuse, under)
+        base = ModelPart(self.wavelengths_nm, True, self._diffuse, under)
         coat = SumOfTerms(self._gloss, self._coat)
-        highlight = Part(self.wavelengths_nm, self.isotropic, self._highlight, coat)
+        highlight = ModelPart(self.wavelengths_nm, self.isotropic, self._highlight, coat)
         return Lobe("io", base), Lobe("hd", highlight)
 
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:

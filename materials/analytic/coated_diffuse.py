@@ -13,7 +13,7 @@ from ..core.brdf import Lobe
 from ..core.domain import in_domain
 from .cook_torrance import beckmann, smith_beckmann
 from .instrument import Instrument, ReadBrdf, not_stated
-from .model import AnalyticBrdf, Part, SumOfTerms
+from .model import AnalyticBrdf, ModelPart, SumOfTerms
 
 # Nodes of the albedo of the coat: polar and azimuth of the half vector.
 _TILTS, _TURNS = 64, 64
@@ -139,8 +139,8 @@ class CoatedDiffuse(ReadBrdf):
         body = SumOfTerms(self._let_through, self._body[None] / np.pi)
         coat = SumOfTerms(self._facets, np.ones((1, len(self.wavelengths_nm))))
         return (
-            Lobe("io", Part(self.wavelengths_nm, True, self._under, body)),
-            Lobe("hd", Part(self.wavelengths_nm, True, self._coat, coat)),
+            Lobe("io", ModelPart(self.wavelengths_nm, True, self._under, body)),
+            Lobe("hd", ModelPart(self.wavelengths_nm, True, self._coat, coat)),
         )
 
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
 from ..core.domain import in_domain
-from .model import AnalyticBrdf, Directed, Part, SumOfTerms
+from .model import AnalyticBrdf, Directed, ModelPart, SumOfTerms
 
 # Cells of a folded Fresnel term along the cosine, and how far off a straight line in one may be: as float32 rounds.
 _FOLDED_CELLS, _FOLDED_OFF = 16384, 6e-8
@@ -84,9 +84,9 @@ class CookTorrance(AnalyticBrdf):
         parts = []
         if self.specular_weight < 1.0:
             body = SumOfTerms(_one, self._body[None])
-            parts.append(Lobe("io", Part(self.wavelengths_nm, True, self._diffuse, body)))
+            parts.append(Lobe("io", ModelPart(self.wavelengths_nm, True, self._diffuse, body)))
         if self.specular_weight > 0.0:
-            parts.append(Lobe("hd", Part(self.wavelengths_nm, True, self._facets, self._folded_facets)))
+            parts.append(Lobe("hd", ModelPart(self.wavelengths_nm, True, self._facets, self._folded_facets)))
         return tuple(parts)
 
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
@@ -102,7 +102,7 @@ class CookTorrance(AnalyticBrdf):
         return self._reflected(wi, wo, lambda cos2, sin2: fresnel(cos2, sin2, self.eta, self.k), len(self._body))
 
     def _folded_facets(self, weights: np.ndarray) -> Directed:
-        """See `Part.folded`: Fresnel's term at every wavelength, folded, by the cosine alone (`FoldedFresnel`)."""
+        """See `ModelPart.folded`: Fresnel's term at every wavelength, folded, by the cosine alone (`FoldedFresnel`)."""
         folded = FoldedFresnel(self.eta, self.k, weights)
         return partial(self._reflected, fresnel_term=folded, columns=weights.shape[1])
 

@@ -11,7 +11,7 @@ from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
 from ..core.domain import in_domain
 from .cook_torrance import ggx, smith_ggx
-from .model import AnalyticBrdf, Part, SumOfTerms
+from .model import AnalyticBrdf, ModelPart, SumOfTerms
 
 # Of the coat, whose refractive index is 1.5.
 _COAT_F0 = 0.04
@@ -79,7 +79,7 @@ class MetallicRoughness(AnalyticBrdf):
         if self.coat > 0.0:
             parts.append((self._coat, self._coat_terms, one))
         return tuple(
-            Lobe("hd", Part(self.wavelengths_nm, True, whole, SumOfTerms(terms, spectra)))
+            Lobe("hd", ModelPart(self.wavelengths_nm, True, whole, SumOfTerms(terms, spectra)))
             for whole, terms, spectra in parts
         )
 

@@ -153,7 +153,7 @@ class AnalyticBrdf(Brdf):
 
 
 @dataclass(frozen=True, eq=False)
-class Part(Brdf):
+class ModelPart(Brdf):
     """One lobe of a model: the part that `evaluate(wi (N,3), wo (N,3)) -> (N,L)` gives above the horizon.
 
     folded : weights (L,C) -> what gives `evaluate(wi, wo) @ weights`, (N,C), without making spectra first; None where
@@ -183,7 +183,7 @@ class Part(Brdf):
 
 @dataclass(frozen=True, eq=False)
 class SumOfTerms:
-    """`Part.folded` of what is `terms(wi, wo)` (N,R) times R spectra (R,L)."""
+    """`ModelPart.folded` of what is `terms(wi, wo)` (N,R) times R spectra (R,L)."""
 
     terms: Directed
     spectra: Float[np.ndarray, "R L"]

@@ -24,7 +24,7 @@ from .mean import MeanBtf, basis_of
 from .paper_pca import PaperPca, paper_pca
 from .polynomials import polynomials
 from .reduced import reduced
-from .texel_error import Sample, error_stored, stored_error, worst_mean
+from .texel_error import TexelSample, error_stored, stored_error, worst_mean
 from .texels import BtfTexels
 
 #: From the smallest to the largest that anybody asks for: some 6, 10, 23 and 50 bytes a texel of 256 x 256.
@@ -143,7 +143,7 @@ def btf_form(
     if name is not None and name not in NAMES:
         raise UnknownNameError("btf-form", name, NAMES)
     images = reduced(images, seed)
-    sample = Sample.drawn(images, seed + 1, lambda share: heard(0.1 * share))
+    sample = TexelSample.drawn(images, seed + 1, lambda share: heard(0.1 * share))
     rest = _part(heard, 0.1, 1.0)
     if isinstance(budget, Size):
         return _of_size(images, budget, seed, rest, sample)
@@ -156,7 +156,9 @@ def btf_form(
     return found
 
 
-def _of_budget(images: BtfImages, budget: float, seed: int, heard: Callable[[float], None], sample: Sample) -> BtfForm:
+def _of_budget(
+    images: BtfImages, budget: float, seed: int, heard: Callable[[float], None], sample: TexelSample
+) -> BtfForm:
     small = _of_size(images, SIZES["small"], seed, _part(heard, 0.0, 0.3), sample)
     if _mean(small) <= budget:
         return small
@@ -174,7 +176,7 @@ def _of_budget(images: BtfImages, budget: float, seed: int, heard: Callable[[flo
 
 
 def _field_instead(
-    images: BtfImages, found: BtfForm, seed: int, heard: Callable[[float], None], sample: Sample
+    images: BtfImages, found: BtfForm, seed: int, heard: Callable[[float], None], sample: TexelSample
 ) -> BtfForm | FieldForm:
     """The best field that is clearly better than local PCA and not too large; else local PCA."""
     alone, least, best = sample.alone(), _WORTH * _mean(found), None
@@ -195,12 +197,12 @@ def _field_instead(
     return replace(instead, note=f"fast form {best}, chosen by its error: {words}")
 
 
-def _of_size(images: BtfImages, size: Size, seed: int, heard: Callable[[float], None], sample: Sample) -> BtfForm:
+def _of_size(images: BtfImages, size: Size, seed: int, heard: Callable[[float], None], sample: TexelSample) -> BtfForm:
     found = local_pca(images, size, seed, heard)
     return _judged(BtfForm(BtfTexels(found, palette_of(images.basis))), sample)
 
 
-def _judged(form: AnyForm, sample: Sample) -> AnyForm:
+def _judged(form: AnyForm, sample: TexelSample) -> AnyForm:
     error = sample.error_of(form.texels.form)
     return replace(form, error=error, texel_error=error)
 

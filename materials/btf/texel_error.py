@@ -32,7 +32,7 @@ class Decoded(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Sample:
+class TexelSample:
     """Some texels of registered images that forms are judged by, in every image.
 
     texels : their numbers row by row. truth : f_r cos(theta_i), 1/sr.
@@ -43,7 +43,7 @@ class Sample:
     truth: Float[np.ndarray, "n V Lt J"]
 
     @classmethod
-    def drawn(cls, images: BtfImages, seed: int, heard: Callable[[float], None] = lambda share: None) -> Sample:
+    def drawn(cls, images: BtfImages, seed: int, heard: Callable[[float], None] = lambda share: None) -> TexelSample:
         """At random; forms that are compared by one sample have the same texels.
 
         Raises
@@ -53,11 +53,11 @@ class Sample:
         texels = np.sort(np.random.default_rng(seed).permutation(images.height * images.width)[:JUDGED])
         return cls(images, texels, gathered(images, texels, heard))
 
-    def alone(self) -> Sample:
+    def alone(self) -> TexelSample:
         """The same texels as all that there are, side by side: what a form would make of them is soon tried."""
         values = self.truth.transpose(1, 2, 0, 3)[:, :, None]
         alone = HeldImages(self.images.views, self.images.lights, values, self.images.basis, self.images.texel_mm)
-        return Sample(alone, np.arange(len(self.texels)), self.truth)
+        return TexelSample(alone, np.arange(len(self.texels)), self.truth)
 
     def error_of(self, form: Decoded) -> FitError:
         """ΔE94 of a form; the perfect diffuser, lit along its normal, is white."""
@@ -67,11 +67,11 @@ class Sample:
 def measured(
     images: BtfImages, form: Decoded, seed: int, heard: Callable[[float], None] = lambda share: None
 ) -> FitError:
-    """`Sample.error_of` texels that are drawn for this form alone."""
-    return Sample.drawn(images, seed, heard).error_of(form)
+    """`TexelSample.error_of` texels that are drawn for this form alone."""
+    return TexelSample.drawn(images, seed, heard).error_of(form)
 
 
-def _error(sample: Sample, form: Decoded) -> FitError:
+def _error(sample: TexelSample, form: Decoded) -> FitError:
     images = sample.images
     folding = folding_of(LIGHTS)
     to_xyz = np.pi * folding.coefficients(images.basis)

@@ -57,7 +57,7 @@ class LightDifference:
 
 
 @dataclass(frozen=True)
-class Difference:
+class MaterialDifference:
     """Change of one material. `words`: what else is to be said, such as a change of model.
 
     texels : of the fast forms of BTFs, of their texels in every view and light that both have; where the largest is.
@@ -76,10 +76,10 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class CatalogueComparison:
     """Differences of all materials, sorted by id, and how they were measured."""
 
-    differences: tuple[Difference, ...]
+    differences: tuple[MaterialDifference, ...]
     of: Of
     illuminants: tuple[str, ...]
     observer: str
@@ -112,7 +112,7 @@ def compare_catalogues(
     of: Of = "packs",
     jobs: int | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, material_id: None,
-) -> Comparison:
+) -> CatalogueComparison:
     """Compare materials of the same id. Those whose heads give the same checksum are not looked at any further.
 
     Raises
@@ -123,17 +123,17 @@ def compare_catalogues(
         illuminant(name)
     observer(observer_name)
     sides: list[dict[str, Summary | InputError]] = [_heads(side) for side in (a, b)]
-    found: list[Difference] = []
+    found: list[MaterialDifference] = []
     pending: list[tuple[Summary, Summary]] = []
     for material_id in sorted(sides[0].keys() | sides[1].keys()):
         one, other = (side.get(material_id) for side in sides)
         if isinstance(one, InputError) or isinstance(other, InputError):
             reason = next(side for side in (one, other) if isinstance(side, InputError))
-            found.append(Difference(material_id, "unusable", str(reason)))
+            found.append(MaterialDifference(material_id, "unusable", str(reason)))
         elif one is None or other is None:
-            found.append(Difference(material_id, "added" if one is None else "removed"))
+            found.append(MaterialDifference(material_id, "added" if one is None else "removed"))
         elif one.checksum == other.checksum:
-            found.append(Difference(material_id, "same"))
+            found.append(MaterialDifference(material_id, "same"))
         else:
             pending.append((one, other))
     work = partial(_compared, illuminants=tuple(illuminants), observer_name=observer_name, of=of)
@@ -141,7 +141,7 @@ def compare_catalogues(
     for done, one in enumerate(each_done(work, pending, jobs), 1):
         found.append(one)
         progress(done, len(pending), one.id)
-    return Comparison(tuple(sorted(found, key=lambda one: one.id)), of, tuple(illuminants), observer_name)
+    return CatalogueComparison(tuple(sorted(found, key=lambda one: one.id)), of, tuple(illuminants), observer_name)
 
 
 def compare_records(
@@ -151,7 +151,7 @@ def compare_records(
     illuminants: Sequence[str] = ILLUMINANTS,
     observer_name: str = "1931_2",
     of: Of = "packs",
-) -> Difference:
+) -> MaterialDifference:
     """Compare two materials, whatever their ids; "not comparable" where they are not of the same quantity.
 
     Raises
@@ -190,14 +190,14 @@ def compare_records(
         if a.quantity == "emission":
             # A light has no white but itself: both are scaled to Y = 1, and A is the white.
             difference = delta_e_xyz(reference[0], sample[0], reference[0, 0])
-            return Difference(name, "changed", words, (_statistics("itself", difference),))
+            return MaterialDifference(name, "changed", words, (_statistics("itself", difference),))
     else:
-        return Difference(name, "not comparable", f"{a.quantity} -> {b.quantity}")
+        return MaterialDifference(name, "not comparable", f"{a.quantity} -> {b.quantity}")
     figures = tuple(
         _statistics(light, delta_e_xyz(one, other, eye.white(spectrum)))
         for light, spectrum, one, other in zip(illuminants, lights, reference, sample, strict=True)
     )
-    return Difference(name, "changed", words, figures, texels)
+    return MaterialDifference(name, "changed", words, figures, texels)
 
 
 def _check_original(record: MaterialRecord) -> None:
@@ -261,9 +261,9 @@ def _heads(catalogue: Catalogue) -> dict[str, Any]:
     return found
 
 
-def _compared(a: Summary, b: Summary, illuminants: tuple[str, ...], observer_name: str, of: Of) -> Difference:
+def _compared(a: Summary, b: Summary, illuminants: tuple[str, ...], observer_name: str, of: Of) -> MaterialDifference:
     try:
         records = read_record(a.file), read_record(b.file)
         return compare_records(*records, illuminants=illuminants, observer_name=observer_name, of=of)
     except MetamerError as reason:
-        return Difference(a.id, "unusable", str(reason))
+        return MaterialDifference(a.id, "unusable", str(reason))

@@ -20,7 +20,7 @@ GEOMETRY = "45a:0"
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class InstrumentReading:
     """A material as an annular 45:0 instrument meets it.
 
     Parameters
@@ -36,7 +36,7 @@ class Reading:
     around: Float[np.ndarray, "3 L"] | None = None
 
     @classmethod
-    def of(cls, brdf: Brdf) -> Reading:
+    def of(cls, brdf: Brdf) -> InstrumentReading:
         """The reading of a material's original data."""
         around = None
         if effect_of(brdf):

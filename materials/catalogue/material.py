@@ -13,7 +13,7 @@ from ...spectral.difference import lab_from_xyz
 from ...spectral.observers import Observer
 from ...spectral.spectrum import Spectrum
 from ..records.material import MaterialRecord
-from .instrument_reading import Reading
+from .instrument_reading import InstrumentReading
 
 __all__ = ["Material"]
 
@@ -27,7 +27,7 @@ class Material(MaterialRecord):
     normal), fluorescence included. A spectrum without a surface has no geometry: it counts as it was measured.
     """
 
-    def reading(self) -> Reading:
+    def reading(self) -> InstrumentReading:
         """The curve that the colours are made of.
 
         Raises
@@ -35,7 +35,7 @@ class Material(MaterialRecord):
         InputError : a light, or a record that keeps no single spectrum: neither has a colour under another light.
         """
         if self.is_surface:
-            return Reading.of(self.brdf())
+            return InstrumentReading.of(self.brdf())
         spectrum = self.spectrum()
         if spectrum is None or spectrum.samples.ndim != 1 or spectrum.quantity == "emission":
             light = self.quantity == "emission"
@@ -45,7 +45,7 @@ class Material(MaterialRecord):
                 expected="a surface, or one measured spectrum of reflectance or transmittance",
                 hint="use its spectrum() as the light of others" if light else None,
             )
-        return Reading(spectrum.wavelengths_nm, spectrum.samples)
+        return InstrumentReading(spectrum.wavelengths_nm, spectrum.samples)
 
     def xyz(self, light: str | Spectrum = "D65", observer: str | Observer = "1931_2") -> Float[np.ndarray, "3"]:
         """XYZ (3,) at 45a:0; the perfect diffuser has Y = 1.

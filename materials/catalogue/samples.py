@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from ...runtime.errors import ComparisonError, InputError, UnknownNameError
-from ...spectral.angles import FEWEST, Reading, Thing, things, without_light
+from ...spectral.angles import FEWEST, AngleReading, Thing, things, without_light
 from ...spectral.formats.colours_only import colour_in, read_colours
-from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.registry import details_of_readings, read_filling_gaps
-from ...spectral.measurement import MUST, Geometry, Measurement, Said, geometry_in, refusal
+from ...spectral.measurement import MUST, Geometry, Measurement, StatedPart, geometry_in, refusal
 from ...spectral.sample import Sample, check_covers
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum
 from ..effect_coating.off_specular import effect_of, light_and_detector
@@ -24,7 +24,7 @@ from .catalogue import Catalogue
 from .material import Material
 
 
-def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: Answer = NO_ANSWER) -> tuple[Sample, ...]:
+def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOptions = NO_ANSWER) -> tuple[Sample, ...]:
     """All samples of what `text` names; readings of one name in one file are readings of one sample.
 
     Parameters
@@ -53,7 +53,7 @@ def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: Answer = N
     return (sample_of(catalogue().load(text)),)
 
 
-def repeated_readings(path: Path, answer: Answer = NO_ANSWER) -> Sample:
+def repeated_readings(path: Path, answer: ImportOptions = NO_ANSWER) -> Sample:
     """All readings of a file, whatever they are called, as readings of one thing.
 
     Raises
@@ -138,7 +138,7 @@ def _readings_of(material: MaterialRecord, measured: Measurement) -> tuple[Sampl
             name,
             "catalogue",
             tuple(some),
-            measurement=Measurement({**measured.parts, "geometry": Said(at, name, "geometry")}),
+            measurement=Measurement({**measured.parts, "geometry": StatedPart(at, name, "geometry")}),
         )
         for name, some in found.items()
         if (at := geometry_in(name)) is not None
@@ -185,7 +185,7 @@ def _geometry_of(material: MaterialRecord) -> str:
     return "45a:0" if material.is_surface and material.model != "lambert" else material.provenance.geometry
 
 
-def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
+def _of_file(path: Path, answer: ImportOptions) -> tuple[Sample, ...]:
     if path.suffix == ".h5":
         return (sample_of(Material(**vars(read_record(path)))),)
     try:
@@ -209,12 +209,12 @@ def _of_file(path: Path, answer: Answer) -> tuple[Sample, ...]:
         # Angles are paired by their numbers, wherever the light was.
         if one.noted and found[at].measurement.geometry is None:
             geometry = Geometry("multi-angle", None, one.aspecular)
-            said = {"geometry": Said(geometry, geometry.notation, "the name")}
+            said = {"geometry": StatedPart(geometry, geometry.notation, "the name")}
             found[at] = replace(found[at], measurement=Measurement({**found[at].measurement.parts, **said}))
     details = {key: value for key, value in file.details.items() if isinstance(value, str)}
     by_name: dict[str, list[Sample]] = {}
     at_angles: list[Sample] = []
-    for thing in things(Reading(one, one.name, one.details.get("object", ""), one.measurement) for one in found):
+    for thing in things(AngleReading(one, one.name, one.details.get("object", ""), one.measurement) for one in found):
         if thing.angles:
             at_angles.append(_at_angles(thing, path, details))
         else:
@@ -297,7 +297,7 @@ def _together(name: str, some: list[Sample], of_file: dict[str, str]) -> Sample:
     return Sample(name, first.source, readings, first.stated, details=details, measurement=first.measurement)
 
 
-def _of_folder(path: Path, answer: Answer) -> tuple[Sample, ...]:
+def _of_folder(path: Path, answer: ImportOptions) -> tuple[Sample, ...]:
     files = sorted(file for file in path.iterdir() if file.is_file() and not file.name.startswith("."))
     found, refused = [], []
     for file in files:

@@ -20,7 +20,7 @@ _BLOCK = 16384
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class BrdfTable:
     """A BRDF on the grid of `axes`.
 
     values : f_r cos(theta_i) in frame io, f_r in frame hd, 1/sr; or their coefficients (`tabulate`).
@@ -79,7 +79,7 @@ def _frozen(wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def tabulate(
     brdf: Brdf, frame: Frame, axes: tuple[Axis, ...], spectra: Float[np.ndarray, "L S"] | None = None
-) -> Table:
+) -> BrdfTable:
     """Evaluate `brdf` at every node, in blocks so that memory beyond the table itself stays bounded.
 
     `spectra`: columns to project every spectrum on as it is evaluated; the table then has S values a node in place of
@@ -99,4 +99,4 @@ def tabulate(
     if frame == "io":
         values *= wi[:, 2:]
     labels = brdf.wavelengths_nm if spectra is None else np.arange(float(depth))
-    return Table(frame, axes, labels, values.reshape(*shape, depth), reached.reshape(shape))
+    return BrdfTable(frame, axes, labels, values.reshape(*shape, depth), reached.reshape(shape))

@@ -9,7 +9,7 @@ from ...spectral.difference import lightness_slope
 from ..core.axes import Axis, Frame
 from ..core.brdf import Brdf
 from ..core.directions import io_from_half_difference
-from .brdf_table import Table, node_directions
+from .brdf_table import BrdfTable, node_directions
 
 # A lobe is followed in theta_h until Y of a facing surface stays below this (0.01 in L*).
 _LEAST_SEEN = 1e-5
@@ -73,7 +73,7 @@ def _half_axis(brdf: Brdf, luminous: np.ndarray) -> Axis:
     return axis
 
 
-def filled(table: Table) -> Float[np.ndarray, "*grid S"]:
+def filled(table: BrdfTable) -> Float[np.ndarray, "*grid S"]:
     """The table's values with the nodes that no real pair reaches held at the nearest reached theta_d, then theta_h."""
     values, known = table.values.copy(), table.reached.copy()
     for mode in (1, 0):
@@ -85,7 +85,7 @@ def filled(table: Table) -> Float[np.ndarray, "*grid S"]:
     return values
 
 
-def node_weights(table: Table, luminance: Float[np.ndarray, "*grid"]) -> Float[np.ndarray, "*grid"]:
+def node_weights(table: BrdfTable, luminance: Float[np.ndarray, "*grid"]) -> Float[np.ndarray, "*grid"]:
     """Square of the L* that a unit error at a node costs, times how often a picture shows the node.
 
     How often: surfaces of every orientation under lights at every angle from the view, by the area that they cover

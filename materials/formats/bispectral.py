@@ -17,7 +17,7 @@ from ..records.material import Provenance
 from ..records.source import MaterialSource, Rejected
 from .measured_source import placed, sha256_of
 from .naming import id_word, printable
-from .reading_cost import Cost, cost_of_picture
+from .reading_cost import ReadingCost, cost_of_picture
 
 NAME = "bispectral OpenEXR"
 SUFFIXES = (".exr",)
@@ -33,7 +33,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return any(_SHIFTED.match(name) for name in channel_names(path, head))
 
 
-def reading_cost(path: Path) -> Cost:
+def reading_cost(path: Path) -> ReadingCost:
     """Estimate the cost of its pixels, as the header counts them."""
     return cost_of_picture(path)
 

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
 from ...spectral.formats.exr import MAGIC, channel_names, samples_in
-from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.spectral_exr import wavelength_of
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import upsampling
@@ -35,7 +35,7 @@ from .btf_survey import Sorted, sorted_files, surveyed
 from .input_file import head_of
 from .measured_source import placed
 from .naming import id_word, printable
-from .reading_cost import Cost
+from .reading_cost import ReadingCost
 from .spectral_channels import PLAIN
 
 NAME = "BTF"
@@ -74,12 +74,12 @@ def companions(path: Path) -> Iterable[Path]:
     return tuple(other for other in members(path) if other != path)
 
 
-def reading_cost(path: Path) -> Cost:
+def reading_cost(path: Path) -> ReadingCost:
     """Estimate the cost of the whole set, if its images are all like the first."""
     count, numbers = len(members(path)), samples_in(path)
     texels = numbers or _texels(path)
     seconds = _NUMBER_S * numbers if numbers else _IMAGE_S + _TEXEL_S * texels
-    return Cost(_PROCESS_BYTES + round(_VIEW_BYTES * np.sqrt(count) * texels), count * seconds)
+    return ReadingCost(_PROCESS_BYTES + round(_VIEW_BYTES * np.sqrt(count) * texels), count * seconds)
 
 
 def _texels(path: Path) -> int:
@@ -92,7 +92,7 @@ def _texels(path: Path) -> int:
         return 1 << 16
 
 
-def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
+def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """The one record, "btf/NAME".
 
     Raises
@@ -146,7 +146,7 @@ def _grazing(views: Hemisphere, lights: Hemisphere) -> list[str]:
     return notes
 
 
-def _images(found: Sorted, folder: Path, coding: Coding, basis: SpectralBasis, answer: Answer) -> BtfFiles:
+def _images(found: Sorted, folder: Path, coding: Coding, basis: SpectralBasis, answer: ImportOptions) -> BtfFiles:
     names = tuple(file.relative_to(folder).as_posix() for file in found.files)
     try:
         data = StoredFiles.of(folder, names)
@@ -187,7 +187,7 @@ def _size(images: BtfFiles, found: Sorted) -> tuple[int, int]:
     raise problem if isinstance(problem, InputError) else InputError("cannot be read", found=str(problem))
 
 
-def _coding(found: Sorted, folder: Path, answer: Answer, uplift: str) -> tuple[Coding, SpectralBasis, list[str]]:
+def _coding(found: Sorted, folder: Path, answer: ImportOptions, uplift: str) -> tuple[Coding, SpectralBasis, list[str]]:
     """How the images are decoded, what they are coefficients of, and notes on what says so."""
     first = next((file for file in found.files if _says(file)), found.files[0])
     head = head_of(first)

@@ -29,7 +29,7 @@ from ..measured.measurement import ScatteredMeasurement
 from ..records.source import MaterialSource, Rejected
 from .measured_source import measured_source, placed
 from .naming import printable
-from .reading_cost import Cost, cost_of_bytes
+from .reading_cost import ReadingCost, cost_of_bytes
 
 NAME = "Cornell scattered BRDF"
 SUFFIXES = (".brdf",)
@@ -47,7 +47,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return path.suffix.lower() in SUFFIXES or _begins_with_wavelengths(head)
 
 
-def reading_cost(path: Path) -> Cost:
+def reading_cost(path: Path) -> ReadingCost:
     """Its numbers as words, and what is worked out between scattered pairs."""
     return cost_of_bytes(path, 13.0, 4e-6)
 

@@ -25,7 +25,7 @@ from ..records.colour_standing import COLOUR, COLOUR_RANGE, STANDINGS, TITLE
 from ..records.material import Provenance
 from ..records.models import model_named
 from ..records.source import MaterialSource, Rejected
-from .family_tables import Kind, Table, constant_spectrum, tables_from
+from .family_tables import FamilyTable, Kind, constant_spectrum, tables_from
 
 NAME = "family description"
 SUFFIXES = (".toml",)
@@ -103,7 +103,7 @@ class _Entry:
     column: str
     label: str
     values: Mapping[str, Any]
-    tables: Mapping[str, Table]
+    tables: Mapping[str, FamilyTable]
 
     def material(self) -> MaterialSource:
         _name(self.name, self.path, "name")
@@ -111,7 +111,7 @@ class _Entry:
         kinds = {field.name: str(field.type) for field in dataclasses.fields(cast(Any, model)) if field.init}
         _expect_keys(self.values, (*_FAMILY_KEYS, *_MATERIAL_KEYS, *kinds), self.path, self.name)
         said = self._said()
-        used: dict[str, Table] = {}
+        used: dict[str, FamilyTable] = {}
         read = model.READ if issubclass(model, ReadBrdf) else None
         notes = [str(self.values.get("notes", ""))]
         arguments = {key: self.values[key] for key in kinds if key in self.values}
@@ -173,7 +173,7 @@ class _Entry:
             said[TITLE] = title[0].upper() + title[1:]
         return said
 
-    def _spectrum(self, key: str, quantity: Kind, used: dict[str, Table], read: bool) -> Spectrum:
+    def _spectrum(self, key: str, quantity: Kind, used: dict[str, FamilyTable], read: bool) -> Spectrum:
         """The spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""
         value, field = self.values[key], f"{self.name}.{key}"
         if set(value) == {"constant"}:
@@ -188,7 +188,7 @@ class _Entry:
         used[table.name] = table
         return table.spectrum(str(value.get("column")).replace("{column}", self.column))
 
-    def _read_at(self, key: str, used: Mapping[str, Table]) -> str | None:
+    def _read_at(self, key: str, used: Mapping[str, FamilyTable]) -> str | None:
         """The geometry at which a table's spectrum was read of the whole; None where it is of the body alone."""
         value = self.values.get(key)
         if not isinstance(value, dict) or "table" not in value:
@@ -206,7 +206,7 @@ class _Entry:
             raise reason.at(file=self.path, field=field) from None
 
 
-def _table(name: Any, tables: Mapping[str, Table], path: Path, field: str) -> Table:
+def _table(name: Any, tables: Mapping[str, FamilyTable], path: Path, field: str) -> FamilyTable:
     if name not in tables:
         raise UnknownNameError("table", str(name), tables, file=path, field=field)
     return tables[name]

@@ -23,7 +23,7 @@ _KEYS = ("file", "colour_checker", "source", "licence", "geometry", "quantity", 
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class FamilyTable:
     """Spectra by column name; read, and checked against `sha256`, when first asked for.
 
     origin : a CSV file, or the name of a chart of colour-science.
@@ -97,12 +97,12 @@ def constant_spectrum(value: object, quantity: Kind) -> Spectrum:
     return Spectrum.sampled(grid, values, _MEASURED_AS[quantity])
 
 
-def tables_from(description: Mapping[str, Any], file: Path) -> dict[str, Table]:
+def tables_from(description: Mapping[str, Any], file: Path) -> dict[str, FamilyTable]:
     """The tables that a `sources.toml` describes, by name; nothing of them is read yet."""
     return {name: _table(name, entry, file) for name, entry in description.items()}
 
 
-def _table(name: str, entry: Any, file: Path) -> Table:
+def _table(name: str, entry: Any, file: Path) -> FamilyTable:
     if not isinstance(entry, dict):
         raise InputError("not a table of spectra", file=file, field=name, found=repr(entry), expected=f"[{name}]")
     for key in entry:
@@ -126,7 +126,9 @@ def _table(name: str, entry: Any, file: Path) -> Table:
         )
     origin = file.parent / str(entry["file"]) if "file" in entry else str(entry["colour_checker"])
     geometry, sha256 = str(entry.get("geometry", "")), str(entry.get("sha256", ""))
-    return Table(name, origin, str(entry["source"]), str(entry["licence"]), geometry, quantity, sha256, file, scale)
+    return FamilyTable(
+        name, origin, str(entry["source"]), str(entry["licence"]), geometry, quantity, sha256, file, scale
+    )
 
 
 def _in_fractions(spectrum: Spectrum, file: Path, column: str) -> Spectrum:

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...runtime.errors import InputError
-from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
 from ..records.source import MaterialSource, Rejected
@@ -24,7 +24,7 @@ from ..svbrdf.map_set import Placement
 from ..svbrdf.textures import Texture
 from . import gltf_container
 from .gltf_container import GltfFile, open_gltf
-from .gltf_json import Node, compact
+from .gltf_json import JsonNode, compact
 from .gltf_textures import KEPT_EXTENSIONS, TextureReader
 from .measured_source import placed, sha256_of
 from .naming import id_word, printable
@@ -54,7 +54,7 @@ def companions(path: Path) -> Iterable[Path]:
     return tuple(gltf_container.companions(path))
 
 
-def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
+def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """One record a material, "FILE/MATERIAL", and "FILE/MATERIAL-emission" where it shines.
 
     Raises `InputError` where the file as a whole cannot be used; a material that cannot is a `Rejected`.
@@ -100,15 +100,17 @@ def _unique(name: str, taken: set[str]) -> str:
 class _Material:
     """One material of a file, read."""
 
-    def __init__(self, gltf: GltfFile, node: Node, label: str, material_id: str, content: str, coloured: bool) -> None:
+    def __init__(
+        self, gltf: GltfFile, node: JsonNode, label: str, material_id: str, content: str, coloured: bool
+    ) -> None:
         self.gltf, self.node, self.label, self.id, self.content = gltf, node, label, material_id, content
         self.coloured = coloured
-        self.placed: list[tuple[Node, str]] = []
+        self.placed: list[tuple[JsonNode, str]] = []
         self.bumps = self.stretched = self.coat_bumps = False
         self.textures = TextureReader(gltf, node)
         self.extensions = node.child("extensions")
 
-    def sources(self, uplift: str, answer: Answer) -> Iterator[MaterialSource]:
+    def sources(self, uplift: str, answer: ImportOptions) -> Iterator[MaterialSource]:
         maps = self._maps()
         model, parameters, notes = self._surface(maps, uplift, answer)
         kept, left_out = self.textures.all()
@@ -123,7 +125,7 @@ class _Material:
             original = {**self._description(), **spectrum, "surface": self.id}
             yield self._source(f"{self.id}-emission", "emission", {}, [note], original, uplift)
 
-    def _surface(self, maps: SurfaceMaps, uplift: str, answer: Answer) -> tuple[str, dict[str, Any], list[str]]:
+    def _surface(self, maps: SurfaceMaps, uplift: str, answer: ImportOptions) -> tuple[str, dict[str, Any], list[str]]:
         why: list[str] = []
         if answer.maps != "mean":
             try:
@@ -177,13 +179,13 @@ class _Material:
             **shared,
         )
 
-    def _texture(self, holder: Node, name: str) -> Texture | None:
+    def _texture(self, holder: JsonNode, name: str) -> Texture | None:
         """A texture of the surface; where it lies is asked for together with all others."""
         if holder.has(name):
             self.placed.append((holder, name))
         return self.textures.of(holder, name)
 
-    def _more(self, answer: Answer) -> MoreMaps:
+    def _more(self, answer: ImportOptions) -> MoreMaps:
         """What is drawn of texels alone. Bumps are OpenGL's, as the specification has it."""
         matt, stretch = self.extensions.has("KHR_materials_unlit"), self.extensions.child("KHR_materials_anisotropy")
         coat = self.extensions.child("KHR_materials_clearcoat")
@@ -211,7 +213,7 @@ class _Material:
             mends=answer.maps == "mended",
         )
 
-    def _specular_glossiness(self, gloss: Node, shared: dict[str, Any]) -> SurfaceMaps:
+    def _specular_glossiness(self, gloss: JsonNode, shared: dict[str, Any]) -> SurfaceMaps:
         packed = self._texture(gloss, "specularGlossinessTexture")
         return SurfaceMaps(
             base=Colour(self._texture(gloss, "diffuseTexture"), tuple(_factor(gloss, "diffuseFactor")[:3])),
@@ -291,7 +293,7 @@ class _Material:
         return MaterialSource(material_id, family, model, parameters, provenance, path, original)
 
 
-def _licence(asset: Node) -> str:
+def _licence(asset: JsonNode) -> str:
     """What the file says of its licence: the specification's `copyright`, or the `license` that libraries add."""
     extras = asset.values.get("extras")
     added = extras.get("license") if isinstance(extras, dict) else None
@@ -304,5 +306,5 @@ def _unlit(maps: SurfaceMaps) -> SurfaceMaps:
     return SurfaceMaps(base=maps.base, coverage=maps.coverage, cutoff=maps.cutoff)
 
 
-def _factor(node: Node, name: str) -> list[float]:
+def _factor(node: JsonNode, name: str) -> list[float]:
     return node.numbers(name, (1.0, 1.0, 1.0, 1.0), high=1)

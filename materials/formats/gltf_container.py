@@ -19,7 +19,7 @@ from urllib.parse import unquote
 
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
-from .gltf_json import Node, parsed
+from .gltf_json import JsonNode, parsed
 
 MAGIC = b"glTF"
 MOST_JSON = 128 << 20
@@ -49,10 +49,10 @@ class GltfFile:
     """
 
     path: Path
-    root: Node
+    root: JsonNode
     binary: tuple[int, int] | None
 
-    def picture(self, image: Node) -> EncodedPicture:
+    def picture(self, image: JsonNode) -> EncodedPicture:
         """The bytes of one of `images`; raises `InputError` where they are missing, elsewhere or too many."""
         name = image.text("name")
         if image.has("uri"):
@@ -77,7 +77,7 @@ class GltfFile:
         buffer = self.root.children("buffers")[number]
         return self._bytes(buffer, number, 0, buffer.whole("byteLength"), most=None)
 
-    def _bytes(self, buffer: Node, number: int, offset: int, length: int, most: int | None = MOST_PICTURE) -> bytes:
+    def _bytes(self, buffer: JsonNode, number: int, offset: int, length: int, most: int | None = MOST_PICTURE) -> bytes:
         if buffer.has("uri"):
             if buffer.text("uri").startswith("data:"):
                 return _inlined(buffer)[offset : offset + length]
@@ -124,7 +124,7 @@ def companions(path: Path) -> Iterator[Path]:
             continue
 
 
-def local_path(node: Node, folder: Path) -> Path:
+def local_path(node: JsonNode, folder: Path) -> Path:
     """The file that a `uri` names; it must be relative and lie in the folder of the glTF, or below.
 
     Backslashes part folders where no file is called by them: programs on Windows write them, against the rule.
@@ -158,7 +158,7 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def named_by_backslashes(node: Node, folder: Path) -> bool:
+def named_by_backslashes(node: JsonNode, folder: Path) -> bool:
     """Return whether the file of a `uri` was only found by taking backslashes for separators."""
     uri = node.text("uri")
     return not uri.startswith("data:") and "\\" in unquote(uri) and "\\" not in local_path(node, folder).name
@@ -223,7 +223,7 @@ def _check_bounds(gltf: GltfFile) -> None:
             accessor.refuse("count", "values beyond their view", f"to byte {end}", f"at most {length}", _AGAIN)
 
 
-def _span(accessor: Node, stride: int) -> int:
+def _span(accessor: JsonNode, stride: int) -> int:
     """Bytes from the first value of an accessor to the end of its last."""
     kind, component, count = accessor.text("type"), accessor.whole("componentType"), accessor.whole("count")
     if kind not in _COMPONENTS or component not in _COMPONENT_BYTES:
@@ -236,7 +236,7 @@ def _span(accessor: Node, stride: int) -> int:
     return 0 if count == 0 else (count - 1) * (stride or whole) + last
 
 
-def _buffer_size(gltf: GltfFile, number: int, buffer: Node) -> int:
+def _buffer_size(gltf: GltfFile, number: int, buffer: JsonNode) -> int:
     declared = buffer.whole("byteLength")
     if not buffer.has("uri"):
         if gltf.binary is None or number:
@@ -252,7 +252,7 @@ def _buffer_size(gltf: GltfFile, number: int, buffer: Node) -> int:
     return declared
 
 
-def _inlined(node: Node) -> bytes:
+def _inlined(node: JsonNode) -> bytes:
     """The content of a data: URI in base64."""
     head, comma, body = node.text("uri").partition(",")
     if not comma or not head.endswith(";base64"):
@@ -264,7 +264,7 @@ def _inlined(node: Node) -> bytes:
 
 
 def _slice(
-    path: Path, offset: int, length: int | None, node: Node, name: str, most: int | None = MOST_PICTURE
+    path: Path, offset: int, length: int | None, node: JsonNode, name: str, most: int | None = MOST_PICTURE
 ) -> bytes:
     try:
         length = path.stat().st_size if length is None else length

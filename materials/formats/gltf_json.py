@@ -20,7 +20,7 @@ _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
-class Node:
+class JsonNode:
     """An object {} of a JSON file, and where it stands in it: "materials[2].pbrMetallicRoughness"."""
 
     file: Path
@@ -37,19 +37,19 @@ class Node:
         """Return whether the object has that name."""
         return name in self.values
 
-    def child(self, name: str) -> Node:
+    def child(self, name: str) -> JsonNode:
         """The object of that name, empty where there is none."""
         value = self.values.get(name, {})
         if not isinstance(value, dict):
             self.refuse(name, "not an object", _shown(value), "{ ... }")
-        return Node(self.file, self._at(name), value)
+        return JsonNode(self.file, self._at(name), value)
 
-    def children(self, name: str) -> list[Node]:
+    def children(self, name: str) -> list[JsonNode]:
         """The objects in the list of that name; none where there is none."""
         values = self.values.get(name, [])
         if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
             self.refuse(name, "not a list of objects", _shown(values), "[{ ... }, ...]")
-        return [Node(self.file, f"{self._at(name)}[{number}]", value) for number, value in enumerate(values)]
+        return [JsonNode(self.file, f"{self._at(name)}[{number}]", value) for number, value in enumerate(values)]
 
     def text(self, name: str, default: str = "") -> str:
         """The text of that name; anything else is refused."""
@@ -90,7 +90,7 @@ class Node:
         return f"{self.place}.{name}" if self.place else name
 
 
-def parsed(raw: bytes, file: Path) -> Node:
+def parsed(raw: bytes, file: Path) -> JsonNode:
     """The object that is the whole of a JSON text; raises `InputError` naming `file`."""
     weight = sum(raw.count(sign) for sign in (b",", b"[", b"{"))
     if weight > MOST_VALUES:
@@ -113,8 +113,8 @@ def parsed(raw: bytes, file: Path) -> Node:
             expected="an object { ... } in UTF-8",
             hint="the file is damaged or cut short: export or copy it again",
         ) from None
-    node = Node(file, "", {"JSON": root})
-    return Node(file, "", root) if isinstance(root, dict) else node.child("JSON")
+    node = JsonNode(file, "", {"JSON": root})
+    return JsonNode(file, "", root) if isinstance(root, dict) else node.child("JSON")
 
 
 def compact(value: Any) -> str:

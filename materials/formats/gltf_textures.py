@@ -11,7 +11,7 @@ from ..svbrdf.map_set import Placement
 from ..svbrdf.texels import Wrap
 from ..svbrdf.textures import Texture
 from .gltf_container import GltfFile, named_by_backslashes
-from .gltf_json import Node
+from .gltf_json import JsonNode
 from .pictures.drawn import NotDrawn
 
 # Textures of colours are in sRGB; all others hold numbers.
@@ -41,11 +41,11 @@ KEPT_EXTENSIONS = {
 class TextureReader:
     """The textures of one material; each picture is read once."""
 
-    def __init__(self, gltf: GltfFile, material: Node) -> None:
+    def __init__(self, gltf: GltfFile, material: JsonNode) -> None:
         self.gltf, self.material = gltf, material
         self._read: dict[str, Texture] = {}
 
-    def of(self, holder: Node, name: str) -> Texture | None:
+    def of(self, holder: JsonNode, name: str) -> Texture | None:
         """The texture that `holder` names so, None where it has none.
 
         Raises
@@ -70,7 +70,7 @@ class TextureReader:
         _ = texture.mime
         return texture
 
-    def placement(self, holder: Node, name: str, turned: bool = False) -> Placement:
+    def placement(self, holder: JsonNode, name: str, turned: bool = False) -> Placement:
         """Return the placement of a texture on the mesh, (u, v) growing upwards; `turned`: what it says has directions.
 
         Raises
@@ -136,7 +136,7 @@ class TextureReader:
         """materials[2].pbrMetallicRoughness.baseColorTexture -> pbrMetallicRoughness.baseColorTexture"""
         return place.removeprefix(self.material.place).removeprefix(".extensions").lstrip(".")
 
-    def _holders(self, node: Node) -> Iterator[tuple[Node, str]]:
+    def _holders(self, node: JsonNode) -> Iterator[tuple[JsonNode, str]]:
         """Every (object, key) of the material that names a texture."""
         for name, value in node.values.items():
             if name == "extras" or not isinstance(value, dict):
@@ -146,7 +146,7 @@ class TextureReader:
             else:
                 yield from self._holders(node.child(name))
 
-    def _image(self, holder: Node, name: str) -> tuple[Node, Node]:
+    def _image(self, holder: JsonNode, name: str) -> tuple[JsonNode, JsonNode]:
         textures, images = self.gltf.root.children("textures"), self.gltf.root.children("images")
         texture = textures[holder.child(name).whole("index", below=len(textures))]
         source = texture
@@ -156,7 +156,7 @@ class TextureReader:
         return texture, images[source.whole("source", below=len(images))]
 
 
-def _without_content(image: Node) -> dict[str, Any]:
+def _without_content(image: JsonNode) -> dict[str, Any]:
     uri = image.values.get("uri")
     inside = isinstance(uri, str) and uri.startswith("data:")
     return {name: value for name, value in image.values.items() if not (inside and name == "uri")}

@@ -1,7 +1,7 @@
 """The surface that a set of texture maps says: its properties from the pictures that hold them, texel by texel or in
 the mean.
 
-What a map leaves open is asked (`Answer`), and not guessed: which way green points in a normal map, and what a
+What a map leaves open is asked (`ImportOptions`), and not guessed: which way green points in a normal map, and what a
 specular map holds. That may be F at the normal, in red, green and blue: then
 
     f_r = (1 - largest of F) albedo / pi + F D G / (4 cos cos)      as for glTF's dielectrics, of any reflectance
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...runtime.errors import InputError
-from ...spectral.formats.import_options import Answer
+from ...spectral.formats.import_options import ImportOptions
 from ..svbrdf.maps import MappedSurface
 from ..svbrdf.texel_map import TexelMap
 from ..svbrdf.textures import Texture
@@ -27,7 +27,11 @@ from .spectral_base import SpectralBase, mean_of
 
 
 def surface_of(
-    textures: dict[str, list[Texture]], measured: SpectralBase | None, uplift: str, answer: Answer, notes: list[str]
+    textures: dict[str, list[Texture]],
+    measured: SpectralBase | None,
+    uplift: str,
+    answer: ImportOptions,
+    notes: list[str],
 ) -> tuple[str, dict[str, Any], set[str]]:
     """Model, parameters, and the properties that are drawn beside colour, roughness and metal; what was assumed is
     added to `notes`.
@@ -84,7 +88,7 @@ def _drawn(
     measured: SpectralBase | None,
     matt: bool,
     uplift: str,
-    answer: Answer,
+    answer: ImportOptions,
 ) -> tuple[MappedSurface | None, list[str], set[str]]:
     """The surface of all texels, None where they are alike; notes; and which of the other properties it shows."""
     notes: list[str] = []
@@ -108,7 +112,7 @@ def _drawn(
     return surface, notes + said, drawn
 
 
-def _green(role: str, textures: dict[str, list[Texture]], answer: Answer, notes: list[str]) -> Green:
+def _green(role: str, textures: dict[str, list[Texture]], answer: ImportOptions, notes: list[str]) -> Green:
     """Which way green points in a normal map: by its name, by itself, or as it was answered."""
     if role != "normal":
         return "opengl" if role == "normal_gl" else "directx"

@@ -14,7 +14,7 @@ from typing import Any
 
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
-from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.upsampling import upsampling
 from ..records.material import Provenance
 from ..records.source import MaterialSource, Rejected
@@ -24,7 +24,7 @@ from .measured_source import placed, sha256_of
 from .naming import id_word, printable
 from .pictures.map_names import SUFFIXES, map_name, members
 from .pictures.map_record import kept_maps
-from .reading_cost import Cost, cost_of_bytes, cost_of_picture
+from .reading_cost import ReadingCost, cost_of_bytes, cost_of_picture
 from .spectral_base import read_spectral_base
 from .spectral_channels import is_spectral_base
 
@@ -50,12 +50,12 @@ def companions(path: Path) -> Iterable[Path]:
     return tuple(other for files in members(path).values() for other in files if other != path)
 
 
-def reading_cost(path: Path) -> Cost:
+def reading_cost(path: Path) -> ReadingCost:
     """Estimate the cost of a spectral albedo, as its header counts its pixels."""
     return cost_of_picture(path) if is_spectral_base(path) else cost_of_bytes(path)
 
 
-def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
+def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """The one record, "maps/NAME", of the set that a map belongs to.
 
     Raises
@@ -114,7 +114,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
     yield MaterialSource(f"maps/{id_word(label)}", "maps", model, parameters, provenance, path, original)
 
 
-def _texture(role: str, file: Path, answer: Answer) -> Texture:
+def _texture(role: str, file: Path, answer: ImportOptions) -> Texture:
     size = existing_file(file).stat().st_size
     hint = "save the map smaller, or compressed"
     if size > MOST_BYTES:
@@ -181,7 +181,7 @@ def _number(role: str, file: Path) -> str:
     return f"-{at + 1}" if at else ""
 
 
-def _check_unambiguous(path: Path, found: dict[str, list[Path]], answer: Answer) -> None:
+def _check_unambiguous(path: Path, found: dict[str, list[Path]], answer: ImportOptions) -> None:
     for role in (*_RENDERED, *(("specular",) if answer.specular_map else ())):
         if len(found.get(role, ())) > 1:
             raise InputError(
@@ -207,7 +207,7 @@ def _check_sizes(path: Path, files: list[tuple[Path, tuple[int, int]]]) -> None:
         )
 
 
-def _unrendered(textures: dict[str, list[Texture]], drawn: set[str], answer: Answer) -> list[str]:
+def _unrendered(textures: dict[str, list[Texture]], drawn: set[str], answer: ImportOptions) -> list[str]:
     rough = next((role for role in ("roughness", "packed", "gloss", "metallic_smoothness") if role in textures), "")
     metal = next((role for role in ("metallic", "packed", "metallic_smoothness") if role in textures), "")
     used = {"albedo", rough, metal, *drawn, "specular" if answer.specular_map else ""}

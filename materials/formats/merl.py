@@ -22,7 +22,7 @@ from ..measured.merl import SHAPE, MerlBrdf, MerlMeasurement
 from ..records.source import MaterialSource, Rejected
 from .measured_source import measured_source, placed
 from .naming import printable
-from .reading_cost import Cost, cost_of_bytes
+from .reading_cost import ReadingCost, cost_of_bytes
 
 NAME = "MERL table"
 SUFFIXES = (".binary",)
@@ -37,7 +37,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return head[:_HEADER] == np.array(SHAPE, "<i4").tobytes() or path.suffix.lower() in SUFFIXES
 
 
-def reading_cost(path: Path) -> Cost:
+def reading_cost(path: Path) -> ReadingCost:
     """The file, its values in order, and what stands between and beyond them."""
     return cost_of_bytes(path, 11.0, 0.06e-6)
 

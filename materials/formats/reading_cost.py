@@ -14,23 +14,23 @@ _BYTES_A_SAMPLE, _SECONDS_A_SAMPLE = 42.0, 0.6e-6
 
 
 @dataclass(frozen=True)
-class Cost:
+class ReadingCost:
     """Memory at its peak, and seconds of one core."""
 
     bytes: int
     seconds: float
 
 
-def cost_of_bytes(path: Path, memory: float = _BYTES_A_BYTE, seconds: float = _SECONDS_A_BYTE) -> Cost:
+def cost_of_bytes(path: Path, memory: float = _BYTES_A_BYTE, seconds: float = _SECONDS_A_BYTE) -> ReadingCost:
     """Estimate memory and seconds for each byte of a file."""
     try:
         size = path.stat().st_size
     except OSError:
         size = 0
-    return Cost(round(memory * size), seconds * size)
+    return ReadingCost(round(memory * size), seconds * size)
 
 
-def cost_of_picture(path: Path) -> Cost:
+def cost_of_picture(path: Path) -> ReadingCost:
     """Estimate the cost of an OpenEXR picture; compressed, a small file may hold a large one."""
     samples = samples_in(path)
-    return Cost(round(_BYTES_A_SAMPLE * samples), _SECONDS_A_SAMPLE * samples)
+    return ReadingCost(round(_BYTES_A_SAMPLE * samples), _SECONDS_A_SAMPLE * samples)

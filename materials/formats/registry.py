@@ -11,7 +11,7 @@ from typing import Protocol, cast, runtime_checkable
 from ...runtime.errors import InputError
 from ..records.source import MaterialSource, Rejected
 from .input_file import InputFile, head_of
-from .reading_cost import Cost, cost_of_bytes
+from .reading_cost import ReadingCost, cost_of_bytes
 
 #: Modules beside this one, the most particular first: the first that recognises a file reads it.
 FORMATS = (
@@ -53,9 +53,9 @@ class Format(Protocol):
         ...
 
 
-def reading_cost(reader: Format, path: Path) -> Cost:
+def reading_cost(reader: Format, path: Path) -> ReadingCost:
     """Estimate the largest cost of reading a file, as its size or its header tells."""
-    of_its_own: Callable[[Path], Cost] | None = getattr(reader, "reading_cost", None)
+    of_its_own: Callable[[Path], ReadingCost] | None = getattr(reader, "reading_cost", None)
     return of_its_own(path) if of_its_own is not None else cost_of_bytes(path)
 
 

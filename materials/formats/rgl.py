@@ -34,7 +34,7 @@ from ..measured.rgl_measurement import RglMeasurement
 from ..records.source import MaterialSource, Rejected
 from .measured_source import measured_source, placed
 from .naming import printable
-from .reading_cost import Cost, cost_of_bytes
+from .reading_cost import ReadingCost, cost_of_bytes
 
 NAME = "RGL measurement"
 SUFFIXES = (".bsdf",)
@@ -58,7 +58,7 @@ def is_other_tensor(head: bytes) -> bool:
     return head.startswith(MAGIC) and (b"wvls" in head or (len(head) > _FIRST_FIELD and _OURS.search(head) is None))
 
 
-def reading_cost(path: Path) -> Cost:
+def reading_cost(path: Path) -> ReadingCost:
     """The file, and its fields as a record keeps them."""
     return cost_of_bytes(path, 5.0, 0.05e-6)
 

@@ -16,9 +16,9 @@ from types import ModuleType
 from typing import Any
 
 from ...runtime.errors import InputError
-from ...spectral.angles import Reading, Thing, things, without_light
+from ...spectral.angles import AngleReading, Thing, things, without_light
 from ...spectral.formats import csv, spectral_exr
-from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.registry import (
     SpectralEntry,
     SpectralFile,
@@ -39,7 +39,7 @@ from ..records.material import Provenance
 from ..records.source import MaterialSource, Rejected
 from .measured_source import sha256_of
 from .naming import id_word
-from .reading_cost import Cost, cost_of_bytes, cost_of_picture
+from .reading_cost import ReadingCost, cost_of_bytes, cost_of_picture
 from .spectra_at_angles import reconstruction, refusal_at_angles, refusal_without_light
 
 NAME = "measured spectra"
@@ -76,12 +76,12 @@ def guessed(path: Path) -> bool:
     return not (by_content and suffix in csv.SUFFIXES)
 
 
-def reading_cost(path: Path) -> Cost:
+def reading_cost(path: Path) -> ReadingCost:
     """Estimate the cost of a picture by its pixels and of a text by its words, which take most room."""
     return cost_of_picture(path) if _reader(path) is spectral_exr else cost_of_bytes(path)
 
 
-def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
+def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """One material a spectrum, as FILE/SAMPLE; spectra need no `uplift`, and an `answer` where they do not say what
     they are. Raises `InputError` as the reader does."""
     file = read_with(_reader(path), path, answer)
@@ -118,7 +118,7 @@ def read_sources(path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterato
 
 
 def _at_angles(
-    file: SpectralFile, path: Path, answer: Answer
+    file: SpectralFile, path: Path, answer: ImportOptions
 ) -> tuple[list[Thing[SpectralEntry]], dict[str, str | None], dict[int, str]]:
     """Coatings that were read at several angles, one a material, and what is made of each of their readings by name:
     "lambert" or "radiance factor" as the answer says, else None, and the coatings are the materials. Last, by their
@@ -126,7 +126,7 @@ def _at_angles(
     """
     beside = details_of_readings(file)
     readings = [
-        Reading(
+        AngleReading(
             one,
             one.name,
             one.details.get("object", ""),

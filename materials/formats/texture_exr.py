@@ -26,7 +26,7 @@ from ..records.material import Provenance
 from ..records.source import MaterialSource, Rejected
 from .measured_source import placed, sha256_of
 from .naming import id_word, printable
-from .reading_cost import Cost, cost_of_picture
+from .reading_cost import ReadingCost, cost_of_picture
 from .spectra import read_sources as read_chart
 from .spectral_channels import PLAIN, is_spectral, is_spectral_base
 
@@ -41,7 +41,7 @@ _LONGEST_TEXT = 32000
 
 
 @dataclass(frozen=True, eq=False)
-class SpectralTexture:
+class TextureImage:
     """One quantity of one layer: values (H,W,L) as stored, at ascending wavelengths."""
 
     layer: str
@@ -58,7 +58,7 @@ def recognises(path: Path, head: bytes) -> bool:
     return not names or any(map(is_spectral, names))
 
 
-def reading_cost(path: Path) -> Cost:
+def reading_cost(path: Path) -> ReadingCost:
     """Estimate the cost of its pixels, as the header counts them."""
     return cost_of_picture(path)
 
@@ -105,7 +105,7 @@ def _chart(path: Path, uplift: str) -> list[MaterialSource | Rejected]:
         return []
 
 
-def spectral_textures(picture: ExrPicture, path: Path) -> list[SpectralTexture]:
+def spectral_textures(picture: ExrPicture, path: Path) -> list[TextureImage]:
     """Every quantity of every layer; raises `InputError` where channels do not go together."""
     found: dict[tuple[str, str], dict[float, np.ndarray]] = {}
     for name, pixels in picture.channels.items():
@@ -127,7 +127,7 @@ def spectral_textures(picture: ExrPicture, path: Path) -> list[SpectralTexture]:
             _refuse(path, f"{kind} channels", "channels of different sizes", shapes, "one size for all wavelengths")
         values = np.stack([held[length] for length in grid.tolist()], axis=-1)
         _check_finite(path, kind, values, grid)
-        textures.append(SpectralTexture(layer, kind, grid, values))
+        textures.append(TextureImage(layer, kind, grid, values))
     return textures
 
 
@@ -152,8 +152,8 @@ def _source(
     path: Path,
     name: str,
     picture: ExrPicture,
-    texture: SpectralTexture,
-    polarised: list[SpectralTexture],
+    texture: TextureImage,
+    polarised: list[TextureImage],
     notes: list[str],
 ) -> MaterialSource:
     height, width, count = texture.values.shape
@@ -189,7 +189,7 @@ def _source(
     return MaterialSource(f"textures/{name}", "textures", model, parameters, provenance, path, original)
 
 
-def surface_of(texture: SpectralTexture, mean: np.ndarray, path: Path) -> tuple[str, dict[str, Any], list[str]]:
+def surface_of(texture: TextureImage, mean: np.ndarray, path: Path) -> tuple[str, dict[str, Any], list[str]]:
     """A matt surface, or where the mean exceeds 1 or shines, that as a spectrum without a surface."""
     values, grid = texture.values, texture.wavelengths_nm
     notes = []

@@ -15,7 +15,7 @@ from ...runtime.errors import InputError
 from ..records.source import MaterialSource
 from .code_version import code_hash
 from .import_plan import PlannedMaterial
-from .work import Fitted, fit_material
+from .work import FitResult, fit_material
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 def fitted_on_cluster(
     pending: Iterator[tuple[PlannedMaterial, MaterialSource | InputError]], budget: float, scheduler: str
-) -> Iterator[tuple[PlannedMaterial, MaterialSource | None, Fitted]]:
+) -> Iterator[tuple[PlannedMaterial, MaterialSource | None, FitResult]]:
     """Each material with what the cluster made of it, as results come. Closing the iterator cancels the rest.
 
     Raises
@@ -46,7 +46,7 @@ def _drained(
     pending: Iterator[tuple[PlannedMaterial, MaterialSource | InputError]],
     budget: float,
     scheduler: str,
-) -> Iterator[tuple[PlannedMaterial, MaterialSource | None, Fitted]]:
+) -> Iterator[tuple[PlannedMaterial, MaterialSource | None, FitResult]]:
     from distributed import as_completed
 
     sent: dict[Any, tuple[PlannedMaterial, MaterialSource]] = {}
@@ -56,7 +56,7 @@ def _drained(
         while len(sent) < room and (item := next(pending, None)) is not None:
             material, source = item
             if isinstance(source, InputError):
-                yield material, None, Fitted(None, 0.0, str(source))
+                yield material, None, FitResult(None, 0.0, str(source))
                 continue
             # A key of its own each time: what another import left on the scheduler is not taken for this one's result.
             future = client.submit(_checked_fit, source, budget, code_hash(source.model), pure=False, retries=1)
@@ -69,25 +69,25 @@ def _drained(
         future.release()
 
 
-def _checked_fit(source: MaterialSource, budget: float, code: str) -> Fitted:
+def _checked_fit(source: MaterialSource, budget: float, code: str) -> FitResult:
     """`fit_material`, where this worker has the same code: one may have joined after the first look at all of them."""
     if code_hash(source.model) != code:
-        return Fitted(None, 0.0, "a worker of the cluster has another version of metamer; install the same one")
+        return FitResult(None, 0.0, "a worker of the cluster has another version of metamer; install the same one")
     return fit_material(source, budget)
 
 
-def _result(future: Any, client: Client, scheduler: str) -> Fitted:
+def _result(future: Any, client: Client, scheduler: str) -> FitResult:
     from distributed import KilledWorker
 
     try:
         return future.result()
     except KilledWorker as reason:
         said = f"{reason.allowed_failures + 1} workers of the cluster died over it, as when memory runs out"
-        return Fitted(None, 0.0, f"{said}; give each worker more memory, or fewer threads")
+        return FitResult(None, 0.0, f"{said}; give each worker more memory, or fewer threads")
     except Exception as reason:
         if scheduler_lost(client, future):
             raise lost(scheduler) from None
-        return Fitted(None, 0.0, f"the cluster gave no result: {type(reason).__name__}: {reason}")
+        return FitResult(None, 0.0, f"the cluster gave no result: {type(reason).__name__}: {reason}")
 
 
 def _code() -> str:

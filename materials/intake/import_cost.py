@@ -12,7 +12,7 @@ from pathlib import Path
 from ...runtime.errors import InputError
 from ...runtime.memory import available_bytes, gigabytes
 from ...runtime.worker_pool import usable_cores
-from ..formats.registry import Cost, Format, reading_cost
+from ..formats.registry import Format, ReadingCost, reading_cost
 
 # A process that fits, without what it is given: measured, benchmarks/importing.py.
 _WORKER_BYTES = 600 << 20
@@ -32,7 +32,7 @@ class Jobs:
     why: str = ""
 
 
-def reading_too_large(reader: Format, path: Path, name: str) -> tuple[Cost, InputError | None]:
+def reading_too_large(reader: Format, path: Path, name: str) -> tuple[ReadingCost, InputError | None]:
     """Estimate the cost of reading a file, and make the refusal of one that memory does not hold; `name` is what people
     call it.
     """

@@ -54,7 +54,7 @@ class Read:
 
 
 @dataclass(frozen=True)
-class Reading:
+class FileReading:
     """Reading of a file: its format in words, its materials, and why it is passed over, if it is ("" if not)."""
 
     label: str
@@ -63,7 +63,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Look:
+class FileState:
     """A file and its companions as they are before they are read: for each its path, state and content hash."""
 
     key: str
@@ -132,7 +132,7 @@ class Known:
             self.formats[path], self._changed = [*stored, found.NAME if found else ""], True
         return found
 
-    def reading(self, file: InputFile, reader: Format, words: str) -> Reading | None:
+    def reading(self, file: InputFile, reader: Format, words: str) -> FileReading | None:
         """Return the reading of a file as it is now, read under the same `words`; None where that is unknown."""
         key = _key(file, reader, words)
         entry = self.readings.get(key)
@@ -142,18 +142,18 @@ class Known:
         if not all(self._is_as_stored(stored, path, file) for stored, path in zip(entry["parts"], parts, strict=True)):
             return None
         self._used.add(key)
-        return Reading(entry["label"], tuple(Read(*each) for each in entry["materials"]), entry["note"])
+        return FileReading(entry["label"], tuple(Read(*each) for each in entry["materials"]), entry["note"])
 
-    def look(self, file: InputFile, reader: Format, words: str) -> Look:
+    def look(self, file: InputFile, reader: Format, words: str) -> FileState:
         """Return the state that `keep` compares with, once the file has been read."""
         moment, private = time.time_ns(), is_private(file)
         parts = [
             ["", _content(path)] if private else [os.path.abspath(path), *(_state(path) or ()), _content(path)]  # noqa: PTH100
             for path in _parts(file, reader)
         ]
-        return Look(_key(file, reader, words), moment, tuple(parts))
+        return FileState(_key(file, reader, words), moment, tuple(parts))
 
-    def keep(self, file: InputFile, look: Look, reading: Reading) -> None:
+    def keep(self, file: InputFile, look: FileState, reading: FileReading) -> None:
         """Remember what came out of a file, where it was at rest before it was read and is still the same."""
         for path, *stored, _ in look.parts if not is_private(file) else ():
             if (_state(Path(path)) or []) != stored or (stored and not _at_rest(stored, look.moment_ns)):

@@ -12,7 +12,7 @@ from typing import Literal
 
 from ...runtime.errors import InputError
 from ...runtime.memory import gigabytes
-from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..formats.input_file import InputFile
 from ..formats.registry import Format, companions, guessed, label, not_a_source, recognised_files
 from ..records.models import quantity_of
@@ -20,7 +20,7 @@ from ..records.record_head import SCHEMA
 from ..records.source import MaterialSource, Rejected
 from .code_version import code_hash
 from .import_cost import TOLD_S, reading_too_large
-from .import_history import Known, Read, Reading, is_private
+from .import_history import FileReading, Known, Read, is_private
 from .progress import Doing, Hears, in_bytes, in_words
 from .sources import read_with
 
@@ -47,7 +47,7 @@ class Settings:
     uplift: str
     family: str | None = None
     again: bool = False
-    answer: Answer = NO_ANSWER
+    answer: ImportOptions = NO_ANSWER
     copy: bool = False
 
 
@@ -177,7 +177,9 @@ def _file(
     return PlannedFile(file.name, reading.label, tuple(materials))
 
 
-def _read(file: InputFile, reader: Format, settings: Settings, say: Hears) -> tuple[Reading, list[Load | None], bool]:
+def _read(
+    file: InputFile, reader: Format, settings: Settings, say: Hears
+) -> tuple[FileReading, list[Load | None], bool]:
     """What comes out of a file, what gives each material again, and whether all of it is due to the file alone."""
     found: list[Read] = []
     loads: list[Load | None] = []
@@ -199,7 +201,7 @@ def _read(file: InputFile, reader: Format, settings: Settings, say: Hears) -> tu
     if not found:
         reason = str(InputError("holds no material", file=file.name, expected="one measurement or more"))
         found.append(Read(file.name, reason=reason))
-    return Reading("" if note else label(reader, file.path), tuple(found), note), loads, lasts
+    return FileReading("" if note else label(reader, file.path), tuple(found), note), loads, lasts
 
 
 def _sealed(read: MaterialSource | Rejected, say: Hears) -> tuple[MaterialSource | Rejected, str]:

@@ -12,7 +12,7 @@ from typing import Literal
 from ...runtime.errors import InputError, NoRoomError
 from ...runtime.shutdown import saying
 from ...runtime.worker_pool import Lost, Task, supervised
-from ...spectral.formats.import_options import NO_ANSWER, Answer
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.upsampling import DEFAULT_METHOD
 from ..core.fit_error import DEFAULT_BUDGET, FitError
 from ..records.material import MaterialRecord
@@ -25,7 +25,7 @@ from .import_plan import PlannedFile, PlannedMaterial, Settings, planned
 from .inputs import inputs_of
 from .progress import Doing, Hears, in_bytes
 from .sources import check_uplift, nothing_to_import
-from .work import Fitted, fit_material
+from .work import FitResult, fit_material
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def import_sources(
     again: bool = False,
     begins: Callable[[Sequence[PlannedMaterial], Jobs], None] = lambda pending, jobs: None,
     doing: Callable[[str, Doing], None] = lambda material_id, doing: None,
-    answer: Answer = NO_ANSWER,
+    answer: ImportOptions = NO_ANSWER,
     broken_off: Callable[[ImportReport], None] = lambda report: None,
     copy: bool = False,
 ) -> ImportReport:
@@ -238,7 +238,7 @@ class _Tally:
         return ImportReport(self.folder, tuple(self.outcomes), remaining, self.files, stopped)
 
 
-Work = Generator[tuple[PlannedMaterial, MaterialSource | None, Fitted], None, None]
+Work = Generator[tuple[PlannedMaterial, MaterialSource | None, FitResult], None, None]
 
 
 def _loaded(
@@ -264,12 +264,12 @@ def _here(
     """The work in processes of this machine, or in this one."""
     if not pending:
         return
-    unread: list[tuple[PlannedMaterial, Fitted]] = []
+    unread: list[tuple[PlannedMaterial, FitResult]] = []
 
     def tasks() -> Iterator[Task]:
         for material, source in _loaded(pending, doing):
             if isinstance(source, InputError):
-                unread.append((material, Fitted(None, 0.0, str(source))))
+                unread.append((material, FitResult(None, 0.0, str(source))))
             else:
                 yield Task((material, source), (source, budget))
 
@@ -279,7 +279,7 @@ def _here(
     else:
         with closing(supervised(fit_material, tasks(), jobs, lambda key, what: doing(key[0].id, what))) as results:
             for key, result in results:
-                yield *key, Fitted(None, 0.0, result.reason) if isinstance(result, Lost) else result
+                yield *key, FitResult(None, 0.0, result.reason) if isinstance(result, Lost) else result
     for material, fitted in unread:
         yield material, None, fitted
 
@@ -294,7 +294,7 @@ def _on_cluster(
 
 
 def _stored(
-    folder: Path, material: PlannedMaterial, source: MaterialSource | None, fitted: Fitted, say: Hears
+    folder: Path, material: PlannedMaterial, source: MaterialSource | None, fitted: FitResult, say: Hears
 ) -> ImportOutcome:
     if source is None or fitted.reason:
         return ImportOutcome(material.id, "failed", fitted.reason, seconds=fitted.seconds)

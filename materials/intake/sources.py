@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...runtime.errors import InputError, UnknownNameError
-from ...spectral.formats.import_options import NO_ANSWER, Answer, contradiction
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions, contradiction
 from ...spectral.upsampling import DEFAULT_METHOD, METHODS
 from ..formats.registry import not_a_source, recognised_files
 from ..records.models import quantity_of
@@ -16,7 +16,7 @@ from .inputs import inputs_of
 
 
 def read_sources(
-    path: str | Path, uplift: str = DEFAULT_METHOD, answer: Answer = NO_ANSWER
+    path: str | Path, uplift: str = DEFAULT_METHOD, answer: ImportOptions = NO_ANSWER
 ) -> tuple[MaterialSource | Rejected, ...]:
     """Every material that a file, or a folder of files, gives.
 
@@ -50,7 +50,9 @@ def check_uplift(uplift: str) -> None:
         raise UnknownNameError("upsampling method", uplift, METHODS)
 
 
-def read_with(reader: Any, path: Path, uplift: str, answer: Answer = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
+def read_with(
+    reader: Any, path: Path, uplift: str, answer: ImportOptions = NO_ANSWER
+) -> Iterator[MaterialSource | Rejected]:
     """The materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`.
 
     What a format says itself is not overruled: of another quantity than the answer, it is refused or kept as it is.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FitResult:
     """Result of a fit: a fast form with its error, and the trials; or, in `reason`, why there is none.
 
     seconds : how long it took. It is told to people, and stands in no file: equal materials are equal bytes.
@@ -33,15 +33,15 @@ class Fitted:
     trials: tuple[Trial, ...] = ()
 
 
-def fit_material(material: MaterialSource, budget: float, say: Hears = lambda doing: None) -> Fitted:
+def fit_material(material: MaterialSource, budget: float, say: Hears = lambda doing: None) -> FitResult:
     """Fit one material; a spectrum without a surface has nothing to fit. What goes wrong is in `reason`.
 
     told : hears what the fit is at.
     """
     start = time.perf_counter()
 
-    def done(fast: Fast | None = None, reason: str = "") -> Fitted:
-        return Fitted(fast, time.perf_counter() - start, reason, tuple(trials))
+    def done(fast: Fast | None = None, reason: str = "") -> FitResult:
+        return FitResult(fast, time.perf_counter() - start, reason, tuple(trials))
 
     def tried(trial: Trial) -> None:
         trials.append(replace(trial, seconds=0.0))

@@ -62,7 +62,7 @@ class Verified:
 
 
 @dataclass(frozen=True)
-class Verification:
+class CatalogueVerification:
     """All materials, sorted by id, and what half-written files an import that was killed has left behind."""
 
     folder: Path
@@ -91,7 +91,7 @@ def verify_catalogue(
     quick: bool = False,
     jobs: int | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, material_id: None,
-) -> Verification:
+) -> CatalogueVerification:
     """Verify every material file below `folder`.
 
     Parameters
@@ -113,7 +113,7 @@ def verify_catalogue(
     for one in _each(files, quick, min(jobs or usable_cores(), enough), reading):
         found.append(one)
         progress(len(found), len(files), one.id)
-    return Verification(folder, tuple(sorted(found, key=lambda one: one.id)), half_written(folder))
+    return CatalogueVerification(folder, tuple(sorted(found, key=lambda one: one.id)), half_written(folder))
 
 
 def _each(

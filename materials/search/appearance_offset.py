@@ -21,7 +21,7 @@ _LEAST_CHROMA = 2.0
 
 
 @dataclass(frozen=True)
-class Look:
+class Appearance:
     """Appearance of a material: CIELAB at 45:0 under D65 for the 1931 2 degree observer, and its gloss.
 
     gloss : in stops, see `gloss`. gloss_units : of the same, at 60 degrees; of a wish, None.
@@ -67,17 +67,17 @@ class Wish:
     directions : (K,4) of each word, of unit length.
     """
 
-    start: Look
+    start: Appearance
     amounts: Mapping[str, float]
-    to: Look
+    to: Appearance
     directions: Float[np.ndarray, "K 4"]
 
-    def got(self, look: Look) -> dict[str, float]:
+    def got(self, look: Appearance) -> dict[str, float]:
         """Measure another appearance along each word, in its own unit; below zero: the other way."""
         moved = self.directions @ (look.point - self.start.point)
         return {word: float(length) for word, length in zip(self.amounts, moved, strict=True)}
 
-    def besides(self, look: Look) -> dict[str, float]:
+    def besides(self, look: Appearance) -> dict[str, float]:
         """Describe what else changes: what no mixture of the wish's directions explains, as lengths above 0."""
         moved = look.point - self.start.point
         if len(self.directions):
@@ -90,7 +90,7 @@ class Wish:
         }
 
 
-def wished(start: Look, amounts: Mapping[str, float | int]) -> Wish:
+def wished(start: Appearance, amounts: Mapping[str, float | int]) -> Wish:
     """Find the appearance that a wish leads to from `start`: {"warmer": 10, "glossier": 1}; nothing asked, it stays
     there.
 
@@ -124,10 +124,10 @@ def wished(start: Look, amounts: Mapping[str, float | int]) -> Wish:
             found, expected = f"{amounts[word]:g} of {most:.2f} {name}", "no more than there is"
             raise InputError("no material can be so", field=word, found=found, expected=expected)
     lightness, red, yellow, gloss = map(float, end)
-    return Wish(start, amounts, Look((lightness, red, yellow), gloss), rows)
+    return Wish(start, amounts, Appearance((lightness, red, yellow), gloss), rows)
 
 
-def _direction(word: str, amount: float, start: Look) -> tuple[float, float, float, float]:
+def _direction(word: str, amount: float, start: Appearance) -> tuple[float, float, float, float]:
     more, _, direction = next(pair for pair in PAIRS if word in pair[:2])
     if direction is None:
         chroma = start.chroma

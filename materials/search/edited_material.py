@@ -10,7 +10,7 @@ from ...runtime.errors import InputError
 from ...runtime.worker_pool import in_order
 from ..catalogue.catalogue import Catalogue
 from ..catalogue.material import Material
-from ..intake.work import Fitted, fit_material
+from ..intake.work import FitResult, fit_material
 from ..records.source import MaterialSource
 from .sliders import changed, slider
 
@@ -95,7 +95,7 @@ def _source(material: Material, values: Mapping[str, float | int]) -> MaterialSo
     return MaterialSource(name, material.family, original.NAME, parameters, provenance, Path(material.id))
 
 
-def _made(source: MaterialSource, fitted: Fitted) -> Material:
+def _made(source: MaterialSource, fitted: FitResult) -> Material:
     """The material that came of it."""
     if fitted.fast is None:
         raise InputError("could not be fitted", field=source.id, found=fitted.reason)

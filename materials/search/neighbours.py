@@ -22,7 +22,7 @@ from ..catalogue.catalogue import Catalogue
 from ..records.material import MaterialRecord
 from ..records.models import SPECTRA
 from ..records.query import Summary
-from .appearance_offset import STOP, Look, Wish, wished
+from .appearance_offset import STOP, Appearance, Wish, wished
 from .gloss import record_gloss
 
 
@@ -31,7 +31,7 @@ class Neighbour:
     """A material, how it looks, and how far that is from what was asked for."""
 
     summary: Summary
-    look: Look
+    look: Appearance
     distance: float
 
 
@@ -128,13 +128,13 @@ def unlike(one: Summary) -> str | None:
     return None
 
 
-def look_of(record: MaterialRecord, one: Summary) -> Look | str:
+def look_of(record: MaterialRecord, one: Summary) -> Appearance | str:
     """Return the appearance of a material, its colour as the head of its file has it; or why it cannot be said."""
     if one.lab is None or one.xyz is None:
         return "no colour is known of it"
     gloss = record_gloss(record, one.xyz[1])
-    return gloss if isinstance(gloss, str) else Look(one.lab, gloss.stops, gloss.units)
+    return gloss if isinstance(gloss, str) else Appearance(one.lab, gloss.stops, gloss.units)
 
 
-def _distance(colour: float, look: Look, asked: Look, stop: float) -> float:
+def _distance(colour: float, look: Appearance, asked: Appearance, stop: float) -> float:
     return float(np.hypot(colour, stop * (look.gloss - asked.gloss)))

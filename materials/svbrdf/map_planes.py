@@ -43,7 +43,7 @@ _TAPS = (np.arange(TAPS) + 0.5) / TAPS - 0.5
 
 
 @dataclass(frozen=True)
-class Layout:
+class PlaneLayout:
     """Layout of the numbers of a texel, of R coefficients: body, rest, facets (R each), edge, normal (2), spread (3),
     covers, of a coat w, alpha^2 and normal (2); and of levels beyond the first `up`, the z of the mean normal, and
     `differ` (3), how much wider normals that differ make the spread, and the same of a coat.
@@ -92,7 +92,7 @@ class MapPlanes(Summand):
     """
 
     planes: np.ndarray
-    layout: Layout
+    layout: PlaneLayout
     palette: Palette
     cutoff: float = 0.0
     placement: Placement = WHOLE
@@ -114,7 +114,7 @@ class MapPlanes(Summand):
         return self.planes.shape[2] > 0
 
     @cached_property
-    def levels(self) -> tuple[list[np.ndarray], Layout]:
+    def levels(self) -> tuple[list[np.ndarray], PlaneLayout]:
         """The planes at each level, and their layout, which has the z of mean normals and what they differ by, too."""
         layout, starts = self.layout, self.layout.starts
         columns, constants = list(layout.columns), list(layout.constants)
@@ -203,13 +203,13 @@ class MapPlanes(Summand):
         own = self._shown(look_up(levels[0], uv, self.placement.wrap), layout, points)
         return (total + OWN_SHARE * own) / (there + OWN_SHARE)
 
-    def _covered(self, texels: Float[np.ndarray, "N P"], layout: Layout, coarse: bool) -> Float[np.ndarray, "N 1"]:
+    def _covered(self, texels: Float[np.ndarray, "N P"], layout: PlaneLayout, coarse: bool) -> Float[np.ndarray, "N 1"]:
         """How much is there: of texels all or nothing."""
         covers = layout.numbers(texels, "covers", 1)
         return covers if coarse else (covers >= self.cutoff - ROUNDING).astype(np.float64)
 
     def _shown(
-        self, texels: Float[np.ndarray, "N P"], layout: Layout, points: Points, coarse: bool = False
+        self, texels: Float[np.ndarray, "N P"], layout: PlaneLayout, points: Points, coarse: bool = False
     ) -> Float[np.ndarray, "N R"]:
         """Terms of what is there at points, which are lit, where planes are `texels`; `coarse`: of means of texels."""
 
@@ -304,7 +304,7 @@ class MapPlanes(Summand):
         wrap, rank = cast("tuple[Wrap, Wrap]", tuple(str(kept["wrap"]).split())), int(kept["rank"])
         return cls(
             np.asarray(kept["planes"]),
-            Layout(rank, numbers["columns"], numbers["constants"], len(numbers["columns"]) > 3 * rank + _UNCOATED),
+            PlaneLayout(rank, numbers["columns"], numbers["constants"], len(numbers["columns"]) > 3 * rank + _UNCOATED),
             Palette.from_stored(kept["palette"]),
             float(kept["cutoff"]),
             Placement(numbers["scale"], numbers["offset"], wrap),

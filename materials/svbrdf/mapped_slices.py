@@ -18,7 +18,7 @@ from .coat import COAT_F0, alike
 from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices
 from .facets import turned_to, upright
 from .map_levels import WIDENED, wider
-from .map_planes import OWN_SHARE, TAPS, Layout, MapPlanes
+from .map_planes import OWN_SHARE, TAPS, MapPlanes, PlaneLayout
 from .map_set import ROUNDING
 from .stretched import LEAST_HEIGHT, PARTS, RINGS, ROUND, TABLE, axes_of, parts_of, sent_on, shadowed
 from .texels import level_at, look_up
@@ -189,7 +189,7 @@ class MappedSlices(EnvironmentForm):
 
     def _numbers(
         self, points: Points
-    ) -> tuple[Float[np.ndarray, "N P"], Layout, bool, dict[str, Float[np.ndarray, "_ 3"]]]:
+    ) -> tuple[Float[np.ndarray, "N P"], PlaneLayout, bool, dict[str, Float[np.ndarray, "_ 3"]]]:
         """What is in planes at each point, where it is, whether it is a mean, with coverage as a share, and how much
         wider that makes the spread about each of the normals.
         """

@@ -19,7 +19,7 @@ from ..core.cutout import Cutout
 from ..core.fast import Fast, Summand
 from ..core.fit_error import FitError
 from ..core.protocol import LIGHTS, sphere_protocol
-from .map_planes import Layout, MapPlanes
+from .map_planes import MapPlanes, PlaneLayout
 from .map_set import ROUNDING, MapSet
 from .mapped_slices import MappedSlices
 from .mask import Mask
@@ -185,10 +185,10 @@ def _basis(surface: MapSet, budget: float) -> SpectralBasis:
     return full.truncated(next((size for size in range(least, full.size) if within(size)), full.size))
 
 
-def _layout(numbers: Float[np.ndarray, "H W T"], rank: int, coated: bool) -> tuple[np.ndarray, Layout]:
+def _layout(numbers: Float[np.ndarray, "H W T"], rank: int, coated: bool) -> tuple[np.ndarray, PlaneLayout]:
     """Planes of what differs among texels; numbers that are alike everywhere, or equal to others, take none."""
     columns, kept = [], []
-    starts = Layout(rank, (), (), coated).starts
+    starts = PlaneLayout(rank, (), (), coated).starts
     varied = (numbers != numbers[:1, :1]).any(axis=(0, 1))
     groups = [(0, rank), (rank, rank), (2 * rank, rank), (starts["edge"], 1), (starts["normal"], 2)]
     groups += [(starts["coat_normal"], 2)] if coated else []
@@ -204,7 +204,7 @@ def _layout(numbers: Float[np.ndarray, "H W T"], rank: int, coated: bool) -> tup
             columns.append(len(kept))
             kept.append(number)
     constants = tuple(float(value) for value in numbers[0, 0])
-    return np.ascontiguousarray(numbers[..., kept]), Layout(rank, tuple(columns), constants, coated)
+    return np.ascontiguousarray(numbers[..., kept]), PlaneLayout(rank, tuple(columns), constants, coated)
 
 
 def _halved(form: MapsForm, isotropic: bool, budget: float) -> MapsForm:

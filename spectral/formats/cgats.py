@@ -17,11 +17,11 @@ import numpy as np
 from ...runtime.errors import InputError
 from ..measurement import is_condition
 from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
-from .cgats_quantity import Said, check_agreement, said_quantity, signs_of_table
+from .cgats_quantity import StatedQuantity, check_agreement, said_quantity, signs_of_table
 from .cgats_tables import CgatsTable, read_tables
-from .import_options import NO_ANSWER, Answer, Scale
+from .import_options import NO_ANSWER, ImportOptions, Scale
 from .registry import SpectralFile, StatedColour, names_its_file
-from .shared.decisions import Decision, Divisor, Sign, Values, decided, divisor_of, signs_of_all, undecided
+from .shared.decisions import Decision, Divisor, Sign, ValueRange, decided, divisor_of, signs_of_all, undecided
 from .shared.entry_rules import MOST_SAMPLES, Gathering
 from .shared.resemblance import Luminances, luminances
 from .shared.text import head_text, is_missing, shortened
@@ -61,7 +61,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 @names_its_file
-def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """Read every spectrum of every table, with the XYZ and Lab beside it.
 
     Raises
@@ -101,7 +101,7 @@ def _holdings(table: CgatsTable) -> str:
     return f"{len(table.rows)} samples with {', '.join(kinds[:8]) or 'names'} and no spectra"
 
 
-def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, answer: Answer) -> None:
+def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, answer: ImportOptions) -> None:
     fields, points = bands(table), pairs(table)
     if len(table.rows) * max(len(fields), len(points)) > MOST_SAMPLES:
         raise InputError("too many samples in one file", expected=f"at most {MOST_SAMPLES}")
@@ -145,12 +145,12 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
 
 def _measured(
     table: CgatsTable,
-    said: Said,
+    said: StatedQuantity,
     marks: set[str],
     values: np.ndarray,
     grids: list[np.ndarray],
     stated: list[tuple[StatedColour, ...]],
-    answer: Answer,
+    answer: ImportOptions,
     path: Path,
 ) -> tuple[Decision, Divisor]:
     """What the values (N,L) of a table are, and what to divide them by.
@@ -183,7 +183,7 @@ def _measured(
         raise undecided(signs, None, len(values))
     # A file that says how surfaces were measured says reflectance, if not the word.
     worded = decision.stated or answer.quantity is None
-    scale = _divisor(table, decision, marks, norm, Values.of(finite, decision.quantity, worded), answer)
+    scale = _divisor(table, decision, marks, norm, ValueRange.of(finite, decision.quantity, worded), answer)
     if norm and norm != 1.0:
         scale = scale._replace(note=f"values are divided by SPECTRAL_NORM, {norm:g}")
     dark = norm is None and scale.by == 100.0 and highest <= _DARKEST_PERCENT
@@ -220,7 +220,12 @@ def _norm(table: CgatsTable, marks: set[str]) -> float | None:
 
 
 def _divisor(
-    table: CgatsTable, decision: Decision, marks: set[str], norm: float | None, values: Values, answer: Answer
+    table: CgatsTable,
+    decision: Decision,
+    marks: set[str],
+    norm: float | None,
+    values: ValueRange,
+    answer: ImportOptions,
 ) -> Divisor:
     """What to divide by for fractions: the norm, else what the names of fields or the format say, else the values."""
     if decision.quantity == "emission":

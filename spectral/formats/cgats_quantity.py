@@ -55,7 +55,7 @@ _STATE = 'say --as, or add a line MEAS_TYPE "EMISSION", "REFLECTIVE" or "TRANSMI
 _BOILERPLATE = re.compile("power/reflectance", re.I)
 
 
-class Said(NamedTuple):
+class StatedQuantity(NamedTuple):
     """Quantity that a table states, and where; None where nothing does. `named_by`: words that name a light, and no
     more.
     """
@@ -65,7 +65,7 @@ class Said(NamedTuple):
     named_by: str = ""
 
 
-def said_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Said:
+def said_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> StatedQuantity:
     """Find the stated quantity by rules 1 to 6 of this module; `named` is that of the names of spectral fields.
 
     Raises
@@ -76,14 +76,14 @@ def said_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Said:
     for key in ("MEAS_TYPE", "MEASUREMENT_TYPE"):
         for pattern, quantity in _MEASURED:
             if re.search(pattern, keywords.get(key, ""), re.I):
-                return Said(quantity, f"the keyword {key}")
+                return StatedQuantity(quantity, f"the keyword {key}")
     device = keywords.get("DEVICE_CLASS", "").upper()
     if device in ("DISPLAY", "EMISINPUT") or table.identifier.upper().startswith("CCSS"):
-        return Said("emission", "its device class" if device else f"the identifier {table.identifier}")
+        return StatedQuantity("emission", "its device class" if device else f"the identifier {table.identifier}")
     if device in ("OUTPUT", "INPUT"):
-        return Said("reflectance", f"DEVICE_CLASS {device}")
+        return StatedQuantity("reflectance", f"DEVICE_CLASS {device}")
     if named_display := {"DISPLAY", "TECHNOLOGY", "LUMINANCE_XYZ_CDM2"} & set(keywords):
-        return Said("emission", f"the keyword {min(named_display)}")
+        return StatedQuantity("emission", f"the keyword {min(named_display)}")
     target = _TARGET.match(table.identifier)
     identified = _TARGETS[target[1]] if target else None
     said = _by_words(keywords)
@@ -94,12 +94,12 @@ def said_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Said:
         where = (
             f"the identifier {table.identifier}" if identified else "names of fields" if by_field else "its keywords"
         )
-        return Said(identified or by_field or said, where)
+        return StatedQuantity(identified or by_field or said, where)
     for key in _DESCRIPTIONS:
         words = keywords.get(key, "")
         if names_light(words) or _SCREEN.search(words):
-            return Said(None, "", f"{key}, {shortened(words, 60)!r}")
-    return Said(None)
+            return StatedQuantity(None, "", f"{key}, {shortened(words, 60)!r}")
+    return StatedQuantity(None)
 
 
 def _by_words(keywords: dict[str, str]) -> Quantity | None:
@@ -144,7 +144,7 @@ def _contradiction(field: str, found: str) -> InputError:
 
 
 def signs_of_table(
-    table: CgatsTable, said: Said, condition: str | None, beside: Luminances, above_norm: bool, path: Path
+    table: CgatsTable, said: StatedQuantity, condition: str | None, beside: Luminances, above_norm: bool, path: Path
 ) -> list[Sign]:
     """The signs of a table that states nothing (rule 6), but those in its numbers.
 

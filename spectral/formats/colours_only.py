@@ -17,7 +17,7 @@ from .cgats import conditions_of, illuminant_of, observer_of, recognises
 from .cgats_tables import read_tables
 from .cxf import colours_without_spectra
 from .cxf import recognises as is_cxf
-from .import_options import NO_ANSWER, Answer
+from .import_options import NO_ANSWER, ImportOptions
 from .registry import HEAD, StatedColour
 from .shared.text import read_lines
 from .shared.words import colour_axis, illuminant_in, observer_in, stated_colours
@@ -75,7 +75,7 @@ def colour_in(text: str) -> StatedColour | None:
     return StatedColour("XYZ" if space.lower() == "xyz" else "Lab", values, light, eye)
 
 
-def read_colours(path: str | Path, answer: Answer = NO_ANSWER) -> tuple[Coloured, ...]:
+def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[Coloured, ...]:
     """Read the colours that a file states by name; what it leaves open of illuminant and observer is the answer's.
 
     Raises

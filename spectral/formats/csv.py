@@ -18,7 +18,7 @@ from ...runtime.errors import InputError
 from ...runtime.files import read_text
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
-from .import_options import NO_ANSWER, Answer
+from .import_options import NO_ANSWER, ImportOptions
 from .registry import HEAD, SpectralFile, names_its_file
 from .shared.text import head_text, is_jcamp, is_number
 from .tables.dialect import LONGEST_LINE, comment, dialect_of, two_numbers
@@ -69,7 +69,7 @@ def opening(path: Path) -> bytes:
 
 
 @names_its_file
-def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """Read every spectrum of a table; what the file does not call anything is what the `answer` says, or refused.
 
     Raises

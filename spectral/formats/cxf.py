@@ -20,9 +20,9 @@ from ..spectrum import Quantity
 from .cxf_angles import angles_of
 from .cxf_metadata import TELLING, Stated, file_details, object_details, shared_out, stated_values
 from .cxf_specification import Specification, specification
-from .import_options import NO_ANSWER, Answer
+from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, StatedColour, names_its_file
-from .shared.decisions import Values, divisor_of
+from .shared.decisions import ValueRange, divisor_of
 from .shared.entry_rules import Gathering
 from .shared.text import shortened
 from .shared.xml import Vocabulary, number, read_xml, root_name
@@ -55,7 +55,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 @names_its_file
-def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """Every spectrum of a file; objects whose spectrum cannot be used are in `rejected`.
 
     Parameters
@@ -122,7 +122,7 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
         measured_as = answer.quantity or (
             "reflectance" if not gathered.entries else gathered.entries[0].spectrum.quantity
         )
-        scale = divisor_of(Values.of(np.concatenate(factors), measured_as, True), "fraction", said, answer)
+        scale = divisor_of(ValueRange.of(np.concatenate(factors), measured_as, True), "fraction", said, answer)
         gathered.note(scale.note or "")
     if percent is not None:
         # A dark sample in percent looks like a bright one in fractions: the others tell.

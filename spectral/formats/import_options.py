@@ -34,7 +34,7 @@ BtfFormName = Literal[
 
 
 @dataclass(frozen=True)
-class Answer:
+class ImportOptions:
     """Quantity that was measured and scale that it is written on; None leaves that to the file.
 
     against : one answer is given for many files, and a file that states something else is refused, or kept as it is;
@@ -132,11 +132,11 @@ class AgainstAnswerError(InputError):
 
 
 #: Leaves everything to the file.
-NO_ANSWER = Answer()
+NO_ANSWER = ImportOptions()
 
 
 def contradiction(
-    answer: Answer, quantity: str, words: str, *, file: str | Path | None = None, field: str | None = None
+    answer: ImportOptions, quantity: str, words: str, *, file: str | Path | None = None, field: str | None = None
 ) -> InputError:
     """The refusal of a file that says another quantity than the person who imports it."""
     return AgainstAnswerError.of(

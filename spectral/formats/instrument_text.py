@@ -11,13 +11,13 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from .import_options import NO_ANSWER, Answer
+from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, names_its_file
 from .shared.decisions import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.dialect import dialect_of
 from .tables.entries import gathered
-from .tables.parsing import Table, parse_table
+from .tables.parsing import TextTable, parse_table
 
 NAME = "instrument text"
 ASKS = True
@@ -48,7 +48,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 @names_its_file
-def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """Read the spectrum of an instrument's report: emission where it has the keys of a light meter.
 
     A report that lists one spectrum at two steps keeps the finer.
@@ -67,7 +67,7 @@ def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     return gathered(table, path, NAME, answer, hints, may_be_counts)
 
 
-def _finest(table: Table) -> Table:
+def _finest(table: TextTable) -> TextTable:
     """The table with the block of most samples alone, where its blocks are the same range at several steps."""
     blocks = [block for block in table.blocks if block]
     if len(blocks) < 2 or any(len(block) != 1 for block in blocks):

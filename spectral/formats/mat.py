@@ -14,14 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from ...runtime.errors import InputError
-from .import_options import NO_ANSWER, Answer
+from .import_options import NO_ANSWER, ImportOptions
 from .mat_variables import Variable, is_hdf5, read_variables
 from .registry import SpectralFile, names_its_file
 from .shared.decisions import (
     Decision,
     Divisor,
     Sign,
-    Values,
+    ValueRange,
     decided,
     divisor_of,
     signs_beside,
@@ -80,7 +80,7 @@ def _is_first_matrix(head: bytes, order: str) -> bool:
 
 
 @names_its_file
-def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """Read every array that is as long as the wavelengths.
 
     Raises
@@ -192,7 +192,7 @@ def _gather(
     variables: dict[str, Variable],
     stem: str,
     gathering: Gathering,
-    answer: Answer,
+    answer: ImportOptions,
 ) -> None:
     if values.shape[0] == values.shape[1] == grid.size:
         gathering.note(f"{name} is square: its columns are taken as the spectra")
@@ -249,7 +249,9 @@ def _no_colour(what: str, field: str) -> InputError:
     )
 
 
-def _decision(name: str, said: str, grid: np.ndarray, spectra: np.ndarray, answer: Answer, path: Path) -> Decision:
+def _decision(
+    name: str, said: str, grid: np.ndarray, spectra: np.ndarray, answer: ImportOptions, path: Path
+) -> Decision:
     """What a variable holds: by its own name, the comment, the person, or signs that agree.
 
     Raises
@@ -284,7 +286,7 @@ def _decision(name: str, said: str, grid: np.ndarray, spectra: np.ndarray, answe
 
 
 def _scale(
-    name: str, said: str, grid: np.ndarray, spectra: np.ndarray, decision: Decision, answer: Answer
+    name: str, said: str, grid: np.ndarray, spectra: np.ndarray, decision: Decision, answer: ImportOptions
 ) -> Divisor | None:
     """What the values of a variable are divided by; None for an emission, and where there are no values."""
     visible = spectra[:, in_visible(grid)] if in_visible(grid).any() else spectra
@@ -293,7 +295,7 @@ def _scale(
         return None
     unit = unit_in(name) or unit_in(said)
     words = f"the variable {name!r}" if unit_in(name) else f"the comment {shortened(said, 60)!r}"
-    values = Values.of(finite, decision.quantity, decision.stated)
+    values = ValueRange.of(finite, decision.quantity, decision.stated)
     return divisor_of(values, unit, words if unit else "", answer)
 
 

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
 from ..spectrum import Spectrum
-from .import_options import NO_ANSWER, AgainstAnswerError, Answer, contradiction
+from .import_options import NO_ANSWER, AgainstAnswerError, ImportOptions, contradiction
 
 #: Readers by module name, the most particular first: the first that recognises a file reads it. A reader has NAME,
 #: SUFFIXES, `recognises(path, head)` and `read(path)`; one whose files may leave open what was measured has ASKS = True
@@ -141,7 +141,7 @@ def format_of(path: str | Path) -> ModuleType | None:
     return next((reader for reader in readers() if reader.recognises(path, head)), None)
 
 
-def read_spectra(path: str | Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+def read_spectra(path: str | Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """Read every spectrum of a file in whatever format it is.
 
     Parameters
@@ -167,7 +167,7 @@ def read_spectra(path: str | Path, answer: Answer = NO_ANSWER) -> SpectralFile:
     return read_with(reader, Path(path), answer)
 
 
-def read_filling_gaps(path: str | Path, answer: Answer) -> tuple[SpectralFile, str]:
+def read_filling_gaps(path: str | Path, answer: ImportOptions) -> tuple[SpectralFile, str]:
     """Read a file with an answer that is given for several: what the file states itself counts before it.
 
     Returns the file, and a sentence on what of the answer was left out; "" where nothing was.
@@ -199,7 +199,7 @@ def read_filling_gaps(path: str | Path, answer: Answer) -> tuple[SpectralFile, s
             return file, words if left_out else ""
 
 
-def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
+def read_with(reader: ModuleType, path: Path, answer: ImportOptions) -> SpectralFile:
     """Read a file by one reader; spectra whose format says another quantity than the answer are among `rejected`, or
     are taken as answered where the answer is about this file alone.
 
@@ -233,7 +233,7 @@ def read_with(reader: ModuleType, path: Path, answer: Answer) -> SpectralFile:
     return replace(file, entries=tuple(entries), rejected=tuple(rejected), notes=notes)
 
 
-def _overruled(entry: SpectralEntry, answer: Answer, said: str, scaled: bool) -> SpectralEntry:
+def _overruled(entry: SpectralEntry, answer: ImportOptions, said: str, scaled: bool) -> SpectralEntry:
     """The spectrum as the answer says; the colours beside it are those of what the format says, and are left out.
 
     scaled : whether its values are on the scale of the answer already.

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from ...runtime.errors import InputError
-from .import_options import NO_ANSWER, Answer
+from .import_options import NO_ANSWER, ImportOptions
 from .registry import HEAD, SpectralFile, names_its_file
 from .shared.decisions import Sign
 from .shared.text import head_text, is_jcamp
@@ -35,7 +35,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 @names_its_file
-def read(path: Path, answer: Answer = NO_ANSWER) -> SpectralFile:
+def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """Read the columns of a text, or the three spectra of a glazing.
 
     The suffix is a hint at spectral power, of which the name of the file is the origin: renderers call reflectances so,

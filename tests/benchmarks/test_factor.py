@@ -76,7 +76,7 @@ def measured(lines):
         patch.setattr(scenes, "_SUBDIVISIONS", 3)
         patch.setattr(Stopwatch, "SIZE", 64)
         scenes.sphere_scenes.cache_clear()
-        patch.setattr(benchmark, "POINT_CASES", {"ashikhmin-shirley-32": configurations.Choice((2,), ("io",), 2)})
+        patch.setattr(benchmark, "POINT_CASES", {"ashikhmin-shirley-32": configurations.FitChoice((2,), ("io",), 2)})
         patch.setattr(methods, "QUICK", methods.Effort((1, 2, 4), 2, (16, 16, 13), (8, 8, 9, 9)))
         patch.setattr(decompositions, "QUICK", ((0.1, 0.15), (2, 4), 0.1))
         patch.setattr(filtering, "filtering_points", filtered)
@@ -168,7 +168,7 @@ def test_half_precision_is_what_is_drawn(measured, monkeypatch):
     brdf = analytic_cases()[1].make()
     found = configurations.fit(brdf, budget=5.0, pixels=32, precision="single")
     stored = replace(found, fast=FactoredBrdf(tuple(map(rounded_to_half, found.fast.packs))))
-    fitted = configurations.Fitted(stored, 1.0, lambda: found.fast.packs)
+    fitted = configurations.FittedPoint(stored, 1.0, lambda: found.fast.packs)
     points = configurations.precision_points("x", brdf, fitted, Watch(), ("D65",), 8, lambda line: None)
     assert [point["configuration"] for point in points] == ["single", "half"]
     single, half = handed

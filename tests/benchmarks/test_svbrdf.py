@@ -35,7 +35,7 @@ def uniform():
 
 
 def _task(surface, points, light, hiding=None, lobes=4):
-    return methods.Task(surface, points, light, hiding, lobes)
+    return methods.MethodTask(surface, points, light, hiding, lobes)
 
 
 def test_the_truth_of_a_matt_surface_is_its_illuminance(points, sky):

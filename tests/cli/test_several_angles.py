@@ -7,7 +7,7 @@ import re
 
 import numpy as np
 import pytest
-from metamer.spectral.angles import Reading, things
+from metamer.spectral.angles import AngleReading, things
 from metamer.spectral.measurement import Measurement
 
 NM = np.arange(400, 701, 10)
@@ -328,7 +328,7 @@ def test_another_data_mode_is_another_measurement_and_is_noted(metamer, tmp_path
     notes = told(metamer, master, lot)["notes"]
     assert any("data mode" in note and "'mat'" in note and "'byk'" in note for note in notes)
     readings = [
-        Reading(one, f"Silver {one}", "", Measurement.of("reflectance", {"geometry": one, "data mode": mode}))
+        AngleReading(one, f"Silver {one}", "", Measurement.of("reflectance", {"geometry": one, "data mode": mode}))
         for mode in ("mat", "byk")
         for one in ("45as15", "45as45", "45as110")
     ]

@@ -7,12 +7,12 @@ from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.core.protocol import measured
 from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.intake.importing import import_sources
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.viewer.software.backend import software_session
 
 #: Nine directions: the normal, four at 30 degrees, four at 60.
 NINE = [(0, 0)] + [(theta, phi) for theta in (30, 60) for phi in range(0, 360, 90)]
-SAID = Answer(encoding="srgb", white=(1.0,))
+SAID = ImportOptions(encoding="srgb", white=(1.0,))
 UBO = "{n:05d} tl{tl:03d} pl{pl:03d} tv{tv:03d} pv{pv:03d}.png"
 
 

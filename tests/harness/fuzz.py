@@ -34,11 +34,11 @@ from metamer.materials.formats import registry as material_formats
 from metamer.materials.records.source import Rejected
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats import registry as spectral_formats
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 
 SECONDS_A_FILE = 10.0
 # What is asked of images that do not say it.
-ANSWER = Answer(encoding="linear", white=(1.0,), includes_cosine=True)
+ANSWER = ImportOptions(encoding="linear", white=(1.0,), includes_cosine=True)
 # Address space beside what the process has when it begins: a reader that allocates by a number in a damaged file fails.
 BYTES = 3 << 30
 # Whole copies of large files are few: to write them takes longer than to read them.

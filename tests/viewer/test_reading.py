@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.materials.analytic.fluorescent import FluorescentLambert
-from metamer.materials.catalogue.instrument_reading import Reading
+from metamer.materials.catalogue.instrument_reading import InstrumentReading
 from metamer.spectral.bispectral import Bispectral
 from metamer.viewer.display.transform import DisplayTransform
 from metamer.viewer.scene_reading import swatch, xyz_in
@@ -19,10 +19,10 @@ def test_colour_of_a_fluorescent_material_counts_what_it_sends_out(scenes):
     brdf = FluorescentLambert(Bispectral(grid, grid, matrix))
     scene = scenes.sphere_scene()
     light, eye = scene.lights[0].spectrum, scene.observer
-    found = xyz_in(scene, Reading.of(brdf))
+    found = xyz_in(scene, InstrumentReading.of(brdf))
     np.testing.assert_allclose(found, brdf.bispectral.fold(light, eye), rtol=1e-9)
     bare = FluorescentLambert(brdf.bispectral.without_emission())
-    assert found[1] > 0.503 > 0.501 > xyz_in(scene, Reading.of(bare))[1]
+    assert found[1] > 0.503 > 0.501 > xyz_in(scene, InstrumentReading.of(bare))[1]
 
 
 @pytest.mark.parametrize("distance", [0.0, 1e-3, 0.05, 0.5, 3.0])
@@ -31,6 +31,6 @@ def test_swatch_of_the_perfect_diffuser_is_display_white_however_near_a_lamp_is(
     lights = [scenes.lamp((distance, 0.0, 0.0), 100.0, "A"), scenes.sun(name="D65")]
     scene = replace(scenes.sphere_scene("white", size=8, samples=1), lights=tuple(lights))
     nm = scene.observer.wavelengths_nm
-    white = xyz_in(scene, Reading(nm, np.ones(nm.size)))
+    white = xyz_in(scene, InstrumentReading(nm, np.ones(nm.size)))
     np.testing.assert_allclose(white, scene.adopted_white(), rtol=1e-9)
     assert swatch(DisplayTransform(), white, scene.adopted_white()) == (255, 255, 255)

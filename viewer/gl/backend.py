@@ -16,7 +16,7 @@ from ..render.cache import Backend, Needs, Piece
 from ..render.geometry import LightGeometry
 from ..render.holes import reaching_texels, seen_texels
 from ..render.layers import AnyLayer, Layer, SpreadLayer, split_by_terms
-from ..render.raster import Window, WindowTriangles
+from ..render.raster import TileWindow, WindowTriangles
 from ..render.scene_layers import Filtering, RenderSettings
 from ..render.session import RenderSession
 from ..render.surfaces import surface_samples
@@ -101,7 +101,7 @@ class GLBackend(Backend):
         """Free the shadow tables of all lights but these."""
         self.passes.keep_shadows(list(lights))
 
-    def tile(self, view: View, window: Window, triangles: WindowTriangles, needs: Needs) -> GLTile:
+    def tile(self, view: View, window: TileWindow, triangles: WindowTriangles, needs: Needs) -> GLTile:
         """Draw what the window's samples see into textures."""
         scene = view.scene
         if max(len(triangles.parent), len(scene.faces)) >= MOST_TRIANGLES:

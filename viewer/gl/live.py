@@ -18,8 +18,8 @@ from .backend import GLBackend
 from .full_screen import FullScreen
 from .programs import Programs
 from .resources import Owner
-from .side import Side
-from .side_layers import Prepared, SideLayers
+from .side import CanvasSide
+from .side_layers import PreparedSide, SideLayers
 from .tile import GLTerms
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class LiveSession:
         screens = (self._put, self._place, self._cover, self._covering, self._enlarge)
         return [self._backend.passes.programs, *(one.programs for one in screens)]
 
-    def knows(self, prepared: Prepared) -> bool:
+    def knows(self, prepared: PreparedSide) -> bool:
         """Return True if all of its terms are kept, so that `drawing` it is a fold."""
         view, geometry = self._cache.view, self._cache.geometry
         if view is None or view_key(prepared.camera) != view_key(view.camera):
@@ -110,7 +110,7 @@ class LiveSession:
             return False
         return prepared.keys <= self._whole.keys() and not any(direct for _, direct in prepared.layers)
 
-    def beginning(self, prepared: Prepared) -> Iterator[None]:
+    def beginning(self, prepared: PreparedSide) -> Iterator[None]:
         """Do in steps what `drawing` would begin with: the view, then each light's tables on the GPU."""
         if self.knows(prepared):
             return
@@ -123,7 +123,7 @@ class LiveSession:
             self._backend.passes.upload_shadows(light)
             yield
 
-    def drawing(self, prepared: Prepared, onto: Sequence[moderngl.Texture]) -> Iterator[tuple[int, int]]:
+    def drawing(self, prepared: PreparedSide, onto: Sequence[moderngl.Texture]) -> Iterator[tuple[int, int]]:
         """Draw each side onto its canvas, of the camera's size; yields windows done and windows in all after each.
 
         Terms are kept for the whole picture once all of it is drawn: then they are folded at once.
@@ -148,7 +148,7 @@ class LiveSession:
             for terms in filled.values():
                 terms.owner.release()
 
-    def _room(self, prepared: Prepared) -> dict[tuple, GLTerms]:
+    def _room(self, prepared: PreparedSide) -> dict[tuple, GLTerms]:
         """Make empty textures for the terms of the whole picture that are not kept, as far as there is room, and forget
         those that are not asked for any more.
         """
@@ -182,7 +182,7 @@ class LiveSession:
         return int(first[0]), int(first[1]), int(last[0] - first[0]), int(last[1] - first[1])
 
     def _draw_piece(
-        self, prepared: Prepared, onto: Sequence[moderngl.Texture], piece: Piece, filled: Mapping[tuple, GLTerms]
+        self, prepared: PreparedSide, onto: Sequence[moderngl.Texture], piece: Piece, filled: Mapping[tuple, GLTerms]
     ) -> None:
         owner = Owner(self._context)
         # Terms of this window: what is kept is copied to its place in the whole.
@@ -217,7 +217,7 @@ class LiveSession:
         for small, large in zip(made.quads, whole.quads, strict=True):
             self._place.draw(large, {"picture": small}, {"corner": corner}, (*corner, *made.box[2:]))
 
-    def _fold(self, prepared: Prepared, onto: Sequence[moderngl.Texture]) -> None:
+    def _fold(self, prepared: PreparedSide, onto: Sequence[moderngl.Texture]) -> None:
         """Fold the kept terms of the whole picture."""
         owner = Owner(self._context)
         try:
@@ -237,7 +237,7 @@ class LiveSession:
             self._covered = owner, owner.texture(canvas.size, 1)
             self._covering.draw(self._covered[1], {"picture": canvas}, {"corner": (0, 0)})
 
-    def _whole_coverage(self, prepared: Prepared) -> moderngl.Texture:
+    def _whole_coverage(self, prepared: PreparedSide) -> moderngl.Texture:
         """Return the coverage of all windows, which are drawn already."""
         if self._covered is None:
             found = self.session.coverage(prepared.scene, prepared.camera)
@@ -252,7 +252,7 @@ class LiveSession:
             self._covered[0].release()
             self._covered = None
 
-    def draw(self, sides: Sequence[Side], camera: Camera, onto: Sequence[moderngl.Texture]) -> None:
+    def draw(self, sides: Sequence[CanvasSide], camera: Camera, onto: Sequence[moderngl.Texture]) -> None:
         """Draw all of each side at once."""
         for _ in self.drawing(self.sides.prepared(sides, camera), onto):
             pass

@@ -17,12 +17,12 @@ from jaxtyping import Float
 from ...materials.core.fast import TermShader
 from ..render import shadows
 from ..render.geometry import LightGeometry
-from ..render.raster import SUBSTEPS, Window, WindowTriangles
+from ..render.raster import SUBSTEPS, TileWindow, WindowTriangles
 from ..render.view import View
 from . import resources
 from .full_screen import set_values
 from .light_textures import LightTables
-from .programs import Made, Programs
+from .programs import CachedProgram, Programs
 from .shaders import ShaderError
 
 if TYPE_CHECKING:
@@ -111,7 +111,7 @@ class Passes:
         )
 
     def visibility(
-        self, owner: resources.Owner, window: Window, triangles: resources.TriangleTables
+        self, owner: resources.Owner, window: TileWindow, triangles: resources.TriangleTables
     ) -> moderngl.Texture:
         """Draw the number + 1 of the triangle at each sample (R32F), rows from the top; kept by `owner`."""
         context, size = self.context, (window.width, window.height)
@@ -370,7 +370,7 @@ class Passes:
         """A program that runs at every pixel of its target, and its vertex array without buffers."""
         return self._made("fullscreen.vert", fragment, terms, **sizes)
 
-    def _made(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> Made:
+    def _made(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> CachedProgram:
         if terms is not None:
             return self.programs.of((vertex, fragment, tuple(sizes.items()), terms))
         # What is linear stands first, so that it is found where nothing is said of mip-mapping.

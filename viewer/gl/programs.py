@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Key = tuple[str, str, tuple[tuple[str, int | float], ...], Path | None]
 
 
-class Made(NamedTuple):
+class CachedProgram(NamedTuple):
     """A program, and its vertex array without buffers."""
 
     program: moderngl.Program
@@ -32,9 +32,9 @@ class Programs:
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
-        self._made: dict[Key, Made] = {}
+        self._made: dict[Key, CachedProgram] = {}
 
-    def of(self, key: Key) -> Made:
+    def of(self, key: Key) -> CachedProgram:
         """Raises `ShaderError` where this machine's compiler refuses it."""
         if key not in self._made:
             self._made[key] = self._compiled(key)
@@ -52,7 +52,7 @@ class Programs:
         ------
         ShaderError : one does not compile; those that are there stay.
         """
-        fresh: dict[Key, Made] = {}
+        fresh: dict[Key, CachedProgram] = {}
         try:
             for key in self._made:
                 fresh[key] = self._compiled(key)
@@ -67,10 +67,10 @@ class Programs:
 
         return put
 
-    def _compiled(self, key: Key) -> Made:
+    def _compiled(self, key: Key) -> CachedProgram:
         vertex, fragment, sizes, terms = key
         made = program(self.context, vertex, fragment, dict(sizes), terms)
-        return Made(made, self.context.vertex_array(made, []))
+        return CachedProgram(made, self.context.vertex_array(made, []))
 
 
 def read_again(all_of_them: Iterable[Programs]) -> None:

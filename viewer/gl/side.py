@@ -18,7 +18,7 @@ from ...spectral.spectrum import Spectrum
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
+class CanvasSide:
     """One side of a comparison.
 
     illuminant : in place of the lights' own spectra; None is theirs. dimming : of all lights; the white stays.

@@ -25,7 +25,7 @@ from ..render.indirect_cache import indirect_layers
 from ..render.layers import AnyLayer, split_by_terms
 from ..render.scene_layers import Colours
 from ..render.session import RenderSession
-from .side import Side
+from .side import CanvasSide
 
 # Id of the black material of a part whose influence is shown: ids in catalogues have no capitals.
 _BLACK = "the part without its light/BLACK"
@@ -36,7 +36,7 @@ def _black() -> Fast:
     return matt_brdf(np.zeros(1), Palette.of(np.ones((1, len(WORKING_WAVELENGTHS_NM)))))
 
 
-def _blackened(side: Side, scene: Scene) -> Scene:
+def _blackened(side: CanvasSide, scene: Scene) -> Scene:
     assert side.influence is not None
     return scene.with_material(side.influence, _BLACK)
 
@@ -46,7 +46,7 @@ Split = tuple[list[AnyLayer], list[AnyLayer]]
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class PreparedSide:
     """All sides of a comparison as they are drawn: the layers of each; `scene` has the geometry of all."""
 
     scene: Scene
@@ -70,7 +70,7 @@ class SideLayers:
     def __init__(self, session: RenderSession) -> None:
         self.session, self.whole = session, True
 
-    def prepared(self, sides: Sequence[Side], camera: Camera) -> Prepared:
+    def prepared(self, sides: Sequence[CanvasSide], camera: Camera) -> PreparedSide:
         """Build each side's layers; caches serve all: their scenes differ in materials, spectra and observers alone.
 
         Raises
@@ -89,9 +89,9 @@ class SideLayers:
         if not all(same_geometry(scenes[0], other) for other in scenes[1:]):
             expected = "the same meshes and places of lights"
             raise InputError("sides of different geometry", field="sides", expected=expected)
-        return Prepared(scenes[0], camera, tuple(layers), needs)
+        return PreparedSide(scenes[0], camera, tuple(layers), needs)
 
-    def work_out(self, sides: Sequence[Side]) -> None:
+    def work_out(self, sides: Sequence[CanvasSide]) -> None:
         """Work out all that takes long before anything is drawn, without the GPU: another thread may do it."""
         layers, settings, cache = self.session.layers, self.session.settings, self.session.cache
         cache.geometry = scene_geometry(sides[0].scene.cut(sides[0].surfaces), cache.geometry)
@@ -106,7 +106,7 @@ class SideLayers:
             for one in self._states(side, scene):
                 layers.indirect(settings, *one, shown_in, self.whole)
 
-    def has_worked_out(self, sides: Sequence[Side]) -> bool:
+    def has_worked_out(self, sides: Sequence[CanvasSide]) -> bool:
         """Return True if `work_out` has nothing to do."""
         layers = self.session.layers
         if not knows_geometry(sides[0].scene.cut(sides[0].surfaces), self.session.cache.geometry):
@@ -120,20 +120,20 @@ class SideLayers:
                 return False
         return True
 
-    def bounces_of(self, side: Side) -> int:
+    def bounces_of(self, side: CanvasSide) -> int:
         """Return the number of bounces in what was drawn of a side."""
         scene, shown_in = side.drawn
         layers, settings = self.session.layers, self.session.settings
         light = layers.indirect(settings, scene.cut(side.surfaces), side.surfaces, shown_in, self.whole)
         return 0 if light is None else light.bounces
 
-    def _states(self, side: Side, scene: Scene) -> list[tuple[Scene, Mapping[str, Fast]]]:
+    def _states(self, side: CanvasSide, scene: Scene) -> list[tuple[Scene, Mapping[str, Fast]]]:
         """Return the states whose indirect light a side shows: of an influence two, with the part as is and black."""
         if side.influence is None:
             return [(scene, side.surfaces)]
         return [(scene, side.surfaces), (_blackened(side, scene), {**side.surfaces, _BLACK: _black()})]
 
-    def _layers_of(self, side: Side, camera: Camera) -> tuple[Scene, list[AnyLayer], Needs]:
+    def _layers_of(self, side: CanvasSide, camera: Camera) -> tuple[Scene, list[AnyLayer], Needs]:
         scene, shown_in = side.drawn
         colours, layers, settings = self._colours_of(side), self.session.layers, self.session.settings
         built = layers.build(settings, scene, camera, side.surfaces, colours, shown_in, self.whole)
@@ -149,7 +149,7 @@ class SideLayers:
                     found.append(replace(layer, colours=sign * layer.colours))
         return built.scene, found, replace(built.needs, frames=True)
 
-    def _colours_of(self, side: Side) -> Colours:
+    def _colours_of(self, side: CanvasSide) -> Colours:
         folded = self.session.layers.colours(side.scene, (side.illuminant,))
 
         def dimmed(spectrum: Spectrum, palette: Palette) -> Float[np.ndarray, "P R 3"]:

@@ -18,7 +18,7 @@ from ...lighting.camera import Camera
 from ...lighting.scene import Scene
 from .geometry import LightGeometry, SceneGeometry, scene_geometry
 from .layers import AnyLayer
-from .raster import Window, WindowTriangles
+from .raster import TileWindow, WindowTriangles
 from .view import View, view_key, view_of
 
 # Samples times lights of which angles are kept between calls; larger pictures work them out again, tile by tile.
@@ -76,7 +76,7 @@ class Backend(ABC):
     chunk: int
 
     @abstractmethod
-    def tile(self, view: View, window: Window, triangles: WindowTriangles, needs: Needs) -> Any:
+    def tile(self, view: View, window: TileWindow, triangles: WindowTriangles, needs: Needs) -> Any:
         """Work out what a window shows that does not depend on materials and spectra, as a kind of `Tile`."""
 
     @abstractmethod
@@ -117,7 +117,7 @@ class Piece:
     terms : of the layers drawn last; None for those that do not show here.
     """
 
-    def __init__(self, cache: RenderCache, window: Window, samples: int) -> None:
+    def __init__(self, cache: RenderCache, window: TileWindow, samples: int) -> None:
         self._cache = cache
         self.window, self.left, self.top = window, window.left // samples, window.top // samples
         self.size = window.width // samples, window.height // samples

@@ -23,7 +23,7 @@ from ...materials.core.axes import Frame
 from ...materials.core.directions import TAU, angles, azimuth_difference, half_difference
 from .geometry import LightGeometry
 from .raster import SUBSTEPS, WindowTriangles
-from .surfaces import Surface, interpolated
+from .surfaces import SurfaceSamples, interpolated
 from .view import View
 
 # A side of a sample is used where the depth there is less than this many times that of the middle.
@@ -52,7 +52,7 @@ def footprints(
     view: View,
     light: LightGeometry,
     triangles: WindowTriangles,
-    surface: Surface,
+    surface: SurfaceSamples,
     which: Int[np.ndarray, " K"],
 ) -> dict[Frame, Float[np.ndarray, "K 4"]]:
     """Compute by frame the spans of the samples `which` of a surface in each angle in `factors.AXIS_NAMES`, radians."""

@@ -12,9 +12,9 @@ from jaxtyping import Float, Int
 
 from ...lighting.vectors import unit
 from .geometry import LightGeometry
-from .raster import SUBSTEPS, Window
+from .raster import SUBSTEPS, TileWindow
 from .shadows import visibility
-from .surfaces import Surface
+from .surfaces import SurfaceSamples
 from .view import View
 
 
@@ -33,18 +33,20 @@ def reaching(
     return tracer.free(start, np.ascontiguousarray(unit(towards)), distance).astype(np.float64)
 
 
-def seen_texels(surface: Surface, window: Window) -> Float[np.ndarray, "h w"]:
+def seen_texels(surface: SurfaceSamples, window: TileWindow) -> Float[np.ndarray, "h w"]:
     """Number + 1 of the window's triangle at each sample, 0 where there is none, float32."""
     return _texels(window, surface.point, surface.number + 1.0)
 
 
-def reaching_texels(view: View, light: LightGeometry, surface: Surface, window: Window) -> Float[np.ndarray, "h w"]:
+def reaching_texels(
+    view: View, light: LightGeometry, surface: SurfaceSamples, window: TileWindow
+) -> Float[np.ndarray, "h w"]:
     """`reaching` at each sample, 0 where the light stands below the triangle's horizon, float32."""
     lit = np.flatnonzero(view.lit(light)[surface.face])
     return _texels(window, surface.point[lit], reaching(view, light, surface.position[lit], surface.face[lit]))
 
 
-def _texels(window: Window, point: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _texels(window: TileWindow, point: np.ndarray, values: np.ndarray) -> np.ndarray:
     out = np.zeros((window.height, window.width), dtype=np.float32)
     column, row = (point // SUBSTEPS).T
     out[row, column] = values

@@ -54,7 +54,7 @@ SAID_FROM_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
-class Cost:
+class PictureCost:
     """Memory at the peak and time of one picture, and what they are of, in words."""
 
     what: str
@@ -85,7 +85,7 @@ def picture_cost(
     suffix: str = ".png",
     spectra: int = 1,
     jobs: int = 1,
-) -> Cost:
+) -> PictureCost:
     """The cost of one picture of a scene, or of one material of a review under `spectra` illuminants.
 
     suffix : of the file: a PNG is encoded for a display first, which takes more.
@@ -140,7 +140,7 @@ def picture_cost(
         f"{camera.width:,} x {camera.height_px:,} pixels of {of_each}, {triangles:,} triangles, "
         f"{both} {'light' if both == 1 else 'lights'}"
     )
-    return Cost(what, found, seconds)
+    return PictureCost(what, found, seconds)
 
 
 def _duration(seconds: float) -> str:

@@ -23,7 +23,7 @@ _BATCH = 1 << 21
 
 
 @dataclass(frozen=True)
-class Window:
+class TileWindow:
     """A rectangle of samples: its size and the position of its top left corner in the whole picture, in samples."""
 
     left: int
@@ -111,7 +111,7 @@ def window_triangles(
     faces: Int[np.ndarray, "F 3"],
     perspective: bool,
     size: tuple[int, int],
-    window: Window,
+    window: TileWindow,
     farthest: float | None = None,
 ) -> WindowTriangles:
     """Clip triangles to the part of space in front of the camera and behind `window`, and put them on the grid.

@@ -10,12 +10,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...lighting.vectors import facing_viewer, orthonormal_frame, unit
-from .raster import SUBSTEPS, Window, WindowTriangles, rasterise
+from .raster import SUBSTEPS, TileWindow, WindowTriangles, rasterise
 from .view import View
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class SurfaceSamples:
     """The N samples of a window that meet a surface, sorted by pixel.
 
     pixel (N,) : row * width + column in the window. number (N,) : triangle of the window. point (N, 2) : column and row
@@ -40,7 +40,7 @@ class Surface:
 
 @dataclass(frozen=True, eq=False)
 class Interpolated:
-    """`Surface` at N points of given triangles, and `whole` (N,): a depth's inverse, up to a factor of the triangle."""
+    """`SurfaceSamples` at N points of triangles; `whole` (N,): a depth's inverse up to a factor of the triangle."""
 
     position: Float[np.ndarray, "N 3"]
     to_viewer: Float[np.ndarray, "N 3"]
@@ -49,7 +49,9 @@ class Interpolated:
     whole: Float[np.ndarray, " N"]
 
 
-def surface_samples(view: View, window: Window, triangles: WindowTriangles, with_uv: bool = False) -> Surface:
+def surface_samples(
+    view: View, window: TileWindow, triangles: WindowTriangles, with_uv: bool = False
+) -> SurfaceSamples:
     """Rasterise one window and interpolate to its samples; texture coordinates only where `with_uv` asks for them."""
     side = view.camera.samples
     seen = seen_in(view, window, triangles)
@@ -63,12 +65,12 @@ def surface_samples(view: View, window: Window, triangles: WindowTriangles, with
     point = np.stack([column, row], axis=1) * SUBSTEPS + SUBSTEPS // 2
     at = interpolated(view, triangles, number, point)
     uv, footprint = uv_at(view, triangles, number, point) if with_uv and view.scene.uv is not None else (None, None)
-    return Surface(
+    return SurfaceSamples(
         pixel, number, point, triangles.parent[number], at.position, at.to_viewer, at.frame, at.weights, uv, footprint
     )
 
 
-def seen_in(view: View, window: Window, triangles: WindowTriangles) -> Int[np.ndarray, "h w"]:
+def seen_in(view: View, window: TileWindow, triangles: WindowTriangles) -> Int[np.ndarray, "h w"]:
     """`rasterise`, through the holes of what is seen."""
     tracer = view.scene.tracer
     if tracer is None:
@@ -116,7 +118,7 @@ def uv_at(
     number: Int[np.ndarray, " N"],
     point: Int[np.ndarray, "N 2"],
 ) -> tuple[Float[np.ndarray, "N 2"], Float[np.ndarray, "N 2 2"]]:
-    """Texture coordinates and footprints of triangles `number` at `point`, as `Surface` has them."""
+    """Texture coordinates and footprints of triangles `number` at `point`, as `SurfaceSamples` has them."""
     inverse_w = triangles.inverse_w
     # The areas are linear in the point: how they change with a step of one sample to the right, and downwards.
     opposite = np.roll(triangles.corners, -2, axis=1) - np.roll(triangles.corners, -1, axis=1)

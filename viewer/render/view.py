@@ -13,7 +13,7 @@ from ...lighting.camera import Camera
 from ...lighting.mesh.tangents import seen_handedness
 from ...lighting.vectors import dot
 from .geometry import LightGeometry, SceneGeometry
-from .raster import Window, WindowTriangles, least_of, most_of, window_triangles
+from .raster import TileWindow, WindowTriangles, least_of, most_of, window_triangles
 
 # Samples along a side of what is rendered at once: bounds memory, and keeps positions on the vertex grid exact.
 TILE_SAMPLES = 2048
@@ -54,7 +54,7 @@ class View:
         """Triangles that a light stands above, on the viewer's side."""
         return self.side * light.above > 0.0
 
-    def windows(self, side: int | None = None) -> Iterator[Window]:
+    def windows(self, side: int | None = None) -> Iterator[TileWindow]:
         """Iterate over windows of whole pixels from the middle of the picture outwards, of at most `side` samples along
         a side; None is `TILE_SAMPLES`.
         """
@@ -67,9 +67,9 @@ class View:
             return (2 * left + step - width) ** 2 + (2 * top + step - height) ** 2
 
         for left, top in sorted(corners, key=from_middle):
-            yield Window(left, top, min(step, width - left), min(step, height - top))
+            yield TileWindow(left, top, min(step, width - left), min(step, height - top))
 
-    def triangles(self, window: Window) -> WindowTriangles:
+    def triangles(self, window: TileWindow) -> WindowTriangles:
         """The triangles in one of the windows."""
         faces, farthest = self.scene.faces, float(self.depth.max(initial=0.0))
         if (window.width, window.height) == self.size:

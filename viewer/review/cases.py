@@ -29,7 +29,7 @@ OWN_LIGHT = "the scene's lights"
 
 
 @dataclass(frozen=True)
-class Case:
+class ReviewCase:
     """One picture under all illuminants, and the materials in it that are judged.
 
     plan : of this picture alone, so that no other material of the review changes it. surfaces : fast forms of what is
@@ -111,7 +111,7 @@ def prepared(
     budget: float,
     version: str,
     warn: Warn,
-) -> tuple[Setting, list[Case]]:
+) -> tuple[Setting, list[ReviewCase]]:
     """All that is known before anything is drawn; the parameters are those of `review`, `views` as of `review_views`.
 
     Raises
@@ -142,7 +142,7 @@ def prepared(
         planned = plan_scene(list(worn.values()), lights, scene.observer, budget)
         # The plan's basis is for light that comes straight from the lights.
         shown = worn if bounced else {name: surface.in_basis(planned.basis) for name, surface in worn.items()}
-        cases.append(Case(counted(one, surfaces, shown_in), judged, planned, shown))
+        cases.append(ReviewCase(counted(one, surfaces, shown_in), judged, planned, shown))
     plan = _plan_of_all([case.plan for case in cases])
     display = display_for(scene.viewing)
     _check_whites(scene, names, spectra, display)

@@ -14,12 +14,12 @@ from ...lighting.reference.geometry import VisibleGeometry
 from ...lighting.scene import Scene
 from ...runtime.errors import InputError
 from ...spectral.difference import lab_from_xyz
-from .cases import Case, Setting
-from .draw import Drawing
+from .cases import ReviewCase, Setting
+from .draw import ReviewDrawing
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class PictureComparison:
     """One material of a drawing: share (H, W) of each pixel that shows it, ΔE94 (H, W) there, and its statistics.
 
     shift : mean ΔL*, Δa*, Δb* of picture less truth. worst : row and column of the largest ΔE94, and CIELAB (2, 3) of
@@ -36,7 +36,7 @@ class Comparison:
     seconds: float
 
 
-def compare(setting: Setting, case: Case, drawing: Drawing) -> Iterator[Comparison]:
+def compare(setting: Setting, case: ReviewCase, drawing: ReviewDrawing) -> Iterator[PictureComparison]:
     """Each material that is judged, over the pixels that show it.
 
     Raises
@@ -53,7 +53,7 @@ def compare(setting: Setting, case: Case, drawing: Drawing) -> Iterator[Comparis
         worst = None if shift is None else _worst(difference)
         worst_lab = None if worst is None else np.array([lab[worst] for lab in labs], dtype=np.float64)
         seconds = time.perf_counter() - begun
-        yield Comparison(material, share, difference, statistics, shift, worst, worst_lab, seconds)
+        yield PictureComparison(material, share, difference, statistics, shift, worst, worst_lab, seconds)
 
 
 def _worst(difference: Float[np.ndarray, "H W"]) -> tuple[int, int]:

@@ -14,12 +14,12 @@ from ...lighting.scene import Scene
 from ...spectral.image import ColourImage
 from ..display.png import quantise
 from ..picture import Warn, say_if_clipped
-from .cases import Case, Setting
+from .cases import ReviewCase, Setting
 from .references import Reference
 
 
 @dataclass(frozen=True, eq=False)
-class Drawing:
+class ReviewDrawing:
     """A case under one illuminant.
 
     scene : as it is lit. illuminant : its name, `own_light` where each light keeps its own spectrum. white (3,).
@@ -46,7 +46,7 @@ class Drawing:
     seconds: dict[str, float]
 
 
-def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iterator[Drawing]:
+def draw(setting: Setting, case: ReviewCase, reference: Reference, warn: Warn) -> Iterator[ReviewDrawing]:
     """The case under each illuminant; pictures that the display clips are said."""
     scene, display = setting.scene, setting.display
     begun = time.perf_counter()
@@ -76,7 +76,7 @@ def draw(setting: Setting, case: Case, reference: Reference, warn: Warn) -> Iter
             say_if_clipped(scene, said_of, sample, np.asarray(coverage), display, warn)
         seconds = {**each, "encode": (time.perf_counter() - begun) / len(case.judged)}
         both = coverage, setting.geometry.coverage
-        yield Drawing(
+        yield ReviewDrawing(
             lit,
             name,
             spectrum is None,

@@ -19,7 +19,7 @@ from ...calibration.report.review_facts import (
     titled,
 )
 from ...lighting.scene import Scene
-from ...materials.catalogue.instrument_reading import GEOMETRY, Reading
+from ...materials.catalogue.instrument_reading import GEOMETRY, InstrumentReading
 from ...materials.records.colour_standing import (
     colour_standing,
     gloss_standing,
@@ -51,7 +51,7 @@ def reviewed_lights(setting: Setting) -> tuple[ReviewedLight, ...]:
 
 
 def reviewed_materials(
-    setting: Setting, names: tuple[str, ...], reading_of: Callable[[str], Reading]
+    setting: Setting, names: tuple[str, ...], reading_of: Callable[[str], InstrumentReading]
 ) -> tuple[ReviewedMaterial, ...]:
     """Materials by id, with their colours under every light for every observer."""
     eyes = {eye.name: eye for eye in (setting.scene.observer, *(observer(name) for name in _OBSERVERS))}
@@ -86,7 +86,7 @@ def _lights(setting: Setting) -> list[tuple[str, Spectrum | None]]:
     return pictured + [(name, one) for name in FIGURE_LIGHTS if (one := illuminant(name)).key not in keys]
 
 
-def _colours(setting: Setting, reading: Reading, eye: Observer) -> list[LitColour]:
+def _colours(setting: Setting, reading: InstrumentReading, eye: Observer) -> list[LitColour]:
     daylight = eye.white(illuminant(SHIFT_FROM))
     start = corresponding_lab(reading.xyz(illuminant(SHIFT_FROM), eye), daylight, daylight)
     found = []
@@ -100,7 +100,7 @@ def _colours(setting: Setting, reading: Reading, eye: Observer) -> list[LitColou
 
 
 def _seen(
-    scene: Scene, reading: Reading, spectrum: Spectrum | None, eye: Observer
+    scene: Scene, reading: InstrumentReading, spectrum: Spectrum | None, eye: Observer
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
     """XYZ of a reading and of the white under a light, or in the mixture of the scene's own."""
     if spectrum is not None:

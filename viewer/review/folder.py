@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...calibration.report.history import HISTORY
-from ...calibration.report.row_files import Drawn, read_rows, write_rows
+from ...calibration.report.row_files import DrawnRows, read_rows, write_rows
 from ...runtime.files import check_writable, half_written, made_folder
 from ...runtime.locks import alone_at_work
 from ...runtime.shutdown import clearing, undisturbed
@@ -58,7 +58,7 @@ def drawing_into(out: Path) -> Iterator[None]:
             yield
 
 
-def found_rows(out: Path, key: str) -> Drawn | None:
+def found_rows(out: Path, key: str) -> DrawnRows | None:
     """Rows of that key that an earlier review has drawn, where their pictures are there and unchanged."""
     for file, folder in ((out / UNFINISHED / key / "rows.npz", out / UNFINISHED / key), (_place(out, key), out)):
         with suppress(*_UNREADABLE):
@@ -69,10 +69,10 @@ def found_rows(out: Path, key: str) -> Drawn | None:
 
 
 @contextmanager
-def drawn_rows(out: Path, key: str) -> Iterator[tuple[Path, list[Drawn]]]:
+def drawn_rows(out: Path, key: str) -> Iterator[tuple[Path, list[DrawnRows]]]:
     """A folder for the pictures of one key, and a list for what goes with them: kept when the block ends well."""
     work = out / UNFINISHED / f".{key}"
-    drawn: list[Drawn] = []
+    drawn: list[DrawnRows] = []
     with clearing(lambda: shutil.rmtree(work, ignore_errors=True)):
         (work / PICTURES).mkdir(parents=True)
         yield work, drawn

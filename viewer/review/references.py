@@ -13,7 +13,7 @@ from jaxtyping import Float
 from ...calibration.report.row import ReferenceNoise
 from ...lighting.camera import Camera
 from ...lighting.reference.geometry import VisibleGeometry
-from ...lighting.reference.noise import Noise
+from ...lighting.reference.noise import ReferenceNoiseEstimate
 from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
@@ -27,7 +27,7 @@ class Reference:
 
     xyz: Float[np.ndarray, "M H W 3"]
     seconds: float
-    noise: Noise | None = None
+    noise: ReferenceNoiseEstimate | None = None
 
     def noise_of(self, number: int) -> ReferenceNoise | None:
         """Return the noise of one of the pictures, as a row has it."""

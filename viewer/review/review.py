@@ -21,15 +21,15 @@ from ...calibration.report.statistics import self_check
 from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
-from ...materials.catalogue.instrument_reading import Reading
+from ...materials.catalogue.instrument_reading import InstrumentReading
 from ...runtime.shutdown import clearing, saying
 from ..picture import Warn, unheard
 from ..render.session import RenderSession
-from .cases import OWN_LIGHT, Case, Setting, prepared, review_views
+from .cases import OWN_LIGHT, ReviewCase, Setting, prepared, review_views
 from .compare import compare
 from .draw import draw
 from .facts import reviewed_lights, reviewed_materials
-from .folder import REPORT, UNFINISHED, Drawn, drawing_into, drawn_rows, found_rows, put_in_place
+from .folder import REPORT, UNFINISHED, DrawnRows, drawing_into, drawn_rows, found_rows, put_in_place
 from .references import Reference, references
 from .row_key import row_key
 from .words import colour_chain
@@ -39,7 +39,7 @@ from .write import write
 __all__ = ["OWN_LIGHT", "ReviewResult", "review"]
 
 Progress = Callable[[int, int, str], None]
-ReadingOf = Callable[[str], Reading]
+ReadingOf = Callable[[str], InstrumentReading]
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def review(
             warn=warnings,
         )
         keys = [_key(setting, catalogue, case, case is cases[0]) for case in cases]
-        drawn: list[Drawn | None] = [None if again else found_rows(out, key) for key in keys]
+        drawn: list[DrawnRows | None] = [None if again else found_rows(out, key) for key in keys]
         there = _rows_in(drawn)
         if there:
             resumed(there, setting.total)
@@ -135,13 +135,13 @@ def review(
             return f"{done} of {setting.total} rows are in {out}; the same command goes on from here." if done else ""
 
         with saying(reached):
-            reading_of = cache(lambda material: Reading.of(setting.records[material].brdf()))
+            reading_of = cache(lambda material: InstrumentReading.of(setting.records[material].brdf()))
             _draw_missing(out, catalogue, setting, cases, keys, drawn, jobs, progress, warnings, reading_of)
             result = _report(out, setting, keys, [one for one in drawn if one], warnings, ratings, reading_of)
     return replace(result, resumed=there)
 
 
-def _rows_in(drawn: Sequence[Drawn | None]) -> int:
+def _rows_in(drawn: Sequence[DrawnRows | None]) -> int:
     return sum(len(found.rows) for found in drawn if found)
 
 
@@ -149,7 +149,7 @@ def _report(
     out: Path,
     setting: Setting,
     keys: Sequence[str],
-    drawn: Sequence[Drawn],
+    drawn: Sequence[DrawnRows],
     warnings: _Warnings,
     ratings: Sequence[Rating],
     reading_of: ReadingOf,
@@ -188,7 +188,7 @@ def _report(
     return ReviewResult(page, figures, found, rows, it.plan, *said, tuple(warnings.said))
 
 
-def _key(setting: Setting, catalogue: Catalogue, case: Case, checked: bool) -> str:
+def _key(setting: Setting, catalogue: Catalogue, case: ReviewCase, checked: bool) -> str:
     """The hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with them."""
     it = setting
     lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
@@ -201,9 +201,9 @@ def _draw_missing(
     out: Path,
     catalogue: Catalogue,
     setting: Setting,
-    cases: Sequence[Case],
+    cases: Sequence[ReviewCase],
     keys: Sequence[str],
-    drawn: list[Drawn | None],
+    drawn: list[DrawnRows | None],
     jobs: int,
     progress: Progress | None,
     warn: Warn,
@@ -230,14 +230,14 @@ def _draw_missing(
 
 def _drawn(
     setting: Setting,
-    case: Case,
+    case: ReviewCase,
     truth: Reference,
     folder: Path,
     checked: bool,
     finished: Callable[[ReviewRow], None],
     warn: Warn,
     reading_of: ReadingOf,
-) -> Drawn:
+) -> DrawnRows:
     """The rows of one case, their pictures below `folder`; with `checked` also the report's checks of itself."""
     heard, rows, checks = _Warnings(warn), [], ()
     spectra = pixel_spectra(setting, case)
@@ -247,7 +247,7 @@ def _drawn(
                 checks = tuple(self_check(drawing.truth_xyz, drawing.white, found.share))
             rows.append(write(setting, drawing, found, reading_of(found.material), folder, spectra))
             finished(rows[-1])
-    return Drawn(tuple(rows), checks, tuple(heard.said))
+    return DrawnRows(tuple(rows), checks, tuple(heard.said))
 
 
 class _Warnings:

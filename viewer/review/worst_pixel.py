@@ -23,7 +23,7 @@ from ...lighting.transfer.radiant import fluoresces
 from ...materials.core.surface import Surface
 from ...spectral.observers import Observer
 from ...spectral.spectrum import Spectrum
-from .cases import Case, Setting
+from .cases import ReviewCase, Setting
 
 #: nm, in the middle of bands that fall to nothing at their neighbours.
 BANDS_NM = np.arange(400.0, 701.0, 10.0)
@@ -33,7 +33,7 @@ _STRENGTH = 1e6
 PixelSpectra = Callable[[tuple[int, int]], tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]] | None]
 
 
-def pixel_spectra(setting: Setting, case: Case) -> PixelSpectra:
+def pixel_spectra(setting: Setting, case: ReviewCase) -> PixelSpectra:
     """Spectra of pixels of a case, each worked out once; None where a material fluoresces: what it sends out is no
     share of what arrives at that wavelength.
     """

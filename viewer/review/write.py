@@ -10,13 +10,13 @@ from jaxtyping import UInt8
 
 from ...calibration.report.plots import embedded_side, fitted_size
 from ...calibration.report.row import ReviewRow, RowColour, WorstPixel, review_row
-from ...materials.catalogue.instrument_reading import GEOMETRY, Reading
+from ...materials.catalogue.instrument_reading import GEOMETRY, InstrumentReading
 from ...spectral.difference import lab_from_xyz
 from ..picture import picture_words
 from ..scene_reading import colours_around, swatch, xyz_in
 from .cases import Setting
-from .compare import Comparison
-from .draw import Drawing
+from .compare import PictureComparison
+from .draw import ReviewDrawing
 from .files import picture_name, write_row
 from .limits import limits_of
 from .words import held_words, provenance_words
@@ -24,7 +24,12 @@ from .worst_pixel import BANDS_NM, PixelSpectra
 
 
 def write(
-    setting: Setting, drawing: Drawing, found: Comparison, reading: Reading, out: Path, spectra: PixelSpectra
+    setting: Setting,
+    drawing: ReviewDrawing,
+    found: PictureComparison,
+    reading: InstrumentReading,
+    out: Path,
+    spectra: PixelSpectra,
 ) -> ReviewRow:
     """Write the pictures below `out` and give the row; `reading` is what an instrument reads of the material, `spectra`
     tells those of a pixel.
@@ -86,7 +91,7 @@ def _reduced(setting: Setting, image: UInt8[np.ndarray, "H W 4"]) -> bool:
     return fitted_size(full, embedded_side(setting.total)) != full
 
 
-def _worst(found: Comparison, spectra: PixelSpectra) -> WorstPixel | None:
+def _worst(found: PictureComparison, spectra: PixelSpectra) -> WorstPixel | None:
     if found.worst is None or found.worst_lab is None:
         return None
     there = float(found.difference[found.worst])

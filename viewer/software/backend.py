@@ -17,12 +17,12 @@ from ..render.footprints import footprints
 from ..render.geometry import LightGeometry
 from ..render.holes import reaching
 from ..render.layers import AnyLayer, SpreadLayer
-from ..render.raster import Window, WindowTriangles
+from ..render.raster import TileWindow, WindowTriangles
 from ..render.scene_layers import Filtering, RenderSettings
 from ..render.session import RenderSession
-from ..render.surfaces import Surface, surface_samples
+from ..render.surfaces import SurfaceSamples, surface_samples
 from ..render.view import View
-from .environment_light import SeenSamples, gathered_terms
+from .environment_light import TileSamples, gathered_terms
 
 
 @dataclass(eq=False)
@@ -43,7 +43,7 @@ class SoftwareTile(Tile):
 
     coverage: Float[np.ndarray, "h w"]
     lit: dict[tuple[int, int], tuple[Int[np.ndarray, " K"], Points]]
-    seen: tuple[SeenSamples, ...]
+    seen: tuple[TileSamples, ...]
 
 
 def software_session(filtering: Filtering = "linear", keeps_terms: bool = False) -> RenderSession:
@@ -57,7 +57,7 @@ class NumpyBackend(Backend):
     name = "software (numpy)"
     chunk = 1 << 20
 
-    def tile(self, view: View, window: Window, triangles: WindowTriangles, needs: Needs) -> SoftwareTile:
+    def tile(self, view: View, window: TileWindow, triangles: WindowTriangles, needs: Needs) -> SoftwareTile:
         """Work out what the window's samples see."""
         side, first_face = view.camera.samples, view.scene.first_face
         height, width = window.height // side, window.width // side
@@ -109,7 +109,7 @@ class NumpyBackend(Backend):
         yield list(total.reshape(height, width, -1, 3).transpose(2, 0, 1, 3))
 
 
-def _seen(view: View, surface: Surface, mipmapped: bool) -> Iterator[SeenSamples]:
+def _seen(view: View, surface: SurfaceSamples, mipmapped: bool) -> Iterator[TileSamples]:
     """Iterate over samples of area and environment light, part by part."""
     first_face, face = view.scene.first_face, surface.face
     part_of = np.searchsorted(first_face, surface.face, side="right") - 1
@@ -119,14 +119,14 @@ def _seen(view: View, surface: Surface, mipmapped: bool) -> Iterator[SeenSamples
     points = Points(wo, wo, surface.uv, surface.footprint, None, spans)
     side = view.side[face]
     facet = view.scene.face_normals[face] * side[:, None]
-    samples = SeenSamples(
+    samples = TileSamples(
         surface.pixel, points, surface.frame, face, surface.weights, side < 0.0, facet, surface.position
     )
     for part in range(len(first_face) - 1):
         yield samples.chosen(np.flatnonzero(part_of == part))
 
 
-def _reached(view: View, light: LightGeometry, surface: Surface):
+def _reached(view: View, light: LightGeometry, surface: SurfaceSamples):
     """Return the samples that a light reaches, local directions to it, and irradiance there (`SoftwareTile`)."""
     above = np.flatnonzero(view.lit(light)[surface.face])
     position = surface.position[above]

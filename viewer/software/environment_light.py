@@ -27,7 +27,7 @@ _Gathered = tuple[Float[np.ndarray, "N B K"], Float[np.ndarray, "N Q K"]]
 
 
 @dataclass(frozen=True, eq=False)
-class SeenSamples:
+class TileSamples:
     """N samples of one part, wherever light comes from.
 
     pixel (N,) : in a tile. points : as a material is asked, where the light stands left out. frame (N, 3, 3) : rows
@@ -46,14 +46,14 @@ class SeenSamples:
     facet: Float[np.ndarray, "N 3"]
     position: Float[np.ndarray, "N 3"] | None = None
 
-    def chosen(self, which: Int[np.ndarray, " K"] | slice) -> SeenSamples:
+    def chosen(self, which: Int[np.ndarray, " K"] | slice) -> TileSamples:
         """Some of them."""
         arrays = (self.frame[which], self.face[which], self.weights[which], self.back[which], self.facet[which])
         position = None if self.position is None else self.position[which]
-        return SeenSamples(self.pixel[which], self.points.chosen(which), *arrays, position)
+        return TileSamples(self.pixel[which], self.points.chosen(which), *arrays, position)
 
 
-def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
+def gathered_terms(layer: SpreadLayer, samples: TileSamples) -> Terms:
     """Terms of a layer at N samples: for each of its fields the form's, rounded up to fours.
 
     XYZ = pi / E_ref sum over lobes of the integral of f_r cos(theta_i) times the mean luminance under the lobe (Wang et
@@ -81,7 +81,7 @@ def gathered_terms(layer: SpreadLayer, samples: SeenSamples) -> Terms:
 
 
 def _of_surfaces(
-    light: IndirectLight, fields: slice, samples: SeenSamples, lobes: Lobes, smooth: Float[np.ndarray, "N 3"]
+    light: IndirectLight, fields: slice, samples: TileSamples, lobes: Lobes, smooth: Float[np.ndarray, "N 3"]
 ) -> _Gathered:
     """The same of what comes by way of other surfaces. `smooth` : normals before a texture's own."""
     sites, shares = light.near(samples.face, samples.weights, samples.back)
@@ -95,7 +95,7 @@ def _of_surfaces(
     return lux, seen
 
 
-def _of_environment(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:
+def _of_environment(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _Gathered:
     """Illuminance with its moments, and mean luminance under each lobe, by the layer's fields."""
     assert isinstance(layer.gathered, GatheredLight)
     # From the slices' frame to the world, and on to the map.
@@ -109,7 +109,7 @@ def _of_environment(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _
     return _left(layer, shadows, shadows.bright, samples, lobes, lux, seen)
 
 
-def _of_panel(layer: SpreadLayer, samples: SeenSamples, lobes: Lobes) -> _Gathered:
+def _of_panel(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _Gathered:
     """The same of a light that is near, cell by cell where the scene stands in its way.
 
     Of illuminance and moments is taken what hidden cells give; of what a lobe sees the hidden share of the cells, by
@@ -158,7 +158,7 @@ def _left(
     layer: SpreadLayer,
     shadows: Shadows,
     bright: BrightLight,
-    samples: SeenSamples,
+    samples: TileSamples,
     lobes: Lobes,
     lux: Float[np.ndarray, "N B K"],
     seen: Float[np.ndarray, "N Q K"],

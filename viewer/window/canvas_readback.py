@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Values:
+class CanvasValues:
     """Values of a pixel or a region of a side: mean XYZ and coverage, white, and the value sent to the display."""
 
     xyz: Float[np.ndarray, "3"]
@@ -47,18 +47,20 @@ class Values:
         return (float(self.xyz[0]) / total, float(self.xyz[1]) / total) if total > 0.0 else None
 
 
-def values_of(frame: Frame | ImageFrame, session: Session, rows: slice, columns: slice) -> tuple[Values, Values]:
+def values_of(
+    frame: Frame | ImageFrame, session: Session, rows: slice, columns: slice
+) -> tuple[CanvasValues, CanvasValues]:
     """The mean over a rectangle of both sides' pictures."""
     both = []
     for canvas, white in zip(frame.canvases, frame.whites, strict=True):
         found = read_box(canvas, rows, columns).reshape(-1, 4).mean(axis=0, dtype=np.float64)
         xyz, coverage = found[:3], float(found[3])
         shown = displayed(xyz, white, frame.display, session.adaptation, session.exposure, session.surround, coverage)
-        both.append(Values(xyz, coverage, white, shown))
+        both.append(CanvasValues(xyz, coverage, white, shown))
     return both[0], both[1]
 
 
-def differences(first: Values, second: Values) -> dict[ImageFormula, float]:
+def differences(first: CanvasValues, second: CanvasValues) -> dict[ImageFormula, float]:
     """ΔE by every formula of the maps, A being the reference; B is taken to the white of A, as in the maps."""
     sample = second.xyz
     if not np.array_equal(first.white, second.white):

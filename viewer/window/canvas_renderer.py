@@ -23,8 +23,8 @@ from ...runtime.errors import MetamerError
 from ..gl.backend import GLBackend
 from ..gl.live import LiveSession
 from ..gl.resources import Owner
-from ..gl.side import Side
-from ..gl.side_layers import Prepared
+from ..gl.side import CanvasSide
+from ..gl.side_layers import PreparedSide
 from ..render.geometry import same_geometry
 from ..render.light_cache import LightCache
 from ..render.scene_layers import VISIBILITY, RenderSettings
@@ -32,7 +32,7 @@ from .background import Background
 from .coarseness import SLOW, Coarseness
 from .display_pass import Whites
 from .first_picture import FirstPicture, first_pictures, seen_points
-from .sides import Sources
+from .sides import SessionObjects
 from .state import Session
 from .view_error import Tracers
 from .viewpoint import Viewpoint
@@ -77,7 +77,7 @@ def _camera(view: Viewpoint, width: int, height: int, samples: int) -> Camera:
     return view.camera(width, height, samples)
 
 
-class Drawing:
+class CanvasRenderer:
     """Drawing of a session's sides.
 
     Attributes
@@ -88,7 +88,7 @@ class Drawing:
     seconds : what each kind of work took last, by name.
     """
 
-    def __init__(self, context: moderngl.Context, sources: Sources, clock: Clock = time.perf_counter) -> None:
+    def __init__(self, context: moderngl.Context, sources: SessionObjects, clock: Clock = time.perf_counter) -> None:
         self._context, self._sources, self._clock = context, sources, clock
         self._sized = Owner(context)
         # By quality, and one more each for a side B of another geometry.
@@ -107,7 +107,7 @@ class Drawing:
         self._failed: tuple[object, MetamerError] | None = None
         # Whether what is on the canvases is still to be shown; and a count of what has been drawn.
         self._to_show, self._drawn = False, 0
-        self.sides: tuple[Side, Side] | None = None
+        self.sides: tuple[CanvasSide, CanvasSide] | None = None
         self.quality, self.reached = Quality.NONE, 0.0
         self.noise, self.shadowed = 0.0, 0.0
         self.seconds: dict[str, float] = {}
@@ -276,7 +276,7 @@ class Drawing:
             self.seconds["still" if quality == Quality.STILL else "exact"] = self._clock() - whole
 
     def _in_windows(
-        self, quality: Quality, renderer: LiveSession, prepared: Prepared, onto: list[moderngl.Texture]
+        self, quality: Quality, renderer: LiveSession, prepared: PreparedSide, onto: list[moderngl.Texture]
     ) -> Iterator[float]:
         """Draw window by window, anew in larger ones where they are done soon; yields the share that is done."""
         while True:
@@ -365,7 +365,10 @@ class Drawing:
         )
 
     def _work_out(
-        self, groups: list[tuple[LiveSession, list[Side]]], asked_for: object, seen: tuple[Session, tuple[int, int]]
+        self,
+        groups: list[tuple[LiveSession, list[CanvasSide]]],
+        asked_for: object,
+        seen: tuple[Session, tuple[int, int]],
     ) -> None:
         try:
             if self._lacks_shadows():
@@ -377,7 +380,7 @@ class Drawing:
         except MetamerError as reason:
             self._failed = asked_for, reason
 
-    def _find_first(self, side: Side, session: Session, size: tuple[int, int]) -> None:
+    def _find_first(self, side: CanvasSide, session: Session, size: tuple[int, int]) -> None:
         """Have the shadows of what is seen found first, if that is still seen once its points are known."""
         points = seen_points(side.scene.cut(side.surfaces), session.view, size, self._tracers)
         with self._seeing:
@@ -400,7 +403,7 @@ class Drawing:
 
     def _prepared(
         self, quality: Quality, whole: bool = True
-    ) -> Iterator[tuple[LiveSession, Prepared, list[moderngl.Texture]]]:
+    ) -> Iterator[tuple[LiveSession, PreparedSide, list[moderngl.Texture]]]:
         """What each geometry's renderer has to draw at a quality, and onto which canvases."""
         assert self._session is not None
         samples = self._session.samples if quality == Quality.EXACT else 1
@@ -413,7 +416,7 @@ class Drawing:
             renderer.sides.whole = whole or quality == Quality.EXACT
             yield renderer, renderer.sides.prepared(sides, camera), onto
 
-    def _groups(self) -> Iterator[tuple[int, list[Side], list[moderngl.Texture]]]:
+    def _groups(self) -> Iterator[tuple[int, list[CanvasSide], list[moderngl.Texture]]]:
         """The sides that one renderer draws, and their canvases: all, or each where their geometry differs."""
         assert self.sides is not None
         first, second = self.sides

@@ -14,7 +14,7 @@ from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
 from ...lighting.vectors import dot
 from ...lighting.visibility.precompute import SeenPoints
-from ..gl.side import Side
+from ..gl.side import CanvasSide
 from ..render.light_cache import LightCache
 from .view_error import Tracers
 from .viewpoint import Viewpoint
@@ -65,7 +65,7 @@ def seen_points(scene: Scene, view: Viewpoint, size: tuple[int, int], tracers: T
 
 
 def first_pictures(
-    sides: Sequence[Side], view: Viewpoint, size: tuple[int, int], tracers: Tracers, lights: LightCache
+    sides: Sequence[CanvasSide], view: Viewpoint, size: tuple[int, int], tracers: Tracers, lights: LightCache
 ) -> list[FirstPicture]:
     """Draw sides by rays, from their fast forms, with the light that they are shown in.
 

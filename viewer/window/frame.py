@@ -21,12 +21,12 @@ from ..display.transform import DisplayTransform
 from ..gl.difference_map import DifferencePass
 from ..gl.programs import read_again
 from ..gl.shaders import ShaderError
-from ..gl.side import Side
+from ..gl.side import CanvasSide
 from ..gl.tile import read
 from ..picture import display_for, picture_words
-from .canvas_renderer import Clock, Drawing, Quality
+from .canvas_renderer import CanvasRenderer, Clock, Quality
 from .display_pass import Showing, display_of, to_display
-from .sides import Sources
+from .sides import SessionObjects
 from .state import Session
 from .view_error import AskedView
 from .work import Work, work
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     import moderngl
 
 
-class Frame(Drawing):
+class Frame(CanvasRenderer):
     """One session's picture on the GPU.
 
     `show` says what is to be seen, `step` works towards it, `texture` is what the display is sent.
@@ -46,7 +46,7 @@ class Frame(Drawing):
     problem : why the last session is not shown; what was shown before stays.
     """
 
-    def __init__(self, context: moderngl.Context, sources: Sources, clock: Clock = time.perf_counter) -> None:
+    def __init__(self, context: moderngl.Context, sources: SessionObjects, clock: Clock = time.perf_counter) -> None:
         super().__init__(context, sources, clock)
         self._showing, self._differing = Showing(context), DifferencePass(context)
         # Of which drawing, and by what formula, the differences are.
@@ -97,7 +97,7 @@ class Frame(Drawing):
             self._begin(asked, moving)
         return asked
 
-    def turn_to(self, sources: Sources, session: Session, size: tuple[int, int]) -> bool:
+    def turn_to(self, sources: SessionObjects, session: Session, size: tuple[int, int]) -> bool:
         """Show a scene or materials that were read anew; where that cannot be, `problem` says why, what was seen stays,
         and False comes back. Programs and what is kept of meshes that are the same are kept.
         """
@@ -233,7 +233,7 @@ class Frame(Drawing):
             made={name: one.surface() for name, one in made},
         )
 
-    def _check(self, session: Session, sides: tuple[Side, Side]) -> None:
+    def _check(self, session: Session, sides: tuple[CanvasSide, CanvasSide]) -> None:
         """Make the display of a session this frame's, unless it cannot show the sides: then raise why."""
         display = self.display
         if self._session is None or session.shown != self._session.shown:

@@ -7,7 +7,7 @@ import numpy as np
 from ...spectral.observers import OBSERVERS, observer
 from .image_frame import ImageFrame
 from .light_choice import LightChoice
-from .probe import Reading, Spectra
+from .probe import ProbeReading, ProbeSpectra
 from .spectral_image import XyzPicture
 from .state import Session
 
@@ -16,7 +16,7 @@ READ = "the image"
 
 def image_reading(
     frame: ImageFrame, session: Session, number: int, choice: LightChoice, who: str, pixel: tuple[int, int]
-) -> Reading:
+) -> ProbeReading:
     """Read a pixel of side A (0) or B (1), its spectrum as it lies in the file; a picture in XYZ has none.
 
     Of a reflectance, `incident` is the light that was chosen, on the scale on which equal energy of the same luminance
@@ -34,7 +34,7 @@ def image_reading(
         column, row = pixel
         xyz = choice.dimming * picture.planes[:, row, column].astype(np.float64)
         names = picture.light or choice.words, picture.observer or OBSERVERS[who]
-        return Reading(pixel, (), (), float(picture.coverage[row, column]), *names, xyz, picture.white)
+        return ProbeReading(pixel, (), (), float(picture.coverage[row, column]), *names, xyz, picture.white)
     weights, white = picture.weights(eye, light, own, session.subject.luminance)
     column, row = pixel
     xyz = choice.dimming * (weights @ picture.planes[:, row, column].astype(np.float64))
@@ -44,7 +44,7 @@ def image_reading(
         assert light is not None
         even = float(np.trapezoid(eye.cmfs[:, 1], eye.wavelengths_nm)) / eye.luminous(light)
         incident = choice.dimming * even * light.averaged(nm).samples
-        spectra = Spectra(nm, incident, incident * found, found, READ)
+        spectra = ProbeSpectra(nm, incident, incident * found, found, READ)
     else:
-        spectra = Spectra(nm, unknown, found, unknown, READ)
-    return Reading(pixel, (), (), 1.0, choice.words, OBSERVERS[who], xyz, white, spectra)
+        spectra = ProbeSpectra(nm, unknown, found, unknown, READ)
+    return ProbeReading(pixel, (), (), 1.0, choice.words, OBSERVERS[who], xyz, white, spectra)

@@ -8,7 +8,7 @@ from ...runtime.errors import MetamerError
 from .frame import Frame
 from .image_frame import ImageFrame
 from .session_loader import Loaded
-from .sides import Sources
+from .sides import SessionObjects
 from .state import Session
 
 if TYPE_CHECKING:
@@ -102,6 +102,6 @@ class Pictures:
         return more
 
 
-def _sources(loaded: Loaded) -> Sources:
+def _sources(loaded: Loaded) -> SessionObjects:
     assert loaded.scene is not None
-    return Sources(loaded.scene, loaded.catalogue)
+    return SessionObjects(loaded.scene, loaded.catalogue)

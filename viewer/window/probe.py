@@ -40,7 +40,7 @@ _WHITE = "the perfect diffuser/WHITE"
 
 
 @dataclass(frozen=True, eq=False)
-class Spectra:
+class ProbeSpectra:
     """Spectra of a pixel, box-filtered as the pixel is.
 
     Parameters
@@ -62,7 +62,7 @@ class Spectra:
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class ProbeReading:
     """Reading of a probe at a pixel, before it is adapted and shown.
 
     Parameters
@@ -82,7 +82,7 @@ class Reading:
     observer: str
     xyz: Float[np.ndarray, "3"]
     white: Float[np.ndarray, "3"]
-    spectra: Spectra | None = None
+    spectra: ProbeSpectra | None = None
 
     @cached_property
     def xy(self) -> tuple[float, float] | None:
@@ -103,7 +103,7 @@ class Reading:
 
 
 @dataclass(frozen=True, eq=False)
-class Truth:
+class ProbeTruth:
     """A pixel by the reference: xyz (3,), ΔE94 of the picture from it, and of its noise; None where it has none."""
 
     xyz: Float[np.ndarray, "3"]
@@ -157,7 +157,7 @@ class Prober:
     def _drawn(self) -> Mapping[str, Fast]:
         return {name: one.drawn() for name, one in self._materials.items()}
 
-    def at(self, camera: Camera, column: int, row: int, light: str | None = None) -> Reading:
+    def at(self, camera: Camera, column: int, row: int, light: str | None = None) -> ProbeReading:
         """Probe a pixel of the camera's picture.
 
         light : what readings call it; the names of the scene's lights by default.
@@ -173,7 +173,7 @@ class Prober:
         numbers, counts = np.unique(seen.part, return_counts=True)
         shown = [self.scene.parts[number] for number in numbers[np.argsort(-counts, kind="stable")]]
         names = dict.fromkeys(one.spectrum_name or one.name for one in self.scene.lights)
-        return Reading(
+        return ProbeReading(
             (column, row),
             tuple(part.name for part in shown),
             tuple(dict.fromkeys(part.material for part in shown)),
@@ -185,7 +185,7 @@ class Prober:
             self._spectra(one, seen, [part.name for part in shown]) if shown else None,
         )
 
-    def truth(self, camera: Camera, reading: Reading, noise: float = NOISE) -> Truth:
+    def truth(self, camera: Camera, reading: ProbeReading, noise: float = NOISE) -> ProbeTruth:
         """The same pixel by the reference; what it draws has noise of `noise` at most, ΔE94."""
         column, row = reading.pixel
         one = camera.cropped(slice(row, row + 1), slice(column, column + 1))
@@ -194,12 +194,12 @@ class Prober:
         found = reference_images(self.scene, one, surfaces, budget=noise / NOISE_SHARE, bounces=bounces)
         xyz = found.xyz[0, 0, 0]
         off = float(delta_e_xyz(xyz, reading.xyz, reading.white))
-        return Truth(xyz, off, None if found.noise is None else max(found.noise.mean))
+        return ProbeTruth(xyz, off, None if found.noise is None else max(found.noise.mean))
 
-    def _spectra(self, camera: Camera, seen: VisibleGeometry, parts: Sequence[str]) -> Spectra:
+    def _spectra(self, camera: Camera, seen: VisibleGeometry, parts: Sequence[str]) -> ProbeSpectra:
         return self._of_fast_forms(camera, parts) if self.scene.spread_lights else self._of_originals(seen)
 
-    def _of_originals(self, seen: VisibleGeometry) -> Spectra:
+    def _of_originals(self, seen: VisibleGeometry) -> ProbeSpectra:
         """At every wavelength at which a surface that is seen, or a light, is known."""
         scene, eye = self.scene, self.scene.observer
         surfaces = {number: self._materials[scene.parts[number].material].surface() for number in np.unique(seen.part)}
@@ -230,9 +230,9 @@ class Prober:
             kept += of_light
             arrived += float(share.sum())
         reflectance = kept / arrived if arrived > 0.0 else np.full(len(grid), np.nan)
-        return Spectra(grid, incident, reflected, reflectance, ORIGINAL)
+        return ProbeSpectra(grid, incident, reflected, reflectance, ORIGINAL)
 
-    def _of_fast_forms(self, camera: Camera, parts: Sequence[str]) -> Spectra:
+    def _of_fast_forms(self, camera: Camera, parts: Sequence[str]) -> ProbeSpectra:
         """At the working wavelengths; what arrives is what the perfect diffuser would send back in the same place."""
         direct, nm = replace(self.scene, bounces=0), WORKING_WAVELENGTHS_NM
         white = direct
@@ -245,4 +245,4 @@ class Prober:
         )
         reflectance = np.full(len(nm), np.nan)
         np.divide(reflected, incident, out=reflectance, where=incident > 0.0)
-        return Spectra(nm, incident, reflected, reflectance, FAST)
+        return ProbeSpectra(nm, incident, reflected, reflectance, FAST)

@@ -9,14 +9,14 @@ from typing import Any
 from ...lighting.camera import Camera
 from ...lighting.scene import Scene
 from ...runtime.errors import MetamerError
-from ..gl.side import Side
+from ..gl.side import CanvasSide
 from .background import Background
 from .image_frame import ImageFrame
 from .image_probe import image_reading
 from .light_choice import LightChoice
 from .picking import Picker
 from .places import Pin
-from .probe import Prober, Reading
+from .probe import Prober, ProbeReading
 from .state import Session
 
 
@@ -24,7 +24,7 @@ from .state import Session
 class ProbedView:
     """View that is probed: sides, the exact picture's camera, where materials come from; lights as people call them."""
 
-    sides: tuple[Side, Side]
+    sides: tuple[CanvasSide, CanvasSide]
     camera: Camera
     catalogue: Any
     lights: tuple[str, str]
@@ -40,7 +40,7 @@ class Spot:
     name: str
     pixel: tuple[int, int] | None
     why: str = ""
-    readings: tuple[Reading, ...] = ()
+    readings: tuple[ProbeReading, ...] = ()
 
 
 class Probing:
@@ -140,7 +140,7 @@ class _Rays:
             known = self._picker = Picker(scene)
         return known
 
-    def _reading(self, view: ProbedView, number: int, pixel: tuple[int, int]) -> Reading:
+    def _reading(self, view: ProbedView, number: int, pixel: tuple[int, int]) -> ProbeReading:
         side = view.sides[number]
         scene = side.lit
         if number not in self._probers:
@@ -151,7 +151,7 @@ class _Rays:
         return dimmed(prober.at(view.camera, *pixel, light=view.lights[number]), side.dimming)
 
 
-def dimmed(reading: Reading, factor: float) -> Reading:
+def dimmed(reading: ProbeReading, factor: float) -> ProbeReading:
     """A reading in less light, beside the same white."""
     if factor == 1.0:
         return reading

@@ -15,15 +15,15 @@ from ...spectral.formats.cxf_writer import write_cxf
 from ...spectral.formats.registry import SpectralEntry
 from ...spectral.spectrum import Spectrum
 from .displayed_value import Displayed
-from .probe import Reading
+from .probe import ProbeReading
 
 #: A probe by its name, what it read, and what the display is sent.
-Named = tuple[str, Reading, Displayed | None]
+Named = tuple[str, ProbeReading, Displayed | None]
 _COLOURS = ("X", "Y", "Z", "x", "y", "L*", "a*", "b*", "C*ab", "h_ab")
 _SPECTRA = ("incident", "reflectance", "reflected")
 
 
-def copied(name: str, reading: Reading, shown: Displayed | None = None) -> str:
+def copied(name: str, reading: ProbeReading, shown: Displayed | None = None) -> str:
     """A probe as lines of text, names and numbers with a tab between, for spreadsheets and messages alike."""
     lines = [
         ("probe", name),
@@ -40,7 +40,7 @@ def copied(name: str, reading: Reading, shown: Displayed | None = None) -> str:
     return "".join(f"{key}\t{value}\n" for key, value in lines)
 
 
-def colours(reading: Reading) -> dict[str, float | None]:
+def colours(reading: ProbeReading) -> dict[str, float | None]:
     """XYZ (Y of the perfect diffuser is 1), xy (None of black), CIELAB, C*ab and h_ab, by name."""
     x, y = reading.xy or (None, None)
     values = (*map(float, reading.xyz), x, y, *map(float, reading.lab), *map(float, reading.lch[1:]))
@@ -85,11 +85,11 @@ def write_probes_cxf(path: str | Path, probes: Sequence[Named]) -> None:
     write_cxf(path, entries, {"description": "Probes of a picture; reflectances are radiance factors of the scene."})
 
 
-def _has_reflectance(reading: Reading) -> bool:
+def _has_reflectance(reading: ProbeReading) -> bool:
     return reading.spectra is not None and bool(np.isfinite(reading.spectra.reflectance).any())
 
 
-def _entry(name: str, reading: Reading, _shown: Displayed | None) -> SpectralEntry:
+def _entry(name: str, reading: ProbeReading, _shown: Displayed | None) -> SpectralEntry:
     spectra = reading.spectra
     assert spectra is not None
     # Where a lamp sends nothing there is no ratio to tell.

@@ -9,7 +9,7 @@ from ...calibration.report.rating import Probed, Rating, Verdict
 from ...spectral.formula import formula
 from .choices import Choices
 from .displayed_value import Displayed
-from .probe import Reading
+from .probe import ProbeReading
 from .probe_text import colours
 from .state import Session
 
@@ -23,8 +23,8 @@ def rating_of(
     note: str = "",
     reviewer: str = "",
     at: datetime | None = None,
-    reading: Reading | None = None,
-    other: Reading | None = None,
+    reading: ProbeReading | None = None,
+    other: ProbeReading | None = None,
     shown: Displayed | None = None,
 ) -> Rating:
     """A rating of the shown part's material, of the side that is seen.
@@ -44,7 +44,9 @@ def rating_of(
     return Rating(material, light.words, observer, verdict, score, note, reviewer, when, probed)
 
 
-def _probed(session: Session, reading: Reading, other: Reading | None, shown: Displayed | None) -> Iterator[Probed]:
+def _probed(
+    session: Session, reading: ProbeReading, other: ProbeReading | None, shown: Displayed | None
+) -> Iterator[Probed]:
     for name, value in colours(reading).items():
         if value is not None:
             yield Probed(name, value)

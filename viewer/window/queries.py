@@ -18,7 +18,7 @@ from ...materials.search.sliders import Slider, sliders
 from ...spectral.formula import Formula
 from ...spectral.image import ColourImage
 from ..display.transform import DisplayTransform
-from ..gl.side import Side
+from ..gl.side import CanvasSide
 from .background import Background
 from .display_pass import surround_xyz, to_display
 from .metamerism import Metamerism, metamerism
@@ -26,7 +26,7 @@ from .state import Session
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
+class QueryAnswer:
     """Answer to the query `key`: `result`, or in `problem` why there is none."""
 
     key: Hashable
@@ -40,7 +40,7 @@ class Asking:
     def __init__(self) -> None:
         self._thread = Background()
         self._asked: dict[str, Hashable] = {}
-        self._answers: dict[str, Answer] = {}
+        self._answers: dict[str, QueryAnswer] = {}
 
     def close(self) -> None:
         """Answer nothing more."""
@@ -52,7 +52,7 @@ class Asking:
             self._asked[kind] = key
             self._thread.ask(kind, lambda: (key, work()))
 
-    def answer(self, kind: str, key: Hashable = None) -> Answer | None:
+    def answer(self, kind: str, key: Hashable = None) -> QueryAnswer | None:
         """The last answer of a kind, if it is to this question; to whichever, where none is named."""
         found = self._answers.get(kind)
         return found if found is None or key is None or found.key == key else None
@@ -71,9 +71,9 @@ class Asking:
         came = self._thread.poll()
         for heard in came:
             if heard.problem is not None:
-                self._answers[heard.kind] = Answer(self._asked.get(heard.kind), problem=heard.problem)
+                self._answers[heard.kind] = QueryAnswer(self._asked.get(heard.kind), problem=heard.problem)
             else:
-                self._answers[heard.kind] = Answer(*heard.result)
+                self._answers[heard.kind] = QueryAnswer(*heard.result)
         return bool(came)
 
 
@@ -95,7 +95,7 @@ def sliders_of(catalogue: Catalogue, name: str) -> tuple[Slider, ...]:
     return sliders(catalogue.surface(name).surface(), name)
 
 
-def plan_of(side: Side, lights: Sequence[str], catalogue: Any) -> ScenePlan:
+def plan_of(side: CanvasSide, lights: Sequence[str], catalogue: Any) -> ScenePlan:
     """The plan for a side's materials under its own lights and some more, by name."""
     spectra = [one.spectrum for one in side.scene.lights]
     spectra += [lamp(name, None, Path(), catalogue)[0] for name in lights]

@@ -29,7 +29,7 @@ from ...runtime.errors import InputError
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import OBSERVERS, observer
 from ...spectral.spectrum import Spectrum
-from ..gl.side import Side
+from ..gl.side import CanvasSide
 from .edited_materials import Fitting, Values
 from .light_choice import LightChoice
 from .state import Session
@@ -79,7 +79,7 @@ class _Asked:
     influence: str | None
 
 
-class Sources:
+class SessionObjects:
     """Objects that a session names, kept so that the same name is the same object: what is drawn is told apart by that.
 
     catalogue : a `Catalogue`, or anything with its `ids()`, `surface(id)` and, for edits, `load(id)`.
@@ -119,7 +119,7 @@ class Sources:
         mine = isinstance(self.catalogue, Catalogue) and self._edited
         return VariedCatalogue.of(self.catalogue, self._edited.values()) if mine else self.catalogue
 
-    def sides(self, session: Session) -> tuple[Side, Side]:
+    def sides(self, session: Session) -> tuple[CanvasSide, CanvasSide]:
         """A and B; one object where they are alike.
 
         Raises
@@ -147,7 +147,7 @@ class Sources:
         """Meshes of fewer triangles, by identity, that nobody sees from behind."""
         return frozenset().union(*(one.one_sided for one in self._fewer.values()))
 
-    def moving(self, side: Side) -> Side:
+    def moving(self, side: CanvasSide) -> CanvasSide:
         """A side of fewer triangles; itself where that would need work of its own, as under lights that spread."""
         if side.scene.spread_lights or side.scene.bounces != 0:
             return side
@@ -166,7 +166,7 @@ class Sources:
 
     def _side(
         self, session: Session, light: LightChoice, who: str, worn: Mapping[str, str], catalogue: str | None
-    ) -> Side:
+    ) -> CanvasSide:
         edits: dict[str, list[tuple[str, float]]] = {}
         for one in session.edits:
             # What is fitted is named by its values in six digits, and so is what they are.
@@ -187,7 +187,7 @@ class Sources:
         key = asked, tuple(names.values())
         return self._sides.get_or(key, lambda: self._made(asked, scene, names))
 
-    def _made(self, asked: _Asked, scene: Scene, names: Mapping[str, str]) -> Side:
+    def _made(self, asked: _Asked, scene: Scene, names: Mapping[str, str]) -> CanvasSide:
         for part in scene.parts:
             if names[part.material] != part.material:
                 scene = scene.with_material(part.name, names[part.material])
@@ -195,7 +195,7 @@ class Sources:
         scene.check_surfaces(surfaces)
         if asked.influence is not None:
             scene.part(asked.influence)
-        side = Side(scene, surfaces, self._spectrum(asked), asked.light.dimming, influence=asked.influence)
+        side = CanvasSide(scene, surfaces, self._spectrum(asked), asked.light.dimming, influence=asked.influence)
         # A light that nobody can be used to is refused while what was seen can stay.
         _ = side.white
         return side
@@ -296,7 +296,7 @@ class Sources:
         # One lamp is the same to everybody, a blend by luminance is not.
         return self._spectra.get_or((lamps, asked.catalogue, asked.who if len(lamps) > 1 else ""), made)
 
-    def _still(self, session: Session, file: str, side: Side) -> Pixels:
+    def _still(self, session: Session, file: str, side: CanvasSide) -> Pixels:
         lights = {one.spectrum_name or one.name for one in side.scene.lights}
         light = session.other.light or session.light
         named = " + ".join(one.name for one in light.lamps) or (lights.pop() if len(lights) == 1 else "")

@@ -163,7 +163,7 @@ class Compare:
 
 
 @dataclass(frozen=True)
-class Shown:
+class DisplaySettings:
     """Display settings of the picture.
 
     config, display, view : of OpenColorIO; None leaves the scene's, or the default. gamut_warning : marks what the
@@ -222,7 +222,7 @@ class Session:
     adaptation: Adaptation = field(default_factory=Adaptation)
     exposure: float = 0.0
     surround: float = 50.0
-    shown: Shown = field(default_factory=Shown)
+    shown: DisplaySettings = field(default_factory=DisplaySettings)
     bounces: bool = False
     influence: str | None = None
     pins: tuple[Pin, ...] = ()

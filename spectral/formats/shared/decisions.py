@@ -3,7 +3,7 @@
 What was measured:
 
 1. What the file states in words, a unit or its format is taken.
-2. What nothing states is what the person says who imports it (`Answer`).
+2. What nothing states is what the person says who imports it (`ImportOptions`).
 3. Without either, it takes signs of two origins or more that agree, and none that speaks against them. Origins are the
    name of the file, the names of its spectra, its words beside the measurement, colours beside that are those of the
    spectra, the illuminant of these, what the numbers resemble, whether they stand on the scale of that publication,
@@ -27,7 +27,7 @@ from jaxtyping import Float
 
 from ....runtime.errors import InputError
 from ...spectrum import Quantity
-from ..import_options import AgainstAnswerError, Answer, Scale, contradiction
+from ..import_options import AgainstAnswerError, ImportOptions, Scale, contradiction
 from .resemblance import Likeness, has_mercury_lines, likenesses
 from .text import shortened
 from .words import meant_by
@@ -77,7 +77,11 @@ class Decision(NamedTuple):
 
 
 def decided(
-    signs: Sequence[Sign], numbers: Sequence[Sign], answer: Answer, field: str | None = None, data: str | None = None
+    signs: Sequence[Sign],
+    numbers: Sequence[Sign],
+    answer: ImportOptions,
+    field: str | None = None,
+    data: str | None = None,
 ) -> Decision | None:
     """The decision by the rules at the head of this module, None where the file is to be refused (`undecided`).
 
@@ -106,7 +110,7 @@ def decided(
     return decision
 
 
-def _by_rules(signs: Sequence[Sign], answer: Answer, field: str | None) -> Decision | None:
+def _by_rules(signs: Sequence[Sign], answer: ImportOptions, field: str | None) -> Decision | None:
     stated = [sign for sign in signs if sign.states]
     if len({sign.says for sign in stated}) == 1:
         quantity, words = _quantity(stated[0].says), _listed(stated)
@@ -241,7 +245,7 @@ class Divisor(NamedTuple):
     note: str | None = None
 
 
-class Values(NamedTuple):
+class ValueRange(NamedTuple):
     """The range of the visible samples of all spectra that share a scale, and what they are.
 
     surface : True for a reflectance or radiance factor, which no surface takes below a ten-thousandth.
@@ -254,7 +258,7 @@ class Values(NamedTuple):
     worded: bool
 
     @classmethod
-    def of(cls, samples: np.ndarray, quantity: str, worded: bool) -> Values:
+    def of(cls, samples: np.ndarray, quantity: str, worded: bool) -> ValueRange:
         """The range of finite samples (N), 0 to 0 where there are none."""
         lowest, highest = (float(samples.min()), float(samples.max())) if samples.size else (0.0, 0.0)
         return cls(lowest, highest, quantity != "transmittance", worded)
@@ -280,7 +284,7 @@ class Values(NamedTuple):
         return self.lowest > 1.5 or self.highest > _MOST_FACTOR
 
 
-def divisor_of(values: Values, stated: Scale | None, words: str, answer: Answer) -> Divisor:
+def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: ImportOptions) -> Divisor:
     """Find the divisor that makes values fractions of 1.
 
     Parameters
@@ -355,7 +359,7 @@ def divisor_of(values: Values, stated: Scale | None, words: str, answer: Answer)
     )
 
 
-def _divisor(scale: Scale, values: Values, words: str) -> Divisor:
+def _divisor(scale: Scale, values: ValueRange, words: str) -> Divisor:
     if scale == "fraction":
         return Divisor(1.0, scale, words)
     _check_percent(values)
@@ -364,7 +368,7 @@ def _divisor(scale: Scale, values: Values, words: str) -> Divisor:
     return Divisor(100.0, scale, words, f"{by_whom} percent: values from {values.said} are divided by 100{doubt}")
 
 
-def _check_percent(values: Values) -> None:
+def _check_percent(values: ValueRange) -> None:
     """Refuse a percentage that nothing sends back: what glitters reaches some hundreds towards a mirror."""
     if values.highest > 100.0 * _MOST_FACTOR:
         raise _refusal(

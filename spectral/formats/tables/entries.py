@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from ....runtime.errors import InputError
-from ..import_options import Answer, Scale
+from ..import_options import ImportOptions, Scale
 from ..registry import SpectralFile, StatedColour
-from ..shared.decisions import Sign, Values, divisor_of, undecided
+from ..shared.decisions import Sign, ValueRange, divisor_of, undecided
 from ..shared.entry_rules import DELETED, Gathering, in_visible
 from ..shared.text import shortened
 from ..shared.words import colour_axis, condition_in, illuminant_in, observer_in, quantity_in, stated_colours, unit_in
 from .axis import NANOMETRE
 from .makers import name_by_maker
-from .parsing import Table
+from .parsing import TextTable
 from .quantities import counts_removed, judge
 from .section import Column
 
@@ -27,10 +27,10 @@ _LIGHT_COLUMN = re.compile("illum|observer|obs$|light", re.I)
 
 
 def gathered(
-    table: Table,
+    table: TextTable,
     path: Path,
     format_name: str,
-    answer: Answer,
+    answer: ImportOptions,
     hints: Sequence[Sign] = (),
     may_be_counts: bool = False,
 ) -> SpectralFile:
@@ -94,7 +94,7 @@ def _details(column: Column, alone: bool) -> dict[str, str]:
     return details
 
 
-def _colours(column: Column, table: Table, alone: bool) -> tuple[StatedColour, ...]:
+def _colours(column: Column, table: TextTable, alone: bool) -> tuple[StatedColour, ...]:
     """The colours beside a column; those in the lines above are its own where it is `alone` in its table."""
     said = column.preamble if alone else {}
     said = said | {head: cell for head, cell in column.beside.items() if colour_axis(head)}
@@ -106,7 +106,7 @@ def _colours(column: Column, table: Table, alone: bool) -> tuple[StatedColour, .
     )
 
 
-def _find_scales(columns: Sequence[Column], answer: Answer) -> None:
+def _find_scales(columns: Sequence[Column], answer: ImportOptions) -> None:
     """What each column is divided by: one answer for all columns with one unit below one kind of heading."""
     groups: dict[tuple[int, Scale | None, str, bool], list[tuple[Column, str]]] = {}
     for column in columns:
@@ -118,7 +118,7 @@ def _find_scales(columns: Sequence[Column], answer: Answer) -> None:
         of_light = np.concatenate([_of_light(column.grid_nm, column.samples) for column, _ in group])
         if not of_light.size:
             continue
-        values = Values.of(of_light, quantity, stated)
+        values = ValueRange.of(of_light, quantity, stated)
         if unit is None and quantity == "radiance factor" and stated and values.highest <= 20.0:
             unit = "fraction"
         words = next((words for _, words in group if words), "the word for it")
@@ -178,7 +178,7 @@ def _of_light(grid: np.ndarray, values: np.ndarray) -> np.ndarray:
     return values[there]
 
 
-def _named(table: Table, path: Path) -> list[Column]:
+def _named(table: TextTable, path: Path) -> list[Column]:
     """All columns, each with a name: the file's where the table gives none, numbered where a later block repeats it."""
     taken: set[str] = set()
     for number, block in enumerate(table.blocks, 1):

@@ -35,7 +35,7 @@ _LARGEST = 50_000.0
 
 
 @dataclass(frozen=True)
-class Layout:
+class TableLayout:
     """Place of wavelengths and values in a table.
 
     Parameters
@@ -67,7 +67,7 @@ def is_units_row(cells: Sequence[str]) -> bool:
     return any(cells) and all(_UNIT_CELL.fullmatch(cell[:60]) for cell in cells)
 
 
-def layout_of(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
+def layout_of(rows: Sequence[Row], dialect: Dialect) -> TableLayout | None:
     """Find the table among rows of cells, the first thousands of a file; None if there is none."""
     down, across = _down(rows, dialect), _across(rows, dialect)
     if down is None or across is None:
@@ -91,7 +91,7 @@ def _monotone(values: Sequence[float]) -> bool:
     return all(a < b for a, b in pairwise(values)) or all(a > b for a, b in pairwise(values))
 
 
-def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
+def _down(rows: Sequence[Row], dialect: Dialect) -> TableLayout | None:
     """First rows with a wavelength in some column and a number in another, and rows like them below.
 
     Numbers that no header calls wavelengths may be an instrument's keys and values; rows further down whose wavelengths
@@ -112,14 +112,14 @@ def _down(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
     return found
 
 
-def _labelled(rows: Sequence[Row], layout: Layout, dialect: Dialect) -> bool:
+def _labelled(rows: Sequence[Row], layout: TableLayout, dialect: Dialect) -> bool:
     """Return whether the first wavelengths of a layout carry a unit or a word."""
     axis = layout.axes[0]
     cells = [cells[axis] for _, cells in rows[layout.first : layout.first + 3] if axis < len(cells)]
     return len(cells) > 1 and all(map(dialect.names_wavelength, cells))
 
 
-def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | None:
+def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> TableLayout | None:
     for first in range(start, len(rows)):
         run = [cells for _, cells in rows[first : first + 6]]
         width = len(run[0])
@@ -149,7 +149,7 @@ def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> Layout | No
         chosen = tuple(named or large[:1] or axes[:1])
         others = [cell for column, cell in enumerate(run[0]) if column not in chosen]
         if chosen and any(dialect.number(cell) == dialect.number(cell) for cell in others):
-            return Layout("down", first, header, chosen)
+            return TableLayout("down", first, header, chosen)
     return None
 
 
@@ -180,7 +180,7 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     return index
 
 
-def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
+def _across(rows: Sequence[Row], dialect: Dialect) -> TableLayout | None:
     """First row with a run of wavelengths and numbers below each of them."""
     for header, (_, cells) in enumerate(rows[:-1]):
         if len(cells) < 3 and not (len(cells) == 2 and header == 0):
@@ -198,7 +198,7 @@ def _across(rows: Sequence[Row], dialect: Dialect) -> Layout | None:
         below = rows[first][1]
         values = [dialect.number(below[column]) for column in run if column < len(below)]
         if 2 * sum(value == value for value in values) > len(run):
-            return Layout("across", first, header, run)
+            return TableLayout("across", first, header, run)
     return None
 
 

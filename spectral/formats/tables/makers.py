@@ -12,7 +12,7 @@ import re
 from collections.abc import Sequence
 
 from ..shared.words import quantity_in_lines
-from .parsing import Table
+from .parsing import TextTable
 from .section import Column
 
 _SPECTRA_VISTA = re.compile(r"Spectra Vista(?: Corp\w*)? SIG Data", re.I)
@@ -23,7 +23,7 @@ _SHORTENED = re.compile(r"((?:ir)?rad)\.(?=\s*[(\[]|\s*$)", re.I)
 _RATIO = re.compile(r"t(?:ar)?ge?t\.?\s*/\s*ref(?:erence)?\.?\s*(.*)", re.I)
 
 
-def name_by_maker(table: Table, stem: str) -> None:
+def name_by_maker(table: TextTable, stem: str) -> None:
     """Give columns of a maker's export the words for what they hold; of other tables nothing is changed.
 
     stem : of the file's name, which its one measurement is called.

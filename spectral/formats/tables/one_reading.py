@@ -18,7 +18,7 @@ from ....runtime.errors import InputError
 from ..import_options import Decimal
 from ..shared.text import shortened
 from .dialect import Dialect, dialects_of, is_torn
-from .layout import Layout, Row, layout_of
+from .layout import Row, TableLayout, layout_of
 from .section import SHOWN_LINES, Text
 
 # Rows that two ways are compared on; all others are held to the one that is chosen while they are read.
@@ -45,7 +45,7 @@ class Way(NamedTuple):
 
     text: Text
     shown: list[Row]
-    layout: Layout
+    layout: TableLayout
 
     def rows(self) -> Iterator[Row]:
         """Rows of numbers, of the first thousands, up to one without a wavelength."""

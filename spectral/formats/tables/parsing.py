@@ -9,14 +9,14 @@ from itertools import islice
 from pathlib import Path
 
 from ....runtime.errors import InputError
-from ..import_options import NO_ANSWER, Answer
+from ..import_options import NO_ANSWER, ImportOptions
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
 from ..shared.words import quantity_in
 from .axis import axis_unit
 from .dialect import Dialect, check_lengths, comment
 from .layout import (
-    Layout,
     Row,
+    TableLayout,
     Way,
     header_above,
     is_name_header,
@@ -35,7 +35,7 @@ _FIRST_ROWS = 6
 
 
 @dataclass
-class Table:
+class TextTable:
     """Content of a text table.
 
     Parameters
@@ -52,7 +52,7 @@ class Table:
     notes: list[str]
 
 
-def parse_table(path: Path, answer: Answer = NO_ANSWER) -> Table:
+def parse_table(path: Path, answer: ImportOptions = NO_ANSWER) -> TextTable:
     """Find and read the tables of a text file.
 
     Parameters
@@ -97,7 +97,7 @@ def parse_table(path: Path, answer: Answer = NO_ANSWER) -> Table:
     _kept_apart(sections, notes)
     first = sections[0]
     blocks = [block for each in sections for block in each.blocks]
-    return Table(way.text.dialect, blocks, first.preamble, first.words, notes)
+    return TextTable(way.text.dialect, blocks, first.preamble, first.words, notes)
 
 
 def _further(before: Section, line: int, way: Way) -> Section:
@@ -110,10 +110,10 @@ def _further(before: Section, line: int, way: Way) -> Section:
         cells = shown[first][1]
         axes = labelled_wavelengths(cells, dialect) or wavelengths_across(cells, dialect)
         units = first + 2 < len(shown) and is_units_row(shown[first + 1][1])
-        return Section(text, start, shown, Layout("across", first + (2 if units else 1), first, axes))
+        return Section(text, start, shown, TableLayout("across", first + (2 if units else 1), first, axes))
     layout = layout_of(shown, dialect)
     if layout is None or layout.way != "down" or layout.first != first:
-        layout = Layout("down", first, header_above(shown, first, dialect), before.layout.axes)
+        layout = TableLayout("down", first, header_above(shown, first, dialect), before.layout.axes)
     return Section(text, start, shown, layout)
 
 

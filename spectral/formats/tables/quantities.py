@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ....runtime.errors import InputError
-from ..import_options import Answer
+from ..import_options import ImportOptions
 from ..shared.decisions import (
     NO_COUNTS,
     Sign,
@@ -46,7 +46,7 @@ _COUNTED = 1000.0
 
 
 def judge(
-    columns: Sequence[Column], answer: Answer, hints: Sequence[Sign], path: Path, may_be_counts: bool = False
+    columns: Sequence[Column], answer: ImportOptions, hints: Sequence[Sign], path: Path, may_be_counts: bool = False
 ) -> None:
     """Find what each column measures: its `decision`, or why there is none, and the `signs` of it.
 
@@ -82,7 +82,7 @@ def judge(
             column.refusal = reason
 
 
-def _stated(columns: Sequence[Column], answer: Answer, path: Path) -> list[Sign | None]:
+def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> list[Sign | None]:
     """What each column states of itself, else the lines above its table, else all headings of it together."""
     stated: list[Sign | None] = []
     for _, group in groupby(columns, key=lambda column: column.table):

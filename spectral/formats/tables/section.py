@@ -18,7 +18,7 @@ from ..shared.resemblance import Likeness
 from ..shared.text import is_missing, shortened
 from .axis import NANOMETRE, AxisUnit
 from .dialect import Dialect
-from .layout import Layout, Row, Way
+from .layout import Row, TableLayout, Way
 
 # Lines, and characters of them, that the layout is looked for in.
 SHOWN_LINES, _SHOWN_CHARACTERS = 2000, 5_000_000
@@ -145,7 +145,7 @@ class Section:
     text: Text
     start: int
     shown: list[Row]
-    layout: Layout
+    layout: TableLayout
     heads: list[str] = field(default_factory=list)
     units: list[str] = field(default_factory=list)
     above: list[Row] = field(default_factory=list)

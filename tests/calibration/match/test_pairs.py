@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.calibration.match.pairs import Asked, matched
+from metamer.calibration.match.pairs import MatchOptions, matched
 from metamer.calibration.match.tolerance import Tolerance
 from metamer.calibration.match.uncertainty import Repeatability
 from metamer.calibration.report.direction import direction
@@ -30,7 +30,7 @@ D65, A, TL84 = (Conditions(name, "1964_10") for name in ("D65", "A", "TL84"))
 def asked(*conditions, **more):
     tolerance = more.get("tolerance")
     formulas = (formula("CIE 2000"),) if tolerance is None else (tolerance.formula, formula("CIE 1976"))
-    return Asked(conditions or (D65,), formulas, **more)
+    return MatchOptions(conditions or (D65,), formulas, **more)
 
 
 def test_a_pair_has_its_differences_by_every_formula():

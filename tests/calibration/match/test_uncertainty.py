@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from metamer.calibration.match.batch import batch
-from metamer.calibration.match.pairs import Asked, matched
+from metamer.calibration.match.pairs import MatchOptions, matched
 from metamer.calibration.match.uncertainty import Repeatability, scatter, spread
 from metamer.calibration.match.whites import white_indices
 from metamer.runtime.errors import InputError
@@ -92,7 +92,7 @@ def test_too_few_readings_tell_no_scatter():
 
 def of_batch(rows):
     lots = [sample(f"lot {at}", row) for at, row in enumerate(rows)]
-    asked = Asked((Conditions("D65", "1964_10"),), (formula("CIE 2000"),))
+    asked = MatchOptions((Conditions("D65", "1964_10"),), (formula("CIE 2000"),))
     found = matched(sample("master", ORANGE), lots, asked)
     return batch([one.differences[0] for one in found], asked.judging)
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import default_criteria, statistic
-from metamer.calibration.regression.row import Layer, Noise, Pixels, Row, RowName, Side
+from metamer.calibration.regression.row import ComparedSide, LayerNoise, PixelLayer, Pixels, Row, RowName
 from metamer.calibration.regression.sampling_noise import Chance
 from metamer.spectral.difference import delta_e_xyz, xyz_from_lab
 from metamer.spectral.illuminants import illuminant
@@ -33,7 +33,7 @@ def drawn(seed, size, spread=0.3, worst=1.0):
     halves = truth * (1.0 + sigma * math.sqrt(2.0) * rng.standard_normal((2, size, size, 3)))
     mean = halves.mean(axis=0)
     off = delta_e_xyz(mean, halves[0], WHITE)
-    return mean.astype(np.float32), Noise(float(off.mean()), float(np.percentile(off, 99.0)))
+    return mean.astype(np.float32), LayerNoise(float(off.mean()), float(np.percentile(off, 99.0)))
 
 
 def side(path, rows):
@@ -41,8 +41,10 @@ def side(path, rows):
     made = []
     for name, (xyz, noise) in rows.items():
         pixels = Pixels(xyz, np.ones(xyz.shape[:2], np.float32), WHITE)
-        made.append(Row(RowName(name, "D65", "1931_2"), {"reference": Layer(lambda held=pixels: held, noise=noise)}))
-    return Side(Path(path), "review", tuple(made))
+        made.append(
+            Row(RowName(name, "D65", "1931_2"), {"reference": PixelLayer(lambda held=pixels: held, noise=noise)})
+        )
+    return ComparedSide(Path(path), "review", tuple(made))
 
 
 def states(before, after):
@@ -91,17 +93,17 @@ def test_each_statistic_has_the_bound_of_its_order_statistic(name, shape):
     """Of draws from the distribution that is stated, hardly any come above; and the bound is no wide guess."""
     rng, n, scale = np.random.default_rng(4), 900, 0.7
     mean, p99 = scale * math.gamma(1 + 1 / shape), scale * math.log(100.0) ** (1 / shape)
-    floor = Chance.of([Noise(mean, p99)], n).floor(name)
+    floor = Chance.of([LayerNoise(mean, p99)], n).floor(name)
     values = [statistic(name, scale * rng.weibull(shape, n)) for _ in range(300)]
     assert max(values) <= floor
     assert floor <= (6.0 if name == "max" else 3.0) * np.median(values)
 
 
 def test_two_noises_are_independent_and_none_is_no_chance():
-    one = Chance.of([Noise(0.3, 1.0), Noise(0.4, 1.2)], 10**8)
+    one = Chance.of([LayerNoise(0.3, 1.0), LayerNoise(0.4, 1.2)], 10**8)
     assert one.mean == pytest.approx(0.5 * 1.05, rel=1e-3)
     assert Chance.of([None, None], 100).floor("max") == 0.0
-    assert Chance.of([Noise(0.0, 0.0)], 100).floor("mean") == 0.0
+    assert Chance.of([LayerNoise(0.0, 0.0)], 100).floor("mean") == 0.0
     assert replace(one, pixels=100).floor("max") < replace(one, pixels=10**6).floor("max")
 
 
@@ -135,7 +137,10 @@ def test_200_pairs_of_drawn_references_give_one_false_alarm_at_most(material):
         budget = 6.0 if seed % 2 else 10.0
         found = reference_images(scene, None, {"ramp": ramp, "satin": satin}, budget=budget, seed=seed)
         covered = found.coverage >= 0.999
-        drawn_at[seed] = found.xyz[0][covered][None].astype(np.float32), Noise(found.noise.mean[0], found.noise.p99[0])
+        drawn_at[seed] = (
+            found.xyz[0][covered][None].astype(np.float32),
+            LayerNoise(found.noise.mean[0], found.noise.p99[0]),
+        )
     pairs = list(combinations(drawn_at, 2))
     before = {f"{a}, {b}": drawn_at[a] for a, b in pairs}
     after = {f"{a}, {b}": drawn_at[b] for a, b in pairs}

@@ -8,7 +8,7 @@ import pytest
 from metamer.calibration.regression.change import change
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import criteria_of, default_criteria
-from metamer.calibration.regression.row import HALF_ROUNDOFF, Layer, Noise, Pixels, Row, RowName, Side
+from metamer.calibration.regression.row import HALF_ROUNDOFF, ComparedSide, LayerNoise, PixelLayer, Pixels, Row, RowName
 from metamer.calibration.regression.words import as_text
 from metamer.runtime.errors import ComparisonError, InputError
 from metamer.spectral.colour_library import colour_science
@@ -36,10 +36,14 @@ def moved(one, *shift, where=np.s_[:, :]):
 def side(path, *rows, kind="review", **facts):
     """A side of rows, each a name and its layers."""
     made = [
-        Row(name, {layer: Layer(lambda held=held: held, noise=noise) for layer, (held, noise) in layers.items()}, off)
+        Row(
+            name,
+            {layer: PixelLayer(lambda held=held: held, noise=noise) for layer, (held, noise) in layers.items()},
+            off,
+        )
         for name, layers, off in rows
     ]
-    return Side(Path(path), kind, tuple(made), facts)
+    return ComparedSide(Path(path), kind, tuple(made), facts)
 
 
 def row(picture, reference=None, name=NAME, noise=None, p99=None):
@@ -165,7 +169,7 @@ def test_a_reference_that_moved_is_the_material_and_no_merit():
 
 
 def test_a_reference_that_moved_within_its_noise_is_not_called_still():
-    noise = Noise(0.3, 1.0)
+    noise = LayerNoise(0.3, 1.0)
     before = row(pixels(), pixels(), noise=noise)
     found = result(before, row(moved(pixels(), 0.2, 0, 0), moved(pixels(), 0.2, 0, 0), noise=noise)).rows[0]
     assert found.layers["picture"].moved and not found.layers["reference"].moved

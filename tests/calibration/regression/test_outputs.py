@@ -19,7 +19,7 @@ from metamer.calibration.regression.json_result import as_json
 from metamer.calibration.regression.junit import as_junit
 from metamer.calibration.regression.markdown import as_markdown
 from metamer.calibration.regression.page import render_page
-from metamer.calibration.regression.row import Layer, Pixels, Row, RowName, Side
+from metamer.calibration.regression.row import ComparedSide, PixelLayer, Pixels, Row, RowName
 from metamer.calibration.regression.row_pictures import srgb
 from metamer.calibration.regression.table import HEADINGS, as_csv, write_xlsx
 from metamer.calibration.regression.words import as_text
@@ -35,8 +35,8 @@ def side(path, *grey, drop=0):
     for index, value in enumerate(grey):
         pixels = Pixels(np.full((6, 8, 3), value) * WHITE, np.ones((6, 8)), WHITE)
         name = RowName(("=1+1", "<b>&|red", "third\x07")[index], "D65", **SAID)
-        rows.append(Row(name, {"picture": Layer(lambda pixels=pixels: replace(pixels, xyz=pixels.xyz.copy()))}))
-    return Side(Path(path), "pictures", tuple(rows[drop:]), {}, ("A chain.",))
+        rows.append(Row(name, {"picture": PixelLayer(lambda pixels=pixels: replace(pixels, xyz=pixels.xyz.copy()))}))
+    return ComparedSide(Path(path), "pictures", tuple(rows[drop:]), {}, ("A chain.",))
 
 
 @pytest.fixture(scope="module")

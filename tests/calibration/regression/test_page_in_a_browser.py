@@ -7,7 +7,7 @@ import pytest
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import default_criteria
 from metamer.calibration.regression.page import render_page
-from metamer.calibration.regression.row import Layer, Pixels, Row, RowName, Side
+from metamer.calibration.regression.row import ComparedSide, PixelLayer, Pixels, Row, RowName
 from metamer.calibration.report.history import Run
 
 pytestmark = pytest.mark.browser
@@ -29,7 +29,7 @@ TO_CARDS = "[...document.querySelectorAll('.card')].filter((one) => !one.hidden)
 def layer(gain, shape, spectrum=None):
     """A ramp of greys; new arrays each time."""
     ramp = gain * np.linspace(0.2, 0.6, shape[0] * shape[1]).reshape(*shape, 1)
-    return Layer(lambda: Pixels(ramp * WHITE, np.ones(shape), WHITE), spectrum=spectrum)
+    return PixelLayer(lambda: Pixels(ramp * WHITE, np.ones(shape), WHITE), spectrum=spectrum)
 
 
 def sides(rows, shape=(6, 8)):
@@ -41,7 +41,9 @@ def sides(rows, shape=(6, 8)):
             if picture is not None:
                 layers = {"picture": layer(picture, shape), "reference": layer(reference, shape)}
                 rows_of.append(Row(name, layers, {"p99": 0.1 if picture == reference else 0.9}))
-    return tuple(Side(Path(path), "review", tuple(one)) for path, one in zip(("before", "after"), found, strict=True))
+    return tuple(
+        ComparedSide(Path(path), "review", tuple(one)) for path, one in zip(("before", "after"), found, strict=True)
+    )
 
 
 def written(folder, pair):
@@ -170,7 +172,7 @@ def test_readings_show_their_spectra_and_a_table_of_pictures(tmp_path, opened):
     for gain in (1.0, 1.1):
         reading = layer(gain, (1, 1), lambda place, gain=gain: (NM, np.full(len(NM), 0.4 * gain)))
         rows.append((Row(RowName("chip", "D65", "CIE 1931"), {"reading": reading}),))
-    pair = [Side(Path(name), "readings", one) for name, one in zip(("a.cxf", "b.cxf"), rows, strict=True)]
+    pair = [ComparedSide(Path(name), "readings", one) for name, one in zip(("a.cxf", "b.cxf"), rows, strict=True)]
     found = opened(written(tmp_path, pair))
     assert found.locator(".spectra .first").count() == 1 and found.locator("img.coded").count() == 0
     assert found.locator("section.verdict").count() == 1

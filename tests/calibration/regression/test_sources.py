@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import default_criteria
-from metamer.calibration.regression.picture_files import Seen
+from metamer.calibration.regression.picture_files import SeenSpectra
 from metamer.calibration.regression.row import HALF_ROUNDOFF
 from metamer.calibration.regression.sources import side_of
 from metamer.runtime.errors import ComparisonError, InputError
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.spectral_exr import RELATIVE_UNITS, write_bispectral_exr, write_spectral_exr
 from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.illuminants import illuminant
@@ -23,7 +23,7 @@ from PIL import Image
 
 WHITE = observer("1931_2").white(illuminant("D65"))
 SAID = {"scene": "S", "camera": "front", "material": "paint/red", "illuminant": "D65", "observer": "CIE 1931"}
-SEEN = Seen(("D65", "A"))
+SEEN = SeenSpectra(("D65", "A"))
 
 
 def write_picture(path, factor=1.0, white=WHITE, **said):
@@ -174,7 +174,7 @@ def test_what_readings_do_not_say_is_asked_and_answered(tmp_path):
     for suffix, hint in ((".cie", "--colours-for"), (".csv", "--as")):
         with pytest.raises(InputError, match=hint):
             compared(*(tmp_path / f"{name}{suffix}" for name in "ab"))
-    answered = Seen(("D65",), answer=Answer("reflectance", "fraction", colours_for=("D50", "1931_2")))
+    answered = SeenSpectra(("D65",), answer=ImportOptions("reflectance", "fraction", colours_for=("D50", "1931_2")))
     for suffix, light in ((".cie", "D50"), (".csv", "D65")):
         sides = (side_of(tmp_path / f"{name}{suffix}", answered) for name in "ab")
         found = compare(*sides, default_criteria())

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.calibration.report.histogram import ABOVE, BELOW, histogram, histogram_plot
 from metamer.calibration.report.history import Run, earlier_figures, history_text, read_history, trend_plot, with_run
-from metamer.calibration.report.shift_plot import SIZE, Shift, shift_plots
+from metamer.calibration.report.shift_plot import SIZE, ShiftArrow, shift_plots
 from metamer.calibration.report.statistics import mean_shift
 
 
@@ -27,8 +27,11 @@ def test_one_pixel_of_thousands_is_seen_in_a_histogram():
 
 
 def test_arrows_are_as_many_times_longer_in_both_planes():
-    shifts = [Shift("a", (50.0, 10.0, 0.0), (0.0, 0.3, 0.0)), Shift("b", (60.0, -40.0, 20.0), (0.1, 0.0, 0.0))]
-    found = shift_plots([*shifts, Shift("none", (np.nan, 0.0, 0.0), (0.0, 0.0, 0.0))])
+    shifts = [
+        ShiftArrow("a", (50.0, 10.0, 0.0), (0.0, 0.3, 0.0)),
+        ShiftArrow("b", (60.0, -40.0, 20.0), (0.1, 0.0, 0.0)),
+    ]
+    found = shift_plots([*shifts, ShiftArrow("none", (np.nan, 0.0, 0.0), (0.0, 0.0, 0.0))])
     factor = found["factor"]
     assert factor in (20, 50) and found["largest"].name == "a"
     for plane, off, axis in zip(found["planes"], ((0.3, 0.0), (0.3, 0.0)), (0, 0), strict=True):
@@ -41,7 +44,7 @@ def test_arrows_are_as_many_times_longer_in_both_planes():
         np.testing.assert_allclose((end - start)[axis], factor * off[0] * scale, atol=0.11)
         assert ((start >= 0.0) & (start <= SIZE)).all()
     assert shift_plots([]) is None
-    assert shift_plots([Shift("still", (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))])["factor"] == 1
+    assert shift_plots([ShiftArrow("still", (50.0, 0.0, 0.0), (0.0, 0.0, 0.0))])["factor"] == 1
 
 
 def test_the_mean_shift_is_that_of_pixels_with_a_number():

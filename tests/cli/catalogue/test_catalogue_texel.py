@@ -10,12 +10,12 @@ from btf_sets import NINE, held, written
 from metamer.materials.btf.apparent_brdf import apparent_brdf, in_plane
 from metamer.materials.btf.form import SIZES, btf_form
 from metamer.materials.btf.metric import folding_of
-from metamer.materials.btf.texel_error import Sample
+from metamer.materials.btf.texel_error import TexelSample
 from metamer.materials.core.protocol import LIGHTS
 from metamer.materials.intake.importing import import_sources
 from metamer.runtime.errors import InputError
 from metamer.spectral.folding import Folding
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 
@@ -34,7 +34,7 @@ def fast(images, request):
 
 
 def test_of_all_texels_together_the_error_is_that_of_the_form(images, fast):
-    sample = Sample.drawn(images, 1)
+    sample = TexelSample.drawn(images, 1)
     off = [apparent_brdf(fast, images, int(t % 7), int(t // 7), FOLDING).differences() for t in sample.texels]
     each = np.stack(off).transpose(1, 0, 2, 3).reshape(len(LIGHTS), -1)
     for row, one in zip(fast.texel_error.lights, each, strict=True):
@@ -76,7 +76,7 @@ def wool(tmp_path):
     written(folder, SOME, SOME)
     for path in [*folder.rglob("*"), folder]:
         os.utime(path, (time.time() - 3600,) * 2)
-    said = Answer(encoding="srgb", white=(1.0,), btf_form="lpca")
+    said = ImportOptions(encoding="srgb", white=(1.0,), btf_form="lpca")
     report = import_sources([folder], tmp_path / "cat", jobs=1, answer=said)
     assert report.count("imported") == 1, report.outcomes
     return folder
@@ -117,7 +117,7 @@ def test_without_its_images_the_form_is_shown_alone_and_diff_of_originals_says_s
 @pytest.mark.slow
 def test_diff_compares_texels_of_two_fast_forms(wool, metamer, tmp_path):
     other = tmp_path / "other"
-    said = Answer(encoding="srgb", white=(1.0,), btf_form="rfp")
+    said = ImportOptions(encoding="srgb", white=(1.0,), btf_form="rfp")
     assert import_sources([wool], other, jobs=1, answer=said).count("imported") == 1
     sides = [folder / "btf" / "wool.h5" for folder in (wool.parent / "cat", other)]
     code, out, _ = metamer("catalogue", "diff", *sides)

@@ -13,7 +13,7 @@ from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.record import material_path, write_record
 from metamer.materials.records.texel_verification import check_decodes
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 
 SOME = NINE[:4]
 
@@ -24,7 +24,7 @@ def wool(tmp_path):
     written(folder, SOME, SOME)
     for path in [*folder.rglob("*"), folder]:
         os.utime(path, (time.time() - 3600,) * 2)
-    said = Answer(encoding="srgb", white=(1.0,), btf_form="rfp")
+    said = ImportOptions(encoding="srgb", white=(1.0,), btf_form="rfp")
     report = import_sources([folder], tmp_path / "cat", jobs=1, answer=said)
     assert report.count("imported") == 1, report.outcomes
     return folder

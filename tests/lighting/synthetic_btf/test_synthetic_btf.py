@@ -10,7 +10,7 @@ from metamer.lighting.synthetic_btf.rays import PeriodicRays
 from metamer.lighting.synthetic_btf.relief import Relief
 from metamer.lighting.synthetic_btf.samples import corduroy, flat, leather, woven
 from metamer.lighting.synthetic_btf.synthetic import SyntheticBtf
-from metamer.lighting.synthetic_btf.transport import MATT, Gloss
+from metamer.lighting.synthetic_btf.transport import MATT, CoatGloss
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
@@ -97,7 +97,7 @@ def test_the_offset_is_what_a_sweep_finds(kind):
 
 def test_direct_light_is_reciprocal():
     """Over a whole tile f_r is the same both ways, shadows and what is hidden included."""
-    sample = replace(woven(3, 24, yarns=4, cells=8, gloss=Gloss(0.1, 8.0)), gathering=0, samples=8)
+    sample = replace(woven(3, 24, yarns=4, cells=8, gloss=CoatGloss(0.1, 8.0)), gathering=0, samples=8)
     mean = sample.images(FEW, FEW).values.mean(axis=(2, 3)).astype(np.float64)
     f_r = mean / FEW.directions[:, 2][:, None]
     off = np.abs(f_r - f_r.swapaxes(0, 1)).max(axis=2) / f_r.mean(axis=2)
@@ -176,7 +176,7 @@ def test_the_bounce_tiles():
 
 def test_coefficients_are_the_images_at_every_wavelength():
     """Also with other dyes, without a ray."""
-    sample = some(gloss=Gloss(0.2, 20.0))
+    sample = some(gloss=CoatGloss(0.2, 20.0))
     transport = sample.transport(FEW, TWO)
     for dyes in (sample.dyes, together(dyed("weld", np.ones(12)), dyed("cochineal", np.linspace(0.1, 2, 12)))):
         images = sample.dyed(dyes).images(FEW, TWO, transport=transport).values

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import sphere
-from metamer.lighting.transfer.interpolation import Points, exits_between
-from metamer.lighting.transfer.precomputation import Prepared
+from metamer.lighting.transfer.interpolation import SurfacePoints, exits_between
+from metamer.lighting.transfer.precomputation import Precomputation
 from metamer.lighting.transfer.relighting import Relighting
 from metamer.lighting.vectors import unit
 from metamer.materials.tensors.families import cook_torrance
@@ -34,7 +34,7 @@ def shown(scene_of, hollow):
         ball, around = sphere(fineness), Mesh(3.0 * hollow.vertices, hollow.normals, hollow.faces)
         gold, red = Tuned(NM, NONE, GOLD, FAMILY, (0.9, 0.25)), Tuned(NM, RED, NONE, FAMILY, (0.04, 0.3))
         scene, surfaces = worn(scene_of(ball, around), gold, red)
-        state = Relighting.of(scene, surfaces, Prepared.of(scene, rays, 9.0), bounces=1)
+        state = Relighting.of(scene, surfaces, Precomputation.of(scene, rays, 9.0), bounces=1)
         height = state.prepared.hits.sites.starts[:, 1]
         lux = np.where(state.prepared.hits.part_of_site == 1, 1000.0 * (1.0 + np.sin(9.0 * height)), 0.0)
         got = replace(state.received, lux=lux.astype(np.float32)[:, None], free=())
@@ -54,7 +54,7 @@ def at(state, sites, shares, normals, planes=None):
     seen = wo[:, 2] > 0.2
     planes = normals if planes is None else planes
     part = np.zeros(seen.sum(), dtype=np.int64)
-    return Points(part, sites[seen], shares[seen], frame[seen], wo[seen], planes[seen]), seen
+    return SurfacePoints(part, sites[seen], shares[seen], frame[seen], wo[seen], planes[seen]), seen
 
 
 def test_at_sites_it_is_what_sites_send(shown):

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.transfer.cells import Cells
+from metamer.lighting.transfer.cells import HemisphereCells
 
 
 @pytest.fixture(scope="module")
 def cells():
-    return Cells(8)
+    return HemisphereCells(8)
 
 
 def test_cells_are_even_by_the_cosine(cells):

@@ -9,7 +9,7 @@ from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.transfer.direct import direct_illuminance
 from metamer.lighting.transfer.direct_irradiance import received
-from metamer.lighting.transfer.precomputation import Prepared
+from metamer.lighting.transfer.precomputation import Precomputation
 from metamer.spectral.illuminants import illuminant
 
 D65, A = illuminant("D65"), illuminant("A")
@@ -19,7 +19,7 @@ D65, A = illuminant("D65"), illuminant("A")
 def corner(scene_of, room):
     """The floor and the back of a room, the floor glossy."""
     scene = scene_of(room[2], room[4])
-    prepared = Prepared.of(scene, 256, 0.4)
+    prepared = Precomputation.of(scene, 256, 0.4)
     return scene, prepared, prepared.glossy_rays(np.array([True, False]))
 
 

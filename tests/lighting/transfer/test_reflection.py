@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.transfer.cells import Cells
+from metamer.lighting.transfer.cells import HemisphereCells
 from metamer.lighting.transfer.reflection import Reflection
 from metamer.materials.analytic.cook_torrance import CookTorrance
 from metamer.materials.analytic.lambert import Lambert
@@ -14,7 +14,7 @@ from metamer.materials.tensors.parametric import Tuned
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
-CELLS = Cells(8)
+CELLS = HemisphereCells(8)
 RED = np.interp(NM, [380, 560, 620, 780], [0.04, 0.08, 0.75, 0.8])
 TUNED = Tuned(NM, 0.2 * RED, np.ones(len(NM)), cook_torrance(), (0.3, 0.3))
 
@@ -76,7 +76,7 @@ def test_a_correction_is_bounded(tuned):
 
 def test_a_surface_that_is_not_taken_apart_has_a_term_a_wavelength():
     metal = CookTorrance(Spectrum.sampled(NM, RED), np.full(len(NM), 1.5), np.full(len(NM), 3.0), 0.3, 1.0)
-    found = Reflection.of(metal, Cells(4))
+    found = Reflection.of(metal, HemisphereCells(4))
     wi, wo = evenly(50, 6), evenly(50, 7)
     np.testing.assert_allclose(found.scalars(wi, wo) @ found.spectra, metal.at(Points(wi, wo)), rtol=1e-12)
 

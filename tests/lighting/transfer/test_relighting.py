@@ -7,7 +7,7 @@ import pytest
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.scene import framing_camera
 from metamer.lighting.transfer import final_gather
-from metamer.lighting.transfer.precomputation import Prepared
+from metamer.lighting.transfer.precomputation import Precomputation
 from metamer.lighting.transfer.relighting import Relighting
 from metamer.materials.core.points import Points
 from metamer.materials.tensors.families import cook_torrance
@@ -56,7 +56,7 @@ def corner(scene_of, room):
 
 @pytest.fixture(scope="module")
 def geometry(corner):
-    return Prepared.of(corner, 64, 0.4)
+    return Precomputation.of(corner, 64, 0.4)
 
 
 SAMPLED = SpectralBasis.sampled()
@@ -199,7 +199,7 @@ def test_a_mirror_like_trim_shows_what_is_before_it(scene_of, squares):
     """A wall that sends out evenly, close before a narrow highlight: what leaves is the wall times the albedo."""
     trim, wall = squares(0.02)
     scene, surfaces = worn(scene_of(trim, wall), gloss(ONE, roughness=0.08), matt(RED))
-    prepared = Prepared.of(scene, 1024, 0.5)
+    prepared = Precomputation.of(scene, 1024, 0.5)
     state = Relighting.of(scene, surfaces, prepared, SAMPLED, bounces=1)
     # Light is put where it cannot come: on the side of the wall that looks at the trim.
     lux = np.zeros_like(state.received.lux)
@@ -225,7 +225,7 @@ def test_a_closed_white_box_converges(scene_of, room):
     """All receive E and pass on rho of all: rho E / (1 - rho) comes back, and the tail is known."""
     light = replace(slanting(), direction_to_light=(0.0, 1.0, 0.0))
     scene, surfaces = worn(scene_of(*room), *[matt(0.8 * ONE)] * 6, lights=(light,))
-    prepared = Prepared.of(scene, 64, 0.5)
+    prepared = Precomputation.of(scene, 64, 0.5)
     state = Relighting.of(scene, surfaces, prepared, SAMPLED, enough=1e-3)
     inside = np.asarray(prepared.operator.sum(axis=1)) > 0.5
     lux = np.where(inside, 1000.0, 0.0).astype(np.float32)[:, None]
@@ -237,7 +237,7 @@ def test_a_closed_white_box_converges(scene_of, room):
 
 def test_a_white_of_99_percent(scene_of, room):
     scene, surfaces = worn(scene_of(*room), *[matt(0.99 * ONE)] * 6)
-    prepared = Prepared.of(scene, 32, 1.0)
+    prepared = Precomputation.of(scene, 32, 1.0)
     state = Relighting.of(scene, surfaces, prepared)
     inside = np.asarray(prepared.operator.sum(axis=1)) > 0.5
     lux = np.where(inside, 1000.0, 0.0).astype(np.float32)[:, None]
@@ -251,7 +251,7 @@ def test_one_triangle_alone(scene_of, squares):
 
     whole = squares()[0]
     scene, surfaces = worn(scene_of(Mesh(whole.vertices[:3], whole.normals[:3], np.array([[0, 1, 2]]))), gloss(GOLD))
-    state = Relighting.of(scene, surfaces, Prepared.of(scene, 16, 9.0))
+    state = Relighting.of(scene, surfaces, Precomputation.of(scene, 16, 9.0))
     assert len(state.exits(EYE)) == 6
     assert not state.exits(EYE).any()
 
@@ -291,7 +291,7 @@ def test_three_hundred_parts(scene_of, squares):
     big = Mesh(2.0 * floor.vertices + (0.7, -0.05, 0.5), floor.normals, floor.faces)
     kinds = [gloss(GOLD), matt(RED), matt(GREEN)]
     scene, surfaces = worn(scene_of(*meshes, big), *(kinds[n % 3] for n in range(299)), matt(GREEN))
-    state = Relighting.of(scene, surfaces, Prepared.of(scene, 16, 5.0))
+    state = Relighting.of(scene, surfaces, Precomputation.of(scene, 16, 5.0))
     found = state.exits((0.7, 0.5, 3.0))
     assert np.isfinite(found).all()
     assert found[:, 1].max() > 1e-3
@@ -311,7 +311,7 @@ def test_a_camera_sees_what_its_place_does(corner, geometry):
 
 def test_what_does_not_fit_into_memory_is_refused(corner, monkeypatch):
     scene, surfaces = worn(corner, gloss(GOLD), matt(RED))
-    prepared = Prepared.of(scene, 16, 0.8)
+    prepared = Precomputation.of(scene, 16, 0.8)
     state = Relighting.of(scene, surfaces, prepared)
     monkeypatch.setattr(memory, "available_bytes", lambda: 1000)
     with pytest.raises(InputError, match="glossy"):

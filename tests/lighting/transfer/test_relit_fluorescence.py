@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.transfer.indirect import indirect_light
-from metamer.lighting.transfer.precomputation import Prepared
+from metamer.lighting.transfer.precomputation import Precomputation
 from metamer.lighting.transfer.relighting import Relighting
 from metamer.lighting.transfer.transport import Transport
 from metamer.materials.analytic import Lambert
@@ -63,7 +63,7 @@ def corner(scene_of, room):
 
 @pytest.fixture(scope="module")
 def geometry(corner):
-    return Prepared.of(corner, 64, 0.4)
+    return Precomputation.of(corner, 64, 0.4)
 
 
 def exactly(state):

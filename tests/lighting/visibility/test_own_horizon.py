@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.benchmarks.svbrdf import cases, meshes
 from metamer.benchmarks.svbrdf.light import PreparedLight
-from metamer.benchmarks.svbrdf.methods import Task
+from metamer.benchmarks.svbrdf.methods import MethodTask
 from metamer.benchmarks.svbrdf.ours import by_slices
 from metamer.benchmarks.svbrdf.rendering import reduced
 from metamer.benchmarks.svbrdf.truth import truth
@@ -49,7 +49,7 @@ def test_triangles_that_look_away_from_a_low_light_are_dark():
     view = Camera("view", (-3.0, 0.5, 1.0), (0, 0, 0), projection="orthographic", height=2.2)
     hiding, points = meshes.seen_points(parts, (view,), 22)
     light = PreparedLight(reduced(cases.made_sky(), 64))
-    task = Task(cases.matt_red(), points, light, hiding, 0)
+    task = MethodTask(cases.matt_red(), points, light, hiding, 0)
     exact = truth(task)[0][..., 0]
     own = by_slices(task)[..., 0]
     blind = by_slices(replace(task, hiding=replace(hiding, geometric=points.normals)))[..., 0]

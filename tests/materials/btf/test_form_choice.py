@@ -12,7 +12,7 @@ from metamer.materials.btf.form import NAMES, BtfForm, btf_form
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.metric import folding_of
 from metamer.materials.btf.polynomials import monomials, polynomials
-from metamer.materials.btf.texel_error import Sample, measured, worst_mean
+from metamer.materials.btf.texel_error import TexelSample, measured, worst_mean
 from metamer.materials.core.points import Points
 from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
@@ -52,7 +52,7 @@ def test_the_stated_error_is_that_of_all_texels_where_there_are_few(bumpy):
 
 def test_a_form_of_the_sample_alone_is_judged_as_one_of_the_whole(bumpy):
     """Polynomials are found texel by texel: but for their steps, few texels tell what all would be."""
-    sample = Sample.drawn(bumpy, 5)
+    sample = TexelSample.drawn(bumpy, 5)
     whole, alone = sample.error_of(polynomials(bumpy)), sample.alone().error_of(polynomials(sample.alone().images))
     assert whole.mean == pytest.approx(alone.mean, abs=0.05)
 
@@ -62,7 +62,7 @@ def test_all_forms_are_judged_by_the_same_texels(bumpy):
     ours, fields = btf_form(bumpy, 0.5, name="lpca"), btf_form(bumpy, 0.5, name="rfp")
     assert isinstance(ours, BtfForm) and isinstance(fields, FieldForm)
     assert ours.error.protocol == fields.error.protocol
-    sample = Sample.drawn(bumpy, 1)
+    sample = TexelSample.drawn(bumpy, 1)
     assert sample.error_of(ours.texels.form) == ours.error
     assert sample.error_of(fields.texels.form) == fields.error
 

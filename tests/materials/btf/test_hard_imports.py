@@ -19,7 +19,7 @@ _PROGRAM = """
 import os, signal, sys
 from pathlib import Path
 from metamer.materials.intake.importing import import_sources
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 
 source, catalogue, moment = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
 if moment == "fit":
@@ -27,7 +27,7 @@ if moment == "fit":
     form.btf_form = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
 if moment == "write":
     os.replace = lambda *_, **__: os.kill(os.getpid(), signal.SIGKILL)
-report = import_sources([source], catalogue, jobs=1, answer=Answer(encoding="srgb", white=(1.0,)))
+report = import_sources([source], catalogue, jobs=1, answer=ImportOptions(encoding="srgb", white=(1.0,)))
 assert report.count("imported") == 1, report.outcomes
 """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert
-from metamer.materials.catalogue.instrument_reading import Reading
+from metamer.materials.catalogue.instrument_reading import InstrumentReading
 from metamer.materials.effect_coating.off_specular import ANGLES, effect_of, towards
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -29,12 +29,12 @@ def metal(roughness):
 
 @pytest.mark.parametrize("brdf", [Lambert(spectrum(MID)), satin(MID), satin(0.1 * MID)], ids=["matt", "satin", "dark"])
 def test_paint_is_no_effect_coating(brdf):
-    assert effect_of(brdf) == "" and Reading.of(brdf).around is None
-    assert Reading.of(brdf).xyz_around(illuminant("D65"), observer("1964_10")).shape == (0, 3)
+    assert effect_of(brdf) == "" and InstrumentReading.of(brdf).around is None
+    assert InstrumentReading.of(brdf).xyz_around(illuminant("D65"), observer("1964_10")).shape == (0, 3)
 
 
 def test_a_metal_is_read_from_three_sides():
-    found = Reading.of(metal(0.3))
+    found = InstrumentReading.of(metal(0.3))
     assert "times as bright" in effect_of(metal(0.3))
     luminance = found.xyz_around(illuminant("D65"), observer("1964_10"))[:, 1]
     assert luminance.shape == (len(ANGLES),) and luminance[0] > luminance[1] > luminance[2] > 0.0

@@ -11,7 +11,7 @@ from metamer.materials.core.axes import Axis
 from metamer.materials.core.brdf import Brdf
 from metamer.materials.core.directions import io_from_half_difference, spherical
 from metamer.materials.core.frame_angles import frame_angles
-from metamer.materials.fitting.brdf_table import Table, node_directions, tabulate
+from metamer.materials.fitting.brdf_table import BrdfTable, node_directions, tabulate
 from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 
@@ -27,7 +27,7 @@ HD = (Axis("theta_h", 60, RIGHT, "sqrt"), Axis("theta_d", 40, RIGHT), Axis("phi_
 class TabulatedBrdf(Brdf):
     """A table as a BRDF: multilinear between nodes; corners that no real pair of directions reaches take no part."""
 
-    table: Table
+    table: BrdfTable
 
     @property
     def wavelengths_nm(self) -> np.ndarray:
@@ -154,6 +154,6 @@ def test_spectra_are_projected_while_tabulating():
 def test_a_table_that_does_not_fit_its_axes_is_refused():
     table = tabulate(Lambert(RED), "io", IO)
     with pytest.raises(InputError, match="do not belong"):
-        Table("hd", IO, WAVELENGTHS_NM, table.values, table.reached)
+        BrdfTable("hd", IO, WAVELENGTHS_NM, table.values, table.reached)
     with pytest.raises(InputError, match="does not fit"):
-        Table("io", IO, WAVELENGTHS_NM, table.values[1:], table.reached[1:])
+        BrdfTable("io", IO, WAVELENGTHS_NM, table.values[1:], table.reached[1:])

@@ -13,10 +13,10 @@ from metamer.materials.records.source import MaterialSource, Rejected
 from metamer.materials.svbrdf.textures import linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.upsampling import xyz_from_rgb
 
-SAID = Answer(encoding="srgb", white=(1.0,))
+SAID = ImportOptions(encoding="srgb", white=(1.0,))
 UTIA = "tv{tv:03d}_pv{pv:03d}/tl{tl:03d}_pl{pl:03d}_tv{tv:03d}_pv{pv:03d}.png"
 
 
@@ -66,9 +66,9 @@ def test_the_running_number_says_nothing(tmp_path):
 
 def test_encoding_and_white_are_asked_for(tmp_path):
     written(tmp_path / "wool", NINE[:1], NINE[:2])
-    reason = str(refused(tmp_path / "wool", Answer()))
+    reason = str(refused(tmp_path / "wool", ImportOptions()))
     assert "do not say what their numbers are" in reason and "--encoding" in reason and "--white" in reason
-    reason = str(refused(tmp_path / "wool", Answer(encoding="linear")))
+    reason = str(refused(tmp_path / "wool", ImportOptions(encoding="linear")))
     assert "--white" in reason and "--encoding" not in reason.partition("try:")[2]
 
 
@@ -76,16 +76,16 @@ def test_a_white_that_is_not_1_is_divided_by(tmp_path):
     written(tmp_path / "wool", NINE[:2], NINE[:2])
     plain = btf(tmp_path / "wool")[1].images.image(1, 1)
     for white in ((0.5,), (0.5, 0.8, 1.25)):
-        source, surface = btf(tmp_path / "wool", Answer(encoding="srgb", white=white))
+        source, surface = btf(tmp_path / "wool", ImportOptions(encoding="srgb", white=white))
         np.testing.assert_allclose(surface.images.image(1, 1), plain / np.array(white), rtol=1e-6)
         assert f"a perfect diffuser is {white[0]:g}" in source.provenance.notes
-    assert "one number, or 3" in str(refused(tmp_path / "wool", Answer(encoding="srgb", white=(1.0, 0.9))))
+    assert "one number, or 3" in str(refused(tmp_path / "wool", ImportOptions(encoding="srgb", white=(1.0, 0.9))))
 
 
 def test_the_cosine_may_be_said_not_to_be_in_the_numbers(tmp_path):
     written(tmp_path / "wool", NINE[:1], [(0, 0), (60, 0)])
     plain, without = (
-        btf(tmp_path / "wool", Answer(encoding="srgb", white=(1.0,), includes_cosine=said))[1].images
+        btf(tmp_path / "wool", ImportOptions(encoding="srgb", white=(1.0,), includes_cosine=said))[1].images
         for said in (None, False)
     )
     np.testing.assert_allclose(without.image(0, 1), plain.image(0, 1) * 0.5, rtol=1e-6)
@@ -93,7 +93,7 @@ def test_the_cosine_may_be_said_not_to_be_in_the_numbers(tmp_path):
 
 def test_the_width_of_a_texel_is_kept(tmp_path):
     written(tmp_path / "wool", NINE[:1], NINE[:1])
-    source, surface = btf(tmp_path / "wool", Answer(encoding="srgb", white=(1.0,), texel_mm=0.13))
+    source, surface = btf(tmp_path / "wool", ImportOptions(encoding="srgb", white=(1.0,), texel_mm=0.13))
     assert surface.images.texel_mm == 0.13 and "0.13 mm" in source.provenance.notes
     assert btf(tmp_path / "wool")[1].images.texel_mm is None
 
@@ -141,7 +141,7 @@ def test_a_missing_image_is_filled_and_named(tmp_path):
     assert without(tmp_path / "wool", "tl030 pl090 tv060 pv180") == 1
     reason = refused(tmp_path / "wool")
     assert "1 missing" in str(reason) and "tl030 pl090 tv060 pv180" in str(reason)
-    source, surface = btf(tmp_path / "wool", Answer(encoding="srgb", white=(1.0,), fill=0.02))
+    source, surface = btf(tmp_path / "wool", ImportOptions(encoding="srgb", white=(1.0,), fill=0.02))
     assert "tl030 pl090 tv060 pv180" in source.provenance.notes and len(surface.images.missing) == 1
     view, light = surface.images.missing[0].tolist()
     np.testing.assert_allclose(surface.means[view, light], surface.images.image(view, light).mean((0, 1)), rtol=1e-5)
@@ -152,7 +152,7 @@ def test_more_than_the_share_is_refused_with_names(tmp_path):
     assert without(tmp_path / "wool", "tv060 pv180") == 9
     written(tmp_path / "one", [(60, 180)], NINE[:1])
     shutil.copy(next((tmp_path / "one").iterdir()), tmp_path / "wool")
-    reason = str(refused(tmp_path / "wool", Answer(encoding="srgb", white=(1.0,), fill=0.05)))
+    reason = str(refused(tmp_path / "wool", ImportOptions(encoding="srgb", white=(1.0,), fill=0.05)))
     assert "8 missing and 0 damaged of 81" in reason and "and 2 more" in reason and "--fill" in reason
 
 
@@ -164,7 +164,7 @@ def test_a_damaged_image_is_named_and_filled(tmp_path, content):
     damaged.write_bytes(damaged.read_bytes()[:300] if content is None else content)
     reason = str(refused(tmp_path / "wool"))
     assert "1 damaged" in reason and damaged.name in reason
-    source, surface = btf(tmp_path / "wool", Answer(encoding="srgb", white=(1.0,), fill=0.02))
+    source, surface = btf(tmp_path / "wool", ImportOptions(encoding="srgb", white=(1.0,), fill=0.02))
     assert damaged.name in source.provenance.notes and surface.images.height == 16
     assert np.isfinite(surface.means).all() and (surface.means > 0).all()
 
@@ -173,7 +173,7 @@ def test_an_openexr_set_may_begin_with_a_damaged_image(tmp_path):
     plane = np.full((2, 2), 0.2, np.float32)
     exr_set(tmp_path / "wool", dict.fromkeys("RGB", plane), [(0, 0), (20, 0), (40, 0)])
     (tmp_path / "wool" / "tl000_pl000_tv000_pv000.exr").write_bytes(b"")
-    answer = Answer(encoding="linear", white=(1.0,), fill=0.4)
+    answer = ImportOptions(encoding="linear", white=(1.0,), fill=0.4)
     assert "tl000_pl000_tv000_pv000.exr" in btf(tmp_path / "wool", answer)[0].provenance.notes
 
 
@@ -212,7 +212,7 @@ def test_images_of_different_sizes_are_refused_by_name(tmp_path, view):
     other = next((tmp_path / "one").iterdir())
     target = next(path for path in (tmp_path / "wool").iterdir() if path.name.endswith(other.name[5:]))
     shutil.copy(other, target)
-    reason = str(refused(tmp_path / "wool", Answer(encoding="srgb", white=(1.0,), fill=0.5)))
+    reason = str(refused(tmp_path / "wool", ImportOptions(encoding="srgb", white=(1.0,), fill=0.5)))
     assert "different sizes" in reason and target.name in reason and "5 x 4" in reason and "4 x 4" in reason
 
 
@@ -223,7 +223,9 @@ def test_an_uplift_that_is_not_linear_is_refused(tmp_path):
 
 def test_a_quantity_that_it_is_not_is_refused(tmp_path):
     written(tmp_path / "wool", NINE[:1], NINE[:1])
-    assert "one thing" in str(refused(tmp_path / "wool", Answer(quantity="emission", encoding="srgb", white=(1.0,))))
+    assert "one thing" in str(
+        refused(tmp_path / "wool", ImportOptions(quantity="emission", encoding="srgb", white=(1.0,)))
+    )
 
 
 def test_a_zip_is_a_set_and_a_zip_in_it_is_not(tmp_path):
@@ -248,17 +250,17 @@ def test_one_image_a_wavelength(tmp_path):
             path = tmp_path / "wool" / f"{nm}nm" / f"tl{30 * light:03d}_pl000_tv000_pv000.png"
             path.parent.mkdir(parents=True, exist_ok=True)
             Image.fromarray(codes[band, light]).save(path)
-    source, surface = btf(tmp_path / "wool", Answer(encoding="linear", white=(0.5,)))
+    source, surface = btf(tmp_path / "wool", ImportOptions(encoding="linear", white=(0.5,)))
     assert surface.wavelengths_nm.tolist() == [450.0, 550.0, 650.0] and source.provenance.kind == "measured"
     expected = np.moveaxis(codes[:, 1], 0, -1) / 255.0 / 0.5 / np.pi
     np.testing.assert_allclose(surface.images.image(0, 1), expected, rtol=1e-6)
     assert "held" in source.provenance.notes
     path.unlink()
-    reason = str(refused(tmp_path / "wool", Answer(encoding="linear", white=(0.5,))))
+    reason = str(refused(tmp_path / "wool", ImportOptions(encoding="linear", white=(0.5,))))
     assert "1 missing" in reason
     for nm in (450, 650):
         shutil.rmtree(tmp_path / "wool" / f"{nm}nm")
-    assert "no spectrum" in str(refused(tmp_path / "wool", Answer(encoding="linear", white=(0.5,))))
+    assert "no spectrum" in str(refused(tmp_path / "wool", ImportOptions(encoding="linear", white=(0.5,))))
 
 
 def exr_set(folder, channels, lights=((0, 0), (60, 0))):
@@ -270,12 +272,14 @@ def exr_set(folder, channels, lights=((0, 0), (60, 0))):
 def test_spectral_openexr_needs_no_encoding(tmp_path):
     planes = {f"T.{nm},0nm": np.full((3, 4), value, np.float32) for nm, value in ((650, 0.6), (450, 0.2), (550, 0.4))}
     exr_set(tmp_path / "wool", planes)
-    assert "--includes-cosine" in str(refused(tmp_path / "wool", Answer()))
-    source, surface = btf(tmp_path / "wool", Answer(includes_cosine=False))
+    assert "--includes-cosine" in str(refused(tmp_path / "wool", ImportOptions()))
+    source, surface = btf(tmp_path / "wool", ImportOptions(includes_cosine=False))
     found = surface.images.image(0, 1)[0, 0]
     np.testing.assert_allclose(found, np.array([0.2, 0.4, 0.6]) / np.pi * 0.5, rtol=1e-6)
     assert source.provenance.kind == "measured"
-    assert "not what --encoding says" in str(refused(tmp_path / "wool", Answer(encoding="xyz", includes_cosine=False)))
+    assert "not what --encoding says" in str(
+        refused(tmp_path / "wool", ImportOptions(encoding="xyz", includes_cosine=False))
+    )
 
 
 @pytest.mark.parametrize("names", ["XYZ", "RGB"])
@@ -285,22 +289,22 @@ def test_openexr_as_utia_writes_it_is_x_y_and_z(tmp_path, names):
     exr_set(
         tmp_path / "wool", {name: np.full((2, 2), value, np.float32) for name, value in zip(names, xyz, strict=True)}
     )
-    answer = Answer(encoding="xyz" if names == "RGB" else None, white=(1.0,))
+    answer = ImportOptions(encoding="xyz" if names == "RGB" else None, white=(1.0,))
     np.testing.assert_allclose(btf(tmp_path / "wool", answer)[1].images.image(0, 0)[1, 1] * np.pi, rgb, rtol=1e-5)
-    wrong = Answer(encoding="srgb", white=(1.0,))
+    wrong = ImportOptions(encoding="srgb", white=(1.0,))
     assert "encoding" in str(refused(tmp_path / "wool", wrong)) or "linear" in str(refused(tmp_path / "wool", wrong))
 
 
 @pytest.mark.parametrize("said", [{"white": (0.0,)}, {"texel_mm": -1.0}, {"fill": 1.0}])
 def test_answers_that_are_none_are_refused(said):
     with pytest.raises(InputError, match=r"not a (positive number|share)"):
-        Answer(**said)
+        ImportOptions(**said)
 
 
 def test_numbers_below_zero_are_kept_and_counted(tmp_path):
     plane = np.full((2, 2), 0.2, np.float32)
     exr_set(tmp_path / "wool", {"R": plane, "G": plane, "B": np.array([[0.1, -0.01], [0.1, 0.1]], np.float32)})
-    source, surface = btf(tmp_path / "wool", Answer(encoding="linear", white=(1.0,)))
+    source, surface = btf(tmp_path / "wool", ImportOptions(encoding="linear", white=(1.0,)))
     assert "2 numbers are below 0" in source.provenance.notes and surface.images.image(0, 0).min() < 0
 
 
@@ -310,7 +314,7 @@ def test_a_number_that_is_none_is_damage(tmp_path):
     broken = plane.copy()
     broken[0, 1] = np.nan
     write_exr(tmp_path / "wool" / "tl020_pl000_tv000_pv000.exr", {}, dict.fromkeys("RGB", broken))
-    assert "1 damaged" in str(refused(tmp_path / "wool", Answer(encoding="linear", white=(1.0,))))
+    assert "1 damaged" in str(refused(tmp_path / "wool", ImportOptions(encoding="linear", white=(1.0,))))
 
 
 def test_what_reading_takes_is_that_of_the_whole_set(tmp_path):

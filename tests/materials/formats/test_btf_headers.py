@@ -5,7 +5,7 @@ from metamer.materials.formats.btf import read_sources
 from metamer.materials.formats.btf_headers import header_notes
 from metamer.materials.formats.registry import format_for
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from PIL import Image, ImageCms
 
 NAMES = [f"{n:05d} tl{tl:03d} pl000 tv000 pv000.jpg" for n, tl in enumerate((0, 15, 30, 45))]
@@ -38,7 +38,7 @@ def test_plain_and_damaged_images_give_no_note(wool):
 
 
 def test_the_record_says_so(wool):
-    (one,) = read_sources(wool / NAMES[0], "mallett-yuksel", Answer(encoding="srgb", white=(1.0,)))
+    (one,) = read_sources(wool / NAMES[0], "mallett-yuksel", ImportOptions(encoding="srgb", white=(1.0,)))
     assert f"EXIF: 2 ({NAMES[1]}: 6)" in one.provenance.notes and "ICC profile" in one.provenance.notes
 
 

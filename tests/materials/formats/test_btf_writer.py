@@ -16,13 +16,13 @@ from metamer.materials.svbrdf.texture_form import texture_form
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.difference import delta_e_xyz
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 SOME = [*NINE[:4], (37.5, 212.25)]
-AGAIN = Answer(encoding="linear", white=(1.0,), includes_cosine=True)
+AGAIN = ImportOptions(encoding="linear", white=(1.0,), includes_cosine=True)
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def catalogue(tmp_path, monkeypatch):
     matt = texture_form(NM, np.full((1, 1, 81), 0.3))
     monkeypatch.setattr(form, "btf_form", lambda images, budget: matt)
     written(tmp_path / "wool", NINE[:5], NINE[:5], size=(3, 5))
-    answer = Answer(encoding="srgb", white=(0.9,), texel_mm=0.25)
+    answer = ImportOptions(encoding="srgb", white=(0.9,), texel_mm=0.25)
     assert import_sources([tmp_path / "wool"], tmp_path / "cat", jobs=1, answer=answer).count("imported") == 1
     return Catalogue.open(tmp_path / "cat")
 
@@ -84,7 +84,7 @@ def test_wavelengths_and_odd_directions_are_kept(tmp_path):
     values = rng.uniform(0.01, 0.2, (5, 5, 2, 3, 4)).astype(np.float32)
     images = HeldImages(both, both, values, SpectralBasis.sampled(grid))
     write_btf(tmp_path, images, True, [])
-    found = read(tmp_path, Answer(includes_cosine=True))
+    found = read(tmp_path, ImportOptions(includes_cosine=True))
     np.testing.assert_allclose(found.basis.wavelengths_nm, grid)
     for view, light in ((0, 0), (4, 2), (3, 4)):
         # Files are read in the order of their angles.

@@ -11,7 +11,7 @@ from metamer.materials.records.source import Rejected
 from metamer.materials.svbrdf.textures import Texture, linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.import_options import NO_ANSWER, Answer
+from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
 from PIL import Image
 
 RNG = np.random.default_rng(11)
@@ -73,7 +73,7 @@ def test_normal_maps_of_both_conventions_prove_themselves(tmp_path, green):
     assert "slopes are those of one height" in read(albedo).provenance.notes
     other = "directx" if green == "opengl" else "opengl"
     with pytest.raises(InputError, match="not what --normal-map says"):
-        read(albedo, Answer(normal_map=other))
+        read(albedo, ImportOptions(normal_map=other))
 
 
 def test_a_normal_map_that_proves_nothing_is_asked_about(tmp_path):
@@ -84,9 +84,9 @@ def test_a_normal_map_that_proves_nothing_is_asked_about(tmp_path):
         read(albedo)
     assert (caught.value.file, caught.value.field) == (albedo, "wall_normal.png")
     assert "--normal-map" in caught.value.hint and "--maps mean" in caught.value.hint
-    leans = [lean_at(surface_of(albedo, Answer(normal_map=green)), 5, 5) for green in ("opengl", "directx")]
+    leans = [lean_at(surface_of(albedo, ImportOptions(normal_map=green)), 5, 5) for green in ("opengl", "directx")]
     np.testing.assert_allclose(leans[0], leans[1] * (1, -1))
-    assert read(albedo, Answer(maps="mean")).model == "lambert"
+    assert read(albedo, ImportOptions(maps="mean")).model == "lambert"
 
 
 def test_maps_without_slopes_along_v_need_no_answer(tmp_path):
@@ -104,7 +104,7 @@ def test_zero_normals_are_refused_by_their_place_or_mended(tmp_path):
         read(albedo)
     assert caught.value.field == "normal, row 4, column 9" and caught.value.file == albedo
     assert "--maps mended" in caught.value.hint
-    mended = read(albedo, Answer(maps="mended"))
+    mended = read(albedo, ImportOptions(maps="mended"))
     assert "1 of 1536 normals" in mended.provenance.notes
     assert not lean_at(rebuild(mended.model, mended.parameters), 4, 9).any()
 
@@ -169,7 +169,7 @@ def test_a_matt_set_is_perfectly_diffuse(tmp_path):
 
 def test_answers_reach_the_maps_of_a_folder(tmp_path):
     save(tmp_path / "w_albedo.png", BASE)
-    ((drawn,), (mean,)) = (read_sources(tmp_path, answer=Answer(maps=how)) for how in (None, "mean"))
+    ((drawn,), (mean,)) = (read_sources(tmp_path, answer=ImportOptions(maps=how)) for how in (None, "mean"))
     assert not isinstance(drawn, Rejected) and (drawn.model, mean.model) == ("maps", "lambert")
 
 
@@ -182,22 +182,22 @@ def test_a_specular_map_is_asked_about_and_drawn_as_it_was_answered(tmp_path):
     assert "say it with --specular-map" in asked.provenance.notes
     assert not rebuild(asked.model, asked.parameters).reflected.values.shape[0] > 1
     for words, expected in (("f0-srgb", linear_from_srgb(specular / 255.0)), ("f0-linear", specular / 255.0)):
-        found = read(albedo, Answer(specular_map=words))
+        found = read(albedo, ImportOptions(specular_map=words))
         surface = rebuild(found.model, found.parameters)
         texels = surface.texels(np.array([3]), np.array([7]))
         np.testing.assert_allclose(texels.facets[0], expected[3, 7], rtol=1e-12)
         np.testing.assert_allclose(texels.body[0], linear_from_srgb(BASE[3, 7] / 255.0), rtol=1e-12)
         np.testing.assert_allclose(texels.through, 1.0 - expected[3, 7].max(), rtol=1e-12)
         assert "as you said" in found.provenance.notes and "not rendered" not in found.provenance.notes
-        mean = read(albedo, Answer(maps="mean", specular_map=words))
+        mean = read(albedo, ImportOptions(maps="mean", specular_map=words))
         colour = surface.spectra(expected.reshape(-1, 3).mean(axis=0)[None])[0]
         np.testing.assert_allclose(mean.parameters["specular"], colour, rtol=1e-6)
     path.rename(tmp_path / "spe_linear.png")
     with pytest.raises(InputError, match="not what --specular-map says"):
-        read(albedo, Answer(specular_map="f0-srgb"))
+        read(albedo, ImportOptions(specular_map="f0-srgb"))
     save(tmp_path / "reflection.png", specular)
     with pytest.raises(InputError, match="two maps of one property"):
-        read(albedo, Answer(specular_map="f0-linear"))
+        read(albedo, ImportOptions(specular_map="f0-linear"))
 
 
 def test_specular_maps_of_floats_are_linear(tmp_path):
@@ -205,8 +205,8 @@ def test_specular_maps_of_floats_are_linear(tmp_path):
     shown = RNG.uniform(0.02, 0.3, (3, 32, 48)).astype(np.float32)
     write_exr(tmp_path / "spe.exr", {}, dict(zip("RGB", shown, strict=True)))
     with pytest.raises(InputError, match="not what --specular-map says"):
-        read(albedo, Answer(specular_map="f0-srgb"))
-    found = read(albedo, Answer(specular_map="f0-linear"))
+        read(albedo, ImportOptions(specular_map="f0-srgb"))
+    found = read(albedo, ImportOptions(specular_map="f0-linear"))
     assert "no roughness map: taken as 1" in found.provenance.notes
     texels = rebuild(found.model, found.parameters).texels(np.array([3]), np.array([7]))
     np.testing.assert_allclose(texels.facets[0], shown[:, 3, 7], rtol=1e-6)
@@ -214,7 +214,7 @@ def test_specular_maps_of_floats_are_linear(tmp_path):
 
 def test_a_measured_set_of_four_maps(shared_data):
     """Of a greeting card: its facets reflect 2 to 7 % at the normal, and some are tinted."""
-    found = read(shared_data / "maps" / "card_blue" / "dif.png", Answer(specular_map="f0-srgb"))
+    found = read(shared_data / "maps" / "card_blue" / "dif.png", ImportOptions(specular_map="f0-srgb"))
     surface = rebuild(found.model, found.parameters)
     facets = np.concatenate([texels.facets for _, texels in surface.blocks()])
     assert (

@@ -15,7 +15,7 @@ from metamer.materials.formats.pictures.map_record import kept_texture, texel_re
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import Rejected
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.import_options import NO_ANSWER, Answer
+from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
@@ -75,7 +75,7 @@ def read_glb(tmp_path, *materials, uplift="mallett-yuksel", answer=NO_ANSWER, **
 
 
 # Of maps, the mean.
-MEAN = Answer(maps="mean")
+MEAN = ImportOptions(maps="mean")
 
 
 def colour(samples):

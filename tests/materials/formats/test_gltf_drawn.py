@@ -9,7 +9,7 @@ from metamer.materials.formats import gltf
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import Rejected
 from metamer.materials.svbrdf.textures import linear_from_srgb
-from metamer.spectral.formats.import_options import NO_ANSWER, Answer
+from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
 from PIL import Image
 
 RNG = np.random.default_rng(3)
@@ -111,7 +111,7 @@ def test_what_is_not_drawn_by_texels_is_drawn_by_its_mean_and_says_so(tmp_path, 
     found = read(tmp_path, material)
     assert found.model == "metallic_roughness" and "the mean of the maps" in found.provenance.notes
     assert "not drawn texel by texel" in found.provenance.notes and why in found.provenance.notes
-    mean = read(tmp_path, material, answer=Answer(maps="mean"))
+    mean = read(tmp_path, material, answer=ImportOptions(maps="mean"))
     assert "not drawn texel by texel" not in mean.provenance.notes
     np.testing.assert_array_equal(mean.parameters["diffuse"], found.parameters["diffuse"])
 
@@ -183,7 +183,7 @@ def test_a_clear_coat_of_each_texel(tmp_path):
         np.testing.assert_allclose(texels.coat, 0.5 * picture[1, 2, 0] / 255)
         np.testing.assert_allclose(texels.coat_spread, (0.8 * picture[1, 2, 1] / 255) ** 4)
         np.testing.assert_allclose(texels.coat_normal[0] * np.linalg.norm(lean), expected, atol=1e-9)
-    mean = read(tmp_path, material, (BASE, PACKED, picture, normal), Answer(maps="mean"))
+    mean = read(tmp_path, material, (BASE, PACKED, picture, normal), ImportOptions(maps="mean"))
     assert "bumps of the clear coat" in mean.provenance.notes
     bare = bumpy | {"extensions": {"KHR_materials_clearcoat": coat | {"clearcoatFactor": 0.0}}}
     without = read(tmp_path, bare, (BASE, PACKED, picture, normal))

@@ -16,7 +16,7 @@ from metamer.materials.records.source import MaterialSource, Rejected
 from metamer.materials.svbrdf.textures import Texture, linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.import_options import NO_ANSWER, Answer
+from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.upsampling import xyz_from_rgb
@@ -129,7 +129,7 @@ def test_a_set_is_one_material_and_the_albedo_stands_for_it(tmp_path):
         maps.recognises(path, b"") for path in (rough, metal, normal, other)
     )
     assert set(maps.companions(albedo)) == {rough, metal, normal}
-    found = read(albedo, answer=Answer(maps="mean"))
+    found = read(albedo, answer=ImportOptions(maps="mean"))
     assert (found.id, found.model) == ("maps/wood-1k", "metallic_roughness")
     assert found.provenance.kind == "uplifted(mallett-yuksel)"
     np.testing.assert_allclose(colour(found.parameters["diffuse"]), linear_from_srgb(np.array(188 / 255)), rtol=2e-3)

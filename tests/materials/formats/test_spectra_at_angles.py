@@ -15,7 +15,7 @@ from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.source import Rejected
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.measurement import geometry_in
 
 NM = np.arange(400, 701, 10)
@@ -51,7 +51,7 @@ def table(path, angles=SIX, colours=paint, name="Blue {}"):
 
 
 def one(path, answer=None):
-    (found,) = read_sources(path, answer=answer or Answer())
+    (found,) = read_sources(path, answer=answer or ImportOptions())
     return found
 
 
@@ -196,11 +196,11 @@ def plain_rows(path, names):
 @pytest.mark.parametrize("kind", UNLIT)
 def test_aspecular_angles_without_that_of_the_light_are_asked_about(tmp_path, kind, rows):
     path = (plain_rows if rows else plain)(tmp_path / "paint.csv", UNLIT[kind])
-    (found,) = read_sources(path, answer=Answer("reflectance", "fraction"))
+    (found,) = read_sources(path, answer=ImportOptions("reflectance", "fraction"))
     assert isinstance(found, Rejected)
     few = UNLIT[kind][:5]
     assert all(part in str(found.reason) for part in ("paint.csv", *few, "45as15", "--angles matt"))
-    asked = read_sources(path, answer=Answer("reflectance", "fraction", angles="matt"))
+    asked = read_sources(path, answer=ImportOptions("reflectance", "fraction", angles="matt"))
     assert [one.model for one in asked] == ["lambert"] * len(UNLIT[kind])
     assert all("as asked" in one.provenance.notes for one in asked)
 
@@ -211,7 +211,7 @@ def test_rows_at_other_angles_are_asked_about(tmp_path, label, unit):
     path = tmp_path / "rows.csv"
     rows = [f"{name},{one}{unit}" + ",0.2" * NM.size for name in ("Silver", "Sky") for one in FIVE]
     path.write_text("\n".join([f"Sample,{label}," + ",".join(f"{nm}nm" for nm in NM), *rows, ""]), encoding="utf-8")
-    (found,) = read_sources(path, answer=Answer("reflectance", "fraction"))
+    (found,) = read_sources(path, answer=ImportOptions("reflectance", "fraction"))
     assert isinstance(found, Rejected) and label in str(found.reason) and "--angles matt" in str(found.reason)
 
 
@@ -233,12 +233,14 @@ def test_rows_at_other_angles_are_asked_about(tmp_path, label, unit):
     ],
 )
 def test_numbered_samples_are_no_angles(tmp_path, names):
-    found = read_sources(plain(tmp_path / "chart.csv", names), answer=Answer("reflectance", "fraction"))
+    found = read_sources(plain(tmp_path / "chart.csv", names), answer=ImportOptions("reflectance", "fraction"))
     assert [one.model for one in found] == ["lambert"] * len(names)
 
 
 def test_samples_beside_angles_without_light_are_read(tmp_path):
-    found = read_sources(plain(tmp_path / "a.csv", [*UNLIT["as"], "Card"]), answer=Answer("reflectance", "fraction"))
+    found = read_sources(
+        plain(tmp_path / "a.csv", [*UNLIT["as"], "Card"]), answer=ImportOptions("reflectance", "fraction")
+    )
     assert [one.id for one in found if not isinstance(one, Rejected)] == ["a/card"]
     assert sum(isinstance(one, Rejected) for one in found) == 1
 
@@ -253,7 +255,7 @@ def test_a_detector_below_the_surface_is_refused(tmp_path):
 )
 def test_readings_stay_apart_where_somebody_asks_for_it(tmp_path, asked, model):
     found = read_sources(
-        cxf(tmp_path / "paint.cxf", colours=lambda one: np.minimum(paint(one), 1.0)), answer=Answer(**asked)
+        cxf(tmp_path / "paint.cxf", colours=lambda one: np.minimum(paint(one), 1.0)), answer=ImportOptions(**asked)
     )
     assert [one.model for one in found] == [model] * 6
 

@@ -13,7 +13,7 @@ from metamer.materials.formats.registry import format_for
 from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.import_options import NO_ANSWER, Answer
+from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
 from PIL import Image
 
 NM = np.arange(400.0, 701.0, 20.0)
@@ -88,7 +88,7 @@ def test_without_facets_the_bumps_are_of_a_matt_surface(tmp_path):
 def test_the_mean_is_a_spectrum_too(tmp_path):
     path = spectral(tmp_path / "oak_albedo.exr")
     beside(tmp_path)
-    oak = read(path, Answer(maps="mean"))
+    oak = read(path, ImportOptions(maps="mean"))
     mean = rebuild(oak.model, oak.parameters)
     assert oak.model == "metallic_roughness" and "mean of the maps" in oak.provenance.notes
     # Through facets that reflect 4 %.

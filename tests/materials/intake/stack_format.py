@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from metamer.materials.analytic import lambert
 from metamer.materials.formats import registry
-from metamer.materials.formats.reading_cost import Cost
+from metamer.materials.formats.reading_cost import ReadingCost
 from metamer.materials.records.material import Provenance
 from metamer.materials.records.models import MEASURED, Measured
 from metamer.materials.records.source import MaterialSource
@@ -36,7 +36,7 @@ def recognises(path, head):
 
 
 def reading_cost(path):
-    return Cost(1 << 20, path.stat().st_size / 1e9)
+    return ReadingCost(1 << 20, path.stat().st_size / 1e9)
 
 
 def handle(path):

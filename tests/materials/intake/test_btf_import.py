@@ -23,10 +23,10 @@ from metamer.materials.records.stored_files import StoredFiles
 from metamer.materials.records.verification import verify_catalogue
 from metamer.materials.svbrdf.texture_form import texture_form
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
-SAID = Answer(encoding="srgb", white=(1.0,))
+SAID = ImportOptions(encoding="srgb", white=(1.0,))
 SOME = NINE[:5]
 
 
@@ -145,7 +145,7 @@ def test_a_plan_names_the_set_once_and_what_it_was_taken_for(wool, tmp_path, cap
 
 def test_other_answers_are_another_record(wool, tmp_path):
     brought(wool, tmp_path / "cat")
-    other = Answer(encoding="linear", white=(1.0,))
+    other = ImportOptions(encoding="linear", white=(1.0,))
     plan = import_sources([wool], tmp_path / "cat", jobs=1, answer=other, dry_run=True)
     assert plan.count("new") == 1 and brought(wool, tmp_path / "cat", dry_run=True).count("skipped") == 1
 

@@ -13,7 +13,7 @@ from metamer.materials.intake.importing import ImportReport, import_sources
 from metamer.materials.intake.inputs import inputs_of
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.source import MaterialSource
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 
 SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 FAMILY = """family = "grey"
@@ -247,7 +247,7 @@ def test_a_plan_says_what_was_taken_and_by_which_sign(tmp_path):
     (tmp_path / "in").mkdir()
     (tmp_path / "in" / "a.csv").write_text("nm,R (%)\n400,40\n700,50\n")
     (tmp_path / "in" / "b.csv").write_text("nm,red\n400,40\n700,50\n")
-    answered = dataclasses.replace(SETTINGS, answer=Answer("transmittance"))
+    answered = dataclasses.replace(SETTINGS, answer=ImportOptions("transmittance"))
     first, second = plan(tmp_path / "in", folder=tmp_path / "cat").values()
     known = "known from 400 to 700 nm only"
     assert first.taken == (f"reflectance in percent, by the heading 'R (%)'; {known}",)
@@ -262,7 +262,7 @@ def test_another_answer_is_another_import(tmp_path):
     path.write_text("nm,red\n400,0.4\n700,0.5\n")
     hashes = set()
     for quantity, scale in (("reflectance", "fraction"), ("reflectance", "percent"), ("transmittance", "fraction")):
-        settings = dataclasses.replace(SETTINGS, answer=Answer(quantity, scale))
+        settings = dataclasses.replace(SETTINGS, answer=ImportOptions(quantity, scale))
         (file,) = plan(path, folder=tmp_path / "cat", settings=settings).values()
         hashes.add(file.materials[0].source_hash)
     assert len(hashes) == 3
@@ -288,7 +288,7 @@ def test_answers_for_a_folder_fill_gaps_and_leave_alone_what_files_state(tmp_pat
     (tmp_path / "in" / "a.csv").write_text("nm,reflectance (0..1)\n400,0.4\n700,0.5\n")
     (tmp_path / "in" / "b.csv").write_text("nm,red\n400,40\n700,50\n")
     (tmp_path / "in" / "c.csv").write_text("nm,irradiance (W/m2/nm)\n400,40\n700,50\n")
-    settings = dataclasses.replace(SETTINGS, answer=Answer("reflectance", "percent"))
+    settings = dataclasses.replace(SETTINGS, answer=ImportOptions("reflectance", "percent"))
     first, second, third = plan(tmp_path / "in", folder=tmp_path / "cat", settings=settings).values()
     assert first.taken[0].startswith("reflectance in fractions, by the heading")
     assert second.taken[0].startswith("reflectance in percent, by --as; percent by --scale")
@@ -298,11 +298,16 @@ def test_answers_for_a_folder_fill_gaps_and_leave_alone_what_files_state(tmp_pat
 @pytest.mark.parametrize(
     ("head", "values", "answer", "taken"),
     [
-        ("reflectance (%)", (0.07, 0.63), Answer(None, "fraction"), "fraction by --scale, against the heading"),
-        ("reflectance (%)", (0.07, 0.63), Answer(None, "percent"), "percent by --scale"),
-        ("reflectance (%)", (40.0, 50.0), Answer("transmittance"), "transmittance in percent, by --as, against"),
-        ("reflectance", (0.0004, 0.0024), Answer("emission"), "emission, by --as, against the heading"),
-        ("irradiance", (0.2, 0.8), Answer("reflectance", "fraction"), "reflectance in fractions, by --as, against"),
+        ("reflectance (%)", (0.07, 0.63), ImportOptions(None, "fraction"), "fraction by --scale, against the heading"),
+        ("reflectance (%)", (0.07, 0.63), ImportOptions(None, "percent"), "percent by --scale"),
+        ("reflectance (%)", (40.0, 50.0), ImportOptions("transmittance"), "transmittance in percent, by --as, against"),
+        ("reflectance", (0.0004, 0.0024), ImportOptions("emission"), "emission, by --as, against the heading"),
+        (
+            "irradiance",
+            (0.2, 0.8),
+            ImportOptions("reflectance", "fraction"),
+            "reflectance in fractions, by --as, against",
+        ),
     ],
 )
 def test_of_a_file_alone_the_answer_counts_for_more_than_its_words(tmp_path, head, values, answer, taken):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.search import neighbours
-from metamer.materials.search.appearance_offset import PAIRS, WORDS, Look, wished
+from metamer.materials.search.appearance_offset import PAIRS, WORDS, Appearance, wished
 from metamer.materials.search.neighbours import like
 from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e
 
-GREY = Look((50.0, 0.0, 0.0), 0.0)
-ORANGE = Look((60.0, 30.0, 40.0), 2.0)
+GREY = Appearance((50.0, 0.0, 0.0), 0.0)
+ORANGE = Appearance((60.0, 30.0, 40.0), 2.0)
 
 
 @pytest.fixture
@@ -149,10 +149,10 @@ def test_words_add_up_and_each_says_what_it_got():
     warm = np.radians(50.0)
     expected = [60, 33 + 10 * np.cos(warm), 40 + 10 * np.sin(warm), 3]
     np.testing.assert_allclose(wish.to.point, expected, atol=1e-12)
-    got = wish.got(Look((55.0, 33.0, 40.0), 1.5))
+    got = wish.got(Appearance((55.0, 33.0, 40.0), 1.5))
     assert got["redder"] == pytest.approx(3.0) and got["warmer"] == pytest.approx(3 * np.cos(warm))
     assert got["glossier"] == pytest.approx(-0.5)
-    assert wish.besides(Look((55.0, 33.0, 40.0), 1.5)) == pytest.approx({"darker": 5.0})
+    assert wish.besides(Appearance((55.0, 33.0, 40.0), 1.5)) == pytest.approx({"darker": 5.0})
 
 
 def test_an_unknown_word_is_said_with_those_that_there_are():

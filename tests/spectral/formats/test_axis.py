@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import read_spectra
 from metamer.spectral.formats.tables.axis import axis_unit
 from metamer.spectral.spectrum import Spectrum
@@ -35,7 +35,7 @@ def table(axis, *heads, values=RED, between=",", above="", name="reflectance"):
     return above + "\n".join([*([between.join([*heads, name])] if heads else []), *rows]) + "\n"
 
 
-def check(path, answer=Answer("reflectance", "fraction"), note=None):  # noqa: B008
+def check(path, answer=ImportOptions("reflectance", "fraction"), note=None):  # noqa: B008
     file = read_spectra(path, answer)
     (entry,) = file.entries
     np.testing.assert_allclose(entry.spectrum.wavelengths_nm, NM, rtol=1e-7)
@@ -79,10 +79,14 @@ def test_the_formula_is_said(written, unit, formula):
 @pytest.mark.parametrize("unit", ["THz", "eV", "cm-1", "rad/fs", "PHz"])
 def test_spectral_power_over_frequency_is_refused(written, unit):
     head = f"{named(unit)} ({unit})"
-    for name, answer in (("irradiance (W/m2/nm)", Answer()), ("A", Answer("emission")), ("power", Answer())):
+    for name, answer in (
+        ("irradiance (W/m2/nm)", ImportOptions()),
+        ("A", ImportOptions("emission")),
+        ("power", ImportOptions()),
+    ):
         with pytest.raises(InputError, match="spectral power over a frequency or an energy"):
             read_spectra(written(table(UNITS[unit], head, name=name)), answer)
-    check(written(table(UNITS[unit], head, values=100 * RED, name="reflectance (%)")), Answer())
+    check(written(table(UNITS[unit], head, values=100 * RED, name="reflectance (%)")), ImportOptions())
 
 
 @pytest.mark.parametrize("word", ["frequency", "Energy", "photon energy", "angular frequency", "ω", "Frequenz"])
@@ -152,6 +156,6 @@ def test_powers_over_wavelengths_are_no_waves_in_a_length(written, values):
 def test_places_on_a_sensor_and_times_are_no_wavelengths(written, heading):
     """Numbers of pixels may lie between 380 and 780, too."""
     with pytest.raises(InputError, match="not of wavelengths"):
-        read_spectra(written(table(NM, heading)), Answer("reflectance", "fraction"))
+        read_spectra(written(table(NM, heading)), ImportOptions("reflectance", "fraction"))
     rows = [f"{place},{nm:.0f},{value:.6g}" for place, (nm, value) in enumerate(zip(NM, RED, strict=True))]
     check(written("\n".join([f"{heading},Wavelength (nm),reflectance", *rows, ""])))

@@ -5,7 +5,7 @@ import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.cgats import illuminant_of, observer_of, read, recognises
 from metamer.spectral.formats.cgats_tables import read_tables
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
 
 
@@ -166,7 +166,7 @@ def test_a_spectrum_of_which_nothing_is_said(written, refused, lamp):
     assert entry.taken == "emission, by SPECT without a MEAS_TYPE and values above SPECTRAL_NORM"
     said = refused(read, content.replace("10 50 100 25", "10 20 50 25"), "a.sp")
     assert said[:2] == ["a.sp: what was measured?", "  found: emission, hints SPECT without a MEAS_TYPE"]
-    (answered,) = read(written(content.replace("10 50 100 25", "10 20 50 25")), Answer("reflectance")).entries
+    (answered,) = read(written(content.replace("10 50 100 25", "10 20 50 25")), ImportOptions("reflectance")).entries
     assert answered.spectrum.samples.tolist() == [0.2, 0.4, 1.0, 0.5]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.cgats import read
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of
 
 BANDS = tuple(range(400, 701, 20))
@@ -119,7 +119,7 @@ def test_fractions_in_the_layout_of_argyll_are_refused_by_their_colours(written)
     with pytest.raises(InputError, match="the file states percent, and the numbers say fractions"):
         read(written(content, "a.ti3"))
     with pytest.raises(InputError, match="not those of the colours") as caught:
-        read(written(content, "a.ti3"), Answer(scale="percent"))
+        read(written(content, "a.ti3"), ImportOptions(scale="percent"))
     assert "SPECTRAL_NORM" in (caught.value.hint or "")
 
 

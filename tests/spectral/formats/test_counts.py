@@ -5,7 +5,7 @@ from itertools import permutations
 import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import read_spectra
 
 NM = np.arange(400, 701, 20)
@@ -39,7 +39,7 @@ def test_readings_beside_what_was_made_of_them_are_left_out(written, names, made
         assert not file.rejected and all(any(head in note for note in file.notes) for head in heads[1:-1])
 
 
-@pytest.mark.parametrize("answer", [Answer(), Answer("emission"), Answer("reflectance")])
+@pytest.mark.parametrize("answer", [ImportOptions(), ImportOptions("emission"), ImportOptions("reflectance")])
 @pytest.mark.parametrize("names", [("dark", "sample"), ("dark", "reference", "sample"), ("white", "dark", "scope")])
 def test_readings_alone_are_refused(written, names, answer):
     path = written(table(["nm", *names], *(COLUMNS[name] for name in names)), "fluorescent lamp.csv")
@@ -52,7 +52,7 @@ COUNTED += ["Digital Number", "Raw", "raw data", "Raw signal", "Scope", "Scope m
 
 
 @pytest.mark.parametrize("head", COUNTED)
-@pytest.mark.parametrize("answer", [Answer(), Answer("emission")])
+@pytest.mark.parametrize("answer", [ImportOptions(), ImportOptions("emission")])
 def test_a_column_of_counts_is_no_lamp(written, head, answer):
     with pytest.raises(InputError, match=r"raw counts are neither|nothing that was made of them"):
         read_spectra(written(table(["Wavelength (nm)", head], SAMPLE), "fluorescent lamp.csv"), answer)
@@ -88,7 +88,7 @@ def test_a_jaz_file_has_one_column_that_is_no_counts(written, letters):
     path = written(content + END, "tile.jaz")
     with pytest.raises(InputError, match="what was measured"):
         read_spectra(path)
-    (entry,) = read_spectra(path, Answer("reflectance", "percent")).entries
+    (entry,) = read_spectra(path, ImportOptions("reflectance", "percent")).entries
     check_percent(entry)
     assert entry.name == "tile"
     irradiance = written(path.read_text().replace("Data File", "Absolute Irradiance File"), "sun.JazIrrad")
@@ -98,7 +98,7 @@ def test_a_jaz_file_has_one_column_that_is_no_counts(written, letters):
 def test_a_jaz_file_without_a_processed_column_is_refused(written):
     content = table(["W", "D", "R", "S"], DARK, WHITE, SAMPLE, between="\t", above=JAZ.format("Data")) + END
     with pytest.raises(InputError, match="raw counts"):
-        read_spectra(written(content, "lamp.jaz"), Answer("emission"))
+        read_spectra(written(content, "lamp.jaz"), ImportOptions("emission"))
 
 
 @pytest.mark.parametrize("name", ["lamp.txt", "fluorescent_lamp.txt", "paint tile.txt", "lamp tile.txt"])
@@ -157,7 +157,7 @@ def test_large_whole_numbers_are_counted_whatever_is_called_intensity(written, h
             continue
         with pytest.raises(InputError, match="what was measured"):
             read_spectra(path)
-        assert read_spectra(path, Answer("emission")).entries[0].spectrum.samples.max() == values.max()
+        assert read_spectra(path, ImportOptions("emission")).entries[0].spectrum.samples.max() == values.max()
 
 
 @pytest.mark.parametrize("head", ["Radiance factor (%)", "Radiance factor"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats import cxf
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
 
 SPEC = """
@@ -169,13 +169,13 @@ def test_a_custom_spectrum_is_what_its_specification_measures(written, kind, geo
 )
 def test_an_answer_about_this_file_alone_counts_for_more_than_its_words(written, quantity, scale, first, said):
     path = written(document(item(RED)))
-    (entry,) = read_spectra(path, Answer(quantity, scale, against="overruled")).entries
+    (entry,) = read_spectra(path, ImportOptions(quantity, scale, against="overruled")).entries
     assert entry.spectrum.quantity == quantity and entry.spectrum.samples[0] == pytest.approx(first)
     assert entry.taken == f"{said}, against the format (CxF3)"
-    (kept,) = read_spectra(path, Answer(quantity, scale, against="kept")).entries
+    (kept,) = read_spectra(path, ImportOptions(quantity, scale, against="kept")).entries
     assert kept.spectrum.quantity == "reflectance" and kept.taken == "reflectance, by the format (CxF3)"
     with pytest.raises(InputError, match="--as another"):
-        read_spectra(path, Answer(quantity, scale))
+        read_spectra(path, ImportOptions(quantity, scale))
 
 
 @pytest.mark.parametrize("quantity", [None, "reflectance", "radiance factor", "transmittance"])
@@ -187,7 +187,7 @@ def test_percents_are_taken_as_such_where_a_person_says_so_of_this_file_alone(wr
     dark = RED.replace("0.05 0.1 0.4 0.8", "2.1 2.2 2.3 2.4")
     lamp = item('<cc:EmissiveSpectrum ColorSpecification="M1">5 120.5</cc:EmissiveSpectrum>', "lamp", "o3")
     path = written(document(item(RED.replace("0.05 0.1 0.4 0.8", values)) + item(dark, "dark", "o2") + lamp))
-    file = read_spectra(path, Answer(quantity, "percent", against="overruled"))
+    file = read_spectra(path, ImportOptions(quantity, "percent", against="overruled"))
     by_name = {entry.name: entry for entry in file.entries}
     np.testing.assert_allclose(by_name["red"].spectrum.samples, numbers / 100.0)
     np.testing.assert_allclose(by_name["dark"].spectrum.samples, [0.021, 0.022, 0.023, 0.024])
@@ -201,22 +201,22 @@ def test_percents_are_taken_as_such_where_a_person_says_so_of_this_file_alone(wr
 def test_percents_are_refused_where_the_answer_is_for_several_files(written, against):
     path = written(document(item(RED.replace("0.05 0.1 0.4 0.8", "7.1 10 40 80"))))
     with pytest.raises(InputError, match="alone with --scale percent"):
-        read_spectra(path, Answer("reflectance", "percent", against=against))
+        read_spectra(path, ImportOptions("reflectance", "percent", against=against))
 
 
 def test_fractions_are_no_percents_whatever_a_person_says(written):
     path = written(document(item(RED.replace("0.05", "0.01"))))
     with pytest.raises(InputError, match="another scale than --scale says"):
-        read_spectra(path, Answer("reflectance", "percent", against="overruled"))
+        read_spectra(path, ImportOptions("reflectance", "percent", against="overruled"))
 
 
 def test_an_answer_that_the_numbers_of_a_format_cannot_be_is_refused(written):
     lamp = '<cc:EmissiveSpectrum ColorSpecification="M1">5.1 40 75 80</cc:EmissiveSpectrum>'
     path = written(document(item(lamp), kind="Spectrum_Emissive"))
     with pytest.raises(InputError) as caught:
-        read_spectra(path, Answer("reflectance", against="overruled"))
+        read_spectra(path, ImportOptions("reflectance", against="overruled"))
     assert caught.value.field == "red" and caught.value.file == path
-    (entry,) = read_spectra(path, Answer("reflectance", "percent", against="overruled")).entries
+    (entry,) = read_spectra(path, ImportOptions("reflectance", "percent", against="overruled")).entries
     np.testing.assert_allclose(entry.spectrum.samples, [0.051, 0.4, 0.75, 0.8])
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.instrument_text import read, recognises
 from metamer.spectral.formats.registry import format_of, read_spectra
 
@@ -50,7 +50,7 @@ def test_a_spectrometer_with_a_marker_and_decimal_commas(written):
     with pytest.raises(InputError, match="what was measured") as caught:
         read_spectra(written(OCEAN, "tile.txt"))
     assert "--as reflectance" in str(caught.value)
-    entry = only(read_spectra(written(OCEAN, "tile.txt"), Answer("emission")))
+    entry = only(read_spectra(written(OCEAN, "tile.txt"), ImportOptions("emission")))
     assert entry.spectrum.wavelengths_nm.tolist() == [339.123, 339.5, 340.1]
     assert entry.spectrum.quantity == "emission"
     assert entry.details["Spectrometer"] == "FLMS15016"

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.colours_only import read_colours
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import read_spectra
 
 NM = np.arange(400, 701, 20)
 RED = 6.2 + 57.0 / (1.0 + np.exp(-(NM - 583.0) / 13.0))
 GREEN = 30.0 + 20.0 * np.sin(NM / 70.0)
-PERCENT = Answer("reflectance", "percent")
+PERCENT = ImportOptions("reflectance", "percent")
 BETWEEN = ("\t", ";", " ", "   ", " ; ", ",", ", ")
 
 
@@ -130,7 +130,7 @@ DOUBTFUL |= {
     ],
 )
 def test_headings_with_a_cell_each_are_read(written, heads, rows, first):
-    entries = read_spectra(written(f"{heads}\n{rows}"), Answer("emission")).entries
+    entries = read_spectra(written(f"{heads}\n{rows}"), ImportOptions("emission")).entries
     assert [entry.spectrum.samples.tolist() for entry in entries][: len(first)] == first
 
 
@@ -139,11 +139,11 @@ def test_two_ways_to_read_a_table_are_both_shown(written, kind):
     content, shown = DOUBTFUL[kind]
     path = written(content)
     with pytest.raises(InputError, match="two ways to read the table") as caught:
-        read_spectra(path, Answer("emission"))
+        read_spectra(path, ImportOptions("emission"))
     assert shown in str(caught.value)
     advised = [mark for mark in ("comma", "point") if f"--decimal {mark}" in str(caught.value)]
     for mark in ("comma", "point"):
-        answer = Answer("emission", decimal=mark)
+        answer = ImportOptions("emission", decimal=mark)
         if mark in advised:
             assert read_spectra(path, answer).entries
         else:
@@ -154,13 +154,13 @@ def test_two_ways_to_read_a_table_are_both_shown(written, kind):
 
 
 def test_the_decimal_mark_that_a_person_says_settles_it(written):
-    whole = read_spectra(written("400,7,1\n410,7,8\n420,8,7\n"), Answer("emission", decimal="point"))
+    whole = read_spectra(written("400,7,1\n410,7,8\n420,8,7\n"), ImportOptions("emission", decimal="point"))
     assert [entry.spectrum.samples.tolist() for entry in whole.entries] == [[7, 7, 8], [1, 8, 7]]
     decimals = written("nm;W\n400;999\n410;1,001\n420;1,020\n")
-    (entry,) = read_spectra(decimals, Answer("emission", decimal="comma")).entries
+    (entry,) = read_spectra(decimals, ImportOptions("emission", decimal="comma")).entries
     assert entry.spectrum.samples.tolist() == [999.0, 1.001, 1.02]
     with pytest.raises(InputError, match="--decimal point does not tell its cells apart"):
-        read_spectra(decimals, Answer("emission", decimal="point"))
+        read_spectra(decimals, ImportOptions("emission", decimal="point"))
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,7 @@ def test_the_decimal_mark_that_a_person_says_settles_it(written):
     ],
 )
 def test_decimal_commas_between_commas_are_read_where_a_person_says_so(written, heads, rows, name, values):
-    entries = read_spectra(written(f"{heads}\n{rows}"), Answer("emission", decimal="comma")).entries
+    entries = read_spectra(written(f"{heads}\n{rows}"), ImportOptions("emission", decimal="comma")).entries
     assert [entry.spectrum.samples.tolist() for entry in entries] == values
     assert entries[0].spectrum.wavelengths_nm.tolist() == [400.0, 410.0, 420.0]
     assert not name or entries[0].name == name
@@ -185,13 +185,15 @@ def test_decimal_commas_between_commas_are_read_where_a_person_says_so(written, 
 def test_a_row_further_down_that_is_of_no_pairs_is_refused(written, row):
     rows = "".join(f"{400 + at},7,{at % 10}\n" for at in range(2100))
     with pytest.raises(InputError):
-        read_spectra(written(f"nm,A,Remark\n{rows}{row.replace('430', '2600')}\n"), Answer("emission", decimal="comma"))
+        read_spectra(
+            written(f"nm,A,Remark\n{rows}{row.replace('430', '2600')}\n"), ImportOptions("emission", decimal="comma")
+        )
 
 
 def test_a_decimal_mark_leaves_alone_what_a_table_tells_itself(written):
     check(written(down((RED,), ("nm", "A"), ",", ".")), (RED,), 3)
     path = written(down((RED,), ("nm", "A"), ",", "."))
-    (entry,) = read_spectra(path, Answer("reflectance", "percent", decimal="comma")).entries
+    (entry,) = read_spectra(path, ImportOptions("reflectance", "percent", decimal="comma")).entries
     np.testing.assert_allclose(100.0 * entry.spectrum.samples, np.round(RED, 3), atol=1e-9)
 
 

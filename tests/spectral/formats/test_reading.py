@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats import cgats, csv, instrument_text, spd
-from metamer.spectral.formats.import_options import AgainstAnswerError, Answer
+from metamer.spectral.formats.import_options import AgainstAnswerError, ImportOptions
 from metamer.spectral.formats.registry import (
     FORMATS,
     HEAD,
@@ -138,9 +138,9 @@ CURVE = "\n".join(f"{nm},{0.2 + 0.001 * (nm - 400):.4f},{0.3 + 0.0005 * (nm - 40
 @pytest.mark.parametrize(
     ("heading", "answer", "part"),
     [
-        ("Transmittance, fraction", Answer(quantity="reflectance", scale="fraction"), "quantity"),
-        ("Reflectance, fraction", Answer(quantity="reflectance", scale="percent"), "scale"),
-        ("Reflectance, fraction", Answer(quantity="emission"), "quantity"),
+        ("Transmittance, fraction", ImportOptions(quantity="reflectance", scale="fraction"), "quantity"),
+        ("Reflectance, fraction", ImportOptions(quantity="reflectance", scale="percent"), "scale"),
+        ("Reflectance, fraction", ImportOptions(quantity="emission"), "quantity"),
     ],
 )
 def test_a_contradiction_is_told_by_its_kind_and_not_by_its_words(

@@ -2,7 +2,7 @@
 
 import pytest
 from metamer.spectral.formats.csv import read, recognises
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
 
 NM = range(360, 741, 20)
@@ -45,7 +45,7 @@ def test_words_above_decide_over_headings_that_could_be_either(written):
     assert [entry.spectrum.quantity for entry in file.entries] == ["reflectance"] * 3
     file = read(written("Sensitivity: High\nReflectance\n" + table("Chip 1")))
     assert only(file).spectrum.quantity == "reflectance"
-    assert only(read(written(table("N")), Answer("reflectance", "fraction"))).name == "N"  # a grey of a chart
+    assert only(read(written(table("N")), ImportOptions("reflectance", "fraction"))).name == "N"  # a grey of a chart
 
 
 def test_an_observer_without_a_header_is_known_by_the_name_of_its_file(refused):
@@ -75,7 +75,7 @@ def test_words_for_light_that_is_given_off(written, header):
 
 
 def test_a_letter_is_a_name_beside_other_samples(written, refused):
-    file = read(written(table("W,R,G,K")), Answer("reflectance", "fraction"))
+    file = read(written(table("W,R,G,K")), ImportOptions("reflectance", "fraction"))
     assert [entry.spectrum.quantity for entry in file.entries] == ["reflectance"] * 4
     assert refused(read, table("W,R,G,K"))[0] == "paints.csv: column 2, R, G: what was measured?"
 

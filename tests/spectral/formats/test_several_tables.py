@@ -2,7 +2,7 @@
 
 import pytest
 from metamer.spectral.formats.csv import read
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import read_spectra
 
 NM = (400, 410, 420, 430, 440)
@@ -18,7 +18,7 @@ def across(header, name, values=(0.1, 0.2, 0.3, 0.4, 0.5)):
 
 def silent(path):
     """Read tables that say nothing of what was measured."""
-    return read(path, Answer("reflectance", "fraction"))
+    return read(path, ImportOptions("reflectance", "fraction"))
 
 
 def said(file):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.colour_library import colour_science
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import read_spectra
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import observer
@@ -100,7 +100,7 @@ def test_observers_and_cameras_are_known_by_their_numbers(written, scale):
     for sensor in tables:
         path = written(table(*(scale * sensor.values.T), head="nm,a,b,c\n", nm=sensor.wavelengths), "sample_1.csv")
         with pytest.raises(InputError, match="a sensitivity is not the spectrum of a colour"):
-            read_spectra(path, Answer("reflectance", "fraction"))
+            read_spectra(path, ImportOptions("reflectance", "fraction"))
 
 
 @pytest.mark.parametrize(("factor", "scale"), [(1.0, "fractions"), (100.0, "percent")])
@@ -116,31 +116,31 @@ def test_a_known_chart_is_known_without_a_word(written, factor, scale):
 @pytest.mark.parametrize("quantity", ["reflectance", "transmittance", "emission", "radiance factor"])
 def test_an_answer_settles_what_a_file_leaves_open(written, quantity):
     scale = None if quantity == "emission" else "fraction"
-    (entry,) = read_spectra(written(table(GREY), "a.csv"), Answer(quantity, scale)).entries
+    (entry,) = read_spectra(written(table(GREY), "a.csv"), ImportOptions(quantity, scale)).entries
     assert entry.spectrum.quantity == quantity and "--as" in entry.taken
 
 
 def test_an_answer_does_not_overrule_what_a_file_says(written):
     lamp = written(table(GREY, head="nm,irradiance\n"), "a.csv")
     with pytest.raises(InputError, match="--as another") as caught:
-        read_spectra(lamp, Answer("reflectance", "fraction"))
+        read_spectra(lamp, ImportOptions("reflectance", "fraction"))
     assert "emission, by the heading 'irradiance'; --as reflectance" in str(caught.value)
     with pytest.raises(InputError, match="--scale another"):
-        read_spectra(written(table(100 * GREY, head="nm,%R\n"), "b.csv"), Answer(None, "fraction"))
+        read_spectra(written(table(100 * GREY, head="nm,%R\n"), "b.csv"), ImportOptions(None, "fraction"))
 
 
 def test_a_lamp_among_many_reflectances_is_no_paint_though_it_is_called_one(written):
     with pytest.raises(InputError, match="the numbers another"):
-        read_spectra(written(table(power("FL11")), "a.csv"), Answer("reflectance", "percent"))
+        read_spectra(written(table(power("FL11")), "a.csv"), ImportOptions("reflectance", "percent"))
 
 
 def test_an_answer_that_the_numbers_belie_is_refused(written):
     with pytest.raises(InputError, match="another scale than --scale says"):
-        read_spectra(written(table(0.01 + GREY - GREY.min()), "a.csv"), Answer("reflectance", "percent"))
+        read_spectra(written(table(0.01 + GREY - GREY.min()), "a.csv"), ImportOptions("reflectance", "percent"))
     with pytest.raises(InputError, match="another scale than --scale says"):
-        read_spectra(written(table(100 * GREY), "a.csv"), Answer("reflectance", "fraction"))
+        read_spectra(written(table(100 * GREY), "a.csv"), ImportOptions("reflectance", "fraction"))
     with pytest.raises(InputError, match="on no scale"):
-        Answer("emission", "percent")
+        ImportOptions("emission", "percent")
 
 
 def with_lightness(spectra, lightness, light):

@@ -5,7 +5,7 @@ import pytest
 from metamer.materials.formats.spectra import guessed
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.csv import read, recognises
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
 
 DOWN = "nm,Red,Grey\n400,0.05,0.2\n410,0.06,0.2\n420,0.07,0.2\n"
@@ -15,7 +15,7 @@ RED = [0.05, 0.06, 0.07]
 
 def silent(path):
     """Read a table of fractions that says nothing of what was measured."""
-    return read(path, Answer("reflectance", "fraction"))
+    return read(path, ImportOptions("reflectance", "fraction"))
 
 
 def values(file):
@@ -77,7 +77,7 @@ def test_one_chart_in_many_dialects(written, content):
     path = written(content)
     assert recognises(path, path.read_bytes()[:4096])
     percent = any(mark in content for mark in (";5;", "5%")) if isinstance(content, str) else False
-    file = read(path, Answer("reflectance", "percent" if percent else "fraction"))
+    file = read(path, ImportOptions("reflectance", "percent" if percent else "fraction"))
     assert list(values(file)) == ["Red", "Grey"]
     assert values(file)["Red"] == pytest.approx(RED, rel=1e-12)
     for entry in file.entries:
@@ -99,7 +99,7 @@ def test_what_was_taken_is_said_with_its_sign(written):
 
 
 def test_stated_percent_is_divided_and_said(written):
-    file = read(written("nm,Dark (%)\n400,1.5\n410,1.6\n420,1.7\n"), Answer("reflectance"))
+    file = read(written("nm,Dark (%)\n400,1.5\n410,1.6\n420,1.7\n"), ImportOptions("reflectance"))
     assert only(file).spectrum.samples.tolist() == pytest.approx([0.015, 0.016, 0.017], rel=1e-15)
     assert only(file).details["units"] == "%"
     assert any("states percent" in note for note in file.notes)
@@ -124,24 +124,24 @@ def test_impossible_darkness_and_brightness_are_asked_about(written, kind):
         read(path)
     assert "--scale" in str(caught.value)
     scale = "percent" if kind == "percent called fractions" else "fraction"
-    assert {entry.spectrum.samples.max() for entry in read(path, Answer(scale=scale)).entries} <= {
+    assert {entry.spectrum.samples.max() for entry in read(path, ImportOptions(scale=scale)).entries} <= {
         0.63, 0.0024, 0.7, 0.4, 0.3, 0.5, 0.9, 0.09,
     }  # fmt: skip
 
 
 def test_dark_percent_is_taken_where_a_person_says_so(written):
-    file = read(written("nm,Black (%)\n400,0.5\n410,0.6\n420,0.7\n"), Answer("reflectance", "percent"))
+    file = read(written("nm,Black (%)\n400,0.5\n410,0.6\n420,0.7\n"), ImportOptions("reflectance", "percent"))
     assert only(file).spectrum.samples.tolist() == pytest.approx([0.005, 0.006, 0.007], rel=1e-15)
     assert any("the import says percent" in note and "none of them exceeds 1" in note for note in file.notes)
     assert "by --scale" in only(file).taken
 
 
 def test_the_words_of_the_option_are_those_of_an_answer():
-    assert Answer("radiance-factor") == Answer("radiance factor")
+    assert ImportOptions("radiance-factor") == ImportOptions("radiance factor")
 
 
 def test_unstated_percent_is_divided_and_said(written):
-    file = read(written("nm,White\n400,90\n410,91\n420,92\n"), Answer("reflectance"))
+    file = read(written("nm,White\n400,90\n410,91\n420,92\n"), ImportOptions("reflectance"))
     assert only(file).spectrum.samples.tolist() == [0.9, 0.91, 0.92]
     assert any("can only be percent" in note for note in file.notes)
 
@@ -482,4 +482,4 @@ def test_rows_of_any_length_are_recognised_without_being_named(written, columns,
 @pytest.mark.parametrize("name", ["macular_density.csv", "lensDensity.csv", "den_filter.txt", "absorbances.csv"])
 def test_densities_by_their_name_are_no_reflectances(written, name):
     with pytest.raises(InputError, match="absorbance is neither"):
-        read(written("400,0.1\n410,1.2\n420,2.3\n", name), Answer("reflectance", "fraction"))
+        read(written("400,0.1\n410,1.2\n420,2.3\n", name), ImportOptions("reflectance", "fraction"))

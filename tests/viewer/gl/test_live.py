@@ -15,7 +15,7 @@ from metamer.viewer.gl import tile as tile_module
 from metamer.viewer.gl.backend import GLBackend, gl_session
 from metamer.viewer.gl.live import LiveSession
 from metamer.viewer.gl.resources import Owner
-from metamer.viewer.gl.side import Side
+from metamer.viewer.gl.side import CanvasSide
 from metamer.viewer.gl.tile import read
 from metamer.viewer.render import geometry
 from metamer.viewer.render.raster import window_triangles
@@ -60,7 +60,7 @@ def test_canvases_hold_the_pictures_of_both_sides(scenes, gl, live, owner, tile)
     live.session.configure(tile_samples=tile)
     scene = scenes.lamp_scene(size=40)
     other = replace(scene.with_material("part0", "brushed"), observer=observer("1964_10"))
-    sides = [Side(scene, scenes.SURFACES), Side(other, scenes.SURFACES, illuminant("FL11"))]
+    sides = [CanvasSide(scene, scenes.SURFACES), CanvasSide(other, scenes.SURFACES, illuminant("FL11"))]
     canvases = [owner.texture((40, 40), 4) for _ in sides]
     done = list(live.drawing(live.sides.prepared(sides, scene.camera()), canvases))
     assert done == [(number, len(done)) for number in range(1, len(done) + 1)]
@@ -78,7 +78,7 @@ def test_another_camera_builds_no_geometry(scenes, live, owner, monkeypatch):
     canvas = owner.texture((24, 24), 4)
     triangles, grids = counted(monkeypatch, geometry, "_triangles"), counted(monkeypatch, geometry, "shadow_grid")
     for turn in range(4):
-        live.draw([Side(scene, scenes.SURFACES)], orbited(scene.camera(), 0.2 * turn), [canvas])
+        live.draw([CanvasSide(scene, scenes.SURFACES)], orbited(scene.camera(), 0.2 * turn), [canvas])
     assert (len(triangles), len(grids)) == (1, len(scene.lights))
 
 
@@ -89,7 +89,7 @@ def test_another_light_or_observer_works_out_no_terms(scenes, live, owner, monke
     for light, who in ((None, "1931_2"), ("A", "1931_2"), ("FL11", "1964_10")):
         seen = replace(scene, observer=observer(who))
         lit = None if light is None else illuminant(light)
-        sides = [Side(one, scenes.SURFACES, lit) for one in (seen, seen.with_material("part0", "sharp"))]
+        sides = [CanvasSide(one, scenes.SURFACES, lit) for one in (seen, seen.with_material("part0", "sharp"))]
         live.draw(sides, scene.camera(), canvases)
         counts = len(terms), len(tiles)
         assert live.knows(live.sides.prepared(sides, scene.camera()))
@@ -97,7 +97,7 @@ def test_another_light_or_observer_works_out_no_terms(scenes, live, owner, monke
             first = counts
     assert not live.knows(live.sides.prepared(sides, orbited(scene.camera(), 0.1)))
     assert not live.knows(
-        live.sides.prepared([Side(scene.with_material("part0", "brushed"), scenes.SURFACES)], scene.camera())
+        live.sides.prepared([CanvasSide(scene.with_material("part0", "brushed"), scenes.SURFACES)], scene.camera())
     )
     assert counts == first and first[1] == 1 and first[0] > 4
 
@@ -109,17 +109,19 @@ def test_sides_of_other_geometry_are_refused(scenes, live, owner):
     more = (*scene.parts, Part("more", shapes.sphere(1), "matt"))
     for other in (replace(scene, lights=(sun,)), replace(scene, parts=more)):
         with pytest.raises(InputError, match="different geometry"):
-            live.draw([Side(scene, scenes.SURFACES), Side(other, scenes.SURFACES)], scene.camera(), canvases)
+            live.draw(
+                [CanvasSide(scene, scenes.SURFACES), CanvasSide(other, scenes.SURFACES)], scene.camera(), canvases
+            )
 
 
 def test_a_drawing_that_is_left_half_way_leaves_nothing_wrong(scenes, gl, live, owner):
     live.session.configure(tile_samples=24)
     scene = scenes.lamp_scene(size=24)
     canvas = owner.texture((24, 24), 4)
-    steps = live.drawing(live.sides.prepared([Side(scene, scenes.SURFACES)], scene.camera()), [canvas])
+    steps = live.drawing(live.sides.prepared([CanvasSide(scene, scenes.SURFACES)], scene.camera()), [canvas])
     next(steps)
     steps.close()
-    live.draw([Side(scene, scenes.SURFACES)], scene.camera(), [canvas])
+    live.draw([CanvasSide(scene, scenes.SURFACES)], scene.camera(), [canvas])
     with gl_session(gl) as once:
         xyz, _ = once.render(scene, None, scenes.SURFACES)
     assert np.abs(read(canvas)[..., :3] - xyz).max() < 1e-3
@@ -150,7 +152,7 @@ def test_a_window_of_a_view_has_the_triangles_that_are_cut_out_of_all(scenes, na
 def test_nothing_is_seen_of_what_new_textures_hold(scenes, gl, live, owner, monkeypatch, tile):
     """Software GL clears the memory that it gives; a GPU leaves what was there before."""
     scene = scenes.lamp_scene(size=40)
-    side, other = Side(scene, scenes.SURFACES), Side(scene, scenes.SURFACES, illuminant("FL11"))
+    side, other = CanvasSide(scene, scenes.SURFACES), CanvasSide(scene, scenes.SURFACES, illuminant("FL11"))
     canvas = owner.texture((40, 40), 4)
     real = Owner.texture
 
@@ -180,7 +182,7 @@ def test_a_camera_that_moves_makes_no_new_textures_and_reads_nothing_back(scenes
     reads = counted(monkeypatch, tile_module, "read")
     for turn in range(4):
         made.clear()
-        live.draw([Side(scene, scenes.SURFACES)], orbited(scene.camera(), 0.01 * turn), [canvas])
+        live.draw([CanvasSide(scene, scenes.SURFACES)], orbited(scene.camera(), 0.01 * turn), [canvas])
     assert not made and not reads
 
 
@@ -225,7 +227,7 @@ def test_triangles_beside_and_behind_the_eye_are_in_the_windows_that_show_them(s
 def test_a_dimmed_light_is_as_much_darker(scenes, live, owner):
     scene = scenes.lamp_scene(size=16)
     canvases = [owner.texture((16, 16), 4) for _ in range(2)]
-    sides = [Side(scene, scenes.SURFACES), Side(scene, scenes.SURFACES, dimming=0.25)]
+    sides = [CanvasSide(scene, scenes.SURFACES), CanvasSide(scene, scenes.SURFACES, dimming=0.25)]
     live.draw(sides, scene.camera(), canvases)
     np.testing.assert_allclose(read(canvases[1])[..., :3], 0.25 * read(canvases[0])[..., :3], atol=1e-6)
     np.testing.assert_array_equal(read(canvases[1])[..., 3], read(canvases[0])[..., 3])
@@ -234,11 +236,11 @@ def test_a_dimmed_light_is_as_much_darker(scenes, live, owner):
 def test_what_closed_meshes_show_from_behind_is_not_missed(scenes, live, owner):
     scene = scenes.lamp_scene(size=32, samples=1)
     canvases = [owner.texture((32, 32), 4) for _ in range(2)]
-    live.draw([Side(scene, scenes.SURFACES)], scene.camera(), canvases[:1])
+    live.draw([CanvasSide(scene, scenes.SURFACES)], scene.camera(), canvases[:1])
     drawn = len(live.session.cache.view.triangles(next(live.session.cache.view.windows())).parent)
     live.session.release()
     live.session.cache.one_sided = frozenset(id(part.mesh) for part in scene.parts[:2])
-    live.draw([Side(scene, scenes.SURFACES)], scene.camera(), canvases[1:])
+    live.draw([CanvasSide(scene, scenes.SURFACES)], scene.camera(), canvases[1:])
     assert len(live.session.cache.view.triangles(next(live.session.cache.view.windows())).parent) < 0.6 * drawn
     np.testing.assert_array_equal(read(canvases[0]), read(canvases[1]))
 
@@ -246,7 +248,7 @@ def test_what_closed_meshes_show_from_behind_is_not_missed(scenes, live, owner):
 def test_a_picture_that_is_begun_in_steps_is_the_same(scenes, live, owner):
     scene = scenes.lamp_scene(size=24)
     canvas = owner.texture((24, 24), 4)
-    sides = [Side(scene, scenes.SURFACES)]
+    sides = [CanvasSide(scene, scenes.SURFACES)]
     assert not live.sides.has_worked_out(sides)
     live.sides.work_out(sides)
     assert live.sides.has_worked_out(sides)

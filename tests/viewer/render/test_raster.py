@@ -6,7 +6,7 @@ from metamer.viewer.gl.passes import Passes
 from metamer.viewer.gl.resources import TRIANGLE_TEXELS, TRIANGLES_A_ROW, Owner, TriangleTables, triangle_texels
 from metamer.viewer.render.raster import (
     SUBSTEPS,
-    Window,
+    TileWindow,
     WindowTriangles,
     cut_triangles,
     depth_keys,
@@ -40,7 +40,7 @@ def seen_by_gl(gl, triangles: WindowTriangles, width: int, height: int) -> np.nd
     keys = triangles.key_base, triangles.key_shift
     # No positions: nothing but who sees what is drawn.
     tables = TriangleTables(table, table, table, triangles.parent, *keys)
-    texture = passes.visibility(owner, Window(0, 0, width, height), tables)
+    texture = passes.visibility(owner, TileWindow(0, 0, width, height), tables)
     seen = np.frombuffer(texture.read(), dtype=np.float32).reshape(height, width).astype(np.int64) - 1
     owner.release()
     passes.release()
@@ -129,10 +129,10 @@ def clip_square(depth: float) -> tuple[np.ndarray, np.ndarray]:
 
 def test_what_is_behind_the_camera_is_gone():
     clip, depth = clip_square(-2.0)
-    assert len(window_triangles(*apart(clip, depth), True, (16, 16), Window(0, 0, 16, 16)).parent) == 0
+    assert len(window_triangles(*apart(clip, depth), True, (16, 16), TileWindow(0, 0, 16, 16)).parent) == 0
     front, front_depth = clip_square(2.0)
     both = np.concatenate([clip, front]), np.concatenate([depth, front_depth])
-    triangles = window_triangles(*apart(*both), True, (16, 16), Window(0, 0, 16, 16))
+    triangles = window_triangles(*apart(*both), True, (16, 16), TileWindow(0, 0, 16, 16))
     assert triangles.parent.tolist() == [2, 3]
 
 
@@ -140,7 +140,7 @@ def test_a_floor_that_runs_under_the_camera_is_cut_at_the_window():
     # Corners behind, beside and far ahead of a camera one unit above the floor.
     floor = np.array([[-50.0, -1.0, 40.0], [50.0, -1.0, 40.0], [0.0, -1.0, -3000.0]])
     clip = np.stack([floor[:, 0], floor[:, 1], -floor[:, 2]], axis=1)[None]
-    triangles = window_triangles(*apart(clip, -floor[None, :, 2]), True, (64, 64), Window(0, 0, 64, 64))
+    triangles = window_triangles(*apart(clip, -floor[None, :, 2]), True, (64, 64), TileWindow(0, 0, 64, 64))
     assert (triangles.corners >= 0).all() and (triangles.corners <= 64 * SUBSTEPS).all()
     seen = rasterise(triangles, 64, 64)
     assert (seen[33:] >= 0).all() and (seen[:32] < 0).all()
@@ -151,12 +151,12 @@ def test_tiles_together_are_the_whole_picture():
     rng = np.random.default_rng(3)
     points = np.concatenate([rng.uniform(-1.3, 1.3, (60, 3, 2)), np.ones((60, 3, 1))], axis=2)
     depth = rng.uniform(1.0, 2.0, (60, 3))
-    whole = window_triangles(*apart(points, depth), False, (40, 40), Window(0, 0, 40, 40))
+    whole = window_triangles(*apart(points, depth), False, (40, 40), TileWindow(0, 0, 40, 40))
     seen = whole.parent[rasterise(whole, 40, 40)]
     tiled = np.zeros_like(seen)
     for left in (0, 16, 32):
         for top in (0, 16, 32):
-            window = Window(left, top, min(16, 40 - left), min(16, 40 - top))
+            window = TileWindow(left, top, min(16, 40 - left), min(16, 40 - top))
             part = window_triangles(*apart(points, depth), False, (40, 40), window)
             found = rasterise(part, window.width, window.height)
             tiled[top : top + window.height, left : left + window.width] = np.where(found < 0, -1, part.parent[found])
@@ -169,7 +169,7 @@ def test_degenerate_triangles_are_dropped():
     point = np.array([[0.1, 0.1, 1.0]] * 3)
     line = np.array([[-0.5, -0.5, 1.0], [0.0, 0.0, 1.0], [0.5, 0.5, 1.0]])
     both = apart(np.stack([point, line]), np.ones((2, 3)))
-    triangles = window_triangles(*both, False, (16, 16), Window(0, 0, 16, 16))
+    triangles = window_triangles(*both, False, (16, 16), TileWindow(0, 0, 16, 16))
     assert len(triangles.parent) == 0
     assert (rasterise(triangles, 16, 16) == -1).all()
 
@@ -201,6 +201,6 @@ def test_many_triangles_stay_quick_and_right():
     points = np.stack([u, v, np.ones_like(u)], axis=-1)
     a, b, c, d = points[:-1, :-1], points[:-1, 1:], points[1:, 1:], points[1:, :-1]
     clip = np.concatenate([np.stack([a, b, c], 2).reshape(-1, 3, 3), np.stack([a, c, d], 2).reshape(-1, 3, 3)])
-    triangles = window_triangles(*apart(clip, np.ones(clip.shape[:2])), False, (768, 768), Window(0, 0, 768, 768))
+    triangles = window_triangles(*apart(clip, np.ones(clip.shape[:2])), False, (768, 768), TileWindow(0, 0, 768, 768))
     seen = rasterise(triangles, 768, 768)
     assert (seen[39:729, 39:729] >= 0).all() and (seen[:38] < 0).all()

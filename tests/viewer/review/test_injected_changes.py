@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import default_criteria
-from metamer.calibration.regression.picture_files import Seen
+from metamer.calibration.regression.picture_files import SeenSpectra
 from metamer.calibration.regression.sources import side_of
 from metamer.lighting.lights import DirectionalLight
 from metamer.materials.catalogue.catalogue import Catalogue
@@ -48,7 +48,7 @@ def reviewed(scenes, write_matt, tmp_path):
 
 
 def compared(a: Path, b: Path):
-    return compare(side_of(a, Seen()), side_of(b, Seen()), default_criteria())
+    return compare(side_of(a, SeenSpectra()), side_of(b, SeenSpectra()), default_criteria())
 
 
 def rotated(scene, degrees):
@@ -134,7 +134,7 @@ def test_catalogues_are_compared_on_the_sphere(write_matt, write_spectrum, tmp_p
         write_spectrum(tmp_path / name, "cloth/blue", "transmittance", (0.5, 0.2, 0.1))
         write_spectrum(tmp_path / name, "lamp/warm")
     assert is_catalogue(tmp_path / "a")
-    sides = [catalogue_side(tmp_path / name, Seen(LIGHTS)) for name in ("a", "b")]
+    sides = [catalogue_side(tmp_path / name, SeenSpectra(LIGHTS)) for name in ("a", "b")]
     found = compare(*sides, default_criteria())
     states = {(row.name.material, row.name.light): row.state for row in found.rows}
     assert states.pop(("paint/red", "A")) == "changed"

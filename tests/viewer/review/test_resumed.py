@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.calibration.report.row import ReviewRow, RowColour
-from metamer.calibration.report.row_files import Drawn, read_rows, write_rows
+from metamer.calibration.report.row_files import DrawnRows, read_rows, write_rows
 from metamer.calibration.report.statistics import DeltaEStatistics, SelfCheck
 from metamer.lighting.scene import Review
 from metamer.materials.catalogue.catalogue import Catalogue
@@ -219,7 +219,7 @@ def test_rows_come_back_from_a_file_as_they_were(tmp_path):
         swatch=(1, 2, 3), colour=RowColour(np.ones(3), np.zeros(3), "45a:0"),
         white_xyz=np.array([0.9, 1.0, 1.1]), notes=("said",), provenance={"Source": "a ‘test’"},
     )  # fmt: skip
-    drawn = Drawn((row,), (SelfCheck("lighter", 1.0, 1.0),), ("said",), {"a.png": "00"})
+    drawn = DrawnRows((row,), (SelfCheck("lighter", 1.0, 1.0),), ("said",), {"a.png": "00"})
     write_rows(tmp_path / "rows.npz", drawn)
     back = read_rows(tmp_path / "rows.npz")
     assert fingerprint(back) == fingerprint(drawn) and back.rows[0].reflectance is None

@@ -14,7 +14,7 @@ from metamer.calibration.report.statistics import compared_pixels
 from metamer.lighting.reference.reference import reference_image
 from metamer.lighting.scene import Review
 from metamer.materials.catalogue.catalogue import Catalogue
-from metamer.materials.catalogue.instrument_reading import Reading
+from metamer.materials.catalogue.instrument_reading import InstrumentReading
 from metamer.materials.records.record import MARKER, write_record
 from metamer.runtime.errors import InputError, MetamerError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz, lab_from_xyz
@@ -382,7 +382,7 @@ def test_a_colour_shifts_as_far_as_a_match_says_that_it_is_inconstant(written, c
     """Rows and materials say the same, for both observers, and adapted to its own light a colour stays as it is."""
     _, document = written
     for one in document["materials"]:
-        reading = Reading.of(catalogue.load(one["id"]).brdf())
+        reading = InstrumentReading.of(catalogue.load(one["id"]).brdf())
         curve = Spectrum.sampled(reading.wavelengths_nm, np.clip(reading.factor, 0.0, 1.0), "reflectance")
         sample = Sample(one["id"], "", (curve,))
         assert len(one["colours"]) == 2 * len(document["lights"])

@@ -16,7 +16,7 @@ from metamer.materials.records.record import MARKER, write_record
 from metamer.spectral.bispectral import fluorophore
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.folding import Folding
-from metamer.spectral.formats.import_options import Answer
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.gl.backend import gl_session
@@ -73,7 +73,7 @@ def test_a_review_sees_every_nanometre_that_was_measured(scenes, tmp_path):
         for at, value, edge in zip(nm, 0.4 + noise, 0.05 + 0.9 * (nm >= 547), strict=True)
     ]
     table.write_text("\n".join(["wavelength_nm,noisy,edge", *rows]) + "\n")
-    answer = Answer("reflectance", "fraction")
+    answer = ImportOptions("reflectance", "fraction")
     report = import_sources([table], tmp_path / "catalogue", jobs=1, answer=answer)
     assert {outcome.status for outcome in report.outcomes} == {"imported"}
     catalogue = Catalogue.open(tmp_path / "catalogue")

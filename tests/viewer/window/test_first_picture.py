@@ -14,7 +14,7 @@ from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.runtime.errors import MetamerError
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
-from metamer.viewer.gl.side import Side
+from metamer.viewer.gl.side import CanvasSide
 from metamer.viewer.gl.tile import read
 from metamer.viewer.render import light_cache
 from metamer.viewer.render.light_cache import LightCache
@@ -22,7 +22,7 @@ from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.choices import opened
 from metamer.viewer.window.first_picture import MOST_PIXELS, SAMPLES, first_pictures, first_size
 from metamer.viewer.window.frame import Frame
-from metamer.viewer.window.sides import Sources
+from metamer.viewer.window.sides import SessionObjects
 from metamer.viewer.window.state import Other, Subject
 from metamer.viewer.window.view_error import Tracers
 from metamer.viewer.window.viewpoint import Viewpoint, orbited
@@ -45,7 +45,7 @@ def scene(scenes):
 
 @pytest.fixture
 def side(scene, scenes):
-    return Side(scene, {name: scenes.SURFACES[name] for name in scene.material_ids})
+    return CanvasSide(scene, {name: scenes.SURFACES[name] for name in scene.material_ids})
 
 
 @pytest.fixture
@@ -88,7 +88,7 @@ def slow(monkeypatch):
 
 @pytest.fixture
 def frame(gl, scene, scenes):
-    made = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)))
+    made = Frame(gl, SessionObjects(scene, Shelf(scenes.SURFACES)))
     yield made
     made.release()
 
@@ -137,7 +137,7 @@ def test_there_is_none_where_shadows_are_soon_worked_out(side, scenes, monkeypat
     assert len(pictures(side)) == 1
     # Nothing hides anything from a ball alone.
     ball = replace(scenes.sphere_scene(), lights=(BOX,))
-    assert pictures(Side(ball, {"gloss": scenes.SURFACES["gloss"]})) == []
+    assert pictures(CanvasSide(ball, {"gloss": scenes.SURFACES["gloss"]})) == []
     monkeypatch.setattr(light_cache, "is_kept", lambda scene, folder, before: True)
     assert pictures(side) == []
 
@@ -191,7 +191,7 @@ def test_lights_may_be_asked_for_while_shadows_are_worked_out(frame, scene, sess
     """A moving camera does not wait for shadows."""
     sky = EnvironmentLight(np.ones((1, 8, 16)), (illuminant("D65"),), illuminance_lux=1000.0)
     under = replace(scene, lights=(sky,))
-    frame.turn_to(Sources(under, frame._sources.catalogue), session, SIZE)
+    frame.turn_to(SessionObjects(under, frame._sources.catalogue), session, SIZE)
     steps(frame, lambda: slow.begun)
     done = []
     asking = threading.Thread(target=lambda: done.append(frame._lights.gathered(sky, under)), daemon=True)
@@ -223,7 +223,7 @@ def test_work_on_what_is_not_shown_any_more_breaks_off(frame, scene, scenes, ses
     steps(frame, lambda: frame.quality == Quality.FIRST)
     assert not slow.broken_off
     other = replace(scenes.sphere_scene(), parts=(*scenes.sphere_scene().parts, scene.parts[2]), lights=(BOX,))
-    assert frame.turn_to(Sources(other, Shelf(scenes.SURFACES)), opened(other, Subject(path="ball.toml")), SIZE)
+    assert frame.turn_to(SessionObjects(other, Shelf(scenes.SURFACES)), opened(other, Subject(path="ball.toml")), SIZE)
     steps(frame, lambda: slow.begun == 2)
     assert slow.broken_off == 1 and frame.problem is None
     frame.release()

@@ -18,7 +18,7 @@ from metamer.viewer.window.choices import opened
 from metamer.viewer.window.coarseness import Coarseness
 from metamer.viewer.window.frame import Frame
 from metamer.viewer.window.light_choice import LightChoice
-from metamer.viewer.window.sides import Sources
+from metamer.viewer.window.sides import SessionObjects
 from metamer.viewer.window.state import Compare, Other, Session, Subject
 from metamer.viewer.window.viewpoint import orbited
 from metamer.viewer.window.work import WORK_OF, Work, work
@@ -61,7 +61,7 @@ def session(scene):
 
 @pytest.fixture
 def frame(gl, scene, scenes):
-    made = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)))
+    made = Frame(gl, SessionObjects(scene, Shelf(scenes.SURFACES)))
     yield made
     made.release()
 
@@ -130,7 +130,7 @@ def test_what_settles_is_what_the_headless_renderer_draws(gl, frame, session):
 def test_windows_that_are_done_soon_are_drawn_anew_in_larger_ones(gl, scene, scenes, session, monkeypatch):
     monkeypatch.setattr(canvas_renderer, "_SIDES", (12, 2048))
     ticks = iter(range(1_000_000))
-    frame = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)), clock=lambda: 0.002 * next(ticks))
+    frame = Frame(gl, SessionObjects(scene, Shelf(scenes.SURFACES)), clock=lambda: 0.002 * next(ticks))
     try:
         frame._side = dict.fromkeys(frame._side, 12)
         drawn = counted(monkeypatch, LiveSession, "_draw_piece")
@@ -236,7 +236,7 @@ def test_a_moving_picture_is_near_the_exact_one(gl, scene, scenes, session, monk
     """Of fewer triangles, at one sample a pixel and as many pixels."""
     monkeypatch.setattr("metamer.viewer.window.sides.MOVING_TRIANGLES", 4000)
     monkeypatch.setattr(Coarseness, "took", lambda self, seconds: None)
-    frame = Frame(gl, Sources(scene, Shelf(scenes.SURFACES)))
+    frame = Frame(gl, SessionObjects(scene, Shelf(scenes.SURFACES)))
     frame._coarseness.pixels = 1
     try:
         frame.show(replace(session, samples=1), SIZE, moving=True)

@@ -9,7 +9,7 @@ from metamer.spectral.formats.registry import read_spectra
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.viewer.window.displayed_value import Displayed
-from metamer.viewer.window.probe import ORIGINAL, Reading, Spectra
+from metamer.viewer.window.probe import ORIGINAL, ProbeReading, ProbeSpectra
 from metamer.viewer.window.probe_text import copied, write_colours, write_probes_cxf, write_spectra
 
 NM = np.arange(380.0, 781.0, 10.0)
@@ -20,12 +20,12 @@ EYE = observer("1964_10")
 def reading(light="D65", factor=FACTOR, lit=1.0):
     xyz = lit * EYE.weights(illuminant(light), NM) @ np.nan_to_num(factor)
     power = lit * np.interp(NM, illuminant(light).wavelengths_nm, illuminant(light).samples) / 100.0
-    spectra = Spectra(NM, power, power * np.nan_to_num(factor), factor, ORIGINAL)
+    spectra = ProbeSpectra(NM, power, power * np.nan_to_num(factor), factor, ORIGINAL)
     white = EYE.white(illuminant(light))
-    return Reading((3, 7), ("body",), ("paint/red",), 1.0, light, EYE.name, xyz, white, spectra)
+    return ProbeReading((3, 7), ("body",), ("paint/red",), 1.0, light, EYE.name, xyz, white, spectra)
 
 
-NOTHING = Reading((0, 0), (), (), 0.0, "D65", EYE.name, np.zeros(3), EYE.white(illuminant("D65")))
+NOTHING = ProbeReading((0, 0), (), (), 0.0, "D65", EYE.name, np.zeros(3), EYE.white(illuminant("D65")))
 SHOWN = Displayed(np.array([1.2, 0.5, -0.1]), (255, 128, 0), "R above, B below")
 
 

@@ -11,7 +11,7 @@ from metamer.viewer.display.proof import Proof
 from metamer.viewer.display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, PINNED_CONFIG, DisplayTransform
 from metamer.viewer.gl.resources import Owner
 from metamer.viewer.window.display_pass import STRIPE, Showing, surround_xyz
-from metamer.viewer.window.state import Adaptation, Compare, Session, Shown
+from metamer.viewer.window.state import Adaptation, Compare, DisplaySettings, Session
 
 ROWS, COLUMNS = 24, 40
 STUDIO = "ocio://studio-config-v2.1.0_aces-v1.3_ocio-v2.3"
@@ -141,7 +141,7 @@ def test_a_map_has_a_step_of_its_scale_at_each_pixel_and_none_where_nothing_is_c
 
 def test_a_proof_is_what_the_other_display_can_show(showing, textures, differences, canvases):
     display = DisplayTransform("Rec.1886 Rec.2020 - Display", "Un-tone-mapped", STUDIO)
-    session = Session(shown=Shown(proof="sRGB - Display"))
+    session = Session(shown=DisplaySettings(proof="sRGB - Display"))
     plain = codes(in_numpy(canvases[0], WHITES[0], session), display)
     found = shown(showing, textures, differences, session, display).astype(int)
     proof = Proof(DisplayTransform("sRGB - Display", "Un-tone-mapped", STUDIO))
@@ -155,10 +155,14 @@ def test_a_proof_is_what_the_other_display_can_show(showing, textures, differenc
 @pytest.mark.parametrize("proof", [None, "sRGB - Display"])
 def test_a_warning_marks_the_pixels_that_are_clipped_and_no_others(showing, textures, differences, canvases, proof):
     display = DisplayTransform("Rec.1886 Rec.2020 - Display", "Un-tone-mapped", STUDIO)
-    session = Session(shown=Shown(proof=proof))
+    session = Session(shown=DisplaySettings(proof=proof))
     plain = shown(showing, textures, differences, session, display).copy()
     found = shown(
-        showing, textures, differences, replace(session, shown=Shown(gamut_warning=True, proof=proof)), display
+        showing,
+        textures,
+        differences,
+        replace(session, shown=DisplaySettings(gamut_warning=True, proof=proof)),
+        display,
     )
     asked = display if proof is None else DisplayTransform(proof, "Un-tone-mapped", STUDIO)
     rgb = asked.apply(in_numpy(canvases[0], WHITES[0], session))

@@ -26,7 +26,7 @@ from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.choices import opened
 from metamer.viewer.window.frame import Frame
 from metamer.viewer.window.light_choice import Lamp, LightChoice
-from metamer.viewer.window.sides import Sources
+from metamer.viewer.window.sides import SessionObjects
 from metamer.viewer.window.state import Compare, Other, Subject
 from metamer.viewer.window.work import Work
 
@@ -79,7 +79,7 @@ def surfaces(scenes):
 
 @pytest.fixture(scope="module")
 def shared_frame(gl, scene, surfaces):
-    made = Frame(gl, Sources(scene, Shelf(surfaces)))
+    made = Frame(gl, SessionObjects(scene, Shelf(surfaces)))
     yield made
     made.release()
 
@@ -89,7 +89,7 @@ def frame(shared_frame, scene, surfaces, session):
     """The frame that all tests share, with this file's scene and surfaces, whatever another test turned it to."""
     sources = shared_frame._sources
     if sources.scene is not scene or getattr(sources.catalogue, "_surfaces", None) is not surfaces:
-        assert shared_frame.turn_to(Sources(scene, Shelf(surfaces)), session, SIZE)
+        assert shared_frame.turn_to(SessionObjects(scene, Shelf(surfaces)), session, SIZE)
     return shared_frame
 
 
@@ -157,7 +157,7 @@ def test_a_booth_beside_the_scenes_light_and_another_spectrum_of_it_is_a_fold(fr
 
 @pytest.mark.slow
 def test_a_map_in_colours_is_that_of_a_scene_file(scene, surfaces, session, map_file):
-    sources = Sources(scene, Shelf(surfaces))
+    sources = SessionObjects(scene, Shelf(surfaces))
     first, _ = sources.sides(replace(session, light=LightChoice(map=map_file, uplift="jakob-hanika")))
     (found,) = first.scene.lights
     wanted = load_environment(scene.path.parent / map_file, uplift="jakob-hanika", illuminance_lux=1000.0)
@@ -260,7 +260,7 @@ def test_the_reference_as_side_b_comes_row_by_row(frame, session):
 
 
 def test_another_version_of_the_catalogue(gl, frame, scene, surfaces, session, monkeypatch):
-    sources = Sources(scene, Shelf(surfaces))
+    sources = SessionObjects(scene, Shelf(surfaces))
     sources._catalogues["before"] = Shelf(surfaces | {"gloss": surfaces["brushed"]})
     assert frame.turn_to(sources, replace(session, other=Other(catalogue="before")), SIZE)
     frame.settle()
@@ -285,7 +285,7 @@ def worn(scene):
 def test_an_edited_material_is_fitted_beside_what_is_seen(frame, headless, worn, catalogue, session, monkeypatch):
     held = []
     monkeypatch.setattr(edited_materials, "varied", lambda *args: (held.append(args), varied(*args))[1])
-    assert frame.turn_to(Sources(worn, catalogue), session, SIZE)
+    assert frame.turn_to(SessionObjects(worn, catalogue), session, SIZE)
     frame.settle()
     before = read(frame.canvases[0])
     edited = session.edited("tiny/matt-red", "reflectance_scale", 0.5)
@@ -309,13 +309,13 @@ def test_an_edited_material_is_fitted_beside_what_is_seen(frame, headless, worn,
 
 
 def test_a_parameter_that_is_not_there_is_said(frame, worn, catalogue, session):
-    assert frame.turn_to(Sources(worn, catalogue, waits=True), session, SIZE)
+    assert frame.turn_to(SessionObjects(worn, catalogue, waits=True), session, SIZE)
     frame.show(session.edited("tiny/matt-red", "fuzz", 0.5), SIZE)
     assert "fuzz" in frame.problem
 
 
 def test_a_scene_that_breaks_while_it_is_read_again_leaves_the_last_good_one(frame, headless, scene, surfaces, session):
-    assert frame.turn_to(Sources(scene, Shelf(surfaces)), session, SIZE)
+    assert frame.turn_to(SessionObjects(scene, Shelf(surfaces)), session, SIZE)
     frame.settle()
     before = read(frame.canvases[0])
     broken = replace(scene, parts=(*scene.parts[:2], Part(FLOOR, scene.parts[2].mesh, "gone")))
@@ -326,7 +326,7 @@ def test_a_scene_that_breaks_while_it_is_read_again_leaves_the_last_good_one(fra
                 raise InputError("no such material", found=name)
             return super().surface(name)
 
-    assert not frame.turn_to(Sources(broken, Gone(surfaces)), session, SIZE)
+    assert not frame.turn_to(SessionObjects(broken, Gone(surfaces)), session, SIZE)
     assert "gone" in frame.problem
     frame.settle()
     np.testing.assert_array_equal(read(frame.canvases[0]), before)
@@ -335,7 +335,7 @@ def test_a_scene_that_breaks_while_it_is_read_again_leaves_the_last_good_one(fra
 
 
 def test_what_cannot_be_worked_out_is_said_once_and_the_window_goes_on(frame, scene, surfaces, session, monkeypatch):
-    assert frame.turn_to(Sources(scene, Shelf(surfaces)), session, SIZE)
+    assert frame.turn_to(SessionObjects(scene, Shelf(surfaces)), session, SIZE)
     frame.settle()
 
     def refused(*_args):
@@ -365,7 +365,7 @@ def test_a_lamp_of_no_power_is_said(frame, scene, session):
 
 def test_three_hundred_materials_are_gone_through_in_bounded_memory(frame, scene, scenes, session):
     names = {f"m{number}": scenes.SURFACES["matt"] for number in range(300)}
-    sources = Sources(scene, Shelf(scenes.SURFACES | names))
+    sources = SessionObjects(scene, Shelf(scenes.SURFACES | names))
     assert frame.turn_to(sources, session, SIZE)
     for name in names:
         frame.show(session.wearing(BALL, name), SIZE, moving=True)
@@ -381,7 +381,7 @@ def test_a_shader_that_breaks_leaves_the_last_good_one_and_says_where(
 ):
     folder = shutil.copytree(str(shaders.shader_folder()), tmp_path / "shaders")
     monkeypatch.setattr(shaders, "shader_folder", lambda: folder)
-    assert frame.turn_to(Sources(scene, Shelf(surfaces)), session, SIZE)
+    assert frame.turn_to(SessionObjects(scene, Shelf(surfaces)), session, SIZE)
     frame.settle()
     before = read(frame.canvases[0])
     put, text = folder / "put.frag", (folder / "put.frag").read_text()

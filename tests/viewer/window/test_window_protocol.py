@@ -9,7 +9,7 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.window.choices import Choices
 from metamer.viewer.window.displayed_value import Displayed
 from metamer.viewer.window.light_choice import LightChoice
-from metamer.viewer.window.probe import Reading
+from metamer.viewer.window.probe import ProbeReading
 from metamer.viewer.window.protocol import rating_of
 from metamer.viewer.window.state import Compare, Other, Session
 
@@ -20,7 +20,7 @@ AT = datetime(2026, 3, 1, 12, tzinfo=UTC)
 
 
 def reading(xyz):
-    return Reading((1, 2), ("body",), ("paint/red",), 1.0, "FL11", "1931_2", np.array(xyz), WHITE)
+    return ProbeReading((1, 2), ("body",), ("paint/red",), 1.0, "FL11", "1931_2", np.array(xyz), WHITE)
 
 
 def test_a_rating_is_of_the_side_that_is_seen():

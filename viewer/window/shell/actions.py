@@ -11,11 +11,11 @@ from imgui_bundle import imgui
 from ....calibration.report.rating import Verdict
 from ..displayed_value import displayed
 from ..frame import Frame
-from ..probe import Reading
+from ..probe import ProbeReading
 from ..probe_text import Named, copied, write_colours, write_probes_cxf, write_spectra
 from ..protocol import rating_of
 from ..screenshot import write_screenshot
-from .full_screen import FullScreen
+from .full_screen import FullScreenSwitch
 from .window import Window
 
 
@@ -24,7 +24,7 @@ def put_actions(window: Window) -> None:
     actions: dict[str, Callable[[], None]] = {
         "quit": lambda: setattr(window, "asked_to_close", True),
         "panels": lambda: setattr(window, "panels_shown", not window.panels_shown),
-        "fullscreen": FullScreen().turn,
+        "fullscreen": FullScreenSwitch().turn,
         "reload": window.read_again,
         "screenshot": lambda: window.between.append(lambda: screenshot(window)),
         "probe.pin": window.pin_pointer,
@@ -58,7 +58,7 @@ def probes(window: Window) -> list[Named]:
     return found
 
 
-def _shown(frame, session, reading: Reading):
+def _shown(frame, session, reading: ProbeReading):
     return displayed(
         reading.xyz, reading.white, frame.display, session.adaptation, session.exposure, session.surround,
         reading.coverage,

@@ -6,7 +6,7 @@ import glfw
 from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 
 
-class FullScreen:
+class FullScreenSwitch:
     """Takes the first monitor for the window, and gives it back."""
 
     def __init__(self) -> None:

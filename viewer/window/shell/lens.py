@@ -9,7 +9,7 @@ MOST, LEAST = 32.0, 1.0 / 16.0
 
 
 @dataclass(frozen=True)
-class Placed:
+class PicturePlace:
     """Place of a picture, in pixels of the screen from the area's corner, and which of its pixels are there.
 
     uv : left, top, right and bottom of the part that is seen, in shares. seen_size : of the whole picture, pixels.
@@ -53,12 +53,12 @@ class Lens:
         """All of it again."""
         self._zoom, self._middle = None, (0.5, 0.5)
 
-    def whole(self, size: tuple[int, int], room: tuple[int, int]) -> Placed:
+    def whole(self, size: tuple[int, int], room: tuple[int, int]) -> PicturePlace:
         """A picture that is made for its area: at whole pixels, one for one."""
         left, top = max(0, (room[0] - size[0]) // 2), max(0, (room[1] - size[1]) // 2)
-        return Placed(left, top, size[0], size[1], (0.0, 0.0, 1.0, 1.0), size)
+        return PicturePlace(left, top, size[0], size[1], (0.0, 0.0, 1.0, 1.0), size)
 
-    def placed(self, size: tuple[int, int], room: tuple[int, int]) -> Placed:
+    def placed(self, size: tuple[int, int], room: tuple[int, int]) -> PicturePlace:
         """An image: not larger than it is until somebody zooms, and all of it."""
         zoom = self._zoom or min(1.0, room[0] / size[0], room[1] / size[1])
         self._last, self._size = zoom, size
@@ -68,7 +68,7 @@ class Lens:
             start = min(max(middle * side - seen / 2.0, 0.0), side - seen)
             found.append(((space - seen * zoom) // 2, seen * zoom, start / side, (start + seen) / side))
         (left, width, u0, u1), (top, height, v0, v1) = found
-        return Placed(left, top, width, height, (u0, v0, u1, v1), size)
+        return PicturePlace(left, top, width, height, (u0, v0, u1, v1), size)
 
     def zoom(self, factor: float, at: tuple[float, float]) -> None:
         """Nearer to a place of the image, which stays where it is."""

@@ -7,7 +7,7 @@ from imgui_bundle import ImVec2, imgui
 from ..display_pass import scale_rgb
 from ..picture_position import seen_at
 from ..state import Session
-from .lens import Placed
+from .lens import PicturePlace
 from .style import grey
 from .widgets import em
 from .window import Window
@@ -21,7 +21,7 @@ _STEPS = 32
 class _Pen:
     """Draws in places of the picture."""
 
-    def __init__(self, window: Window, corner: ImVec2, place: Placed, scale: float) -> None:
+    def __init__(self, window: Window, corner: ImVec2, place: PicturePlace, scale: float) -> None:
         self.list = imgui.get_window_draw_list()
         self._corner, self._place, self._scale = corner, place, scale
         self._display = window.style.display
@@ -44,7 +44,7 @@ class _Pen:
 
 
 def draw_overlays(
-    window: Window, corner: ImVec2, size: ImVec2, place: Placed, scale: float,
+    window: Window, corner: ImVec2, size: ImVec2, place: PicturePlace, scale: float,
     dragged: tuple[float, float, float, float] | None,
 ) -> None:  # fmt: skip
     """Draw them over the picture, whose upper left is `corner` and whose size is `size` on the screen."""
@@ -96,7 +96,7 @@ def _tail(name: str) -> str:
     return name.replace("\\", "/").rstrip("/").split("/")[-1]
 
 
-def _sides(window: Window, session: Session, pen: _Pen, corner: ImVec2, size: ImVec2, place: Placed) -> None:
+def _sides(window: Window, session: Session, pen: _Pen, corner: ImVec2, size: ImVec2, place: PicturePlace) -> None:
     first, second = side_words(session, window)
     mode, gap = session.seen, em(0.5)
     top, right = corner.y + gap, corner.x + size.x - gap

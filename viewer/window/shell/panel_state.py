@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 
 @dataclass
-class Kept:
+class PanelState:
     """searched : of materials. typed : into fields, by their names. tab : that is to be opened next.
 
     spectrum : which kind is plotted. compared : materials that are looked at for metamerism. note, score : of the next

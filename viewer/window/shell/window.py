@@ -14,7 +14,7 @@ from ....calibration.report.statistics import DeltaEStatistics
 from ...gl.context import describe
 from ...render.view import view_key
 from ..background import Background
-from ..canvas_readback import Values, differences, values_of
+from ..canvas_readback import CanvasValues, differences, values_of
 from ..canvas_renderer import Quality
 from ..file_watcher import Watch, files_of_shaders
 from ..frame import Frame
@@ -31,7 +31,7 @@ from ..turntable import turned_on
 from ..view_measurement import PATIENCE_S, Measuring
 from ..worker import ReferenceWorker
 from ..workspace import Desk
-from .panel_state import Kept
+from .panel_state import PanelState
 from .style import Style
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class Window:
     def __init__(self, desk: Desk) -> None:
         self.desk, self.style = desk, Style()
         self.probing, self.files, self.asking = Probing(), Background(), Asking()
-        self.kept = Kept()
+        self.kept = PanelState()
         self.measuring: Measuring | None = None
         self.pictures: Pictures | None = None
         self.size, self.moving, self.pointer, self.hovered = (0, 0), False, None, False
@@ -63,9 +63,9 @@ class Window:
         self.asked_to_close = False
         self.dialog_drawn: str | None = None
         self.busy = True
-        self.read: tuple[Values, Values] | None = None
+        self.read: tuple[CanvasValues, CanvasValues] | None = None
         self.off: dict[str, float] = {}
-        self.regions: dict[str, tuple[Values, Values]] = {}
+        self.regions: dict[str, tuple[CanvasValues, CanvasValues]] = {}
         self.driver = ""
         self.statistics: tuple[DeltaEStatistics | None, float] = (None, 0.0)
         #: What has to be done where the GPU is, between two frames.

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from ...probe import Reading
+from ...probe import ProbeReading
 from ..widgets import quiet, right
 from ..window import Window
 
@@ -50,7 +50,7 @@ def draw(window: Window) -> None:
         imgui.end_table()
 
 
-def _row(window: Window, name: str, side: str, reading: Reading | object | None, why: str, kind: str) -> None:
+def _row(window: Window, name: str, side: str, reading: ProbeReading | object | None, why: str, kind: str) -> None:
     imgui.table_next_row()
     imgui.table_next_column()
     imgui.text_unformatted(name)

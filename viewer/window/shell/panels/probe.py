@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from ...canvas_readback import Values
+from ...canvas_readback import CanvasValues
 from ...canvas_renderer import Quality
 from ...picture_position import side_under
-from ...probe import Spectra
+from ...probe import ProbeSpectra
 from ..widgets import combo, em, facts, heading, quiet
 from ..window import Window
 
@@ -45,7 +45,7 @@ def _differ(window: Window) -> bool:
     )
 
 
-def _rows(read: tuple[Values, Values], two: bool):
+def _rows(read: tuple[CanvasValues, CanvasValues], two: bool):
     sides = read if two else read[:1]
     if two:
         yield ("", "A", "B")
@@ -76,7 +76,7 @@ def _spectra(window: Window) -> None:
         quiet(window.probing.problem)
 
 
-def plot(window: Window, spectra: tuple[Spectra, ...], kind: str, height: float) -> None:
+def plot(window: Window, spectra: tuple[ProbeSpectra, ...], kind: str, height: float) -> None:
     """Spectra of A and B over the visible."""
     flags = implot.Flags_.no_menus | implot.Flags_.no_title | implot.Flags_.no_mouse_text | implot.Flags_.no_inputs
     if len(spectra) < 2:
