@@ -295,3 +295,14 @@ def test_docstrings_begin_with_a_verb_or_a_noun():
                 if text.startswith(tuple(f"{word} " for word in HIDING)):
                     wrong.append(f"{path}:{getattr(node, 'lineno', 1)}: {text.splitlines()[0]}")
     assert not wrong, "\n".join(wrong)
+
+
+def test_no_two_public_classes_have_one_name():
+    places: dict[str, list[str]] = {}
+    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()} - {"examples"}
+    for path in tracked("*.py"):
+        if path.parts[0] in packages:
+            for node in ast.parse((ROOT / path).read_text(encoding="utf-8")).body:
+                if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                    places.setdefault(node.name, []).append(path.as_posix())
+    assert not {name: where for name, where in places.items() if len(where) > 1}

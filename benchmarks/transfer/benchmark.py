@@ -14,7 +14,7 @@ from ...materials.tensors.components import Components
 from ...runtime.errors import InputError
 from . import draped_btf, growth, path_tracing, spectral
 from .bars import bars
-from .ours import Geometry, OurMethod
+from .ours import OurMethod, TracedGeometry
 from .pixels import Truths, difference, figures_of
 from .scenes import TransferScene, scenes
 from .tensors import TensorMethod, shared_by_all
@@ -107,7 +107,7 @@ def _of_scene(
     for truth in truths:
         yield from _of_tensors(replace(tensors, case=truth.case), truth)
     for rays in OUR_RAYS[full]:
-        geometry = Geometry.of(lit[0], rays, lit[0].longest_edge if full else QUICK_EDGE, progress)
+        geometry = TracedGeometry.of(lit[0], rays, lit[0].longest_edge if full else QUICK_EDGE, progress)
         for truth in truths:
             progress(f"{truth.case.name}, {truth.case.light}: {rays} rays, relit")
             yield from OurMethod.of(truth.case, geometry).rows(OUR_BOUNCES, truth)

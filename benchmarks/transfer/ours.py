@@ -30,7 +30,7 @@ SITES, PATHS, SEED = 600, 1024, 11
 
 
 @dataclass(frozen=True, eq=False)
-class Geometry:
+class TracedGeometry:
     """The rays of a scene, for any light: seen, of its camera; cpu_seconds, of all that lights leave as it is."""
 
     prepared: Precomputation
@@ -38,7 +38,7 @@ class Geometry:
     cpu_seconds: float
 
     @classmethod
-    def of(cls, case: TransferScene, rays: int, longest_edge: float, progress: Callable[[str], None]) -> Geometry:
+    def of(cls, case: TransferScene, rays: int, longest_edge: float, progress: Callable[[str], None]) -> TracedGeometry:
         """rays : of each site."""
         progress(f"{case.name}: {rays} rays of each site")
         start = time.process_time()
@@ -55,10 +55,10 @@ class OurMethod:
 
     case: TransferScene
     state: Relighting
-    geometry: Geometry
+    geometry: TracedGeometry
 
     @classmethod
-    def of(cls, case: TransferScene, geometry: Geometry) -> OurMethod:
+    def of(cls, case: TransferScene, geometry: TracedGeometry) -> OurMethod:
         """geometry : of the scene."""
         return cls(case, Relighting.of(case.scene, case.materials, geometry.prepared), geometry)
 

@@ -25,7 +25,7 @@ from ...materials.tensors.parametric import Tuned
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ..timing import best_ms, timed
-from .ours import Geometry
+from .ours import TracedGeometry
 from .pixels import ALL, Seen, difference, figures_of, truth_of
 from .scenes import TransferScene, scenes
 
@@ -46,7 +46,7 @@ def rows(
     if mitsuba is None:
         return []
     case = _matt_box()
-    geometry = Geometry.of(case, rays, case.longest_edge if longest_edge is None else longest_edge, progress)
+    geometry = TracedGeometry.of(case, rays, case.longest_edge if longest_edge is None else longest_edge, progress)
     state = Relighting.of(case.scene, case.materials, geometry.prepared)
     truth = truth_of(case, ALL, progress)
     seen = _inner(geometry.seen, geometry.prepared.hits.part_of_site, case.scene.camera().width)

@@ -14,7 +14,7 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ..timing import timed
-from .ours import Geometry
+from .ours import TracedGeometry
 from .pixels import figures_of
 from .scenes import TransferScene, scenes
 
@@ -35,7 +35,7 @@ def rows(progress: Callable[[str], None], names: tuple[str, ...] = ("table", "bo
 
 
 def _of(case: TransferScene, progress: Callable[[str], None]) -> Iterator[dict]:
-    geometry = Geometry.of(case, RAYS, case.longest_edge, progress)
+    geometry = TracedGeometry.of(case, RAYS, case.longest_edge, progress)
     eye, light = np.asarray(case.scene.camera().position, dtype=float), case.scene.lights[0]
     assert isinstance(light, EnvironmentLight)
     start = Relighting.of(case.scene, case.materials, geometry.prepared, bounces=BOUNCES)

@@ -139,7 +139,7 @@ def test_keys_change_light_view_marks_observer_and_grey_and_lead_from_picture_to
     found.keyboard.press("ArrowRight")
     assert found.locator("#d-name").inner_text() == names[2]
     found.keyboard.press("Escape")
-    assert found.evaluate("document.activeElement === shown[2].button")
+    found.wait_for_function("document.activeElement === shown[2].button")
     found.keyboard.press("s")
     assert found.locator("#v-shift").is_visible() and not found.locator("#v-pictures").is_visible()
     found.keyboard.press("?")
