@@ -12,7 +12,6 @@ from functools import cache
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import nnls
 
 from ...spectral.axis_letters import Wavelengths
 from ...spectral.colour_library import colour_science
@@ -258,5 +257,7 @@ def _non_negative(wanted: Float[np.ndarray, "n Q"], parts: Float[np.ndarray, "K 
         if not left.size:
             break
     for row in left:
+        from scipy.optimize import nnls
+
         found[row] = nnls(parts.T, wanted[row])[0]
     return np.maximum(found, 0.0) / lengths

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.special import ive
 
 # Beyond so many standard deviations 1 / sqrt(lambda) nothing is added to the 16th digit.
 _FAR = 9.0
@@ -24,6 +23,8 @@ def share_in_hemisphere(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.n
 
     theta_d : of the lobe's axis above the edge, rad, from -pi/2 to pi/2. sharpness : lambda >= 0.
     """
+    from scipy.special import ive
+
     theta_d, sharpness = np.broadcast_arrays(np.asarray(theta_d, dtype=float), np.asarray(sharpness, dtype=float))
     safe = np.maximum(sharpness, 1e-12)
     to = np.minimum(np.abs(theta_d), _FAR / np.sqrt(safe))

@@ -11,7 +11,6 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import cholesky, solve_triangular
-from scipy.optimize import nnls
 
 from ..factored.pack import FactorPack
 from .bounds import Bounds, Violations
@@ -104,6 +103,8 @@ def _least_distance(
     lower: Float[np.ndarray, "n n"], free: Float[np.ndarray, " n"], planes: Float[np.ndarray, "m n"], least: np.ndarray
 ) -> tuple[Float[np.ndarray, " n"], np.ndarray]:
     """The point with planes @ x >= least that is nearest to `free` by its cost, and which half spaces it leans on."""
+    from scipy.optimize import nnls
+
     lengths = np.maximum(np.linalg.norm(planes, axis=1), 1e-100)
     planes, least = planes / lengths[:, None], least / lengths
     leaning = solve_triangular(lower, planes.T, lower=True, check_finite=False)

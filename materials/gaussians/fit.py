@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import least_squares, nnls
 
 from ...runtime.errors import InputError
 from ...spectral.difference import lab_from_xyz, lightness_slope
@@ -68,6 +67,8 @@ def fit_gaussians(brdf: Brdf, lobes: int = 3, *, pixels: int = 40, light: str = 
         residual = made @ _amplitudes(made, xyz, lightness * counts) - xyz
         return np.einsum("nab,nb->na", differences, residual) * counts[:, None]
 
+    from scipy.optimize import least_squares
+
     found = start
     for _ in range(_ROUNDS):
         search = least_squares(
@@ -100,6 +101,8 @@ def _first_sharpness(lobes: int) -> Float[np.ndarray, " n"]:
 
 def _amplitudes(terms: np.ndarray, columns: np.ndarray, weights: np.ndarray) -> Float[np.ndarray, "R C"]:
     """For each column (N,C) the amplitudes >= 0 of the terms (N,R) that come nearest to it, by their Gram matrix."""
+    from scipy.optimize import nnls
+
     weighted = terms * weights[:, None]
     scale = np.linalg.norm(weighted, axis=0)
     # A lobe that no pixel sees has no amplitude to find.

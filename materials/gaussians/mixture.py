@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import minimize
 
 from ...runtime.errors import InputError
 from ..core.spherical_gaussian import Gaussians
@@ -106,6 +105,8 @@ def fit_tabulated(
 
     bounds = [(-2.0, 2.0)] * (3 * number) + [tuple(np.log(_SHARPNESS))] * number
     bounds += [(one - _MOVED, one + _MOVED) for one in np.log(top)]
+    from scipy.optimize import minimize
+
     found = minimize(cost, begin, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 500}).x
     free = found[: 3 * number].reshape(-1, 3)
     order = np.argsort(found[3 * number : 4 * number])

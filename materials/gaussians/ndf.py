@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import nnls
 
 from ...runtime.errors import InputError
 from ..analytic.cook_torrance import ggx as ggx_density
@@ -75,6 +74,8 @@ def ggx(roughness: float, count: int = 4) -> Gaussians:
     ------
     InputError : a roughness out of range; a number of lobes that is not among `GGX_COUNTS`.
     """
+    from scipy.optimize import nnls
+
     if not 0.0 < roughness <= 1.0:
         raise InputError("out of its domain", field="roughness", found=roughness, expected="a number > 0 and <= 1")
     if count not in _GGX_LOBES:
