@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...runtime.errors import ComparisonError
-from ...spectral.measurement import ComparedSide as Measured
 from ...spectral.measurement import Crossing, crossed, refusal, remarks
+from ...spectral.measurement import Side as Measured
 from ..report.statistics import SelfCheck
 from .change import Change, change
 from .criteria import RESHAPED, Criteria, Criterion, Region, Tier, default_criteria, statistic
