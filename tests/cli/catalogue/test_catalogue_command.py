@@ -42,7 +42,7 @@ def fast_fit(monkeypatch):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.01, 0.02, 0.123, 0.4, "D65", "1931_2", "a protocol", 0.0)
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, Palette.of(np.ones((1, 81))))
-        return importing.Fitted(FactoredBrdf((pack,), error), 0.5)
+        return importing.FitResult(FactoredBrdf((pack,), error), 0.5)
 
     monkeypatch.setattr(importing, "fit_material", fit_one)
     # Here, too, what stands in for the fit: another process would not know it.

@@ -19,7 +19,7 @@ def fits(monkeypatch):
         axes = tuple(Axis(name, 2, 1.5) for name in ("theta_i", "theta_o", "phi"))
         error = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "none", 0.0)
         pack = FactorPack("io", axes, (np.ones((2, 1)),) * 3, Palette.of(np.ones((1, 81))))
-        return importing.Fitted(FactoredBrdf((pack,), error), 0.5)
+        return importing.FitResult(FactoredBrdf((pack,), error), 0.5)
 
     monkeypatch.setattr(importing, "fit_material", fit_one)
     return fitted

@@ -219,7 +219,7 @@ def test_failed_fit_does_not_stop_the_others(source, tmp_path, fits, monkeypatch
     good = importing.fit_material
 
     def broken(material, budget, say=None):
-        return importing.Fitted(None, 0.0, "swamp") if material.id == "paint/grey" else good(material, budget)
+        return importing.FitResult(None, 0.0, "swamp") if material.id == "paint/grey" else good(material, budget)
 
     monkeypatch.setattr(importing, "fit_material", broken)
     report = import_sources([source], tmp_path / "cat", jobs=1)

@@ -131,7 +131,7 @@ def test_no_more_processes_than_materials(free):
 
 def test_reading_a_large_file_is_told_of_before(source, tmp_path, monkeypatch):
     (source / "gold.binary").write_bytes(b"no table")
-    monkeypatch.setattr(merl, "reading_cost", lambda path: import_cost.Cost(1000, 42.0))
+    monkeypatch.setattr(merl, "reading_cost", lambda path: import_cost.ReadingCost(1000, 42.0))
     heard = []
     import_sources([source], tmp_path / "cat", jobs=1, doing=lambda name, doing: heard.append((name, doing.phase)))
     name, phase = heard[0]
