@@ -119,8 +119,9 @@ def test_plan_says_what_it_chose_and_why(reviewed):
 def test_files_are_there(reviewed):
     out, document, _ = reviewed
     for row in document["results"]:
-        for name in (row["image"], *row["files"].values()):
-            assert (out / name).stat().st_size > 1000, name
+        for kind, name in (("", row["image"]), *row["files"].items()):
+            # A mask of few pixels is small.
+            assert (out / name).stat().st_size > (50 if kind == "limits PNG" else 1000), name
 
 
 def test_page_is_self_contained_and_not_too_large(reviewed):
