@@ -152,7 +152,7 @@ def _steps(page: Any) -> Iterator[Step]:
 def _review_steps(
     page: Any, pressed: Callable[[str, Sequence[str]], Iterator[Step]], there: Callable[[str], bool]
 ) -> Iterator[Step]:
-    """What a person does on the page of a review, once it has searched."""
+    """Yield the actions of a person on the page of a review, once it has searched."""
     there("#order")
     yield from pressed("choose in #order", ["ArrowDown"] * 6 + ["Home"])
     there(".tile[tabindex]")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..materials.fitting.fit import Fit, Trial
     from ..materials.records.material import MaterialRecord
 
-# As materials.fitting.lobe_table has them, which `--help` does not wait for; a test holds them together.
+# Methods of materials.fitting.lobe_table, repeated so that `--help` need not import it; a test compares them.
 METHODS = ("joint", "weighted", "incremental", "refitted")
 # A lobe that needs more is none; the work grows with the square.
 _MOST_TERMS = 256

@@ -123,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
         write_xlsx(report, args.xlsx)
     for path in outputs if not quiet else ():
         print(f"Written: {path}")
-    # Who asks for a verdict is not to take its absence for a pass.
+    # A missing verdict must not read as a pass where a tolerance was asked for.
     codes = _CODES if args.tolerance is None else {**_CODES, "not judged": _CODES["not resolved"]}
     return max(codes[one.verdict] for one in report.samples)
 

@@ -32,7 +32,7 @@ _COMMON = (frozenset(FLOP_ANGLES), frozenset((-15.0, 15.0)), frozenset((25.0, 45
 _NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(°|º|˚|∘|deg(?:rees?|\.)?|grad)?[)\]]?", re.I)
 # Words before an angle that name no sample.
 _NO_SAMPLE = re.compile(r"r|ρ|refl(?:ectance)?|at|(?:\w+[ _-])?(?:angle|winkel)", re.I)
-# What joins an angle to a name.
+# Signs between an angle and a name.
 _JOINTS = " ,;:_-/@°|=(["
 _ANGLE_COLUMN = re.compile(r"(?!.*(?:hue|screen|raster|phase|contact))(?:.*(?:angle|winkel|aspecular)|geometr).*", re.I)
 

@@ -25,7 +25,7 @@ _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip f
 measurements: CxF3, CGATS, IES TM-27, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF, maps, BTFs, family
 descriptions (.toml); known by content. Default: what ships"""
 
-# As spectral.formats.import_options has them, which `--help` does not wait for; a test holds them together.
+# Words of spectral.formats.import_options, repeated so that `--help` need not import it; a test compares them.
 BTF_FORMS = (
     *("lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4"),
     *("rfnl-1-separate", "rfnl-2-separate", "rfnl-4-separate"),

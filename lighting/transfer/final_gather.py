@@ -153,7 +153,7 @@ class Weights:
     def _of_ends(
         self, of_ray: Float[np.ndarray, "G_p N"], after: Float[np.ndarray, "e M3"]
     ) -> Float[np.ndarray, "m M3"]:
-        """What comes of `GatherSources.after`."""
+        """Add up the contribution of `GatherSources.after`."""
         count, rays = of_ray.shape
         row = np.full(count, -1)
         row[self.sites] = np.arange(len(self.sites))

@@ -102,7 +102,7 @@ class CookTorrance(AnalyticBrdf):
         return self._reflected(wi, wo, lambda cos2, sin2: fresnel(cos2, sin2, self.eta, self.k), len(self._body))
 
     def _folded_facets(self, weights: np.ndarray) -> Directed:
-        """See `ModelPart.folded`: Fresnel's term at every wavelength, folded, by the cosine alone (`FoldedFresnel`)."""
+        """Fold Fresnel's term of every wavelength into a function of the cosine alone; see `ModelPart.folded`."""
         folded = FoldedFresnel(self.eta, self.k, weights)
         return partial(self._reflected, fresnel_term=folded, columns=weights.shape[1])
 

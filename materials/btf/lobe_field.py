@@ -126,7 +126,7 @@ class LobeField(ReflectanceField):
         return amplitudes[..., 0, :] + summed(values, amplitudes[..., 1:, :])
 
     def coarser(self) -> tuple[LobeField, ...]:
-        """See `ReflectanceField.coarser`: lobes of coarser texels are found again (`lobe_mip_levels`)."""
+        """Coarser levels, whose lobes are fitted anew (`lobe_mip_levels`); see `ReflectanceField.coarser`."""
         return self._coarser
 
     @cached_property

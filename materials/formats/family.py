@@ -157,7 +157,7 @@ class _Entry:
         return MaterialSource(material_id, self.family, model.NAME, parameters, provenance, self.path, said)
 
     def _said(self) -> dict[str, Any]:
-        """What the description says of the material for people: its title, and where its colour comes from."""
+        """Read the title of the material and the standing of its colour from the description."""
         said: dict[str, Any] = {}
         if (colour := self.values.get("colour")) is not None:
             if colour not in STANDINGS:

@@ -10,7 +10,7 @@ import numpy as np
 from .material import MaterialRecord
 
 Standing = Literal["measured", "analytic", "uplifted", "reconstructed", "unknown"]
-#: What a description may say of a colour.
+#: Standings of a colour that a description may state.
 STANDINGS: tuple[Standing, ...] = ("measured", "analytic", "uplifted", "reconstructed")
 #: Keys of a record's `original`: title and standing of the colour as its description states them, and the range
 #: in nm (2,) over which that colour was measured.

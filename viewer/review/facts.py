@@ -35,7 +35,7 @@ from ..scene_reading import swatch, xyz_in
 from .cases import Setting
 from .shifts import corresponding_lab, shift_between
 
-# Of people who match by eye, and of larger fields: figures are given for both, whichever the pictures are for.
+# Observers for small and for large fields: figures are given for both, whichever the pictures are for.
 _OBSERVERS = ("1931_2", "1964_10")
 _VISIBLE_NM = (360.0, 830.0)
 

@@ -120,7 +120,7 @@ def one_reading(
             mark: way for mark, sign in _MARKS.items() for way in known[::-1] if way.text.dialect.decimal == sign
         }
         if decimal is None:
-            # What would be refused next is no advice.
+            # Advise no option that is refused next.
             options = " or ".join(f"--decimal {mark}" for mark in sorted(by_mark))
             _ask(chosen, *other, f"say which mark is the decimal one: {options}; or {APART}")
         if decimal not in by_mark:
@@ -202,7 +202,7 @@ def _check_cut_off(way: Way) -> None:
                 check_whole(cells, way.text.dialect, line)
         rows = list(way.rows())
         if rows and all(_is_torn_between(cells) for _, cells in rows):
-            # Such as "400,0/7,09" and "400,0,,7,09".
+            # Cells as in "400,0/7,09" and "400,0,,7,09".
             line, cells = rows[0]
             _refuse(next(filter(_TWO_WHOLE.fullmatch, cells), ",".join(cells)), way.text.dialect, line)
 
@@ -285,7 +285,7 @@ def check_whole(cells: Sequence[str], dialect: Dialect, line: int) -> None:
 
 
 def _is_torn_between(cells: Sequence[str]) -> bool:
-    """Whether cells are whole numbers, and pairs of such with a sign between that parts no cells, or with nothing."""
+    """Return whether cells are whole numbers, and pairs of them around a sign that parts no cells, or nothing."""
     pairs = [cell for cell in cells if _TWO_WHOLE.fullmatch(cell)]
     gaps = len(cells) > 3 and "" in cells[1:-1]
     return bool(pairs or gaps) and all(_WHOLE.fullmatch(cell) or cell in pairs for cell in cells if cell)

@@ -41,7 +41,7 @@ from .section import Column
 _LETTER = re.compile(r"\s*[RT]\s*")
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
 _WANTED = "reflectance, transmittance or emission"
-# Whole numbers up to so much may be those of a converter.
+# Largest whole number that an analogue-digital converter may give.
 _COUNTED = 1000.0
 
 

@@ -31,7 +31,7 @@ _SCATTER = re.compile(
     r"variance|σ|s\.e\.?|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr)\W*(?:[\[(].*)?|.*±.*",
     re.I,
 )
-# What says something of a row, or of how it was read, in numbers.
+# Headings of numbers about a row or its reading, and no spectrum.
 _OF_ROWS = re.compile(
     r"(?:(?:re)?marks?|comments?|notes?|flags?|status|state|quality|qa|qc|valid(?:ity)?|warnings?|date|"
     r"(?:(?:integration|exposure|measurement|elapsed)[ _]*)?times?|temp(?:\.|erature)?|temperatur|t (?=\(°)|humidity|"
@@ -245,7 +245,7 @@ def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:
     if plain and not is_generic(plain):
         return head if no_unit and not quantity_in(head) else plain
     if bracket and no_unit and count > 1 and re.match(r"[-+\u2212]?\d", bracket[1]):
-        # Such as R (15), R (45).
+        # Headings as R (15), R (45).
         return head
     above = table.above[-1][1] if table.above and table.layout.header is not None else []
     if len(above) > 1 and (len(table.layout.axes) > 1 or len(above) >= len(table.heads) > 2):

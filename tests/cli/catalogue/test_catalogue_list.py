@@ -149,7 +149,7 @@ def far(maximum, where=WHERE, budget=None):
     [
         (56.0, WHERE, f"paint/far: up to ΔE94 56.0 under A: {WHERE}", None),
         (5.1, WHERE, f"paint/far: up to ΔE94 5.1 under A: {WHERE}", None),
-        # Of the fit's own budget, not of the one that an import takes unasked.
+        # Measured against the fit's own budget, not the default of an import.
         (1.1, WHERE, f"paint/far: up to ΔE94 1.1 under A: {WHERE}", 0.1),
         (9.9, WHERE, None, 1.0),
         # Of a file of before such places were noted.
