@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -256,53 +257,71 @@ def test_second_tier_is_the_same_everywhere(request):
     assert set(table) == declared
 
 
-def test_every_public_definition_says_what_it_is():
-    """Overrides in subclasses too: what is true of the base may need a word of its own."""
-    missing = []
+# Openings of sentences that hide the verb or the noun that a reader looks for.
+HIDING = ("What", "Of", "Whether", "That", "Those", "Whoever", "So many", "From", "Where", "Which", "How")
+OPENINGS = tuple(f"{word} " for word in HIDING)
 
-    def look(path: str, node: ast.AST) -> None:
-        for inner in getattr(node, "body", []):
-            if isinstance(inner, ast.FunctionDef | ast.ClassDef) and not inner.name.startswith("_"):
-                setter = any(getattr(one, "attr", "") == "setter" for one in inner.decorator_list)
-                if not setter and not ast.get_docstring(inner):
-                    missing.append(f"{path}:{inner.lineno} {inner.name}")
-                if isinstance(inner, ast.ClassDef):
-                    look(path, inner)
+
+class Definition(NamedTuple):
+    """Place of a module, a class or a function of the product, and its docstring; functions in functions are none."""
+
+    path: Path
+    line: int
+    kind: type[ast.AST]
+    # Names from the outermost class on; a module has none.
+    names: tuple[str, ...]
+    setter: bool
+    doc: str
+
+    @property
+    def where(self):
+        return f"{self.path}:{self.line} {'.'.join(self.names)}"
+
+
+@pytest.fixture(scope="module")
+def definitions():
+    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()} - {"examples"}
+    found = []
+
+    def look(path, node, names):
+        setter = any(getattr(one, "attr", "") == "setter" for one in getattr(node, "decorator_list", ()))
+        doc = ast.get_docstring(node) or ""
+        found.append(Definition(path, getattr(node, "lineno", 1), type(node), names, setter, doc))
+        for inner in () if isinstance(node, ast.FunctionDef) else node.body:
+            if isinstance(inner, ast.FunctionDef | ast.ClassDef):
+                look(path, inner, (*names, inner.name))
 
     for path in tracked("*.py"):
-        if path.parts[0] not in ("tests", "examples"):
-            look(str(path), ast.parse((ROOT / path).read_text(encoding="utf-8")))
+        if path.parts[0] in packages or len(path.parts) == 1:
+            look(path, ast.parse((ROOT / path).read_text(encoding="utf-8")), ())
+    return found
+
+
+def test_every_public_definition_says_what_it_is(definitions):
+    """Overrides in subclasses too: what is true of the base may need a word of its own."""
+    missing = [
+        one.where
+        for one in definitions
+        if one.names and not one.doc and not one.setter and not any(name.startswith("_") for name in one.names)
+    ]
     assert not missing, missing
 
 
-# Openings of sentences that hide the verb or the noun that a reader looks for.
-HIDING = ("What", "Of", "Whether", "That", "Those", "Whoever", "So many", "From", "Where", "Which", "How")
-
-
-def test_docstrings_begin_with_a_verb_or_a_noun():
+def test_docstrings_begin_with_a_verb_or_a_noun(definitions):
     """Modules, classes and public functions of the product are held to it, functions of benchmarks are not."""
-    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()} - {"examples"}
-    wrong = []
-    for path in tracked("*.py"):
-        if path.parts[0] not in packages:
-            continue
-        kinds = (
-            (ast.Module, ast.ClassDef) if path.parts[0] == "benchmarks" else (ast.Module, ast.ClassDef, ast.FunctionDef)
-        )
-        for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8"))):
-            if isinstance(node, kinds) and not (isinstance(node, ast.FunctionDef) and node.name.startswith("_")):
-                text = ast.get_docstring(node) or ""
-                if text.startswith(tuple(f"{word} " for word in HIDING)):
-                    wrong.append(f"{path}:{getattr(node, 'lineno', 1)}: {text.splitlines()[0]}")
+    held = [
+        one
+        for one in definitions
+        if one.kind is not ast.FunctionDef or (not one.names[-1].startswith("_") and one.path.parts[0] != "benchmarks")
+    ]
+    assert held
+    wrong = [f"{one.where}: {one.doc.splitlines()[0]}" for one in held if one.doc.startswith(OPENINGS)]
     assert not wrong, "\n".join(wrong)
 
 
-def test_no_two_public_classes_have_one_name():
+def test_no_two_public_classes_have_one_name(definitions):
     places: dict[str, list[str]] = {}
-    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()} - {"examples"}
-    for path in tracked("*.py"):
-        if path.parts[0] in packages:
-            for node in ast.parse((ROOT / path).read_text(encoding="utf-8")).body:
-                if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                    places.setdefault(node.name, []).append(path.as_posix())
+    for one in definitions:
+        if one.kind is ast.ClassDef and len(one.names) == 1 and not one.names[0].startswith("_"):
+            places.setdefault(one.names[0], []).append(one.where)
     assert not {name: where for name, where in places.items() if len(where) > 1}

@@ -114,6 +114,7 @@ def test_every_form_that_can_be_drawn_is_timed(bumpy, monkeypatch):
         assert fold is not None and pixels is not None and fold > 0.0 and pixels > 0.0
 
 
+@pytest.mark.slow
 def test_what_is_timed_is_what_is_drawn(bumpy):
     """All forms of nearly exact images give about the same colours: those of the images."""
     light = np.exp(8.0 * (bumpy.lights.directions @ [0.48, 0.36, 0.8] - 1.0)) * bumpy.lights.solid_angles
@@ -179,6 +180,7 @@ def test_what_is_no_coded_btf_is_told(tmp_path):
         CodedBtf.read(tmp_path)
 
 
+@pytest.mark.slow
 def test_measured_surfaces_lie_where_they_are_known_to(shared_data):
     for name, offset in (("wool", 4.0), ("corduroy", 5.5)):
         assert abs(png_components.CodedBtf.read(shared_data / "btf" / name).offset - offset) < 0.5

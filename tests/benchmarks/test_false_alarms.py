@@ -32,6 +32,7 @@ def test_one_kernel_is_none_to_compare_with(tmp_path):
         false_alarms.run(tmp_path, kernels=("Haswell",))
 
 
+@pytest.mark.slow
 def test_a_process_that_fails_is_told_of(tmp_path):
     with pytest.raises(InputError, match="no such catalogue"):
         false_alarms.run(tmp_path / "none", kernels=("Haswell", "Prescott"))

@@ -32,7 +32,7 @@ def test_without_a_browser_it_says_so(monkeypatch):
         pages.run(rows=1, sized=1, only=("catalogue",))
 
 
-@pytest.mark.slow_cases("regression")
+@pytest.mark.slow_cases("regression", "review")
 @pytest.mark.parametrize("page", ["review", "regression"])
 def test_a_page_of_82_materials_under_three_lights_is_no_larger_than_6_mb(page, tmp_path, monkeypatch):
     """Of a few materials, at the size that pictures get where there are many: what each row adds."""

@@ -91,6 +91,7 @@ sys.exit(main())
     assert done.stderr.splitlines()[-1].startswith(begin)
 
 
+@pytest.mark.slow
 def test_a_terminal_gets_a_bar(tiny_catalogue, capsys, monkeypatch):
     from rich import progress
 

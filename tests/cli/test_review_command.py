@@ -31,6 +31,7 @@ def altered(scene, old, new):
     scene.write_text(text.replace(old, new), encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_materials_given_twice_add_up(review):
     """What stands last does not take the place of what stands before it."""
     _, _, _, found = review("--illuminants", "D65", "--materials", "tiny/matt-red", "--materials", "tiny/copper")

@@ -229,6 +229,7 @@ def test_a_file_that_does_not_tell_its_angles_is_refused(metamer, tmp_path, list
     assert code == 4 and said in err
 
 
+@pytest.mark.slow_cases("names", "specifications")
 @pytest.mark.parametrize("form", ["names", "specifications", "objects"])
 def test_no_reading_at_an_angle_becomes_a_matt_material_unless_somebody_says_so(metamer, tmp_path, form):
     path = cxf(tmp_path / "silver.cxf", form, angles=(15, 110))

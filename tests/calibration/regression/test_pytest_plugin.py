@@ -79,6 +79,7 @@ def test_shapes_that_are_no_colours_are_refused():
         assert_colour_close((GREY[..., :2], WHITE), (GREY, WHITE))
 
 
+@pytest.mark.slow
 def test_the_fixture_keeps_evidence_a_folder_a_test(tmp_path):
     (tmp_path / "test_colour.py").write_text(TESTS, encoding="utf-8")
     # Loaded here by its name, wherever Metamer's own entry point is installed or not.

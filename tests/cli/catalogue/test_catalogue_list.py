@@ -130,6 +130,7 @@ def test_a_budget_that_is_missed_is_said_with_what_one_more_step_would_have_paid
     assert {name: document[name] for name in aims} == aims
 
 
+@pytest.mark.slow
 def test_the_page_of_a_material_says_the_budget_that_its_fit_missed(metamer, folder, write_matt):
     declared = Catalogue.open(folder)["paint/dark"].error
     write_matt(folder, "paint/over", 0.3, error=replace(declared, budget=0.25, score=0.75))

@@ -81,6 +81,7 @@ reflectance = { constant = %s }
 """
 
 
+@pytest.mark.slow
 def test_a_material_that_changes_while_a_build_runs_does_no_harm(metamer, scene, tmp_path, monkeypatch):
     """The rays are the same bytes, and what is shown of them is shown with the new material."""
     source, catalogue = tmp_path / "tiny.toml", tmp_path / "changing"

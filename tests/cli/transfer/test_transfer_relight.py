@@ -37,6 +37,7 @@ def test_the_second_time_nothing_is_traced(relight, monkeypatch, tmp_path):
     assert "1 of 1 block of rays were there" in said
 
 
+@pytest.mark.slow
 def test_geometry_that_changed_since_is_traced_again(relight, room, monkeypatch, tmp_path):
     traced, calls = ray_cache._traced, []
     monkeypatch.setattr(ray_cache, "_traced", lambda *given: calls.append(given) or traced(*given))
@@ -137,6 +138,7 @@ def test_lights_change_one_by_one(relight, room, tmp_path):
     assert alone["parts"][0]["delta_e94"]["all"]["mean"] > 2.0
 
 
+@pytest.mark.slow
 def test_any_number_of_rays_is_taken_and_kept(relight, tmp_path):
     rays = 19
     words = ["--material", "floor=room/dark", "--rays", rays, "--kept", tmp_path / "rays"]

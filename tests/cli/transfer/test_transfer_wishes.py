@@ -27,6 +27,7 @@ def test_glossier_finds_the_satin(relight):
     assert [part["after"] for part in found["parts"]] == ["room/satin", "room/dark"]
 
 
+@pytest.mark.slow
 def test_a_parameter_by_value_after_another_material(relight):
     """The material of --material is what --set changes."""
     words = ["--material", "floor=room/satin", "--set", "floor.exponent_u=200", "--set", "floor.exponent_v=200"]

@@ -37,6 +37,7 @@ def test_solid_angles_are_those_of_many_points():
     assert np.abs(solid_angle(corners) - truth).max() < 1e-7
 
 
+@pytest.mark.slow
 def test_shares_of_gaussians_are_within_what_is_said():
     rng = np.random.default_rng(2)
     corners = rectangles(60)

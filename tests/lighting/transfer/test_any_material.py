@@ -176,7 +176,16 @@ def room():
         yield Room(scene, renderer, Relighting.of(scene, surfaces, prepared), traced)
 
 
-@pytest.mark.slow_cases("measured pairs", "BTF, local PCA", "BTF, lobes", "BTF, polynomials", "MERL table", "maps")
+@pytest.mark.slow_cases(
+    "measured pairs",
+    "BTF, local PCA",
+    "BTF, lobes",
+    "BTF, polynomials",
+    "MERL table",
+    "maps",
+    "cutout mask",
+    "RGL table",
+)
 @pytest.mark.parametrize("kind", KINDS)
 def test_any_kind_of_material_on_any_part(room, kind):
     """At sites of the floor: finite, another than before, and nothing is traced. On the card, in a picture beside

@@ -121,7 +121,7 @@ def test_lobes_below_the_horizon_see_what_is_at_the_horizon(hits):
     assert np.isfinite(straight_down).all()
 
 
-@pytest.mark.slow_cases("1e-06")
+@pytest.mark.slow_cases("1e-06", "10000000.0")
 @pytest.mark.parametrize("scale", [1e-6, 1e7])
 def test_very_dark_and_very_bright_light_keep_their_precision(hits, scale):
     sites = floor(hits)

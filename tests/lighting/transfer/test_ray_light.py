@@ -91,6 +91,7 @@ def test_a_highlight_goes_where_the_mirrored_direction_is(ball_over_floor):
         assert near > 1.6 * far
 
 
+@pytest.mark.slow
 def test_lights_of_one_spectrum_add_up_and_others_stay_apart(ball_over_floor):
     scene, transport = ball_over_floor
     sky = EnvironmentLight(np.ones((1, 8, 16)), (A,), 300.0)

@@ -85,7 +85,7 @@ def room():
         yield Room()
 
 
-@pytest.mark.slow_cases("0")
+@pytest.mark.slow_cases("0", "1")
 @pytest.mark.parametrize("bounces", [0, 1, 2])
 def test_matt_surfaces_are_as_by_radiosity(room, bounces):
     """Every bounce, in colour: spectra of sequences of regions fold as they are multiplied."""
@@ -126,6 +126,7 @@ def test_a_highlight_is_seen_as_by_its_formula(room):
     assert np.linalg.norm(found - truth) < 0.06 * np.linalg.norm(truth)
 
 
+@pytest.mark.slow
 def test_a_highlight_passes_light_on(room):
     """The floor sends on all that its highlight reflects: by the components, as by the formula."""
     material = tuned(DARK, np.ones(len(NM)), 30.0)

@@ -42,6 +42,7 @@ def test_between_vertices_less_is_wrong(found, scene, monkeypatch):
     assert misclassified(found, known) < 0.85 * misclassified(computed_visibility(scene), known)
 
 
+@pytest.mark.slow
 def test_a_mesh_that_is_fine_enough_is_what_it_was(scene_of, monkeypatch):
     """No middle, and every number as if there were no such thing."""
     smooth = scene_of(sphere(3), plane(5.0, 5.0).placed(translate=(0.0, -3.0, 0.0)))

@@ -26,6 +26,7 @@ def test_it_measures_what_it_says(scene_of, monkeypatch):
     assert uncut.misclassified == uncut.misclassified_coarse and uncut.bytes_a_vertex < found.bytes_a_vertex
 
 
+@pytest.mark.slow
 def test_a_floor_of_two_triangles_has_shadows_on_it(scene_of, monkeypatch):
     """Asked at its four corners, it has none."""
     monkeypatch.setattr(refinement, "MOST_VERTICES", 900)

@@ -106,13 +106,14 @@ def test_only_the_side_that_is_seen_is_found(scene, points):
     assert free[False, True] == free[True, False] == 0.0
 
 
+@pytest.mark.slow
 def test_a_camera_that_sees_nothing_waits_for_nothing(scene):
     nothing = SeenPoints(np.zeros(0, dtype=int), np.zeros((0, 3)), np.zeros(0, dtype=bool))
     _, (first,) = found_first(scene, nothing)
     assert first.vertices and not len(first.middles)
 
 
-@pytest.mark.slow_cases("8192")
+@pytest.mark.slow_cases("8192", "200")
 @pytest.mark.parametrize("whole", [adaptive_sampling.WHOLE, 200])
 def test_sites_of_which_none_gave_the_axes(scene, points, monkeypatch, whole):
     """A small part among many may have no such site."""

@@ -82,6 +82,7 @@ def _free(found, scene, point_on, place, to):
     return found.signed_distances(vertices, shares, to)[0]
 
 
+@pytest.mark.slow_cases("50")
 @pytest.mark.parametrize("whole", [adaptive_sampling.WHOLE, 50])
 def test_a_floor_beside_a_box_sees_what_it_would(scene_of, box, point_on, monkeypatch, whole):
     """Directions away from the box are free up to it; without, light from there is half lost along it."""

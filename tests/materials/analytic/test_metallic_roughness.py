@@ -68,6 +68,7 @@ def test_facets_are_those_of_cook_torrance_at_the_normal():
     np.testing.assert_allclose(schlick.eval(w, w), facets.eval(w, w), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_it_factors_into_few_terms():
     body = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.linspace(0.05, 0.8, 81))
     sheen = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(81, 0.04))

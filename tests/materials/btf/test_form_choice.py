@@ -50,6 +50,7 @@ def test_the_stated_error_is_that_of_all_texels_where_there_are_few(bumpy):
     assert "192 texels" in error.protocol and error.p99 == max(row.p99 for row in error.lights)
 
 
+@pytest.mark.slow
 def test_a_form_of_the_sample_alone_is_judged_as_one_of_the_whole(bumpy):
     """Polynomials are found texel by texel: but for their steps, few texels tell what all would be."""
     sample = TexelSample.drawn(bumpy, 5)
@@ -97,7 +98,7 @@ def test_names_are_the_same_wherever_they_are_asked_for():
 
 
 @pytest.mark.slow_cases(
-    "rfnl-4", "rfnl-2-separate", "rfnl-4-separate", "lpca-paper", "rfnl-1", "rfnl-1-separate", "lpca"
+    "rfnl-4", "rfnl-2-separate", "rfnl-4-separate", "lpca-paper", "rfnl-1", "rfnl-1-separate", "lpca", "rfnl-2"
 )
 @pytest.mark.parametrize("name", NAMES)
 def test_every_form_is_kept_in_a_file_and_draws_the_same(bumpy, name):
@@ -128,6 +129,7 @@ def test_work_is_heard_of_from_0_to_1(bumpy):
         assert heard == sorted(heard) and 0.0 <= heard[0] < 0.2 and heard[-1] <= 1.0, name
 
 
+@pytest.mark.slow
 def test_a_registered_set_is_judged_by_registered_images(bumpy):
     above = HeldImages(bumpy.views, bumpy.lights, bumpy.values, bumpy.basis, offset=1.5)
     error = btf_form(above, 0.5, name="rfp").error

@@ -34,6 +34,7 @@ def test_a_constant_texture_is_one_cluster_and_exact(scenes, tmp_path):
     drawn(scenes, found.fast)
 
 
+@pytest.mark.slow
 def test_a_texel_that_is_black_in_every_image(scenes, gl, tmp_path):
     values = cloth()
     values[:, :, 2, 3] = 0.0

@@ -34,7 +34,7 @@ def middles():
     return np.stack([(column + 0.5) / IMAGES.width, 1.0 - (row + 0.5) / IMAGES.height], axis=2).reshape(-1, 2)
 
 
-@pytest.mark.slow_cases("1-True", "4-True")
+@pytest.mark.slow_cases("1-True", "4-True", "2-False")
 @pytest.mark.parametrize(("lobes", "shared"), KINDS)
 def test_at_measured_directions_it_is_the_field(lobes, shared):
     texels, uv = formed(lobes, shared).texels, middles()

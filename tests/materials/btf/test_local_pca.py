@@ -156,6 +156,7 @@ def test_clusters_that_die_begin_anew():
     assert np.isfinite(found.weights).all()
 
 
+@pytest.mark.slow
 def test_a_seed_is_the_same_bits(bumpy):
     first, second = (local_pca(bumpy, FINE, seed=5).stored() for _ in range(2))
     for name in ("number", "weights", "parts", "part_steps"):

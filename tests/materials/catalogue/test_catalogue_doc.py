@@ -39,6 +39,7 @@ def test_python_api(material, capsys):
     assert "paint/red" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_contact_sheet_from_python(material):
     exec(block("contact_sheet").replace("renderer, 128", "renderer, 16"), {})
     assert (material.parents[2] / "paints.png").read_bytes().startswith(b"\x89PNG")

@@ -294,7 +294,7 @@ def test_what_a_format_has_no_room_for_is_refused(tmp_path, dye, model, form, wo
     assert "x/y" in str(caught.value) and list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow_cases("satin_rosaline_rgb")
+@pytest.mark.slow_cases("satin_rosaline_rgb", "cc_iris_purple_gem_rgb")
 @pytest.mark.parametrize("name", ["satin_rosaline_rgb", "cc_iris_purple_gem_rgb"])
 def test_measurements_go_out_in_every_form_that_has_room(tmp_path, shared_data, name):
     brdf = RglBrdf(read_rgl(shared_data / "brdf" / "rgl" / f"{name}.bsdf"))

@@ -36,7 +36,7 @@ def with_a_dip(packs, depth, wavelength):
     return (*packs, FactorPack("io", IO, tuple(factors), Palette.of(spectrum)))
 
 
-@pytest.mark.slow_cases("33")
+@pytest.mark.slow_cases("33", "80")
 @pytest.mark.parametrize("wavelength", [0, 33, 80])
 def test_a_dip_of_one_cell_at_one_wavelength_is_found(glossy, wavelength):
     packs, bounds = fit(glossy, pixels=32).fast.packs, Bounds.of(glossy)

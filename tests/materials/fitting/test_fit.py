@@ -185,6 +185,7 @@ def test_the_same_seed_gives_the_same_bits():
             np.testing.assert_array_equal(left, right)
 
 
+@pytest.mark.slow
 def test_terms_stay_of_the_size_of_the_material():
     brdf = CookTorrance(RED, 0.2 + 1.3 * RAMP, 3.6 - 1.7 * RAMP, 0.3, 1.0)
     found = fit(brdf, ranks=(16,), pixels=PIXELS)

@@ -80,6 +80,7 @@ def test_a_frame_can_be_asked_for(frame):
     assert [pack.frame for pack in found.fast.packs] == [frame]
 
 
+@pytest.mark.slow_cases("weighted")
 @pytest.mark.parametrize("method", ["weighted", "incremental", "refitted"])
 def test_every_method_is_judged_by_the_same_protocol(method):
     brdf = OrenNayar(RED, 0.35)

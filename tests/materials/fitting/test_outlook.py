@@ -38,6 +38,7 @@ def test_one_more_step_is_what_was_tried_or_what_the_last_step_paid(trials, ende
     assert found == (expected if expected is None else pytest.approx(expected))
 
 
+@pytest.mark.slow_cases("1e-06-False")
 @pytest.mark.parametrize(("budget", "met"), [(5.0, True), (1e-6, False)])
 def test_a_fit_says_what_it_aimed_at_and_what_it_came_to(budget, met):
     red = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.linspace(0.1, 0.6, len(WORKING_WAVELENGTHS_NM)))

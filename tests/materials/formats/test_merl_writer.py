@@ -25,6 +25,7 @@ def gloss():
     return AshikhminShirley(Spectrum.sampled(WORKING_WAVELENGTHS_NM, body), coat, 40.0, 40.0)
 
 
+@pytest.mark.slow
 def test_nodes_hold_the_brdf_in_linear_srgb(tmp_path, gloss):
     values, notes = merl_table(gloss)
     write_merl(tmp_path / "x.binary", values)

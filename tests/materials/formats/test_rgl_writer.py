@@ -30,7 +30,7 @@ def test_text_is_no_tensor(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow_cases("ashikhmin_shirley", "cook_torrance", "oren_nayar", "metallic_roughness")
+@pytest.mark.slow_cases("ashikhmin_shirley", "cook_torrance", "oren_nayar", "metallic_roughness", "coated_diffuse")
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.NAME)
 def test_a_table_looks_like_its_brdf(tmp_path, model, record_property):
     sphere = sphere_protocol(48)

@@ -239,6 +239,7 @@ def test_damaged_bytes_are_refused_in_words(tmp_path, data):
     assert all(isinstance(each, Rejected) or each.original for each in found)
 
 
+@pytest.mark.slow
 def test_the_charts_and_the_fluorescent_picture(shared_data):
     folder = shared_data / "spectra" / "exr"
     for name, count in (("Ohta1997.exr", 24), ("Macbeth.exr", 25)):

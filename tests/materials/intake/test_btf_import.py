@@ -51,6 +51,7 @@ def brought(source, catalogue, said=SAID, **more):
     return import_sources([source], catalogue, jobs=1, answer=said, **more)
 
 
+@pytest.mark.slow_cases("True")
 @pytest.mark.parametrize("copy", [False, True])
 def test_images_stay_where_they_are_or_are_copied_when_asked(wool, tmp_path, copy, capsys):
     catalogue, said = tmp_path / "cat", []

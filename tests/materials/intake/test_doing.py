@@ -124,6 +124,7 @@ def test_a_fit_in_another_process_is_heard_here(grey):
     assert not fitted.reason
 
 
+@pytest.mark.slow_cases("True")
 @pytest.mark.parametrize("apart", [False, True])
 def test_an_import_says_what_begins_and_what_it_is_at(grey, tmp_path, apart):
     begun, heard = [], []

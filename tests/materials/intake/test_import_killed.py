@@ -77,7 +77,7 @@ def test_leftovers_of_an_import_that_is_still_at_work_stay(source, tmp_path):
     folder = tmp_path / "cat"
     with writing_to(folder):
         (folder / ".half.0123abcd.h5").write_bytes(b"half")
-        assert import_sources([source], folder, jobs=2).count("imported") == 5
+        assert import_sources([source], folder, jobs=1).count("imported") == 5
         assert half_written(folder)
     with writing_to(folder):
         assert not half_written(folder)

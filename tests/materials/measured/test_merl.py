@@ -135,6 +135,7 @@ def test_a_lost_block_is_filled_from_around_it(values):
     assert apart < 0.2, evidence
 
 
+@pytest.mark.slow
 def test_a_single_reading_a_channel_is_all_there_is():
     alone = np.full((*SHAPE, 3), -1.0)
     alone[3, 4, 5] = (0.3, 0.2, 0.1)

@@ -99,6 +99,7 @@ def test_wavelengths_are_the_working_grid_with_ends_held(paint):
     assert any("400 to 700 nm" in note for note in paint.notes)
 
 
+@pytest.mark.slow
 def test_mirror_symmetry(shifted):
     wi, wo = hemisphere(1000, 7), hemisphere(1000, 8)
     mirrored = [1.0, -1.0, 1.0]
@@ -164,6 +165,7 @@ def test_pair_without_any_reading_is_interpolated_from_the_others():
     assert found == pytest.approx(told.values[60], rel=0.2)
 
 
+@pytest.mark.slow
 def test_exact_duplicates_and_mirror_duplicates_count_once():
     told = measured()
     mirrored = told.wo * [1.0, -1.0, 1.0]

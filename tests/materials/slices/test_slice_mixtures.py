@@ -184,6 +184,7 @@ def test_numbers_are_those_that_a_file_keeps():
     assert again.error == form.error and np.array_equal(again.palette.samples, form.palette.samples)
 
 
+@pytest.mark.slow
 def test_no_more_gaussians_than_a_budget_asks_for():
     rough = ggx(0.6)
     assert fewest_slices(rough, 50.0).count == COUNTS[0]

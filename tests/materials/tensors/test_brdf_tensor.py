@@ -75,12 +75,14 @@ def test_separation_leaves_less(family):
     assert off[1] < 0.87 * off[0]
 
 
+@pytest.mark.slow
 def test_larger_tensors_leave_less():
     family = blinn_phong(12)
     errors = [brdf_tensor(family, ranks, Disc(12)).error for ranks in ((1, 2, 2), (2, 6, 6), (4, 24, 24))]
     assert errors[0] > 2.0 * errors[1] > 8.0 * errors[2]
 
 
+@pytest.mark.slow
 def test_a_broad_family_is_followed():
     """What a tensor of many factors gives between nodes and members is the formula's."""
     family = blinn_phong(8)

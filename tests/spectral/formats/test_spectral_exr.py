@@ -298,6 +298,7 @@ def test_mutated_bytes_are_read_or_refused(tmp_path, data):
         assert str(path) in str(reason)
 
 
+@pytest.mark.slow_cases("Macbeth-25")
 @pytest.mark.parametrize("name, count", [("Macbeth", 25), ("Ohta1997", 24)])
 def test_real_charts(shared_data, name, count):
     path = shared_data / "spectra" / "exr" / f"{name}.exr"

@@ -55,7 +55,7 @@ def corner(scenes, *lights, wall="red", floor="white", size=24, body=True):
     return scenes.scene_of(parts, lights or [scenes.sun((0.3, 0.9, 0.5))], camera)
 
 
-@pytest.mark.slow_cases("GL")
+@pytest.mark.slow_cases("GL", "numpy")
 def test_another_material_is_seen_by_way_of_others_too(scenes, make):
     """A renderer that has drawn the scene before draws what a new one draws."""
     lit = replace(corner(scenes), bounces="auto")
@@ -127,6 +127,7 @@ def test_a_metal_mirrors_what_stands_about_it(scenes, make, monkeypatch):
     assert near < 2.6 and near < 0.4 * far
 
 
+@pytest.mark.slow_cases("GL")
 def test_a_texture_receives_light_and_passes_it_on_texel_by_texel(scenes, make):
     stripes = np.where((np.arange(12) // 3 % 2)[None, :, None] == 1, 0.7, 0.1) * np.ones((12, 1, 81))
     texture = SpectralTexture(NM, stripes)
@@ -196,7 +197,7 @@ def test_black_surroundings_change_nothing(scenes, make):
         assert renderer.bounced is None and not found.any()
 
 
-@pytest.mark.slow_cases("GL")
+@pytest.mark.slow_cases("GL", "numpy")
 def test_other_illuminants_and_spectra_tell_the_same(scenes, make):
     """Folding afresh is drawing anew, and spectra add up to the colours."""
     scene = replace(corner(scenes), bounces=2)

@@ -92,6 +92,7 @@ def test_mip_mapped_gl_equals_numpy_over_all_pixels(scenes, hardware, software, 
     assert delta.max() < 0.1, np.unravel_index(delta.argmax(), delta.shape)
 
 
+@pytest.mark.slow
 def test_a_measured_mesh_mip_mapped(scenes, hardware, software, shared_data):
     from metamer.lighting.mesh.files import load_mesh
 
@@ -107,7 +108,7 @@ def test_a_measured_mesh_mip_mapped(scenes, hardware, software, shared_data):
     assert difference(mine, theirs, scene).max() < 0.1
 
 
-@pytest.mark.slow_cases("sharp-mipmapped")
+@pytest.mark.slow_cases("sharp-mipmapped", "brushed-mipmapped")
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
 @pytest.mark.parametrize("material", ["sharp", "brushed", "woven"])
 def test_half_precision_textures_give_the_float32_picture_bit_for_bit(scenes, gl, halved, material, filtering):

@@ -124,7 +124,7 @@ def test_no_picture_without_the_dye_is_like_it(scenes):
     assert np.percentile(shifted, 95) > 1.0
 
 
-@pytest.mark.slow_cases("GL")
+@pytest.mark.slow_cases("GL", "numpy")
 def test_each_illuminant_excites_as_it_does(scenes, make):
     """Several at once are what each is alone."""
     scene = corner(scenes)

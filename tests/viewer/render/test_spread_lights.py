@@ -228,7 +228,7 @@ def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make):
     assert np.allclose(lamp, only, atol=1e-5 * lamp.max())
 
 
-@pytest.mark.slow_cases("GL")
+@pytest.mark.slow_cases("GL", "numpy")
 def test_kept_terms_and_delta_lights_beside_make_the_same_picture(scenes, make):
     scene, surfaces = scenes.two_balls(), dict(scenes.SURFACES)
     light = sky(1)

@@ -124,7 +124,11 @@ def off(scenes, software, surface, light=TWO):
 
 
 @pytest.mark.slow_cases(
-    "alike everywhere-linear", "alike everywhere-mipmapped", "two axes alike-linear", "coated-mipmapped"
+    "alike everywhere-linear",
+    "alike everywhere-mipmapped",
+    "two axes alike-linear",
+    "coated-mipmapped",
+    "two axes alike-mipmapped",
 )
 @pytest.mark.slow_cases(
     *(f"{kind}-{how}" for kind in ("varied", "two axes, turned", "coated, two axes") for how in ("linear", "mipmapped"))

@@ -41,7 +41,7 @@ def room(scenes, monkeypatch):
     return replace(scenes.scene_of(parts, [scenes.sun((0.3, 0.9, 0.5))], camera), bounces=1)
 
 
-@pytest.mark.slow_cases("GL")
+@pytest.mark.slow_cases("GL", "numpy")
 def test_each_picture_is_that_of_its_material_alone(room, catalogue, renderer, monkeypatch):
     traced, calls = ray_cache._traced, []
     monkeypatch.setattr(ray_cache, "_traced", lambda *given: calls.append(given) or traced(*given))

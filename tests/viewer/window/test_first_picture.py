@@ -156,6 +156,7 @@ def test_rays_come_first_and_the_exact_picture_last(gl, frame, session, slow):
     assert_as_headless(gl, frame)
 
 
+@pytest.mark.slow
 def test_what_the_camera_sees_is_drawn_before_the_rest_is_worked_out(gl, frame, scene, session, slow):
     slow.real = True
     frame.show(session, SIZE)

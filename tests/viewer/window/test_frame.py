@@ -250,6 +250,7 @@ def test_a_moving_picture_is_near_the_exact_one(gl, scene, scenes, session, monk
         frame.release()
 
 
+@pytest.mark.slow
 def test_sizes_of_one_pixel_and_others_follow_each_other(frame, session):
     for size in ((1, 1), SIZE, (7, 3), (1, 40)):
         frame.show(session, size)

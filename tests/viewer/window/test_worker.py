@@ -110,6 +110,7 @@ def test_rays_are_kept_while_meshes_are_the_same(scene):
     assert tracers.of(replace(scene, parts=(replace(scene.parts[0], mesh=moved), *scene.parts[1:]))) is not one
 
 
+@pytest.mark.slow
 def test_a_process_tells_first_a_coarse_figure_then_the_same_as_here(asked, surfaces):
     here = [one for one in view_errors(asked, surfaces) if one is not None][-1]
     with ReferenceWorker() as worker:

@@ -91,6 +91,7 @@ def test_ctrl_c_in_the_terminal_ends_it_and_its_reference(end):
     assert not below.exists()
 
 
+@pytest.mark.slow
 def test_closed_in_mid_build_it_ends_well_and_keeps_its_session(end, surroundings, small_scene):
     kept = Path(surroundings["XDG_STATE_HOME"]) / "metamer" / "last-session.toml"
     kept.unlink(missing_ok=True)
