@@ -75,7 +75,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _words(scene: Scene, made_by: str, count: int) -> str:
-    lights = ", ".join(dict.fromkeys(light.spectrum_name or light.name for light in scene.lights))
+    from ...viewer.sheets.preview import lights_in_words
+
+    lights = lights_in_words(scene)
     return f"{count} materials, their fast forms on a {scene.name.lower()}, BTFs on a cloth, under {lights}, {made_by}"
 
 

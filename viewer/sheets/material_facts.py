@@ -30,6 +30,7 @@ from ...runtime.errors import InputError
 from ..picture import display_for, display_pass, material_picture
 from ..render.session import RenderSession
 from ..review.words import provenance_words
+from .preview import lights_in_words
 
 
 def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: RenderSession | None = None) -> str:
@@ -63,8 +64,7 @@ def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: 
 def _picture(record: MaterialRecord, scene: Scene, renderer: RenderSession) -> tuple[UInt8[ndarray, "H W 3"], str]:
     display = display_for(scene.viewing)
     picture, notes = material_picture(record, scene, renderer, display, display_pass(renderer, display))
-    lights = ", ".join(dict.fromkeys(light.spectrum_name or light.name for light in scene.lights))
-    drawn = f"{record.drawn().WORDS.capitalize()} on a {scene.name.lower()} under {lights}"
+    drawn = f"{record.drawn().WORDS.capitalize()} on a {scene.name.lower()} under {lights_in_words(scene)}"
     return picture, " ".join([f"{drawn}, {renderer.made_by}, for {display.display}.", *notes])
 
 

@@ -83,6 +83,14 @@ def thumbnail_scene(model: str) -> Scene:
     return load_scene(shipped_scene("thumbnail_cloth" if model == _BTF else "thumbnail"))
 
 
+def lights_in_words(scene: Scene) -> str:
+    """Return the lights of a scene as captions name them: the spectrum of all, or each by name and spectrum."""
+    named = [(light.name, light.spectrum_name or "its own spectra") for light in scene.lights]
+    if len({spectrum for _, spectrum in named}) == 1:
+        return named[0][1]
+    return ", ".join(spectrum if spectrum.startswith(name) else f"{name} {spectrum}" for name, spectrum in named)
+
+
 def contact_sheet(
     found: Sequence[Thumbnail], columns: int = 8, title: str = "", captions: Sequence[str] | None = None
 ) -> UInt8[np.ndarray, "H W 3"]:
