@@ -97,6 +97,35 @@ _PERHAPS_LIGHT = re.compile(
     r"mercury)\.?\d{0,2}",
     re.I,
 )
+# Names that are a light's as a whole; lamps and letters are those of samples, too.
+_LIGHT_NAME = (
+    r"D ?(?:50|55|65|75|93)|ID ?(?:50|65)|FL ?\d{1,2}(?:\.\d{1,2})?|LED[- ](?:[BV]\d|BH1|RGB1)|TL ?-?8[345]|"
+    r"U ?3[05]|CWF|WWF|HMI|CFL"
+)
+_PREFIXES = r"(?:(?:CIE|std\.?|standard|ref(?:erence)?\.?|test|rel\.?|relative|norm(?:ali[sz]ed|\.)?|booth) ){0,3}"
+_A_LIGHT = re.compile(
+    rf"{_PREFIXES}(?:(?:illuminants?|illum\.?|light ?sources?|lamps?|spd)"
+    rf"(?:\W{{0,3}}(?:{_LIGHT_NAME}|[ABCE]|F?\d{{1,2}}))?|"
+    rf"(?:{_LIGHT_NAME}|[ABCE] (?=[ilsp])|F ?\d{{1,2}} (?=[ilsp]))"
+    r"(?: ?(?:illuminant|light(?: source)?|lamp|source|spd|power))?)",
+    re.I,
+)
+_PERHAPS_A_LIGHT = re.compile(
+    rf"(?-i:[ABCE])|(?:(?:{_PERHAPS_LIGHT.pattern}|lights?|sources?|tungsten|halogen|xenon|incandescent|leds?|horizon|booth)"
+    r"(?: ?\d{1,2})?)",
+    re.I,
+)
+_CONDITION_COLUMN = re.compile("illum|observer|obs$|light", re.I)
+# Numbers that a sheet gives its samples, readings or rows; and words for a sample's lot, which are samples as well.
+_NUMBERED = (
+    r"(?:sample|specimen|row|lot|batch|serial|order|job|part|item|article|product|panel|measurement|reading|scan|run)"
+)
+_IDENTIFIER = re.compile(
+    rf"(?:{_NUMBERED}[ _.-]*)?(?:ids?|no\.?|nos\.?|nr\.?|num(?:ber)?\.?|identifier|uuid|bar ?code|#)", re.I
+)
+_PERHAPS_IDENTIFIER = re.compile(
+    rf"{_NUMBERED}|charge|replicates?|repeat|position|pos\.?|line|step|counter|operator|code|key|[nki]", re.I
+)
 # "grey 50%" is the name of a sample.
 _PERCENT = re.compile(r"(?<![\d.,])(?<!\d\s)%|\b0\W{1,5}100\s?%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
 _FRACTION = re.compile(
@@ -225,6 +254,31 @@ def names_perhaps_light(name: str) -> bool:
 def names_light(words: str) -> bool:
     """Return whether a name is that of a light, such as "D65", "LED 4000 K" or "Tungsten"."""
     return bool(_LIGHT.search(_one_line(words).replace("_", " ")))
+
+
+def names_only_light(heading: str) -> Literal["light", "perhaps"] | None:
+    """Find whether a heading is as a whole that of a light, such as "D65" or "illuminant 2", or may be, as "A" or
+    "F11", which samples are called, too.
+    """
+    heading = _one_line(heading).replace("_", " ")
+    if _A_LIGHT.fullmatch(heading):
+        return "light"
+    return "perhaps" if _PERHAPS_A_LIGHT.fullmatch(heading) else None
+
+
+def names_identifier(heading: str) -> Literal["identifier", "perhaps"] | None:
+    """Find whether a heading is that of identifiers, such as "id" or "lot no.", or may be, as "lot" and "batch", which
+    are samples beside a standard.
+    """
+    heading = _one_line(heading)
+    if _IDENTIFIER.fullmatch(heading):
+        return "identifier"
+    return "perhaps" if _PERHAPS_IDENTIFIER.fullmatch(heading) else None
+
+
+def names_condition(heading: str) -> bool:
+    """Return whether a heading is that of the illuminant or the observer that colours are for."""
+    return bool(_CONDITION_COLUMN.search(heading))
 
 
 def unit_in(words: str) -> Unit | None:

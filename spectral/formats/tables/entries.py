@@ -15,15 +15,21 @@ from ..registry import SpectralFile, StatedColour
 from ..shared.decisions import Sign, ValueRange, divisor_of, undecided
 from ..shared.entry_rules import DELETED, Gathering, in_visible
 from ..shared.text import shortened
-from ..shared.words import colour_axis, condition_in, illuminant_in, observer_in, quantity_in, stated_colours, unit_in
+from ..shared.words import (
+    colour_axis,
+    condition_in,
+    illuminant_in,
+    names_condition,
+    observer_in,
+    quantity_in,
+    stated_colours,
+    unit_in,
+)
 from .axis import NANOMETRE
 from .makers import name_by_maker
 from .parsing import TextTable
-from .quantities import counts_removed, judge
+from .quantities import counts_removed, identifiers_removed, judge
 from .section import Column
-
-# Columns that say what the Lab and XYZ of a row are for.
-_LIGHT_COLUMN = re.compile("illum|observer|obs$|light", re.I)
 
 
 def gathered(
@@ -55,9 +61,13 @@ def gathered(
     if len(kept) < len(columns):
         of_counts = [column.name for column in columns if column not in kept]
         gathering.note(f"columns of raw counts are left out: {', '.join(of_counts[:6])}")
-    together = Counter(column.table for column in kept)
     for column in kept:
         column.samples, column.grid_nm = np.asarray(column.values, dtype=np.float64), _grid(column, gathering)
+    kept, identifiers = identifiers_removed(kept)
+    if identifiers:
+        gathering.note(f"columns of identifiers are left out: {', '.join(identifiers[:6])}")
+    together = Counter(column.table for column in kept)
+    for column in kept:
         column.colours = _colours(column, table, together[column.table] == 1)
     judge(kept, answer, hints, path, may_be_counts)
     _refuse_densities(kept)
@@ -98,7 +108,7 @@ def _colours(column: Column, table: TextTable, alone: bool) -> tuple[StatedColou
     """The colours beside a column; those in the lines above are its own where it is `alone` in its table."""
     said = column.preamble if alone else {}
     said = said | {head: cell for head, cell in column.beside.items() if colour_axis(head)}
-    own = " ".join(cell for head, cell in column.beside.items() if _LIGHT_COLUMN.search(head))
+    own = " ".join(cell for head, cell in column.beside.items() if names_condition(head))
     return stated_colours(
         {head: table.dialect.number(cell) for head, cell in said.items()},
         illuminant_in(own) or illuminant_in(column.around),
@@ -110,7 +120,8 @@ def _find_scales(columns: Sequence[Column], answer: ImportOptions) -> None:
     """What each column is divided by: one answer for all columns with one unit below one kind of heading."""
     groups: dict[tuple[int, Scale | None, str, bool], list[tuple[Column, str]]] = {}
     for column in columns:
-        if column.decision is not None and column.decision.quantity != "emission" and column.bad is None:
+        usable = column.bad is None and column.refusal is None
+        if usable and column.decision is not None and column.decision.quantity != "emission":
             unit, words = _unit(column)
             key = (column.alike, unit, column.decision.quantity, column.decision.stated)
             groups.setdefault(key, []).append((column, words))
@@ -127,11 +138,27 @@ def _find_scales(columns: Sequence[Column], answer: ImportOptions) -> None:
             unit, words = ("percent" if min(factors) > 10.0 else "fraction"), "their published scale"
         scale = refusal = None
         try:
+            if unit is None and answer.scale is None:
+                _refuse_two_scales([column for column, _ in group], values)
             scale = divisor_of(values, unit, words, answer)
         except InputError as reason:
             refusal = reason
         for column, _ in group:
             column.scale, column.refusal = scale, refusal
+
+
+def _refuse_two_scales(columns: Sequence[Column], values: ValueRange) -> None:
+    """Refuse percents among fractions, without a unit: half of a table does not stay below one per cent."""
+    dark = [column for column in columns if _of_light(column.grid_nm, column.samples).max(initial=0.0) <= 1.0]
+    if values.only_percent and len(columns) > 1 and 2 * len(dark) >= len(columns):
+        above = next(column.name for column in columns if all(column is not other for other in dark))
+        raise InputError(
+            "percent among fractions?",
+            field="values",
+            found=f"{len(dark)} of {len(columns)} spectra stay below 1, as {dark[0].name} does, and {above} does not",
+            expected="one scale in a table, or a unit beside each spectrum",
+            hint='write the unit behind each heading, such as "(%)"; if all are percent, say --scale percent',
+        )
 
 
 def _grid(column: Column, gathering: Gathering) -> np.ndarray:

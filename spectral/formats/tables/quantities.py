@@ -29,6 +29,8 @@ from ..shared.words import (
     counts_in_lines,
     illuminant_in,
     names_density,
+    names_identifier,
+    names_only_light,
     names_power,
     names_raw,
     names_sensitivity,
@@ -63,6 +65,9 @@ def judge(
     stated = _stated(columns, answer, path)
     _find_likenesses(columns)
     belied = _belied_by_colours(columns)
+    table_of: dict[int, list[Column]] = {}
+    for column in columns:
+        table_of.setdefault(column.table, []).append(column)
     of_file = [*hints, *signs_of_name("file name", path.stem, "the file name")]
     for column, sign_stated in zip(columns, stated, strict=True):
         try:
@@ -77,7 +82,10 @@ def judge(
             # Counts of a lamp or of a paint have its names and its shape, too.
             hints_count = sign_stated is not None or not may_be_counts
             column.signs = (signs if sign_stated else [*signs, *numbers]) if hints_count else []
-            column.decision = decided(column.signs, numbers, answer, column.name)
+            decision = decided(column.signs, numbers, answer, column.name)
+            if decision and decision.quantity != "emission":
+                _check_sample(column, numbers, table_of[column.table])
+            column.decision = decision
         except InputError as reason:
             column.refusal = reason
 
@@ -124,7 +132,7 @@ def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> lis
 
 
 def _may_be_counted(column: Column) -> bool:
-    return bool(column.samples.max(initial=0.0) >= _COUNTED and (column.samples % 1.0 == 0.0).all())
+    return bool(column.samples.max(initial=0.0) >= _COUNTED and _is_whole(column))
 
 
 def _own(column: Column) -> str | None:
@@ -206,6 +214,60 @@ def _check(column: Column, sign_stated: Sign | None, path: Path) -> None:
             found=repr(shortened(cell, 40)),
             expected="a number, or an empty cell where there is none",
         )
+
+
+def _check_sample(column: Column, numbers: Sequence[Sign], table: Sequence[Column]) -> None:
+    """Refuse a spectrum of a surface that is called as a light is, or as identifiers are, and may be either.
+
+    numbers : signs in its own numbers; `table` : all that stands in its table.
+    """
+    if column.place != (0, 0) and quantity_in(column.heading):
+        return  # says itself what it is of
+    light = names_only_light(column.name)
+    if light == "perhaps" and all(sign.says != "emission" for sign in numbers):
+        # "A" beside "D65" is no letter.
+        light = "light" if any(names_only_light(other.name) == "light" for other in table) else None
+    called = names_identifier(column.name)
+    if called == "perhaps":
+        numbered = _is_whole(column) and not all(map(_is_whole, table))
+    else:
+        numbered = bool(called) and (_is_whole(column) or len(table) > 1)
+    if light or numbered:
+        what = "light" if light else "number of samples or rows"
+        raise InputError(
+            f"a sample, or a {what}?",
+            field=column.name,
+            found=" and ".join(("its name", *(sign.words for sign in numbers if light))),
+            expected="samples, called as no light and no identifier is",
+            hint=f"where it is a sample, call it so: 'sample {shortened(column.name, 40)}'; where it is a {what}, "
+            + ("save it as a file of its own, or remove it" if light else "remove it"),
+        )
+
+
+def identifiers_removed(columns: list[Column]) -> tuple[list[Column], list[str]]:
+    """Columns less those of identifiers, and the names of these, where there are others.
+
+    Whole numbers that are called so are; where samples may be called so, too, those that do not change or that count.
+    """
+    left_out = [at for at, column in enumerate(columns) if _are_identifiers(column)]
+    if len(left_out) == len(columns):
+        return columns, []
+    return [column for at, column in enumerate(columns) if at not in left_out], [columns[at].name for at in left_out]
+
+
+def _are_identifiers(column: Column) -> bool:
+    called = column.place != (0, 0) and not quantity_in(column.heading) and names_identifier(column.name)
+    numbers = column.samples[np.isfinite(column.samples)]
+    if not called or numbers.size < 2 or not _is_whole(column):
+        return False
+    steps = np.diff(numbers)
+    # A white is the same throughout, too.
+    counts = not np.ptp(steps) and (steps[0] != 0.0 or numbers[0] not in (0.0, 1.0, 100.0))
+    return called == "identifier" or bool(counts)
+
+
+def _is_whole(column: Column) -> bool:
+    return not (column.samples[np.isfinite(column.samples)] % 1.0).any()
 
 
 _REFUSED = {

@@ -11,7 +11,7 @@ from itertools import pairwise
 from ....runtime.errors import InputError
 from ..shared.decisions import NO_COUNTS
 from ..shared.text import shortened
-from ..shared.words import colour_axis, measured, quantity_in, quantity_in_lines, unit_in
+from ..shared.words import colour_axis, measured, names_condition, quantity_in, quantity_in_lines, unit_in
 from .axis import NANOMETRE, check_axis, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent
 from .layout import (
@@ -284,7 +284,8 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     kinds = [at for at in others if re.search("type|mode|quantity|measure|geometr", heads[at], re.I)]
     # A name is better than a number; without either, whatever stands first.
     names = [at for at in plain if is_name_header(heads[at])]
-    names = sorted(names, key=lambda at: bool(re.search(r"\bid\b|_id$|^no\b|^#", heads[at], re.I))) + plain
+    names = sorted(names, key=lambda at: bool(re.search(r"\bid\b|_id$|^no\b|^#", heads[at], re.I)))
+    names += [at for at in plain if not names_condition(heads[at])]
     columns: list[Column] = []
     without = pending = 0
     for line, cells in rows:

@@ -172,3 +172,119 @@ def test_lab_of_a_display_does_not_make_a_surface_of_it(written, scale):
     shown = 0.004 + np.array([blue + 0.6 * green + 0.7 * red, 0.7 * red, blue])
     with pytest.raises(InputError, match="what was measured"):
         read_spectra(written(with_lightness(scale * shown, (100.0, 53.0, 32.0), "D50"), "a.csv"))
+
+
+NAMES_OF_LIGHTS = ["D65", "d50", "illuminant", "Illuminant D65", "CIE A illuminant", "Light source", "lamp 2", "TL84"]
+NAMES_OF_LIGHTS += ["CWF", "FL11", "F11 lamp", "LED-B1", "standard illuminant A", "Illum.", "ID65", "U30"]
+RED = (0.062 + 0.57 / (1.0 + np.exp(-(np.arange(400, 701, 20) - 583.0) / 13.0))).round(4)
+BLUE = (0.4 - 0.3 * RED).round(4)
+
+
+def sheet(way, unit, *columns):
+    """A sheet of reflectances, wavelengths down or across, of columns with a name and values."""
+    nm = range(400, 701, 20)
+    if way == "down":
+        rows = [",".join(["nm", *(name for name, _ in columns)])]
+        rows += [",".join(map(str, row)) for row in zip(nm, *(values for _, values in columns), strict=True)]
+    else:
+        rows = [",".join(["name", *map(str, nm)]), *(",".join([name, *map(str, values)]) for name, values in columns)]
+    return "\n".join([f"Reflectance{unit}", *rows, ""])
+
+
+@pytest.mark.parametrize("way", ["down", "across"])
+@pytest.mark.parametrize("name", NAMES_OF_LIGHTS)
+def test_what_is_called_as_a_light_among_samples_is_asked_about(written, name, way):
+    lamp = (0.1 + 0.8 * np.exp(-(((np.arange(400, 701, 20) - 460.0) / 40.0) ** 2))).round(4)
+    for unit, scale, of_light in (("", 1.0, 1.0), ("", 1.0, 80.0), (" (%)", 100.0, 1.0), (" (%)", 100.0, 90.0)):
+        columns = (("red", RED * scale), (name, lamp * of_light), ("blue", BLUE * scale))
+        file = read_spectra(written(sheet(way, unit, *columns)))
+        assert [entry.name for entry in file.entries] == ["red", "blue"]
+        np.testing.assert_allclose(file.entries[0].spectrum.samples, RED, rtol=1e-9)
+        ((rejected, reason),) = file.rejected
+        assert rejected == name and reason.problem == "a sample, or a light?"
+
+
+@pytest.mark.parametrize("way", ["down", "across"])
+@pytest.mark.parametrize("name", ["A", "F11", "E", "light", "horizon", "cool white 2", "tungsten"])
+def test_a_name_of_samples_and_lights_counts_where_the_numbers_are_a_lights(written, name, way):
+    nm = np.arange(400, 701, 20)
+    light = illuminant("A")
+    power = np.interp(nm, light.wavelengths_nm, light.samples)
+    beside = ("red", RED), ("blue", BLUE)
+    file = read_spectra(written(sheet(way, "", *beside, (name, power / power.max()))))
+    assert [entry.name for entry in file.entries] == ["red", "blue"] and [one for one, _ in file.rejected] == [name]
+    file = read_spectra(written(sheet(way, "", *beside, (name, 0.5 - 0.2 * BLUE))))
+    assert [entry.name for entry in file.entries] == ["red", "blue", name] and not file.rejected
+    # Beside a light it is no letter.
+    file = read_spectra(written(sheet(way, "", *beside, (name, 0.5 - 0.2 * BLUE), ("D65", BLUE))))
+    assert [entry.name for entry in file.entries] == ["red", "blue"] and len(file.rejected) == 2
+
+
+IDENTIFIERS = [
+    "id",
+    "ID",
+    "Lot no.",
+    "lot",
+    "batch",
+    "Batch number",
+    "Serial",
+    "sample id",
+    "position",
+    "row",
+    "Nr.",
+    "n",
+]
+
+
+@pytest.mark.parametrize("name", IDENTIFIERS)
+@pytest.mark.parametrize("values", [np.full(16, 4711), np.full(16, 17), np.arange(1, 17), np.arange(100, 84, -1)])
+def test_a_column_of_identifiers_is_no_sample_and_changes_no_scale(written, name, values):
+    for unit, scale in (("", 1.0), (" (%)", 100.0), (" (0..1)", 1.0)):
+        for columns in (
+            (("red", RED * scale), (name, values), ("blue", BLUE * scale)),
+            ((name, values), ("red", RED * scale)),
+        ):
+            file = read_spectra(written(sheet("down", unit, *columns)))
+            assert [entry.name for entry in file.entries] == [one for one, _ in columns if one != name]
+            assert not file.rejected and any("left out" in note and name in note for note in file.notes)
+            np.testing.assert_allclose(
+                next(e for e in file.entries if e.name == "red").spectrum.samples, RED, rtol=1e-9
+            )
+
+
+@pytest.mark.parametrize("name", ["lot", "batch", "sample", "panel", "A", "n"])
+def test_a_lot_beside_its_standard_is_a_sample(written, name):
+    for unit, scale, digits in (("", 1.0, 4), (" (%)", 100.0, 2), (" (%)", 100.0, 0)):
+        columns = ("standard", (RED * scale).round(digits)), (name, (BLUE * scale).round(digits))
+        file = read_spectra(written(sheet("down", unit, *columns)))
+        assert [entry.name for entry in file.entries] == ["standard", name] and not file.rejected
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [("lot", [*range(3, 18), 12]), ("batch", [1] * 16), ("batch", [100] * 16), ("n", [5, *[7] * 15]), ("id", BLUE)],
+)
+def test_what_may_be_identifiers_is_asked_about(written, name, values):
+    file = read_spectra(written(sheet("down", " (%)", ("red", RED * 100.0), (name, values))))
+    assert [entry.name for entry in file.entries] == ["red"]
+    ((_, reason),) = file.rejected
+    assert reason.problem == "a sample, or a number of samples or rows?"
+
+
+@pytest.mark.parametrize("way", ["down", "across"])
+@pytest.mark.parametrize("dark", [1, 2, 5])
+def test_percents_among_fractions_are_asked_about(written, way, dark):
+    columns = [("white", [90.0] * 16), *((f"paint {number}", RED) for number in range(dark))]
+    path = written(sheet(way, "", *columns))
+    with pytest.raises(InputError, match="percent among fractions"):
+        read_spectra(path)
+    assert len(read_spectra(path, ImportOptions(scale="percent")).entries) == dark + 1
+    columns = [("black", RED), *((f"paint {number}", RED * 100.0) for number in range(dark + 1))]
+    assert len(read_spectra(written(sheet(way, "", *columns))).entries) == dark + 2
+
+
+def test_an_illuminant_that_colours_are_for_is_no_name(written):
+    rows = [f"{light},{','.join(map(str, RED))}" for light in ("D65", "A")]
+    header = f"Illuminant,{','.join(map(str, range(400, 701, 20)))}"
+    file = read_spectra(written("\n".join(["Reflectance", header, *rows, ""])))
+    assert [entry.name for entry in file.entries] == ["row 1", "row 2"] and not file.rejected

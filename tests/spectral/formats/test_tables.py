@@ -447,7 +447,7 @@ def test_names_of_samples_are_not_taken_for_an_instrument_s_own_columns(written,
 def test_numbers_about_rows_are_no_samples(written, head, beside):
     """Between others that are, and not where nothing else is there."""
     percent = 100.0 if "%" in head else 1.0
-    rows = [f"{nm},{percent * (0.1 + nm / 2000):.5g},{percent * 0.01},{percent * 0.4}" for nm in range(400, 701, 20)]
+    rows = [f"{nm},{percent * (0.1 + nm / 1900):.5g},{percent * 0.01},{percent * 0.4}" for nm in range(400, 701, 20)]
     file = read(written("\n".join([head, f"nm,red,{beside},blue", *rows, ""])))
     assert [entry.name for entry in file.entries] == ["red", "blue"] and not file.rejected
     assert any(f"beside the measurement are left out: {beside}" in note for note in file.notes)
