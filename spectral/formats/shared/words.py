@@ -35,6 +35,14 @@ _ABSORBANCE = re.compile(
     r"(?:optical|reflection|reflectance|transmission|visual)[ _]+density|^(?:OD|density)\d?\W*$",
     re.I,
 )
+# An absolute white, and a mode that may be so: "Abs" there is no absorbance.
+_ABSOLUTE = re.compile(
+    r"(?<![a-z])((?:(?:white|calibration|measuring|instrument|reference) ?){0,2}(?:"
+    r"(?:white|base|calibration|(?:white )?reference|backing|backer|point|norm(?:ali[sz]ation)?|intent|colou?rimetry|"
+    r"coordinates)(?: (?:mode|type))?[ _]{0,2}[:=;,|]|white[ _-]?base|calibration mode)\W{0,4})abs\b\.?",
+    re.I,
+)
+_PERHAPS_ABSOLUTE = re.compile(r"(?:(?:measurement|measuring|instrument) )?(?:mode|scale|type)\W{1,4}abs\.?", re.I)
 _DENSITY = re.compile(
     r"(?<![a-z])(?:(?:optical|lens|lenticular|macular(?: pigment)?|ocular|filter|nd|reflection|transmission|visual|"
     r"relative|spectral|status) ?densit(?:y|ies)|densities|den(?= )|absorbances?|absorptances?)(?![a-z])",
@@ -157,7 +165,7 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
     """Find the quantity that words name, None if they name none; absorbance and refractive indices are told, to be
     refused.
     """
-    words = _one_line(words)
+    words = _ABSOLUTE.sub(r"\1", _one_line(words))
     if _ABSORBANCE.search(words):
         return "absorbance"
     if _INDEX.search(words):
@@ -170,16 +178,20 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
     return "emission" if _EMISSION.search(words) else None
 
 
-def quantity_in_lines(words: str) -> tuple[Quantity | Literal["absorbance", "index"] | None, str]:
+def quantity_in_lines(
+    words: str,
+) -> tuple[Quantity | Literal["absorbance", "perhaps absorbance", "index"] | None, str]:
     """Find the quantity that the lines above a table name, and the line; None and "" where none does, or two say two
     things.
 
     A letter alone at the end of a line is a part of a name, and an instrument that says how much light there was
-    (lux, CCT) may have measured a surface in it; a heading counts for more than such lines.
+    (lux, CCT) may have measured a surface in it; a heading counts for more than such lines. "Mode: Abs" among lines of
+    a surface may be of an absolute white.
     """
     found: dict[str, tuple[Quantity | Literal["absorbance", "index"], str]] = {}
     lines = [_one_line(line) for line in words.splitlines()[:400]]
-    for line in lines:
+    open_ones = [line for line in lines if _PERHAPS_ABSOLUTE.fullmatch(line)]
+    for line in (line for line in lines if line not in open_ones):
         named = quantity_in(line) or ("emission" if names_power(line) else None)
         by_letter = named in ("reflectance", "transmittance") and quantity_in(_LETTER.sub("", line)) is None
         if named is not None and not by_letter:
@@ -188,6 +200,8 @@ def quantity_in_lines(words: str) -> tuple[Quantity | Literal["absorbance", "ind
         if refused in found:
             return found[refused]
     surfaces = [name for name in found if name != "emission"]
+    if open_ones and not any(unit_in(line) for _, line in found.values()):
+        return "perhaps absorbance" if surfaces else "absorbance", open_ones[0]
     if surfaces and (len(surfaces) > 1 or any(_STRONG_EMISSION.search(line) for line in lines)):
         return None, ""
     return found[surfaces[0]] if surfaces else found.get("emission", (None, ""))

@@ -121,6 +121,8 @@ def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> lis
             heading = f"the heading {shortened(words.strip(), 60)!r}"
             if together:
                 stated.append(Sign("heading", together, f"the headings {shortened(', '.join(heads), 60)!r}", True))
+            elif around == "perhaps absorbance" and not own:
+                stated.append(Sign("lines", "absorbance", f"the line {shortened(line, 60)!r}"))
             elif around and not own:
                 stated.append(Sign("lines", around, f"the line {shortened(line, 60)!r}", True))
             elif counted and not own:
@@ -202,7 +204,7 @@ def _check(column: Column, sign_stated: Sign | None, path: Path) -> None:
     called = (column.name, path.stem, *(words for key, words in column.preamble.items() if _TITLE.fullmatch(key)))
     if sign_stated is None and (density := next((words for words in called if names_density(words)), None)):
         sign_stated = Sign("names", "absorbance", f"the name {shortened(density, 40)!r}", True)
-    if sign_stated and sign_stated.says in _REFUSED:
+    if sign_stated and sign_stated.states and sign_stated.says in _REFUSED:
         problem, hint = _REFUSED[sign_stated.says]
         found = column.words or column.unit or sign_stated.words
         raise InputError(problem, field=column.name, found=found, expected=_WANTED, hint=hint)

@@ -1,6 +1,7 @@
 """What instruments and libraries write into a table beside plain readings, and what is no colour at all."""
 
 import pytest
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.csv import read, recognises
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
@@ -186,3 +187,39 @@ def test_wavelengths_with_their_unit_go_before_numbers_above_them(written, title
     file = read_spectra(written(METER.replace("Title", title) + rows, "lights.csv"))
     assert [(entry.name, entry.spectrum.quantity) for entry in file.entries] == [("A", "emission"), ("B", "emission")]
     assert file.entries[1].spectrum.wavelengths_nm.tolist() == list(NM)
+
+
+ABSOLUTE = ["Whitebase: Abs", "White base;Abs.", "WhiteBase,Abs", "White base\tAbs", "Calibration: Abs", "White: Abs"]
+ABSOLUTE += ["Calibration mode: Abs", "White backing: Abs", "Rendering intent: Abs", "White reference: Abs (PTFE)"]
+
+
+@pytest.mark.parametrize("line", ABSOLUTE)
+@pytest.mark.parametrize("says", ["Reflectance", "Reflectance (%)", "Transmittance (%)"])
+def test_an_absolute_white_is_no_absorbance(written, line, says):
+    rows = "".join(f"{nm},{nm / 20.0 if '%' in says else nm / 2000.0}\n" for nm in range(400, 701, 20))
+    for above, head in ((f"{line}\n{says}\n", "nm,red"), (f"{line}\n", f"nm,{says}")):
+        (entry,) = read_spectra(written(f"{above}{head}\n{rows}")).entries
+        assert entry.spectrum.quantity == says.partition(" ")[0].casefold()
+        assert entry.spectrum.samples[-1] == pytest.approx(0.35)
+
+
+@pytest.mark.parametrize("key", ["Mode", "Scale", "Measurement mode", "Type"])
+def test_a_mode_that_may_be_absolute_or_absorbance_is_asked_about(written, key):
+    rows = "".join(f"{nm},{nm / 2000.0}\n" for nm in range(400, 701, 20))
+    path = written(f"{key}: Abs\nReflectance\nnm,red\n{rows}")
+    with pytest.raises(InputError, match="what was measured"):
+        read_spectra(path)
+    assert len(read_spectra(path, ImportOptions("reflectance", "fraction")).entries) == 1
+    assert len(read_spectra(written(f"{key}: Abs\nReflectance (0..1)\nnm,red\n{rows}")).entries) == 1
+    with pytest.raises(InputError, match="absorbance is neither"):
+        read_spectra(written(f"{key}: Abs\nnm,red\n{rows}"), ImportOptions("reflectance"))
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Abs", "Units: Abs", "Y axis: Abs.", "Quantity;Abs", "Mode: Absorbance", "Baseline: Abs", "Photometric mode: Abs"],
+)
+def test_the_word_for_absorbance_is_refused_wherever_it_says_what_was_measured(written, line):
+    rows = "".join(f"{nm},{nm / 2000.0}\n" for nm in range(400, 701, 20))
+    with pytest.raises(InputError, match="absorbance is neither"):
+        read_spectra(written(f"{line}\nReflectance probe\nnm,red\n{rows}"))
