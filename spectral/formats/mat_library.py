@@ -1,15 +1,22 @@
-"""The process that lets scipy and h5py loose on a MATLAB file: `python -m metamer.spectral.formats.mat_library FILE N`.
+"""The process that lets scipy and h5py loose on MATLAB files: `python -m metamer.spectral.formats.mat_library`.
 
-A single wrong byte in a file of version 5 can end scipy's reader by a signal, and the process with it. This one writes
-what it read to its output, as an `.npz` of arrays with a list of names in JSON, and holds nothing that anybody would
-miss. Nothing in a file is run: objects, function handles and links to other files are passed over.
+A single wrong byte in a file of version 5 can end scipy's reader by a signal, and the process with it. So each file is
+read by a fork of this process, which has imported the libraries once; it writes what it read to the output, as an
+`.npz` of arrays with a list of names in JSON, and holds nothing that anybody would miss. Where there is no fork, this
+process reads one file itself and ends. Nothing in a file is run: objects, function handles and links to other files are
+passed over.
+
+A request is a line of JSON with a path and how many numbers it may hold; an answer is a letter of `ANSWERS`, its length
+in 8 bytes, and its content.
 """
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import io
 import json
+import os
 import sys
 import warnings
 from pathlib import Path
@@ -17,8 +24,12 @@ from typing import Any
 
 import numpy as np
 
-#: Bytes that the process may ask for.
-MEMORY = 6 * 2**30
+#: Bytes that the process may ask for, and seconds that reading may take; the largest file takes a tenth of them.
+MEMORY, PATIENCE = 6 * 2**30, 60
+#: What an answer is: variables, or the reason why there are none, in JSON.
+ANSWERS = {"variables": b"v", "refused": b"r"}
+#: Bytes of the letter and the length before an answer.
+HEAD = 9
 
 #: A variable: numbers (float64), or words.
 Variable = np.ndarray | list[str]
@@ -127,28 +138,72 @@ def _words(item: Any) -> list[str]:
     return ["".join(chr(int(code)) for code in row if 0 < int(code) < 0xD800).strip() for row in codes]
 
 
-def main(path: str, most: str) -> int:
-    """Write the variables of a file to the output; a refusal goes there as JSON, with exit code 3."""
+def _answer(path: str, most: int) -> None:
+    """Write the variables of a file to the output, or what the libraries make of a damaged one."""
+    try:
+        found = variables(Path(path), most)
+        arrays = {f"a{index}": value for index, value in enumerate(found.values()) if isinstance(value, np.ndarray)}
+        words = [[name, None if isinstance(value, np.ndarray) else value] for name, value in found.items()]
+        arrays["names"] = np.frombuffer(json.dumps(words).encode(), dtype=np.uint8)
+        held = io.BytesIO()
+        np.savez(held, allow_pickle=False, **arrays)
+    except Exception as reason:
+        _refuse(f"{type(reason).__name__}: {str(reason)[:200]}", isinstance(reason, TooLarge))
+    else:
+        _write("variables", held.getbuffer())
+
+
+def _refuse(words: str, large: bool = False) -> None:
+    _write("refused", json.dumps({"words": words, "large": large}).encode())
+
+
+def _write(what: str, content: bytes | memoryview) -> None:
+    sys.stdout.buffer.write(ANSWERS[what] + len(content).to_bytes(HEAD - 1, "little"))
+    sys.stdout.buffer.write(content)
+    sys.stdout.buffer.flush()
+
+
+def _answer_in_fork(path: str, most: int) -> None:
+    """Answer in a fork, and for it where the file ends it."""
+    import resource
+
+    child = os.fork()
+    if not child:
+        code = 1
+        try:
+            resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE, PATIENCE))
+            _answer(path, most)
+            code = 0
+        finally:
+            os._exit(code)
+    _, status = os.waitpid(child, 0)
+    if status:
+        _refuse(f"reading it ended with {os.waitstatus_to_exitcode(status)}")
+
+
+def _import_library(path: str) -> None:
+    """Import what reads a file, for all forks to come; it does not look at the file."""
+    with contextlib.suppress(OSError), Path(path).open("rb") as file:
+        importlib.import_module("h5py" if is_hdf5(file.read(1024)) else "scipy.io")
+
+
+def main() -> int:
+    """Answer requests from the input until it ends."""
     with contextlib.suppress(ImportError, ValueError, OSError):
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     warnings.simplefilter("ignore")
-    try:
-        found = variables(Path(path), int(most))
-        arrays = {f"a{index}": value for index, value in enumerate(found.values()) if isinstance(value, np.ndarray)}
-        words = [[name, None if isinstance(value, np.ndarray) else value] for name, value in found.items()]
-        arrays["names"] = np.frombuffer(json.dumps(words).encode(), dtype=np.uint8)
-        held = io.BytesIO()
-        np.savez(held, allow_pickle=False, **arrays)
-    except Exception as reason:  # whatever the two libraries make of a damaged file
-        said = {"kind": type(reason).__name__, "words": str(reason)[:200], "large": isinstance(reason, TooLarge)}
-        sys.stdout.buffer.write(json.dumps(said).encode())
-        return 3
-    sys.stdout.buffer.write(held.getbuffer())
+    for line in sys.stdin:
+        path, most = json.loads(line)
+        if not hasattr(os, "fork"):
+            _answer(path, most)
+            return 0
+        _import_library(path)
+        _answer_in_fork(path, most)
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:3]))
+    sys.exit(main())

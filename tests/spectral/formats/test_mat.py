@@ -1,5 +1,8 @@
 """MATLAB files of versions 4, 5 and 7.3."""
 
+import os
+import signal
+
 import h5py
 import numpy as np
 import pytest
@@ -265,3 +268,48 @@ def test_basis_functions_are_no_lamps(saved, name, comment):
     with pytest.raises(InputError, match="not the spectrum of a colour") as caught:
         read(path)
     assert "basis functions" in str(caught.value)
+
+
+@pytest.fixture
+def damage(tmp_path, paints):
+    """A file that ends the process that scipy reads it in."""
+    scipy.io.savemat(tmp_path / "hurt.mat", {"wavelength": WAVELENGTHS, "data": paints})
+    held = bytearray((tmp_path / "hurt.mat").read_bytes())
+    held[144] = 5
+    (tmp_path / "hurt.mat").write_bytes(held)
+    return tmp_path / "hurt.mat"
+
+
+def test_one_process_reads_many_files_whatever_is_between_them(saved, paints, damage):
+    path = saved(wavelength=WAVELENGTHS, reflectance=paints)
+    check(read(path), paints)
+    process = mat_variables._Reader.process
+    assert process is not None
+    for _ in range(3):
+        with pytest.raises(InputError):
+            read(damage)
+        check(read(path), paints)
+    assert mat_variables._Reader.process is process and process.poll() is None
+
+
+def test_a_process_that_was_ended_is_started_again(saved, paints):
+    path = saved(wavelength=WAVELENGTHS, reflectance=paints)
+    read(path)
+    process = mat_variables._Reader.process
+    assert process is not None
+    process.kill()
+    check(read(path), paints)
+    assert mat_variables._Reader.process is not process
+
+
+def test_a_file_that_takes_too_long_is_refused_and_the_next_one_read(saved, paints, monkeypatch):
+    path = saved(wavelength=WAVELENGTHS, reflectance=paints)
+    check(read(path), paints)
+    process = mat_variables._Reader.process
+    assert process is not None
+    monkeypatch.setattr(mat_variables, "PATIENCE", 0.1)
+    os.kill(process.pid, signal.SIGSTOP)
+    with pytest.raises(InputError, match=r"nothing after 0.1 seconds"):
+        read(path)
+    monkeypatch.undo()
+    check(read(path), paints)
