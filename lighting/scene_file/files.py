@@ -11,9 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from ...materials.formats.input_file import head_of, is_zip
+from ...materials.formats.registry import format_for, label
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file, read_text
 from ...spectral.adaptation import CONE_FROM_XYZ
+from ...spectral.formats import exr
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ..camera import Camera
@@ -39,17 +42,11 @@ from .light_tables import light_of
 from .mesh_materials import worn_meshes
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
-# First bytes of files that people name in a scene's place, and what to do with them.
+# What to do with files that people name in a scene's place.
 _PICTURE = (
     "write a scene.toml that has it as a map, a light or a material (docs/scene.md); metamer view opens EXR images"
 )
-_NO_SCENES = (
-    (b"PK\x03\x04", "an archive", "unpack it, and name the scene.toml in it"),
-    (b"\x89PNG", "a picture", _PICTURE),
-    (b"\xff\xd8\xff", "a picture", _PICTURE),
-    (b"\x76\x2f\x31\x01", "a picture", _PICTURE),
-    (b"\x89HDF", "a material", 'write a scene.toml with a [[part]] that has its id as material = "ID" (docs/scene.md)'),
-)
+_PICTURES = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "PSD")
 
 
 def scene_file(path: str | Path) -> Path:
@@ -64,12 +61,28 @@ def possible_scene(path: str | Path) -> Path:
     if path.suffix.lower() in SUFFIXES:
         hint = f'write a scene.toml with a [[part]] that has mesh = "{path.name}" and material = "ID" (docs/scene.md)'
         raise InputError("a mesh, not a scene", file=path, found=path.suffix, expected=expected, hint=hint)
-    with path.open("rb") as opened:
-        start = opened.read(8)
-    for magic, kind, hint in _NO_SCENES:
-        if start.startswith(magic):
-            raise InputError(f"{kind}, not a scene", file=path, expected=expected, hint=hint)
+    if b"\0" in (head := head_of(path)):
+        _refuse_other_kinds(path, head)
     return path
+
+
+def _refuse_other_kinds(path: Path, head: bytes) -> None:
+    """Refuse materials, archives and pictures, as their readers know them by the first bytes of a file."""
+    from PIL import Image
+
+    Image.init()
+    reader = None
+    if head.startswith(exr.MAGIC) or any((of := Image.OPEN[name][1]) and of(head[:16]) for name in _PICTURES):
+        kind, hint = "a picture", _PICTURE
+    elif (reader := format_for(path)) is not None:
+        kind = "a material or a measurement"
+        hint = 'import it, and write a scene.toml with a [[part]] that has its id as material = "ID" (docs/scene.md)'
+    elif is_zip(head):
+        kind, hint = "an archive", "unpack it, and name the scene.toml in it"
+    else:
+        return
+    found = label(reader, path) if reader is not None else None
+    raise InputError(f"{kind}, not a scene", file=path, found=found, expected="a scene.toml", hint=hint)
 
 
 def _tables(path: str | Path) -> dict[str, Any]:
@@ -78,6 +91,8 @@ def _tables(path: str | Path) -> dict[str, Any]:
     try:
         document = tomllib.loads(read_text(path, "a scene.toml"))
     except tomllib.TOMLDecodeError as reason:
+        if path.suffix.lower() != ".toml":
+            _refuse_other_kinds(path, head_of(path))
         hint = 'correct it there; such a file starts with [[part]] and a line like: shape = "sphere"'
         raise InputError("not a TOML file", file=path, found=str(reason), hint=hint) from reason
     for key, value in document.items():

@@ -415,10 +415,13 @@ def test_a_mesh_in_place_of_a_scene_is_told_where_it_goes(suffix, tmp_path):
     ("start", "kind"),
     [
         (b"PK\x03\x04", "an archive"),
+        (b"PK\x05\x06", "an archive"),
+        (b"glTF\2\0\0\0", "a material or a measurement"),
+        (b"II*\0", "a picture"),
         (b"\x89PNG\r\n\x1a\n", "a picture"),
         (b"\xff\xd8\xff\xe0", "a picture"),
         (b"\x76\x2f\x31\x01", "a picture"),
-        (b"\x89HDF\r\n\x1a\n", "a material"),
+        (b"MATLAB 5.0 MAT-file", "a material or a measurement"),
     ],
 )
 def test_other_files_in_place_of_a_scene_are_called_what_they_are(start, kind, tmp_path):
@@ -427,6 +430,12 @@ def test_other_files_in_place_of_a_scene_are_called_what_they_are(start, kind, t
     for read in (scene_file, load_scene):
         with pytest.raises(InputError, match=rf"(?s){kind}, not a scene.*expected: a scene\.toml.*try: "):
             read(path)
+
+
+def test_a_table_of_spectra_in_place_of_a_scene_is_called_so(tmp_path):
+    (tmp_path / "paints.csv").write_text("nm,reflectance (%)\n400,10\n500,20\n600,30\n")
+    with pytest.raises(InputError, match=r"(?s)a measurement, not a scene.*found: .*table.*try: import it"):
+        load_scene(tmp_path / "paints.csv")
 
 
 def test_a_scene_that_is_no_text_is_refused_for_what_it_should_be(tmp_path):
