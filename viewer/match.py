@@ -83,8 +83,10 @@ def match(
 
     first, *more = named(standard)
     if more:
-        names = ", ".join(one.name for one in (first, *more[:5]))
-        raise UsageError(f"{standard} holds {len(more) + 1} samples: name one, such as FILE#NAME, of {names}")
+        names = ", ".join(f"{one.name!r}" for one in (first, *more[:5]))
+        raise UsageError(
+            f"{standard} holds {len(more) + 1} samples: name one, as in {f'{standard}#{first.name}'!r}, of {names}"
+        )
     asked_for = tuple(samples)
     found: list[Sample] = []
     for done, one in enumerate(asked_for):

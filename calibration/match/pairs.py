@@ -30,6 +30,9 @@ WORST_FIRST: tuple[Verdict, ...] = ("fail", "not resolved", "pass", "not judged"
 #: How pairs that do not quite match are made to, before a change of conditions is told.
 CORRECTIONS: tuple[Correction, ...] = ("multiplicative", "parameric")
 
+# Differences in CIELAB that show as 0.00 are no direction.
+_SHOWN = 0.005
+
 
 @dataclass(frozen=True)
 class MatchOptions:
@@ -192,12 +195,12 @@ def _difference(standard: Sample, sample: Sample, where: Conditions, asked: Matc
     off = differences(first, second)
     formulas = tuple(one.at(where.geometry) for one in asked.formulas)
     delta_e = {one.name: float(one(one_xyz, other_xyz, white)) for one in formulas}
-    known, least = None, 0.0
+    known, least = None, _SHOWN
     verdict: Verdict = "not judged"
     if asked.repeatability is not None:
         covariance = scatter(standard, sample, asked.repeatability, where.illuminant, where.observer)
         known = spread(first, second, white, covariance, formulas)
-        least = max(known.lightness, known.chroma, known.hue)
+        least = max(known.lightness, known.chroma, known.hue, _SHOWN)
     if asked.tolerance is not None and not (standard.made_up or sample.made_up):
         name = asked.tolerance.formula.name
         verdict = asked.tolerance.verdict(delta_e[name], None if known is None else known.delta_e[name])

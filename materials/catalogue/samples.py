@@ -46,7 +46,7 @@ def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOpti
     if path.is_dir():
         return _of_folder(path, answer)
     if path.is_file():
-        found = _of_file(path, answer)
+        found = _of_file(path, answer, name)
         return found if not hash_ else (_named(found, name, path),)
     if path.suffix and len(path.suffix) <= 6 and not path.suffix[1:].isdigit() and "/" not in text.rstrip("/"):
         raise InputError("no such file", file=path)
@@ -185,7 +185,8 @@ def _geometry_of(material: MaterialRecord) -> str:
     return "45a:0" if material.is_surface and material.model != "lambert" else material.provenance.geometry
 
 
-def _of_file(path: Path, answer: ImportOptions) -> tuple[Sample, ...]:
+def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample, ...]:
+    """The samples of a file; where one of this name cannot be used, its reason is raised."""
     if path.suffix == ".h5":
         return (sample_of(Material(**vars(read_record(path)))),)
     try:
@@ -200,6 +201,9 @@ def _of_file(path: Path, answer: ImportOptions) -> tuple[Sample, ...]:
             Sample(one.name, str(path), stated=one.stated, details=one.details, measurement=one.measurement)
             for one in colours
         )
+    for called, reason in file.rejected:
+        if called == name and all(entry.name != name for entry in file.entries):
+            raise reason
     if not file.entries:
         raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path, expected="at least one")
     beside = details_of_readings(file)
@@ -222,7 +226,8 @@ def _of_file(path: Path, answer: ImportOptions) -> tuple[Sample, ...]:
     single = [
         _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
     ]
-    told = (left_out,) if left_out else ()
+    refused = (f"{called} of {path.name} is left out: {reason.problem}" for called, reason in file.rejected)
+    told = (*((left_out,) if left_out else ()), *refused)
     return tuple(replace(one, notes=(*one.notes, *told)) for one in (*single, *at_angles))
 
 

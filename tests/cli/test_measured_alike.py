@@ -202,3 +202,36 @@ def test_a_name_on_booths_says_what_it_stands_for(metamer, tmp_path):
     first, second = said["samples"][0]["differences"][:2]
     assert first["delta_e"] == second["delta_e"] and first["illuminant"] == "TL84"
     assert "(TL84 is CIE FL11; CWF is CIE FL2; horizon is a Planckian radiator of 2300 K)" in said["notes"][0]
+
+
+def sheet(path, **columns):
+    rows = zip(range(400, 701, 20), *columns.values(), strict=True)
+    path.write_text(
+        f"Reflectance (%)\nnm,{','.join(columns)}\n" + "".join(f"{','.join(map(str, row))}\n" for row in rows)
+    )
+    return path
+
+
+def test_what_a_file_holds_and_is_not_compared_is_said(metamer, tmp_path):
+    red, blue = [20.5 + 2 * at for at in range(16)], [50.5 - 2 * at for at in range(16)]
+    one = sheet(tmp_path / "one.csv", red=red)
+    other = sheet(tmp_path / "other.csv", lot=blue, D65=[80 + at for at in range(16)])
+    code, out, _ = metamer("match", one, other)
+    assert code == 0
+    assert "D65 of other.csv is left out: a sample, or a light?" in out
+    code, _, said = metamer("match", one, f"{other}#D65")
+    assert code == 4 and "D65: a sample, or a light?" in said
+
+
+def test_a_standard_of_several_samples_asks_for_one_by_its_quoted_name(metamer, tmp_path):
+    one = sheet(tmp_path / "one.csv", **{"red M0": [20.5] * 16, "red M1": [30.5] * 16})
+    code, _, said = metamer("match", one, one)
+    assert code == 64 and f"as in '{one}#red M0', of 'red M0', 'red M1'" in said
+
+
+def test_differences_that_show_as_none_have_no_direction(metamer, tmp_path):
+    red = [20 + 2 * at for at in range(16)]
+    one = sheet(tmp_path / "one.csv", red=red)
+    other = sheet(tmp_path / "other.csv", lot=[value + 1e-4 * (at % 3) for at, value in enumerate(red)])
+    _, out, _ = metamer("match", one, other)
+    assert out.count("alike") >= 3 and "redder" not in out and "lighter" not in out

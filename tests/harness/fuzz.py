@@ -6,7 +6,7 @@ Readers are those of both lists of formats. The files that are damaged are small
 with `--data`, those of a folder that the reader recognises. A reader works in a process of its own, with a limit on
 memory and on time for each file; a crash, a hang, too much memory or any other exception is a failure. `--keep` stores
 the files that failed. Each is made again from its number: `--seed` and the reader's name fix all of them. MATLAB files
-are read in a process each, some seconds a hundred; a scattered BRDF that is still one takes a second.
+are read in forks of one process, some seconds a thousand; a scattered BRDF that is still one takes a second.
 """
 
 from __future__ import annotations

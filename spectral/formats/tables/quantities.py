@@ -249,15 +249,17 @@ def _check_sample(column: Column, numbers: Sequence[Sign], table: Sequence[Colum
 def identifiers_removed(columns: list[Column]) -> tuple[list[Column], list[str]]:
     """Columns less those of identifiers, and the names of these, where there are others.
 
-    Whole numbers that are called so are; where samples may be called so, too, those that do not change or that count.
+    Whole numbers that are called so are; where samples may be called so, too, those beside fractions that do not change
+    or that count.
     """
-    left_out = [at for at, column in enumerate(columns) if _are_identifiers(column)]
+    of_fractions = {column.table for column in columns if not _is_whole(column)}
+    left_out = [at for at, column in enumerate(columns) if _are_identifiers(column, column.table in of_fractions)]
     if len(left_out) == len(columns):
         return columns, []
     return [column for at, column in enumerate(columns) if at not in left_out], [columns[at].name for at in left_out]
 
 
-def _are_identifiers(column: Column) -> bool:
+def _are_identifiers(column: Column, beside_fractions: bool) -> bool:
     called = column.place != (0, 0) and not quantity_in(column.heading) and names_identifier(column.name)
     numbers = column.samples[np.isfinite(column.samples)]
     if not called or numbers.size < 2 or not _is_whole(column):
@@ -265,7 +267,7 @@ def _are_identifiers(column: Column) -> bool:
     steps = np.diff(numbers)
     # A white is the same throughout, too.
     counts = not np.ptp(steps) and (steps[0] != 0.0 or numbers[0] not in (0.0, 1.0, 100.0))
-    return called == "identifier" or bool(counts)
+    return called == "identifier" or (beside_fractions and bool(counts))
 
 
 def _is_whole(column: Column) -> bool:

@@ -260,6 +260,11 @@ def test_a_lot_beside_its_standard_is_a_sample(written, name):
         assert [entry.name for entry in file.entries] == ["standard", name] and not file.rejected
 
 
+def test_a_lot_in_whole_percents_in_equal_steps_is_a_sample(written):
+    file = read_spectra(written(sheet("down", " (%)", ("standard", range(10, 26)), ("lot", range(11, 27)))))
+    assert [entry.name for entry in file.entries] == ["standard", "lot"] and not file.rejected
+
+
 @pytest.mark.parametrize(
     ("name", "values"),
     [("lot", [*range(3, 18), 12]), ("batch", [1] * 16), ("batch", [100] * 16), ("n", [5, *[7] * 15]), ("id", BLUE)],
