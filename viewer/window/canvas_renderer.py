@@ -25,7 +25,7 @@ from ..gl.live import LiveSession
 from ..gl.resources import Owner
 from ..gl.side import CanvasSide
 from ..gl.side_layers import PreparedSide
-from ..render.geometry import same_geometry
+from ..render.geometry import knows_geometry, same_geometry
 from ..render.light_cache import LightCache
 from ..render.scene_layers import VISIBILITY, RenderSettings
 from .background import Background
@@ -224,12 +224,21 @@ class CanvasRenderer:
                 moving = [self._sources.moving(side) for side in sides]
                 renderer.sides.whole, renderer.session.cache.one_sided = False, self._sources.one_sided
                 renderer.draw(moving, camera, small)
+                self._share_geometry(number, sides[0], renderer)
                 for one, canvas in zip(small, onto, strict=True):
                     renderer.enlarge(one, canvas)
             self._context.finish()
         finally:
             scratch.release()
         self._coarseness.took(self._clock() - begun)
+
+    def _share_geometry(self, number: int, side: CanvasSide, moving: LiveSession) -> None:
+        """Hand geometry that a moving picture was drawn of on to the still one, where that is of as many triangles."""
+        scene, known = side.scene.cut(side.surfaces), moving.session.cache.geometry
+        still = self._renderer(Quality.STILL, number).session.cache
+        idle = self._working is None or not self._working.is_alive()
+        if idle and knows_geometry(scene, known) and not knows_geometry(scene, still.geometry):
+            still.geometry = known
 
     def _draw(self, quality: Quality) -> None:
         for renderer, prepared, onto in self._prepared(quality):

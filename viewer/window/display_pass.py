@@ -39,7 +39,7 @@ class Showing:
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
         self._owner, self._sized = Owner(context), Owner(context)
-        self._compare = FullScreen(context, "compare.frag")
+        self._compare = {kind: FullScreen(context, "compare.frag", {kind: 1}) for kind in ("ONE", "TWO", "MAP")}
         self._scale = self._owner.texels(_scale_xyz()[None])
         self._marked = FullScreen(context, "marked.frag")
         self._passes: dict[tuple[DisplayTransform, bool], DisplayPass] = {}
@@ -49,14 +49,15 @@ class Showing:
     def release(self) -> None:
         """Free everything."""
         self._sized.release()
-        self._compare.release()
+        for one in self._compare.values():
+            one.release()
         self._marked.release()
         self._owner.release()
 
     @property
     def all_programs(self) -> list[Programs]:
         """Programs that it draws with, except OpenColorIO's own."""
-        return [self._compare.programs, self._marked.programs]
+        return [one.programs for one in (*self._compare.values(), self._marked)]
 
     def draw(
         self,
@@ -73,9 +74,11 @@ class Showing:
         size = canvases[0].size
         xyz_d65, shown = self._targets(size)
         compare = session.compare
-        seen = {"first": canvases[0], "second": canvases[1], "differences": differences, "scale": self._scale}
+        kind = {"A": "ONE", "B": "ONE", "difference": "MAP"}.get(session.seen, "TWO")
+        only = int(session.seen == "B")
+        seen = {"first": canvases[only], "second": canvases[1], "differences": differences, "scale": self._scale}
         values: dict[str, object] = {
-            "adapt_first": columns(to_display(whites[0], session.adaptation)),
+            "adapt_first": columns(to_display(whites[only], session.adaptation)),
             "adapt_second": columns(to_display(whites[1], session.adaptation)),
             "exposure": 2.0**session.exposure,
             "surround": tuple(surround_xyz(session.surround)),
@@ -86,7 +89,7 @@ class Showing:
             "tolerance": compare.tolerance if compare.contour else -1.0,
             "contour": _contour_xyz(compare.tolerance / compare.scale),
         }
-        self._compare.draw(xyz_d65, seen, values)
+        self._compare[kind].draw(xyz_d65, seen, values)
         proof = proof_of(display, session.shown.proof)
         # A map's colours are no colours of the scene.
         proof = None if session.seen == "difference" else proof

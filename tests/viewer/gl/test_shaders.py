@@ -35,7 +35,8 @@ PROGRAMS = (
         )
     ),
     *((*row, None) for row in passes.PROGRAMS),
-    *(("fullscreen.vert", name, {}, None) for name in ("enlarge.frag", "compare.frag", "marked.frag")),
+    *(("fullscreen.vert", name, {}, None) for name in ("enlarge.frag", "marked.frag")),
+    *(("fullscreen.vert", "compare.frag", {kind: 1}, None) for kind in ("ONE", "TWO", "MAP")),
     *(
         ("fullscreen.vert", "put.frag", sizes, None)
         for sizes in ({"PICTURE": 1}, {"COVERAGE": 1}, {"PICTURE": 1, "COVERAGE": 1}, {"PICTURE": 1, "ALPHA": 1})

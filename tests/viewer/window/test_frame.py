@@ -171,15 +171,17 @@ def test_every_way_to_an_exact_picture_ends_at_the_same_one(gl, frame, session):
     assert_as_headless(gl, frame, 1)
 
 
-def test_only_the_first_of_many_cameras_builds_geometry(frame, session, monkeypatch):
+@pytest.mark.parametrize(("most", "scenes_built"), [(10**6, 1), (300, 2)])
+def test_only_the_first_of_many_cameras_builds_geometry(frame, session, monkeypatch, most, scenes_built):
+    monkeypatch.setattr("metamer.viewer.window.sides.MOVING_TRIANGLES", most)
     triangles, grids = counted(monkeypatch, geometry, "_triangles"), counted(monkeypatch, geometry, "shadow_grid")
     for turn in range(6):
         session = replace(session, view=orbited(session.view, 5.0))
         frame.show(session, SIZE, moving=turn < 5)
         frame.step()
     frame.settle()
-    # Of the scene of fewer triangles, and of the scene itself: for two lights each.
-    assert (len(triangles), len(grids)) == (2, 4)
+    # Of the scene of fewer triangles, where that is another one, and of the scene itself: for two lights each.
+    assert (len(triangles), len(grids)) == (scenes_built, 2 * scenes_built)
 
 
 def test_lights_and_observers_of_an_exact_picture_are_a_fold(frame, session, monkeypatch):

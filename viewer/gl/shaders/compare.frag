@@ -1,13 +1,14 @@
-// Two pictures as they are compared, over their surround, in XYZ of the display's white.
+// Two pictures as they are compared, over their surround, in XYZ of the display's white: ONE of them, parts of TWO, or
+// the MAP of their differences. Software GL works out all branches of a program at every pixel.
 
-uniform sampler2D first;        // XYZ and coverage of A
+uniform sampler2D first;        // XYZ and coverage of A, or of the only one
 uniform sampler2D second;       // of B
 uniform sampler2D differences;  // ΔE; -1 where nothing is compared, infinite where there is no number
 uniform sampler2D scale;        // XYZ of the steps of ΔE, of what is beyond them, and of what holds no number
 uniform mat3 adapt_first, adapt_second;
 uniform float exposure;
 uniform vec3 surround;
-uniform int mode;
+uniform int mode;               // of two
 uniform float position;         // of the wipe, pixels
 uniform int cell;               // of the checkerboard, pixels
 uniform float largest;          // ΔE at the end of the scale
@@ -18,12 +19,12 @@ layout(location = 0) out vec4 xyz_d65;
 
 vec3 no_number() { return texelFetch(scale, ivec2(textureSize(scale, 0).x - 1, 0), 0).xyz; }
 
-vec3 over_surround(sampler2D picture, ivec2 at, mat3 adapt) {
-    vec4 found = texelFetch(picture, at, 0);
+vec3 over_surround(vec4 found, mat3 adapt) {
     vec3 xyz = adapt * found.xyz * exposure + (1.0 - found.w) * surround;
     return any(isnan(xyz)) || any(isinf(xyz)) ? no_number() : xyz;
 }
 
+#ifdef MAP
 vec3 mapped(ivec2 at) {
     float difference = texelFetch(differences, at, 0).x;
     if (difference < 0.0) return surround;
@@ -39,19 +40,28 @@ vec3 mapped(ivec2 at) {
     int step = difference > largest ? steps : min(int(difference / largest * float(steps)), steps - 1);
     return texelFetch(scale, ivec2(step, 0), 0).xyz;
 }
+#endif
 
 void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy), size = textureSize(first, 0);
-    bool b = mode == 1;
+    ivec2 at = ivec2(gl_FragCoord.xy);
+#ifdef MAP
+    vec3 xyz = mapped(at);
+#else
+    bool b = false;
+#ifdef TWO
     if (mode == 2) b = gl_FragCoord.x >= position;
     if (mode == 3) {
         // Both sides show the middle of the picture.
-        int half_width = size.x / 2;
+        int width = textureSize(first, 0).x, half_width = width / 2;
         b = at.x >= half_width;
-        at.x += (b ? -half_width : 0) + (size.x - half_width) / 2;
+        at.x += (b ? -half_width : 0) + (width - half_width) / 2;
     }
     if (mode == 4) b = (((at.x / cell) ^ (at.y / cell)) & 1) != 0;
-    vec3 xyz = mode == 5 ? mapped(at)
-        : b ? over_surround(second, at, adapt_second) : over_surround(first, at, adapt_first);
+    vec4 found = b ? texelFetch(second, at, 0) : texelFetch(first, at, 0);
+#else
+    vec4 found = texelFetch(first, at, 0);
+#endif
+    vec3 xyz = over_surround(found, b ? adapt_second : adapt_first);
+#endif
     xyz_d65 = vec4(xyz, 1.0);
 }

@@ -37,6 +37,30 @@ def check_every_tab_is_drawn(it):
         it.tab(tab)
 
 
+def check_an_idle_frame_draws_no_picture_and_reads_none_back(it):
+    it.settled()
+    it.frames(3)
+    made, kept = it.frame.texture, {}
+    from metamer.viewer.gl.full_screen import FullScreen
+    from metamer.viewer.window.shell import window as reading
+
+    for holder, name in ((FullScreen, "draw"), (reading, "values_of")):
+        kept[holder, name] = real = getattr(holder, name)
+
+        def noted(*args, _real=real, _name=name, **kwargs):
+            calls.append(_name)
+            return _real(*args, **kwargs)
+
+        setattr(holder, name, noted)
+    calls = []
+    try:
+        it.frames(5)
+    finally:
+        for (holder, name), real in kept.items():
+            setattr(holder, name, real)
+    assert calls == [] and it.frame.texture is made and not it.window.busy
+
+
 def check_gl_reports_no_error_and_nothing_is_undefined(it):
     import numpy as np
     from metamer.viewer.gl.tile import read
