@@ -16,17 +16,21 @@ import numpy as np
 from ..calibration.report.statistics import delta_e_map
 from ..calibration.report.text_tables import TextTable, text_tables
 from ..lighting.camera import Camera
+from ..lighting.environment.environment import EnvironmentLight
 from ..lighting.lights import DirectionalLight, PointLight
 from ..lighting.mesh import shapes
 from ..lighting.scene import Part, Scene
 from ..materials.analytic.ashikhmin_shirley import AshikhminShirley
+from ..materials.analytic.lambert import Lambert
 from ..materials.analytic.oren_nayar import OrenNayar
 from ..materials.core.brdf import Brdf
 from ..materials.core.fast import Fast
 from ..materials.core.surface import Surface
 from ..materials.fitting.fit import fit
+from ..spectral.difference import delta_e_xyz
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
+from ..spectral.spectrum import Spectrum
 from ..spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..viewer.gl.backend import gl_session
 from ..viewer.gl.context import create_context
@@ -41,6 +45,7 @@ from ..viewer.window.state import Session, Subject
 from ..viewer.window.view_error import AskedView
 from ..viewer.window.viewpoint import orbited
 from ..viewer.window.worker import ReferenceWorker
+from .transfer import path_tracing
 
 if TYPE_CHECKING:
     import moderngl
@@ -49,8 +54,16 @@ RENDER, ORBIT = "render(), nothing kept", "render() of another camera, one sampl
 FOLD, MOVING, SETTLING = "another light or observer", "a moving frame", "a step while it settles"
 REFERENCE = "a fold while the reference runs"
 LIGHTS, OBSERVERS = ("A", "FL11", "D50", "LED-B3"), ("1931_2", "1964_10")
+#: ΔE94, p95, that a path tracer is let run to.
+AIMED_DELTA_E = 1.0
+# Pixels of its pictures.
+_TRACED = 120, 84
 _STEP_DEG = 3.0
+# Readings of memory of which the least counts.
+_READINGS = 4
 _PATIENCE_S = 60.0
+# Seconds of the clock, and processor seconds of all threads, GL in software among them.
+Took = tuple[float, float]
 
 
 class Shelf:
@@ -80,15 +93,18 @@ def run(
     subdivisions: int = 6,
     repeats: int = 9,
     switches: int = 1000,
+    paths: int = 1024,
 ) -> dict:
     """Look at a shape on a floor under two lights as a reviewer does, in one process.
 
     Returns
     -------
-    dict for JSON: `renderer`, `pixels`, `samples`, `triangles`; `rows`, by name `p50_ms`, `p95_ms` and `max_ms`;
-    `cpu_ms` of a fold, of the thread that draws; `moving_delta_e94_p95` from the exact picture; `fold_share` and
-    `moving_share` of what `render()` takes; `switches` with their `count` and what they have left: `memory_mb`,
-    `gl_errors`, `nan_pixels`.
+    dict for JSON: `renderer`, `pixels`, `samples`, `triangles`; `rows`, by name `p50_ms`, `p95_ms` and `max_ms`, and
+    `processor_ms`, the median of all threads; `cpu_ms` of a fold, of the thread that draws; `moving_delta_e94_p95` from
+    the exact picture; `fold_share` and `moving_share` of the processor time of `render()`; `switches` with their
+    `count` and what they have left: `memory_mb`, `gl_errors`, `nan_pixels`; `mitsuba`, None where it is missing: the
+    processor's `ours_ms` of another light and `theirs_ms` of as good a picture, of so many `paths` a pixel, `faster`,
+    and our own `delta_e94_p95` from theirs, whose own is `noise_p95`.
 
     Raises
     ------
@@ -107,7 +123,7 @@ def run(
         session = opened(scene, Subject(path="bench.toml"))
         frame.show(session, (width, height))
         frame.settle()
-        rows: dict[str, list[float]] = {name: [] for name in (RENDER, ORBIT, FOLD, MOVING, SETTLING)}
+        rows: dict[str, list[Took]] = {name: [] for name in (RENDER, ORBIT, FOLD, MOVING, SETTLING)}
         cpu: list[float] = []
         off = np.nan
         # In turns, so that a busy machine is busy for all of them.
@@ -122,7 +138,7 @@ def run(
             rows[SETTLING] += _settles(frame, context)
         rows[REFERENCE] = _beside_reference(frame, session, (width, height), made, repeats)
         left = _switched(frame, session, (min(width, 320), min(height, 240)), switches, fast)
-        median = {name: float(np.median(found)) for name, found in rows.items() if found}
+        processor = {name: float(np.median(found, axis=0)[1]) for name, found in rows.items() if found}
         return {
             "renderer": once.name,
             "pixels": [width, height],
@@ -131,9 +147,10 @@ def run(
             "rows": {name: _percentiles(found) for name, found in rows.items() if found},
             "cpu_ms": float(1e3 * np.median(cpu)),
             "moving_delta_e94_p95": off,
-            "fold_share": median[FOLD] / median[RENDER],
-            "moving_share": median[MOVING] / median[ORBIT],
+            "fold_share": processor[FOLD] / processor[RENDER],
+            "moving_share": processor[MOVING] / processor[ORBIT],
             "switches": left,
+            "mitsuba": _beside_paths(context, width, height, subdivisions, repeats, paths),
         }
 
 
@@ -155,13 +172,13 @@ def _scene(width: int, height: int, samples: int, subdivisions: int) -> Scene:
     return Scene(parts, lights, (camera,), observer("1931_2"))
 
 
-def _timed(work: Callable[[], object]) -> float:
-    begun = time.perf_counter()
+def _timed(work: Callable[[], object]) -> Took:
+    begun, before = time.perf_counter(), time.process_time()
     work()
-    return time.perf_counter() - begun
+    return time.perf_counter() - begun, time.process_time() - before
 
 
-def _anew(once: RenderSession, scene: Scene, camera: Camera, fast: Mapping[str, Fast]) -> list[float]:
+def _anew(once: RenderSession, scene: Scene, camera: Camera, fast: Mapping[str, Fast]) -> list[Took]:
     def work() -> None:
         once.release()
         once.render(scene, camera, fast)
@@ -172,30 +189,36 @@ def _anew(once: RenderSession, scene: Scene, camera: Camera, fast: Mapping[str, 
 def _shown(frame: Frame, session: Session, size: tuple[int, int], moving: bool = False) -> None:
     """To the last pixel of what the display is sent."""
     frame.show(session, size, moving)
+    _sent(frame)
+
+
+def _sent(frame: Frame) -> None:
     frame.step(0.0)
     assert frame.texture is not None
     frame.texture.ctx.finish()
 
 
 def _folds(
-    frame: Frame, session: Session, size: tuple[int, int], turn: int, seconds: list[float], cpu: list[float]
+    frame: Frame, session: Session, size: tuple[int, int], turn: int, seconds: list[Took], cpu: list[float]
 ) -> Session:
     frame.show(session, size)
     frame.settle()
     for number in range(2):
         light = LightChoice.named(LIGHTS[(2 * turn + number) % len(LIGHTS)])
         session = replace(session, light=light, observer=OBSERVERS[number])
-        begun, mine = time.perf_counter(), time.thread_time()
-        frame.show(session, size)
-        cpu.append(time.thread_time() - mine)
-        frame.step(0.0)
-        assert frame.texture is not None and frame.quality == Quality.EXACT
-        frame.texture.ctx.finish()
-        seconds.append(time.perf_counter() - begun)
+
+        def fold(now: Session = session) -> None:
+            mine = time.thread_time()
+            frame.show(now, size)
+            cpu.append(time.thread_time() - mine)
+            _sent(frame)
+            assert frame.quality == Quality.EXACT
+
+        seconds.append(_timed(fold))
     return session
 
 
-def _moves(frame: Frame, session: Session, size: tuple[int, int], seconds: list[float]) -> Session:
+def _moves(frame: Frame, session: Session, size: tuple[int, int], seconds: list[Took]) -> Session:
     for _ in range(3):
         session = replace(session, view=orbited(session.view, _STEP_DEG))
         seconds.append(_timed(lambda now=session: _shown(frame, now, size, moving=True)))
@@ -214,32 +237,29 @@ def _off(frame: Frame, session: Session, size: tuple[int, int]) -> float:
     return float(np.nanpercentile(found, 95.0))
 
 
-def _settles(frame: Frame, context: moderngl.Context) -> list[float]:
+def _settles(frame: Frame, context: moderngl.Context) -> list[Took]:
     """Steps of the smallest size until the picture is exact; the session is the last that was shown."""
     assert frame.session is not None
     frame.show(frame.session, frame.size)
-    found = []
+    found, more = [], True
 
-    def work() -> bool:
+    def work() -> None:
+        nonlocal more
         more = frame.step(0.0)
         context.finish()
-        return more
 
-    more = True
     while more:
-        begun = time.perf_counter()
-        more = work()
-        found.append(time.perf_counter() - begun)
+        found.append(_timed(work))
     return found
 
 
 def _beside_reference(
     frame: Frame, session: Session, size: tuple[int, int], made: Mapping[str, Surface], repeats: int
-) -> list[float]:
+) -> list[Took]:
     """Folds while the reference of the view runs in its process."""
     frame.show(session, size)
     frame.settle()
-    found: list[float] = []
+    found: list[Took] = []
     assert frame.sides is not None
     picture = read(frame.canvases[0])
     view = AskedView(frame.sides[0].lit, frame.camera, "", picture[..., :3], picture[..., 3], made=made)
@@ -254,6 +274,49 @@ def _beside_reference(
             session = replace(session, light=light)
             found.append(_timed(lambda now=session: _shown(frame, now, size)))
     return found
+
+
+def _beside_paths(
+    context: moderngl.Context, width: int, height: int, subdivisions: int, repeats: int, paths: int
+) -> dict[str, Any] | None:
+    """Another light of a matt shape under an even sky, read back, beside Mitsuba's path tracer; None without it.
+
+    Both know the same scene, and neither light that has met two surfaces. Mitsuba's noise is that of two small pictures
+    and falls with the square root of its paths: how many it takes until the p95 of its ΔE94 is `AIMED_DELTA_E`.
+    """
+    mitsuba = path_tracing.found_mitsuba(print)
+    if mitsuba is None:
+        return None
+    nm = WORKING_WAVELENGTHS_NM
+    matt = {"gloss": (nm, 0.2 + 0.5 * (nm > 580.0)), "paint": (nm, np.full(len(nm), 0.5))}
+    fast = {name: Lambert(Spectrum.sampled(*one)).own_form() for name, one in matt.items()}
+    scene = _scene(width, height, 3, subdivisions)
+    sky = EnvironmentLight(np.ones((1, 8, 16)), (illuminant("D65"),), 1000.0, spectrum_name="D65")
+    scene = replace(scene, lights=(sky,))
+    small = replace(scene.camera(), width=_TRACED[0], height_px=_TRACED[1])
+    with gl_session(context, keeps_terms=True) as session:
+        ours, covered = session.render(scene, small, fast)
+        session.render(scene, None, fast)
+        found = []
+        for turn in range(2 * repeats):
+            light = illuminant(LIGHTS[turn % len(LIGHTS)])
+            found.append(_timed(lambda one=light: session.render_many(scene, None, fast, (one,))))
+    halves, (_, seconds) = path_tracing.traced_twice(mitsuba, replace(scene, cameras=(small,)), matt, paths, 1)
+    seen, white = covered.ravel() == 1.0, scene.adopted_white()
+    halves = np.maximum(halves[:, seen], 0.0)
+    noise = float(np.percentile(delta_e_xyz(halves[0], halves[1], white), 95.0)) / 2.0**0.5
+    off = delta_e_xyz(halves.mean(axis=0), np.maximum(ours.reshape(-1, 3)[seen].astype(np.float64), 0.0), white)
+    needed = paths * (noise / AIMED_DELTA_E) ** 2
+    theirs = seconds / paths / (_TRACED[0] * _TRACED[1]) * needed * width * height
+    own = float(np.median(found, axis=0)[1])
+    return {
+        "ours_ms": 1e3 * own,
+        "theirs_ms": 1e3 * theirs,
+        "faster": theirs / own,
+        "paths": round(needed),
+        "delta_e94_p95": float(np.percentile(off, 95.0)),
+        "noise_p95": noise / 2.0**0.5,
+    }
 
 
 def _switched(
@@ -305,21 +368,32 @@ def _other(session: Session, rng: np.random.Generator, materials: Sequence[str])
 
 
 def _resident_mb(frame: Frame, session: Session, size: tuple[int, int]) -> float:
-    """Return the memory of this process while a session is shown, without what it has freed."""
-    frame.show(session, size)
-    frame.settle()
-    gc.collect()
+    """Return the memory of this process while a session is shown, without what it has freed: the least of some
+    readings, since a picture's windows, which are kept, are as large as the machine happens to draw in time.
+    """
     # glibc keeps freed memory, tens of megabytes more or fewer at any time; other C libraries have no such call.
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * 4096 / 2**20
+    found = []
+    for _ in range(_READINGS):
+        for one in (replace(session, view=orbited(session.view, _STEP_DEG)), session):
+            frame.show(one, size)
+            frame.settle()
+        gc.collect()
+        if trim is not None:
+            trim(0)
+        found.append(int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]))
+    return min(found) * 4096 / 2**20
 
 
-def _percentiles(seconds: Sequence[float]) -> dict[str, float]:
-    p50, p95 = 1e3 * np.percentile(seconds, (50.0, 95.0))
-    return {"p50_ms": float(p50), "p95_ms": float(p95), "max_ms": float(1e3 * max(seconds))}
+def _percentiles(seconds: Sequence[Took]) -> dict[str, float]:
+    clock, processor = 1e3 * np.array(seconds).T
+    p50, p95 = np.percentile(clock, (50.0, 95.0))
+    return {
+        "p50_ms": float(p50),
+        "p95_ms": float(p95),
+        "max_ms": float(clock.max()),
+        "processor_ms": float(np.median(processor)),
+    }
 
 
 def tables(measured: dict) -> list[TextTable]:
@@ -330,7 +404,7 @@ def tables(measured: dict) -> list[TextTable]:
         f"{measured['triangles']:,} triangles, {measured['renderer']}"
     )
     rows = [
-        [name, f"{found['p50_ms']:.0f}", f"{found['p95_ms']:.0f}", f"{found['max_ms']:.0f}"]
+        [name, *(f"{found[key]:.0f}" for key in ("p50_ms", "p95_ms", "max_ms", "processor_ms"))]
         for name, found in measured["rows"].items()
     ]
     left = measured["switches"]
@@ -342,7 +416,12 @@ def tables(measured: dict) -> list[TextTable]:
         [f"MB after {left['count']} switches", f"{left['memory_mb']:+.1f}"],
         ["GL errors, pixels without a number", f"{left['gl_errors']}, {left['nan_pixels']}"],
     ]
-    return [(title, ["", "p50 ms", "p95", "max"], rows), ("Of those", ["", ""], figures)]
+    if (beside := measured["mitsuba"]) is not None:
+        words = f"another light, times faster than Mitsuba's {beside['paths']:,} paths a pixel (ΔE94 p95 1)"
+        figures.append([words, f"{beside['faster']:,.0f}"])
+        own = f"{beside['delta_e94_p95']:.2f} ({beside['noise_p95']:.2f} of it noise)"
+        figures.append(["that light, ΔE94 p95 from Mitsuba's", own])
+    return [(title, ["", "p50 ms", "p95", "max", "processor"], rows), ("Of those", ["", ""], figures)]
 
 
 def report(measured: dict) -> str:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import importlib
 import tempfile
+import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,6 @@ from jaxtyping import Float, Int
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.scene import Scene
 from ...lighting.transfer.relighting import Relighting
-from ...materials.tensors.parametric import Tuned
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ..timing import best_ms, timed
@@ -42,7 +42,7 @@ def rows(
     """Our row, and Mitsuba's at our p95 with `faster`, its milliseconds beside ours for a picture of SIDE x SIDE, and
     `level`, the median of its Y beside the paths' own; none where Mitsuba is missing, which is said.
     """
-    mitsuba = _mitsuba(progress)
+    mitsuba = found_mitsuba(progress)
     if mitsuba is None:
         return []
     case = _matt_box()
@@ -80,7 +80,8 @@ def rows(
         "delta_e94": figures_of(off),
         "reference_noise": truth.noise and float(max(truth.noise.mean)),
     }
-    halves, seconds = _rendered(mitsuba, case.scene, case.materials, paths)
+    matt = {name: (one.wavelengths_nm, one.diffuse) for name, one in case.materials.items()}
+    halves, (seconds, _) = traced_twice(mitsuba, case.scene, matt, paths, ALL + 1)
     white = case.scene.adopted_white()
     apart = delta_e_xyz(halves[0][seen.pixel], np.maximum(halves[1][seen.pixel], 0.0), white) / np.sqrt(2.0)
     noise = figures_of(apart)
@@ -113,7 +114,8 @@ def _inner(seen: Seen, part_of_site: Int[np.ndarray, " S"], width: int) -> Seen:
     return Seen(seen.pixel[inner], seen.sites[inner], seen.shares[inner])
 
 
-def _mitsuba(progress: Callable[[str], None]) -> Any:
+def found_mitsuba(progress: Callable[[str], None]) -> Any:
+    """Return Mitsuba's module in its spectral variant; None where it is missing, which is said."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -147,10 +149,19 @@ def _colours(state: Relighting) -> Float[np.ndarray, "S 3"]:
     return found
 
 
-def _rendered(
-    mitsuba: Any, scene: Scene, materials: dict[str, Tuned], paths: int
-) -> tuple[Float[np.ndarray, "2 n 3"], float]:
-    """XYZ of all pixels, once a seed, and seconds of one picture after its code was compiled."""
+def traced_twice(
+    mitsuba: Any, scene: Scene, matt: Mapping[str, tuple[np.ndarray, np.ndarray]], paths: int, surfaces: int
+) -> tuple[Float[np.ndarray, "2 n 3"], tuple[float, float]]:
+    """Trace a scene of matt materials under an even sky of D65.
+
+    Parameters
+    ----------
+    matt : wavelengths, nm, and reflectances of each material. surfaces : that a path meets at most.
+
+    Returns
+    -------
+    XYZ of all pixels, once a seed; seconds of one picture after its code was compiled, and of the processor.
+    """
     import trimesh
 
     camera, power = scene.camera(), np.interp(_FINE_NM, illuminant("D65").wavelengths_nm, illuminant("D65").samples)
@@ -164,24 +175,25 @@ def _rendered(
     sensor |= {"near_clip": 0.01, "film": film, "sampler": {"type": "independent", "sample_count": paths}}
     world: dict[str, Any] = {"type": "scene", "sensor": sensor, "sky": {"type": "constant", "radiance": _listed(power)}}
     # Edges of a path: one more than surfaces.
-    world["integrator"] = {"type": "path", "max_depth": ALL + 2, "rr_depth": 5}
+    world["integrator"] = {"type": "path", "max_depth": surfaces + 1, "rr_depth": 5}
     with tempfile.TemporaryDirectory() as folder:
         for part in scene.parts:
             mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, vertex_normals=part.mesh.normals, process=False)
-            file, one = Path(folder) / f"{part.name}.ply", materials[part.material]
+            file = Path(folder) / f"{part.name}.ply"
             mesh.export(file, vertex_normal=True)
-            colour = _listed(np.interp(_FINE_NM, one.wavelengths_nm, one.diffuse))
+            colour = _listed(np.interp(_FINE_NM, *matt[part.material]))
             bsdf = {"type": "twosided", "nested": {"type": "diffuse", "reflectance": colour}}
             world[part.name] = {"type": "ply", "filename": str(file), "bsdf": bsdf}
         loaded = mitsuba.load_dict(world)
 
-    def picture(seed: int) -> np.ndarray:
-        return np.array(mitsuba.render(loaded, seed=seed), dtype=np.float64).reshape(-1, 3)
+    def picture(seed: int) -> tuple[np.ndarray, tuple[float, float]]:
+        before = time.process_time()
+        found, seconds = timed(lambda: np.array(mitsuba.render(loaded, seed=seed), dtype=np.float64).reshape(-1, 3))
+        return found, (seconds, time.process_time() - before)
 
     picture(1)
-    first, seconds = timed(lambda: picture(2))
-    second, again = timed(lambda: picture(3))
-    return np.stack([first, second]) / (power @ cmfs[:, 1]), min(seconds, again)
+    (first, took), (second, again) = picture(2), picture(3)
+    return np.stack([first, second]) / (power @ cmfs[:, 1]), (min(took[0], again[0]), min(took[1], again[1]))
 
 
 def _listed(values: Float[np.ndarray, " L"]) -> dict[str, str]:

@@ -24,7 +24,7 @@ def test_it_measures_the_review_window():
     from metamer.viewer.gl.context import NoGL
 
     try:
-        measured = reviewing.run(width=40, height=30, samples=2, subdivisions=2, repeats=1, switches=12)
+        measured = reviewing.run(width=40, height=30, samples=2, subdivisions=2, repeats=1, switches=12, paths=2)
     except NoGL as reason:
         pytest.skip(str(reason))
     assert json.loads(json.dumps(measured)) == measured
