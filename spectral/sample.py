@@ -23,6 +23,16 @@ from .spectrum import Spectrum
 MOST_MISSED = 0.15
 
 
+def title_from_id(name: str) -> str:
+    """Spell the last word of an id out, for people.
+
+    >>> title_from_id("paint/signal-red")
+    'Signal red'
+    """
+    words = name.rpartition("/")[2].replace("-", " ")
+    return words[:1].upper() + words[1:]
+
+
 @dataclass(frozen=True, eq=False)
 class Sample:
     """A standard, or what is held beside it.

@@ -19,7 +19,7 @@ from .review_words import screen_name
 from .row import ReviewRow
 from .row_name import observer_name, row_id
 from .shift_plot import ShiftArrow, shift_plots
-from .statistics import beside, verdict
+from .statistics import beside, verdict, verdict_limits
 
 if TYPE_CHECKING:
     import jinja2
@@ -74,13 +74,10 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
     """
     budget = document["budget_delta_e94"]
     # A figure over the budget is not written as the budget.
-    figure = partial(_figure, limits=(budget, 1.5 * budget))
+    figure = partial(_figure, limits=verdict_limits(budget))
     environment = html_environment(de=figure, breakable=breakable)
     data, embedded = page_data(document, rows, title, history)
-    pictured = [
-        (one["id"], _light_words(one["name"], one["id"]), str(number), one["icon"])
-        for number, one in enumerate((light for light in data["lights"] if light["pictured"]), start=1)
-    ]
+    pictured = [light for light in data["lights"] if light["pictured"]]
     return environment.get_template("review.html").render(
         title=title,
         heading=data["title"],
@@ -88,10 +85,12 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
         data=_script(data),
         embedded=_script(embedded),
         status_icon=_STATUS_ICONS[document["status"]],
-        pictured=[(*one[:2], one[2] if int(one[2]) < 10 else "", one[3]) for one in pictured],
-        pictured_plain=[
-            (light["id"], light["name"], "", light["icon"]) for light in data["lights"] if light["pictured"]
+        # The keys of the first nine.
+        pictured=[
+            (one["id"], _light_words(one["name"], one["id"]), str(number) if number < 10 else "", one["icon"])
+            for number, one in enumerate(pictured, start=1)
         ],
+        pictured_plain=[(one["id"], one["name"], "", one["icon"]) for one in pictured],
         observers=[(name, name, "", "") for name in data["observers"]],
         screen=screen_name(document["display"]),
         shift_words=f"ΔE2000 from the colour under {SHIFT_FROM}, after complete adaptation by {SHIFT_ADAPTATION}",
@@ -101,6 +100,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
         shifts=_shifts(rows, budget),
         trend=trend_plot(history, "ΔE94 p99"),
         budget=budget,
+        borderline=verdict_limits(budget)[1],
         most=MOST,
         said=_said(document["protocol"]),
         uncertain=max((row.noise.mean for row in rows if row.noise is not None), default=None),

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
+from ...spectral.sample import title_from_id
 from .row import ReviewRow
 
 #: Light that colours are adapted to and that shifts are counted from; how eyes get used to another; and the formula.
@@ -65,6 +67,11 @@ class ReviewedLight:
     wavelengths_nm: Float[np.ndarray, "L"] | None = None
     power: Float[np.ndarray, "L"] | None = None
 
+    @property
+    def full_title(self) -> str:
+        """The title, and the name behind it."""
+        return f"{self.title} {self.name}"
+
 
 @dataclass(frozen=True, eq=False)
 class ReviewedMaterial:
@@ -89,10 +96,18 @@ class ReviewedMaterial:
     licence: str = ""
     colours: tuple[LitColour, ...] = ()
 
+    @property
+    def full_title(self) -> str:
+        """The title, and the id behind it."""
+        return f"{self.title} ({self.id})"
+
     def under(self, light: str, observer: str) -> LitColour | None:
         """Its colour under a light for an observer."""
         found = (one for one in self.colours if (one.light, one.observer) == (light, observer))
         return next(found, None)
+
+
+_Titled = TypeVar("_Titled", ReviewedLight, ReviewedMaterial)
 
 
 def light_title(name: str) -> tuple[str, str]:
@@ -109,34 +124,22 @@ def light_title(name: str) -> tuple[str, str]:
     return ("Daylight", "daylight") if name[:1] == "D" and name[1:].isdigit() else (name, "other")
 
 
-def titled(lights: Sequence[ReviewedLight]) -> tuple[ReviewedLight, ...]:
-    """The lights with titles that tell them apart."""
-    titles = [one.title for one in lights]
-    return tuple(
-        replace(one, title=f"{one.title} {one.name}") if titles.count(one.title) > 1 else one for one in lights
-    )
-
-
-def distinct_titles(materials: Sequence[ReviewedMaterial]) -> tuple[ReviewedMaterial, ...]:
-    """The materials with titles that tell them apart: what several are called gets the id behind it."""
-    titles = [one.title for one in materials]
-    return tuple(
-        replace(one, title=f"{one.title} ({one.id})") if titles.count(one.title) > 1 else one for one in materials
-    )
+def distinct_titles(reviewed: Sequence[_Titled]) -> tuple[_Titled, ...]:
+    """Lights or materials with titles that tell them apart: several of one title get their full ones."""
+    counts = Counter(one.title for one in reviewed)
+    return tuple(replace(one, title=one.full_title) if counts[one.title] > 1 else one for one in reviewed)
 
 
 def materials_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedMaterial, ...]:
     """Collect the materials from rows alone."""
     found = {}
     for row in rows:
-        family, _, last = row.material.rpartition("/")
-        spelt = last.replace("-", " ")
         found.setdefault(
             row.material,
             ReviewedMaterial(
                 row.material,
-                spelt[:1].upper() + spelt[1:],
-                family,
+                title_from_id(row.material),
+                row.material.rpartition("/")[0],
                 wavelengths_nm=row.wavelengths_nm,
                 values=row.reflectance,
                 source=row.provenance.get("Source", ""),
@@ -149,7 +152,7 @@ def materials_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedMaterial, ...]
 def lights_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedLight, ...]:
     """Collect the lights from rows alone."""
     names = dict.fromkeys(row.illuminant for row in rows)
-    return titled([ReviewedLight(name, *light_title(name), pictured=True) for name in names])
+    return distinct_titles([ReviewedLight(name, *light_title(name), pictured=True) for name in names])
 
 
 def material_document(one: ReviewedMaterial) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from .row import ReviewRow
-from .statistics import beside, verdict
+from .statistics import beside, verdict, verdict_limits
 
 #: Share of the surface from which on it is said that a screen cannot show it.
 SAID_FROM = 0.01
@@ -62,7 +62,7 @@ def facts_sentence(summary: dict[str, Any], budget: float, undefined: int = 0) -
 
     undefined : pixels of all pictures that hold no number.
     """
-    p99 = beside(summary["worst"]["p99"], budget, 1.5 * budget)
+    p99 = beside(summary["worst"]["p99"], *verdict_limits(budget))
     missing = f" {undefined} pixels hold no number." if undefined else ""
     return (
         f"Rendering error: 99 % of every surface is within ΔE94 {p99} of the reference (limit {budget:g}).{missing} "

@@ -177,9 +177,14 @@ def self_check(
     return tuple(checks)
 
 
+def verdict_limits(budget: float) -> tuple[float, float]:
+    """Limits of p99 that a picture passes within, and is near within."""
+    return budget, 1.5 * budget
+
+
 def verdict(statistics: DeltaEStatistics, budget: float) -> Literal["pass", "near", "over"]:
     """`pass`: p99 within the budget; `near`: within one and a half budgets; `over`: beyond, or numbers missing."""
-    if statistics.undefined or statistics.p99 > 1.5 * budget:
+    if statistics.undefined or statistics.p99 > verdict_limits(budget)[1]:
         return "over"
     return "pass" if statistics.p99 <= budget else "near"
 

@@ -7,6 +7,7 @@ from typing import Literal, cast
 
 import numpy as np
 
+from ...spectral.sample import title_from_id
 from .material import MaterialRecord
 
 Standing = Literal["measured", "analytic", "uplifted", "reconstructed", "unknown"]
@@ -80,8 +81,7 @@ def title_of(record: MaterialRecord) -> str:
         stated = record.original.get(key)
         if isinstance(stated, str) and stated.strip():
             return stated.strip()
-    words = record.id.rpartition("/")[2].replace("-", " ")
-    return words[:1].upper() + words[1:]
+    return title_from_id(record.id)
 
 
 def measured_range(record: MaterialRecord) -> tuple[float, float] | None:

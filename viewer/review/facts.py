@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,6 @@ from ...calibration.report.review_facts import (
     ReviewedMaterial,
     distinct_titles,
     light_title,
-    titled,
 )
 from ...lighting.scene import Scene
 from ...materials.catalogue.instrument_reading import GEOMETRY, InstrumentReading
@@ -38,6 +37,8 @@ from .shifts import corresponding_lab, shift_between
 # Observers for small and for large fields: figures are given for both, whichever the pictures are for.
 _OBSERVERS = ("1931_2", "1964_10")
 _VISIBLE_NM = (360.0, 830.0)
+# A name and its spectrum; None of the scene's own mixture.
+_NamedLight = tuple[str, Spectrum | None]
 
 
 def reviewed_lights(setting: Setting) -> tuple[ReviewedLight, ...]:
@@ -47,7 +48,7 @@ def reviewed_lights(setting: Setting) -> tuple[ReviewedLight, ...]:
         title, kind = ("As lit in the scene", "scene") if spectrum is None else light_title(name)
         table = (None, None) if spectrum is None else _table(spectrum)
         found.append(ReviewedLight(name, title, kind, name in setting.names, *table))
-    return titled(found)
+    return distinct_titles(found)
 
 
 def reviewed_materials(
@@ -55,10 +56,10 @@ def reviewed_materials(
 ) -> tuple[ReviewedMaterial, ...]:
     """Materials by id, with their colours under every light for every observer."""
     eyes = {eye.name: eye for eye in (setting.scene.observer, *(observer(name) for name in _OBSERVERS))}
-    found = []
+    lights, found = _lights(setting), []
     for name in names:
         record, reading = setting.records[name], reading_of(name)
-        colours = tuple(one for eye in eyes.values() for one in _colours(setting, reading, eye))
+        colours = tuple(one for eye in eyes.values() for one in _colours(setting, lights, reading, eye))
         found.append(
             ReviewedMaterial(
                 name,
@@ -79,18 +80,20 @@ def reviewed_materials(
     return distinct_titles(found)
 
 
-def _lights(setting: Setting) -> list[tuple[str, Spectrum | None]]:
+def _lights(setting: Setting) -> list[_NamedLight]:
     pictured = list(zip(setting.names, setting.spectra, strict=True))
     # A light may be asked for by another name that it has.
     keys = {spectrum.key for spectrum in setting.spectra if spectrum is not None}
     return pictured + [(name, one) for name in FIGURE_LIGHTS if (one := illuminant(name)).key not in keys]
 
 
-def _colours(setting: Setting, reading: InstrumentReading, eye: Observer) -> list[LitColour]:
+def _colours(
+    setting: Setting, lights: Sequence[_NamedLight], reading: InstrumentReading, eye: Observer
+) -> list[LitColour]:
     daylight = eye.white(illuminant(SHIFT_FROM))
     start = corresponding_lab(reading.xyz(illuminant(SHIFT_FROM), eye), daylight, daylight)
     found = []
-    for name, spectrum in _lights(setting):
+    for name, spectrum in lights:
         xyz, white = _seen(setting.scene, reading, spectrum, eye)
         lab, adapted = lab_from_xyz(xyz, white), corresponding_lab(xyz, white, daylight)
         shift = None if adapted is None or start is None else shift_between(start, adapted)
