@@ -26,8 +26,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         description="Does this batch match the master? STANDARD and SAMPLE are an id of the catalogue, a file of "
         "readings (CxF3, CGATS, instrument text, tables), FILE#NAME for one reading of it, a folder of such files, or "
         'a colour such as "lab:52.1,10.3,-5.6@D65/1964_10". Readings of one name in one file count as one sample, by '
-        "their mean. Exit code 1 where a verdict is not resolved, or a tolerance is given and nothing of a sample is "
-        "judged, since a colour was made up and not measured; 2 where a sample fails, 3 where nothing can be "
+        "their mean. Exit code 1 where a verdict is too close to call, or a tolerance is given and nothing of a sample "
+        "is judged, since a colour was made up and not measured; 2 where a sample fails, 3 where nothing can be "
         "compared, 4 where a file is unusable, 64 where words of the command are.",
     )
     match.add_argument("standard", metavar="STANDARD")
@@ -172,6 +172,8 @@ def _report(args: argparse.Namespace) -> MatchReport:
 
 
 def _print(report: MatchReport) -> None:
+    from ..calibration.match.tolerance import VERDICT_WORDS
+
     judging = report.asked.judging.name
     several = len(report.asked.conditions) > 1
     rows = []
@@ -182,13 +184,22 @@ def _print(report: MatchReport) -> None:
             ends = [f"{value:+.2f}" for value in (off.lightness, off.a, off.b, off.chroma, off.hue)]
             about = "" if known is None else f" ±{known.delta_e[judging]:.2f}"
             others = [f"{found.delta_e[name]:.2f}" for name in found.delta_e if name != judging]
-            head = [one.sample.name if at == 0 else "", found.conditions.words]
-            rows.append([*head, *ends, f"{found.delta_e[judging]:.2f}{about}", *others, found.verdict, found.words])
+            head = [one.sample.name if at == 0 else "", report.place(found.conditions)]
+            rows.append(
+                [
+                    *head,
+                    *ends,
+                    f"{found.delta_e[judging]:.2f}{about}",
+                    *others,
+                    VERDICT_WORDS[found.verdict],
+                    found.words,
+                ]
+            )
     first = report.samples[0].differences[0]
     others = [name for name in first.delta_e if name != judging]
     axes = ["ΔL*", "Δa*", "Δb*", "ΔC*", "ΔH*"]
-    headings = ["sample", "light, observer", *axes, judging, *others, "verdict", "direction"]
-    print(f"Standard: {report.standard.name} ({report.standard.source})")
+    headings = ["sample", "light", *axes, judging, *others, "verdict", "direction"]
+    print(f"Standard: {report.standard.name} ({report.standard.source})\n{report.facts}")
     print(columns(headings, rows, left=2, words=True))
     if several:
         _print_indices(report)
@@ -205,7 +216,7 @@ def _print_indices(report: MatchReport) -> None:
     heads = list(dict.fromkeys(f"{i.name}, {i.changed}" for one in report.samples for i in one.indices))
     if not heads:
         return
-    print(f"\nFrom {report.asked.conditions[0].words}, ΔE by {report.asked.judging.name}:")
+    print(f"\nFrom {report.place(report.asked.conditions[0])}, ΔE by {report.asked.judging.name}:")
     for number, head in enumerate(heads, 1):
         print(f"  {number}  {head}")
     rows = []
@@ -274,7 +285,7 @@ def _print_batches(report: MatchReport) -> None:
         if found is not None:
             figures = [*(f"{value:+.2f}" for value in found.mean), *(f"{value:.2f}" for value in found.deviation)]
             drift = "too few to tell" if found.per_sample is None else ", ".join(found.drifts) or "none"
-            rows.append([where.words, *figures, f"{found.scatter:.2f}", drift])
+            rows.append([report.place(where), *figures, f"{found.scatter:.2f}", drift])
     if rows:
         count = len(report.samples)
         print(f"\nThe batch of {count}: mean of sample minus standard, standard deviation, mean ΔE from their own mean")

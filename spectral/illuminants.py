@@ -73,6 +73,15 @@ def illuminant(name: str) -> Spectrum:
     return Spectrum.sampled(table.wavelengths, table.values, "emission")
 
 
+def canonical_name(name: str) -> str:
+    """The name that colour-science gives a light, of another that it has: "FL11" for "TL84" and "F11".
+
+    >>> canonical_name("tl84"), canonical_name("A")
+    ('FL11', 'A')
+    """
+    return _ALIASES.get(name.casefold(), name)
+
+
 def booth_words(name: str) -> str:
     """Explain the name of a booth's lamp, such as "TL84 is CIE FL11"; "" for any other name."""
     light = next((light for booth, light in BOOTH_NAMES.items() if booth.casefold() == name.casefold()), "")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from itertools import pairwise, takewhile
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,12 @@ from ...spectral.observers import observer
 from ...spectral.sample import Sample
 from ..report.page import html_environment
 from ..report.plots import pair_plot
+from ..report.review_data import LIGHT_ICONS
+from ..report.review_facts import light_title, light_words
+from ..report.row_name import short_observer
 from .batch import Batch
 from .pairs import WORST_FIRST, MatchedPairs, MatchOptions, PairDifference
-from .tolerance import Verdict
+from .tolerance import VERDICT_WORDS, Verdict
 
 #: What a person may fill in beforehand; what is left open is a line to write on.
 SIGNED = ("project", "part", "supplier", "instrument", "approved by", "date")
@@ -28,24 +32,40 @@ SIGNED = ("project", "part", "supplier", "instrument", "approved by", "date")
 _HEAD = 4
 #: Conditions that have a column each; samples whose numbers stand in the drawings.
 MOST_COLUMNS, MOST_NUMBERS = 3, 24
-#: Samples that a summary names; letters of a name in a drawing, and samples whose names stand there.
+#: Samples of a verdict that a summary names; letters of a name in a drawing, and samples whose names stand there.
 MOST_NAMED, MOST_LETTERS, MOST_LABELS = 6, 14, 8
+# Conditions that a sentence names.
+_MOST_PLACES = 4
 #: What is said where nothing is known of the instrument.
 UNKNOWN = (
     "No repeatability of the instrument is known: figures stand without uncertainty, and no verdict allows for it."
 )
-#: Verdicts: how pages colour them, and a sign that needs no colour.
-SIGNS = {"pass": ("pass", "✓"), "not resolved": ("near", "?"), "fail": ("over", "✕"), "not judged": ("", "·")}
+# Of a verdict: the icon, and the tint of its cells; no hue stands beside a colour.
+_LOOKS: dict[Verdict, tuple[str, str]] = {
+    "pass": ("i-ok", "k0"),
+    "not resolved": ("i-near", "k2"),
+    "fail": ("i-warn", "k4"),
+    "not judged": ("", "k0"),
+}
 # How drawings mark a sample: a dot, a ring, a cross.
-_DOT = "M-2.6 0A2.6 2.6 0 1 0 2.6 0A2.6 2.6 0 1 0-2.6 0Z"
-_MARKS = {"not resolved": ("open", _DOT), "fail": ("open", "M-3-3L3 3M3-3L-3 3")}
-# Sizes of the spectra of a pair and of a batch in its order, SVG units, and nm that spectra are drawn at.
-_PAIR_SIZE, _RUN_SIZE = (280.0, 74.0), (440.0, 90.0)
+_DOT = "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z"
+_MARKS = {"not resolved": ("open", _DOT), "fail": ("open", "M-4-4L4 4M4-4L-4 4")}
+# Sizes of the spectra of a pair, of a difference of spectra and of a batch in its order, SVG units, and nm that spectra
+# are drawn at.
+_PAIR_SIZE, _DIFFERENCE_SIZE, _RUN_SIZE = (280.0, 74.0), (460.0, 150.0), (440.0, 90.0)
 _DRAWN_NM = np.arange(400.0, 701.0, 10.0)
+# Ends of the parts of the spectrum in nm, and the colour of light of each.
+_BANDS = ((490.0, "blue"), (570.0, "green"), (590.0, "yellow"), (620.0, "orange"), (np.inf, "red"))
+# Share of the largest difference of two spectra that is spoken of, and that counts as a change of sign.
+_SPOKEN, _CROSSING = 0.5, 0.3
 # Half the width of a drawing, SVG units; samples are drawn within so much of it.
 _HALF, _WITHIN = 130.0, 0.86
+# Letters of a drawing are about so wide and high, SVG units.
+_LETTER, _LINE = 6.4, 12.0
 # Rounded steps of an axis, about four of them on each side.
 _STEPS = (1.0, 2.0, 5.0, 10.0)
+# Directions at the ends of each drawing's axes: across, and up.
+_AB_ENDS, _LC_ENDS = ("greener", "redder", "bluer", "yellower"), ("greyer", "stronger", "darker", "lighter")
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,53 +94,104 @@ class MatchReport:
         return {verdict: found.count(verdict) for verdict in WORST_FIRST if verdict in found}
 
     @property
-    def summary(self) -> str:
-        """One line: how many samples fail, pass or are not resolved, and the first of these under which conditions.
+    def worst_first(self) -> list[MatchedPairs]:
+        """Samples as they are read: failures first, those first that are farthest off."""
+        return sorted(self.samples, key=lambda one: (WORST_FIRST.index(one.verdict), -_largest(one.worst)))
 
-        Such as "1 of 3 fails: lot 3 under A, TL84".
+    @property
+    def summary(self) -> str:
+        """The sentence of the page, the paper and the terminal: which samples fail, under which lights, and which pass.
+
+        Such as "lot 3 fails under tungsten lamp A (redder) but passes under daylight D65; 2 of 3 pass under every
+        light".
         """
-        total, verdict = len(self.samples), self.verdict
-        deciding = [one for one in self.samples if one.verdict == verdict]
-        count = len(deciding)
-        words = {
-            "fail": "fails" if count == 1 else "fail",
-            "not resolved": "is not resolved" if count == 1 else "are not resolved",
-            "pass": "passes" if count == 1 else "pass",
-            "not judged": f"{'is' if count == 1 else 'are'} not judged: {self._why_not_judged}",
-        }[verdict]
-        line = f"{count} of {total} {words}"
-        if verdict == "not judged":
-            return line
-        if open_ := self.counts.get("not judged"):
-            line += f", {open_} {'is' if open_ == 1 else 'are'} not judged, as {self._why_not_judged}"
-        if verdict == "pass":
-            return line
-        named = [f"{one.sample.name} under {self.under(one, verdict)}" for one in deciding[:MOST_NAMED]]
-        more = f"; and {count - MOST_NAMED} more" if count > MOST_NAMED else ""
-        return f"{line}: {'; '.join(named)}{more}"
+        if len(self.counts) == 1 and self.verdict == "not judged":
+            count = len(self.samples)
+            who = self.samples[0].sample.name if count == 1 else f"all {count}"
+            return f"{who} {'is' if count == 1 else 'are'} not judged: {self._why_not_judged}"
+        parts = [
+            *self._named("fail", "fails", "fail"),
+            *self._named("not resolved", "is too close to call", "are too close to call"),
+        ]
+        total, passing = len(self.samples), self.counts.get("pass", 0)
+        if passing:
+            who = f"{passing} of {total}" if passing < total else f"all {total}"
+            if total == 1:
+                who = self.samples[0].sample.name
+            parts.append(f"{who} {'passes' if passing == 1 else 'pass'} under {self.places(self.asked.conditions)}")
+        if unjudged := self.counts.get("not judged"):
+            parts.append(f"{unjudged} {'is' if unjudged == 1 else 'are'} not judged: {self._why_not_judged}")
+        return "; ".join(parts)
+
+    @property
+    def facts(self) -> str:
+        """The line under the verdict: by what samples are judged, under which lights and for which observer."""
+        asked = self.asked
+        lights = _listed(list(dict.fromkeys(light_words(where.illuminant) for where in asked.conditions)))
+        eyes = _listed(list(dict.fromkeys(short_observer(observer(where.observer).name) for where in asked.conditions)))
+        judged = f"ΔE {asked.judging.name}"
+        if asked.tolerance is not None:
+            judged = f"Tolerance: {judged}, limit {asked.tolerance.limit:g}"
+        several = " Each sample is judged by its worst light." if len(asked.conditions) > 1 and asked.tolerance else ""
+        return f"{judged}, under {lights}, {eyes} observer.{several}"
+
+    def _named(self, verdict: Verdict, one_does: str, several_do: str) -> list[str]:
+        """Samples of a verdict, those together that have it under the same conditions."""
+        deciding = [one for one in self.worst_first if one.verdict == verdict]
+        groups: dict[str, list[MatchedPairs]] = {}
+        for one in deciding[:MOST_NAMED]:
+            where = tuple(found.conditions for found in one.differences if found.verdict == verdict)
+            groups.setdefault(self.places(where), []).append(one)
+        parts, shared = [], _shared_start([one.sample.name for one in self.samples])
+        for where, some in groups.items():
+            # What all names begin with is said once.
+            first, *others = (one.sample.name for one in some)
+            names = _listed([first, *(name[shared:] for name in others)])
+            words = f"{names} {one_does if len(some) == 1 else several_do} under {where}"
+            if len(some) == 1:
+                (one,) = some
+                words = f"{names} {one_does} under {self._towards(one, verdict)}"
+                passed = tuple(found.conditions for found in one.differences if found.verdict == "pass")
+                words += f" but passes under {self.places(passed)}" if passed else ""
+            parts.append(words)
+        if len(deciding) > MOST_NAMED:
+            parts.append(f"{len(deciding) - MOST_NAMED} more {several_do}")
+        return parts
+
+    def _towards(self, one: MatchedPairs, verdict: Verdict) -> str:
+        """Conditions of a verdict with the direction under each: "tungsten lamp A (redder)"."""
+        told = [each for each in one.directions if each.verdict == verdict]
+        every = tuple(where for each in told for where in each.conditions)
+        if len(told) > 1 and (len(every) == len(self.asked.conditions) or len(every) > _MOST_PLACES):
+            most = _within_sentence(self.place(one.worst.conditions))
+            return f"{self.places(every)}, most under {most} ({one.worst.words})"
+        return _listed([f"{self.places(each.conditions)} ({each.words})" for each in told])
 
     @property
     def _why_not_judged(self) -> str:
-        return "no tolerance" if self.asked.tolerance is None else "a colour that was not measured judges none"
+        return (
+            "no tolerance was given" if self.asked.tolerance is None else "a colour that was not measured judges none"
+        )
 
-    def under(self, one: MatchedPairs, verdict: Verdict) -> str:
-        """The conditions under which a sample has a verdict, without what all conditions share."""
-        return self.short(tuple(found.conditions for found in one.differences if found.verdict == verdict))
+    def place(self, where: Conditions) -> str:
+        """Conditions in words, without the observer where all have the same one: "Tungsten lamp A"."""
+        every = self.asked.conditions
+        one_eye = len({each.observer for each in every}) == 1
+        one_light = len({each.illuminant for each in every}) == 1
+        parts = [where.geometry]
+        parts += [] if one_light and where.geometry else [light_words(where.illuminant)]
+        parts += [] if one_eye else [short_observer(observer(where.observer).name)]
+        return ", ".join(part for part in parts if part)
 
-    def short(self, conditions: Sequence[Conditions]) -> str:
-        """Conditions in words, without the observer where all have the same one; "every light" where they are all."""
+    def places(self, conditions: Sequence[Conditions]) -> str:
+        """Conditions within a sentence; "every light" where they are all."""
         every = self.asked.conditions
         if len(conditions) == len(every) > 1:
-            return "all conditions"
-        one_eye = len({where.observer for where in every}) == 1
-        one_light = len({where.illuminant for where in every}) == 1
-        parts = []
-        for where in conditions:
-            named = [where.geometry]
-            named += [] if one_light and where.geometry else [where.illuminant]
-            named += [] if one_eye else [where.observer]
-            parts.append(" ".join(part for part in named if part))
-        return ", ".join(parts)
+            alike = len({(each.observer, each.geometry) for each in every}) == 1
+            return "every light" if alike else "all conditions"
+        if len(conditions) > _MOST_PLACES:
+            return f"{len(conditions)} of {len(every)} conditions"
+        return _listed([_within_sentence(self.place(where)) for where in conditions])
 
     def html(self) -> str:
         """The page, self-contained."""
@@ -173,9 +244,7 @@ def _earlier(standard: Sample, sample: Sample) -> str:
 
 def render_match_page(report: MatchReport) -> str:
     """One self-contained HTML page."""
-    conditions = report.asked.conditions
-    worst_first = sorted(report.samples, key=lambda one: (WORST_FIRST.index(one.verdict), -_largest(one.worst)))
-    shown = _shown(report, worst_first)
+    shown = _shown(report)
     numbers = {id(one["matched"]): one["number"] for one in shown}
     signed = report.signed
     return (
@@ -184,8 +253,8 @@ def render_match_page(report: MatchReport) -> str:
         .render(
             report=report,
             shown=shown,
-            counts=report.counts,
-            signs=SIGNS,
+            looks=_LOOKS,
+            words=VERDICT_WORDS,
             fields=[(name, signed.get(name, "")) for name in SIGNED[:_HEAD]],
             signatures=[
                 ("For the supplier", "", ""),
@@ -193,10 +262,18 @@ def render_match_page(report: MatchReport) -> str:
             ],
             plots=[_plots(report, at, numbers) for at in _deciding_first(report)],
             half=_HALF,
-            columns=conditions if len(conditions) <= MOST_COLUMNS else (),
+            # Paper leaves out a long beginning that all names share.
+            shared=_shared_start([one.sample.name for one in report.samples]),
+            most_shared=MOST_LETTERS,
+            columns=[(light_title(where.illuminant)[1], report.place(where)) for where in report.asked.conditions]
+            if len(report.asked.conditions) <= MOST_COLUMNS
+            else (),
+            icons=LIGHT_ICONS,
+            why=_why(report, shown[0]) if report.verdict == "fail" else None,
+            difference=_DIFFERENCE_SIZE,
             indices=any(one["index"] for one in shown),
             whites=_white_columns(report),
-            on_sheet=on_sheet(len(conditions), bool(report.asked.whites)),
+            on_sheet=on_sheet(len(report.asked.conditions), bool(report.asked.whites)),
             pair=_PAIR_SIZE,
             run=_run([one.differences[0] for one in report.samples]),
         )
@@ -211,16 +288,17 @@ def on_sheet(conditions: int, whites: bool = False) -> int:
     return max((20 - 2 * conditions) // (2 if whites else 1), 4)
 
 
-def _shown(report: MatchReport, worst_first: Sequence[MatchedPairs]) -> list[dict[str, Any]]:
+def _shown(report: MatchReport) -> list[dict[str, Any]]:
     """Of each sample what the page shows beside its figures; its number is its place among the worst."""
     order = {id(one): at for at, one in enumerate(report.samples)}
     one_eye = len({one.observer for one in report.asked.conditions}) == 1
-    found = []
+    worst_first, found = report.worst_first, []
     for number, one in enumerate(worst_first, 1):
         told = [index for index in one.indices if index.name.endswith("multiplicative") and index.value is not None]
         index = max(told, key=lambda index: index.value or 0.0, default=None)
         at = report.asked.conditions[0].geometry
         curves = [side.factor(_DRAWN_NM) for side in (report.standard.at(at), one.sample.at(at)) if side.readings]
+        pairs = one.differences if len(one.differences) <= MOST_COLUMNS else (one.differences[0], one.worst)
         found.append(
             {
                 "matched": one,
@@ -229,13 +307,70 @@ def _shown(report: MatchReport, worst_first: Sequence[MatchedPairs]) -> list[dic
                 # The larger, the worse.
                 "rank": len(worst_first) - number,
                 "anchor": f"s{order[id(one)] + 1}",
-                "swatches": _swatches(one.differences[0]),
+                "cells": [(each, _swatches(each)) for each in pairs],
                 "plot": pair_plot(_DRAWN_NM, curves[0], curves[1], _PAIR_SIZE) if len(curves) == 2 else None,
                 "index": index,
                 # Where there is one observer it goes without saying.
                 "changed": "" if index is None else index.changed.split(", ")[0] if one_eye else index.changed,
             }
         )
+    return found
+
+
+def _why(report: MatchReport, shown: Mapping[str, Any]) -> dict[str, Any]:
+    """Of the sample that fails most: both colours under the lights, and where its spectrum leaves the standard's."""
+    one: MatchedPairs = shown["matched"]
+    worst = one.worst
+    others = [each for each in one.differences if each is not worst]
+    pairs = [(each, _swatches(each)) for each in (worst, *others)[:MOST_COLUMNS]]
+    found: dict[str, Any] = {"name": one.sample.name, "pairs": pairs, "sentences": [], "plot": None}
+    sides = [side.at(worst.conditions.geometry) for side in (report.standard, one.sample)]
+    if not all(side.readings for side in sides):
+        return found
+    off = sides[1].factor(_DRAWN_NM) - sides[0].factor(_DRAWN_NM)
+    largest = float(np.abs(off).max())
+    if largest == 0.0:
+        return found
+    verb = "lets through" if sides[1].readings[0].quantity == "transmittance" else "reflects"
+    found["sentences"] = [f"{one.sample.name} {verb} {_listed(_bands(off))} than the standard."]
+    crosses = min(off.max(), -off.min()) >= _CROSSING * largest
+    passed = tuple(each.conditions for each in one.differences if each.verdict == "pass")
+    if passed and crosses:
+        found["sentences"].append(
+            f"Under {report.places(passed)} more and less cancel out, under "
+            f"{_within_sentence(report.place(worst.conditions))} they do not: another mixture of colorants, which a "
+            "change of strength alone does not mend."
+        )
+    width, height = _DIFFERENCE_SIZE
+    lamp = illuminant(worst.conditions.illuminant)
+    power = np.interp(_DRAWN_NM, lamp.wavelengths_nm, lamp.samples, left=0.0, right=0.0)
+    x = (_DRAWN_NM - _DRAWN_NM[0]) / (_DRAWN_NM[-1] - _DRAWN_NM[0]) * width
+    lit = "".join(
+        f"L{at:.1f} {height * (1.0 - 0.4 * value):.1f}" for at, value in zip(x, power / power.max(), strict=True)
+    )
+    curve = "L".join(f"{at:.1f} {0.5 * height * (1.0 - value / largest):.1f}" for at, value in zip(x, off, strict=True))
+    found["plot"] = {
+        "curve": f"M{curve}",
+        "light": f"M0 {height:.1f}{lit}L{width:.1f} {height:.1f}Z",
+        "lamp": report.place(worst.conditions),
+        "top": f"{100.0 * largest:.2g} %",
+        "ticks": [((nm - 400.0) / 300.0 * width, f"{nm:g}") for nm in (400.0, 500.0, 600.0, 700.0)],
+    }
+    return found
+
+
+def _bands(off: np.ndarray) -> list[str]:
+    """Runs of wavelengths over which one spectrum lies clearly above or below another, the two largest, in words."""
+    clear = np.where(np.abs(off) >= _SPOKEN * np.abs(off).max(), np.sign(off), 0.0)
+    edges = np.flatnonzero(np.diff(clear, prepend=0.0, append=0.0))
+    runs = [(first, last - 1) for first, last in pairwise(edges.tolist()) if clear[first]]
+    runs.sort(key=lambda run: -float(np.abs(off[run[0] : run[1] + 1]).sum()))
+    found = []
+    for first, last in runs[:2]:
+        low, high = _DRAWN_NM[first], _DRAWN_NM[last]
+        hue = next(word for end, word in _BANDS if 0.5 * (low + high) < end)
+        reach = f"from {low:g} to {high:g} nm" if high > low else f"at {low:g} nm"
+        found.append(f"{'more' if clear[first] > 0 else 'less'} {reach} ({hue})")
     return found
 
 
@@ -330,26 +465,22 @@ def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str
     along = np.array([0.0, 1.0, 0.0]) if chroma == 0.0 else np.array([0.0, lab[1], lab[2]]) / chroma
     lightness, a, b = np.eye(3)
     planes = (
-        ("Δa*", "Δb*", a, b, [(float(one.off.a), float(one.off.b)) for one in found]),
-        ("ΔC*", "ΔL*", along, lightness, [(float(one.off.chroma), float(one.off.lightness)) for one in found]),
+        ("a*, b*", _AB_ENDS, a, b, [(float(one.off.a), float(one.off.b)) for one in found]),
+        ("C*, L*", _LC_ENDS, along, lightness, [(float(one.off.chroma), float(one.off.lightness)) for one in found]),
     )
+    shared = _shared_start([one.sample.name for one in report.samples])
+    labels = [_label(one.sample.name[shared:], numbers[id(one)], len(report.samples)) for one in report.samples]
     drawn, geometry = [], found[0].conditions.geometry
-    for across, up, x, y, points in planes:
+    for axes, ends, x, y, points in planes:
         outline = np.zeros((0, 2)) if tolerance is None else tolerance.at(geometry).outline(lab, white, x, y)
-        drawn.append(_drawing(across, up, np.reshape(points, (-1, 2)), outline))
+        drawn.append({"axes": axes, "ends": ends} | _drawing(np.reshape(points, (-1, 2)), outline, labels))
     return {
-        "conditions": found[0].conditions,
+        "place": report.place(found[0].conditions),
         "planes": drawn,
         "marks": [
-            {
-                "name": one.sample.name,
-                "verdict": one.differences[at].verdict,
-                "number": _label(one, numbers[id(one)], len(report.samples)),
-                "style": style,
-                "path": path,
-            }
-            for one in report.samples
-            for style, path in (_MARKS.get(one.differences[at].verdict, ("", _DOT)),)
+            {"name": one.sample.name, "verdict": VERDICT_WORDS[each.verdict], "style": style, "path": path}
+            for one, each in zip(report.samples, found, strict=True)
+            for style, path in (_MARKS.get(each.verdict, ("", _DOT)),)
         ],
     }
 
@@ -362,26 +493,71 @@ def _deciding_first(report: MatchReport) -> list[int]:
     return [first, *(at for at in places if at != first)] if worst.verdict == "fail" else list(places)
 
 
-def _label(one: MatchedPairs, number: int, count: int) -> str:
+def _shared_start(names: Sequence[str]) -> int:
+    """Count the letters of whole words that all names begin with: 4 of "Lot 1" and "Lot 2"."""
+    words = [name.split(" ") for name in names]
+    shared = takewhile(lambda some: len(set(some)) == 1, zip(*(each[:-1] for each in words), strict=False))
+    return sum(len(some[0]) + 1 for some in shared) if len(names) > 1 else 0
+
+
+def _label(name: str, number: int, count: int) -> str:
     """Label of a dot: the sample's name where few share a drawing, else its number, or nothing."""
     if count > MOST_NUMBERS:
         return ""
-    name = one.sample.name
     if count > MOST_LABELS:
         return str(number)
     return name if len(name) <= MOST_LETTERS else f"{name[: MOST_LETTERS - 1]}…"
 
 
-def _drawing(across: str, up: str, points: np.ndarray, outline: np.ndarray) -> dict[str, Any]:
+def _drawing(points: np.ndarray, outline: np.ndarray, labels: Sequence[str]) -> dict[str, Any]:
     reach = float(np.abs(np.concatenate([points, outline])).max(initial=0.0)) or 1.0
     scale = _WITHIN * _HALF / reach
     decade = 10.0 ** np.floor(np.log10(reach / 4.0))
     step = next(one * decade for one in _STEPS if one * decade >= reach / 4.0)
-    count = int(_HALF / scale / step)
+    placed = points * [scale, -scale]
     return {
-        "across": across,
-        "up": up,
-        "ticks": [(number * step * scale, f"{number * step:g}") for number in range(-count, count + 1) if number],
-        "points": (points * [scale, -scale]).tolist(),
+        "step": f"{step:g}",
+        "bar": step * scale,
+        "points": [
+            (x, y, text, *at)
+            for (x, y), text, at in zip(placed.tolist(), labels, _labelled(placed, labels), strict=True)
+        ],
         "outline": " ".join(f"{x:.2f},{y:.2f}" for x, y in (outline * [scale, -scale]).tolist()),
     }
+
+
+def _labelled(points: np.ndarray, labels: Sequence[str]) -> list[tuple[float, float, str]]:
+    """Place each label beside its dot, where it covers no dot and no label if there is such a side: offset, anchor."""
+    dots = [(x - 5.0, y - 5.0, x + 5.0, y + 5.0) for x, y in points.tolist()]
+    taken: list[tuple[float, float, float, float]] = []
+    found = []
+    for number, ((x, y), text) in enumerate(zip(points.tolist(), labels, strict=True)):
+        wide = _LETTER * len(text)
+        sides = (
+            (8.0, 4.0, "start", x + 8.0, y - 6.0),
+            (-8.0, 4.0, "end", x - 8.0 - wide, y - 6.0),
+            (0.0, -8.0, "middle", x - 0.5 * wide, y - 8.0 - _LINE),
+            (0.0, 17.0, "middle", x - 0.5 * wide, y + 6.0),
+        )
+        others = [*taken, *(dot for index, dot in enumerate(dots) if index != number)]
+        boxes = [(left, top, left + wide, top + _LINE) for *_, left, top in sides]
+        free = (at for at, box in enumerate(boxes) if not any(_overlap(box, other) for other in others))
+        chosen = next(free, 0)
+        if text:
+            taken.append(boxes[chosen])
+        found.append(sides[chosen][:3])
+    return found
+
+
+def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+
+
+def _listed(words: Sequence[str]) -> str:
+    """Names of a sentence: "a, b and c"."""
+    return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
+
+
+def _within_sentence(words: str) -> str:
+    """Words that began with a capital, within a sentence; names such as "LED" stay as they are."""
+    return words[:1].lower() + words[1:] if words[1:2].islower() else words

@@ -15,6 +15,13 @@ from ...spectral.difference import xyz_from_lab
 from ...spectral.formula import Formula, formula
 
 Verdict = Literal["pass", "fail", "not resolved", "not judged"]
+#: Verdicts as people read them, on pages, on paper and in the terminal.
+VERDICT_WORDS: dict[Verdict, str] = {
+    "pass": "passes",
+    "fail": "fails",
+    "not resolved": "too close to call",
+    "not judged": "not judged",
+}
 # Directions that a tolerance is drawn in, and halvings of a distance: to 1e-12 of it.
 _DIRECTIONS, _HALVINGS = 96, 40
 # Units of CIELAB that a tolerance is looked for in.

@@ -95,7 +95,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
         screen=screen_name(document["display"]),
         shift_words=f"ΔE2000 from the colour under {SHIFT_FROM}, after complete adaptation by {SHIFT_ADAPTATION}",
         scale=plots.scale_words(budget),
-        scale_bar=_scale_bar(budget),
+        scale_bar=scale_bar(budget),
         whites=_whites(rows),
         shifts=_shifts(rows, budget),
         trend=trend_plot(history, "ΔE94 p99"),
@@ -122,8 +122,8 @@ def _script(value: Any) -> Markup:
     return Markup(text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e"))
 
 
-def _scale_bar(budget: float) -> Markup:
-    """The scale of all maps: its steps, red beyond, and ticks at whole budgets."""
+def scale_bar(budget: float, limit: bool = True) -> Markup:
+    """The scale of all maps: its steps, red beyond, and ticks at whole budgets, the first of which may be a limit."""
     from markupsafe import Markup
 
     words = plots.scale_words(budget)
@@ -131,7 +131,7 @@ def _scale_bar(budget: float) -> Markup:
         Markup('<i style="background:rgb{}"></i>').format(tuple(c)) for c in plots.scale_rgb()[::3].tolist()
     )
     ticks = Markup("").join(
-        Markup('<span style="left:{:.1f}%">{}{}</span>').format(at, label, " limit" if number == 1 else "")
+        Markup('<span style="left:{:.1f}%">{}{}</span>').format(at, label, " limit" if limit and number == 1 else "")
         for number, (at, label) in enumerate(words["ticks"])
     )
     label = f"Scale of the difference map: ΔE94 from 0, dark, to {words['top']}, light; red is above"

@@ -16,10 +16,11 @@ from .review_facts import SHIFT_FROM
 from .review_words import LEVELS, SAID_FROM, screen_words
 from .row import ReviewRow, WorstPixel
 from .row_name import row_id, short_observer
-from .statistics import verdict
+from .statistics import verdict, verdict_limits
 
 _NM = np.arange(380.0, 781.0, 5.0)
-_LIGHT_ICONS = {"daylight": "i-day", "lamp": "i-bulb", "tube": "i-tube", "led": "i-led", "scene": "i-eye"}
+#: Icon of each kind of light.
+LIGHT_ICONS = {"daylight": "i-day", "lamp": "i-bulb", "tube": "i-tube", "led": "i-led", "scene": "i-eye"}
 # By standing of the colour: badge beside each picture, and what heads its answer with that of the gloss behind it.
 _BADGES = {
     "measured": "Measured colour",
@@ -64,6 +65,7 @@ def page_data(
         "verdict": document["verdict"],
         "facts": document["facts"],
         "limit": budget,
+        "borderline": verdict_limits(budget)[1],
         "saidFrom": SAID_FROM,
         "screen": screen_words(document["display"]),
         "from": SHIFT_FROM,
@@ -93,7 +95,7 @@ def _light(one: Mapping[str, Any]) -> dict[str, Any]:
     if one["spd"] is not None:
         power = np.interp(_NM, one["spd"]["wavelengths_nm"], one["spd"]["values"], left=0.0, right=0.0)
         spd = (power / max(power.max(), 1e-30)).round(3).tolist()
-    icon = _LIGHT_ICONS.get(one["kind"], "i-day")
+    icon = LIGHT_ICONS.get(one["kind"], "i-day")
     return {"id": one["name"], "name": one["title"], "icon": icon, "pictured": one["pictured"], "spd": spd}
 
 

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from jaxtyping import Float
 
+from ...spectral.illuminants import canonical_name
 from ...spectral.sample import title_from_id
 from .row import ReviewRow
 
@@ -116,12 +117,23 @@ def light_title(name: str) -> tuple[str, str]:
     >>> light_title("A"), light_title("LED-B3"), light_title("D55"), light_title("Philips TL-84")
     (('Tungsten lamp', 'lamp'), ('LED lamp', 'led'), ('Daylight', 'daylight'), ('Philips TL-84', 'other'))
     """
+    name = canonical_name(name)
     if name in _TITLES:
         return _TITLES[name]
     for start, title, kind in _KINDS:
         if name.startswith(start) and name != start:
             return title, kind
     return ("Daylight", "daylight") if name[:1] == "D" and name[1:].isdigit() else (name, "other")
+
+
+def light_words(name: str) -> str:
+    """A light's title, and its name where that does not stand in it.
+
+    >>> light_words("D65"), light_words("TL84"), light_words("horizon")
+    ('Daylight D65', 'Shop light TL84', 'Horizon lamp')
+    """
+    title, _ = light_title(name)
+    return title if name == title or name.casefold() in title.casefold().split() else f"{title} {name}"
 
 
 def distinct_titles(reviewed: Sequence[_Titled]) -> tuple[_Titled, ...]:

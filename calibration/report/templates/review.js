@@ -1,5 +1,4 @@
 // The review page: its data, its pictures, and what is chosen. The other files draw from them.
-"use strict";
 const DATA = JSON.parse(document.getElementById("data").textContent);
 const EMBEDDED = JSON.parse(document.getElementById("embedded").textContent);
 const MATERIALS = DATA.materials, LIGHTS = DATA.lights, PICTURED = LIGHTS.filter((light) => light.pictured);
@@ -7,7 +6,7 @@ const LIGHT = Object.fromEntries(LIGHTS.map((light) => [light.id, light]));
 const FROM = LIGHTS.find((light) => light.id === DATA.from);
 const chosen = {
   light: PICTURED[0].id, observer: DATA.observers[0], view: "p", marks: false, tab: "pictures", order: "attention",
-  find: "", size: 300, keys: true, standard: "",
+  find: "", size: 300, standard: "",
 };
 
 const one = (selector) => document.querySelector(selector), all = (selector) => [...document.querySelectorAll(selector)];
@@ -28,7 +27,7 @@ function beside(value, ...limits) {
   }
   return String(value);
 }
-const error = (value) => beside(value, DATA.limit, 1.5 * DATA.limit);
+const error = (value) => beside(value, DATA.limit, DATA.borderline);
 
 // Pictures are files of the page itself, made when they are first asked for; where larger ones lie beside the page, those
 // are shown.
@@ -122,11 +121,6 @@ const ON_CHANGE = {
     }
     all(".only-pictures").forEach((part) => { part.hidden = value !== "pictures"; });
     if (value === "shift") shifts(); else paint();
-  },
-  surround(value) {
-    document.documentElement.dataset.surround = value;
-    check("surround", value);
-    try { localStorage.setItem("metamer-surround", value); } catch { /* a page from a file may not keep anything */ }
   },
 };
 function set(name, value) { chosen[name] = value; ON_CHANGE[name](value); }

@@ -1,5 +1,5 @@
 // What is clicked and which keys are pressed; then the page begins.
-for (const name of ["light", "observer", "view", "surround"]) one(`#${name}`).addEventListener("change", (event) => set(name, event.target.value));
+for (const name of ["light", "observer", "view"]) one(`#${name}`).addEventListener("change", (event) => set(name, event.target.value));
 one("#d-light").addEventListener("change", (event) => set("light", event.target.value));
 one("#d-mode").addEventListener("change", (event) => { mode = event.target.value; detail(); });
 one("#marks").onclick = () => set("marks", !chosen.marks);
@@ -9,8 +9,6 @@ one("#order").onchange = (event) => set("order", event.target.value);
 one("#standard").onchange = (event) => set("standard", event.target.value);
 all("[data-tab]").forEach((button) => { button.onclick = () => set("tab", button.dataset.tab); });
 one("#print").onclick = () => { sheet(); print(); };
-one("#keys").onclick = () => one("#help").showModal();
-one("#keys-on").onchange = (event) => { chosen.keys = event.target.checked; };
 one("#more").onclick = () => one("#more").setAttribute("aria-expanded", document.body.classList.toggle("more"));
 one("#d-close").onclick = () => dialog.close();
 one("#d-prev").onclick = () => goBy(-1);
@@ -27,16 +25,12 @@ document.addEventListener("click", (event) => {
   if (button) openDetail(MATERIALS.find((material) => material.id === button.dataset.open));
 });
 
-function turnSurround() {
-  const order = ["mid", "light", "dark"], now = document.documentElement.dataset.surround;
-  set("surround", order[(order.indexOf(now) + 1) % 3]);
-}
 const nextObserver = () => DATA.observers[(DATA.observers.indexOf(chosen.observer) + 1) % DATA.observers.length];
 const KEYS = {
   p: () => set("view", "p"), r: () => set("view", "r"), d: () => set("view", "d"), m: () => set("marks", !chosen.marks),
-  o: () => set("observer", nextObserver()), b: turnSurround, "?": () => one("#help").showModal(),
+  o: () => set("observer", nextObserver()),
   "+": () => set("size", Math.min(560, chosen.size + 40)), "=": () => KEYS["+"](), "-": () => set("size", Math.max(140, chosen.size - 40)),
-  g: () => set("tab", "pictures"), s: () => set("tab", "shift"), "/": () => one("#find").focus(),
+  g: () => set("tab", "pictures"), s: () => set("tab", "shift"),
 };
 // Those that mean something else, or nothing, while a material is opened.
 const OPENED = { p: () => turn("p"), r: () => turn("r"), d: () => turn("d"), c: () => turn("c"), g: null, s: null, "/": null, "+": null, "=": null, "-": null };
@@ -60,27 +54,14 @@ function byArrow(event) {
   next.item.scrollIntoView({ block: "nearest" });
 }
 document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (!event.key.startsWith("Arrow") || event.ctrlKey || event.metaKey || event.altKey || one("#help").open) return;
   const on = event.target.matches ? event.target : document.body;
-  if (on.matches("input[type=search], select, textarea")) {
-    if (event.key === "Escape") on.blur();
-    return;
-  }
-  if (one("#help").open && event.key !== "Escape") return;
-  if (event.key.startsWith("Arrow")) {
-    if (!on.matches("input[type=range], input[type=radio], [role=region]")) byArrow(event);
-    return;
-  }
-  if (!chosen.keys) return;
-  const key = event.key.toLowerCase(), light = PICTURED[Number(key) - 1];
-  if (/^[1-9]$/.test(key)) {
-    if (light) set("light", light.id);
-    return;
-  }
-  const act = dialog.open && key in OPENED ? OPENED[key] : KEYS[key];
-  if (!act) return;
-  event.preventDefault();
-  act();
+  if (!on.matches("input, select, textarea, [role=region]")) byArrow(event);
+});
+singleKeys((key) => {
+  const light = PICTURED[Number(key) - 1];
+  if (light) return () => set("light", light.id);
+  return dialog.open && key in OPENED ? OPENED[key] : KEYS[key];
 });
 
 // Where a link leads is opened: its material, under its light.
@@ -93,9 +74,6 @@ function arrive() {
 addEventListener("hashchange", arrive);
 
 one("#standard").insertAdjacentHTML("beforeend", MATERIALS.map((material) => `<option value="${escaped(material.id)}">${escaped(material.name)}</option>`).join(""));
-let surround = "mid";
-try { surround = localStorage.getItem("metamer-surround") || surround; } catch { /* nothing is kept for a page from a file */ }
-set("surround", ["mid", "dark", "light"].includes(surround) ? surround : "mid");
 arrange();
 set("size", innerWidth < 700 ? 160 : 300);
 arrive();

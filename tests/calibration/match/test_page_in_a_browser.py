@@ -74,7 +74,7 @@ def test_words_in_any_order_and_orders(page, opened):
 
     def names():
         return found.evaluate(
-            "[...document.querySelectorAll('.matrix tbody tr:not([hidden]) th')].map((one) => one.textContent)"
+            "[...document.querySelectorAll('.matrix tbody tr:not([hidden]) th a')].map((one) => one.textContent)"
         )
 
     everything = names()

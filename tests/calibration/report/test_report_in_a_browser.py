@@ -91,7 +91,7 @@ def page(tmp_path_factory):
 @pytest.mark.browser
 @pytest.mark.parametrize("script", [
     None, "set('view', 'd')", "set('tab', 'shift')", "openDetail(MATERIALS[0])", "one('#help').showModal()",
-    "set('marks', true); set('surround', 'light')", "openDetail(MATERIALS[0]); turn('d'); set('surround', 'dark')",
+    "set('marks', true); setSurround('light')", "openDetail(MATERIALS[0]); turn('d'); setSurround('dark')",
 ])  # fmt: skip
 def test_anyone_can_read_every_view_and_none_needs_the_network(page, read_by_anyone, script):
     read_by_anyone(page, script)
