@@ -1,4 +1,5 @@
 """The `metamer` command: one small module a subcommand, a folder for a subcommand with verbs.
 
-Begin with `main.py` and `words.py`, which lists the subcommands; each module has `add_parser` and `run`.
+Begin with `main.py` and `parser.py`, which lists the subcommands; each module has `add_parser` and `run`.
+They share `options.py`, `output.py` and `progress/`.
 """

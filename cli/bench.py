@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ..runtime.worker_pool import usable_cores
-from .catalogue_words import write_text
-from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .shared import Added, comma_separated
+from .options import Added, add_catalogue_option, catalogue_for, comma_separated
+from .output import write_text
 
 #: What there is to measure, and what it says; without one of them all of the first two.
 WHAT = {

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING
 
 from ..materials.intake.progress import share_done
 from ..runtime.shutdown import saying
-from .catalogue_words import write_text
-from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .fit_progress import FitProgress
-from .shared import counted, positive_count, positive_delta_e
+from .options import add_catalogue_option, catalogue_for, positive_count, positive_delta_e
+from .output import counted, write_text
+from .progress.fit import FitProgress
 
 if TYPE_CHECKING:
     from ..materials.core.fit_error import FitError, LightError

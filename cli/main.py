@@ -65,7 +65,7 @@ def _ended(words: Sequence[str] | None) -> int:
 
 
 def _run(words: Sequence[str] | None) -> int:
-    from .words import parser
+    from .parser import parser
 
     words = sys.argv[1:] if words is None else words
     command = parser(words)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from ..calibration.report.text_tables import columns
 from ..runtime.errors import InputError, UsageError
-from .catalogue_words import print_json, write_text
-from .shared import Added, add_across_option, add_answer_options, answer_of, comma_separated, progress_bar
+from .options import Added, add_across_option, add_answer_options, answer_of, comma_separated
+from .output import print_json, write_text
+from .progress.lines import progress_bar
 
 if TYPE_CHECKING:
     from ..calibration.match.page import MatchReport

@@ -8,8 +8,16 @@ from pathlib import Path
 from typing import Literal
 
 from ..runtime.errors import UsageError
-from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .shared import add_renderer_option, positive_count, positive_delta_e, progress_bar, renderer_for, say, warn
+from .options import (
+    add_catalogue_option,
+    add_renderer_option,
+    catalogue_for,
+    positive_count,
+    positive_delta_e,
+    renderer_for,
+)
+from .output import say, warn
+from .progress.lines import progress_bar
 
 # Seconds that a picture which should be quick has before it says how far it is.
 _LATE = 2.0

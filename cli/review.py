@@ -6,19 +6,18 @@ import argparse
 import time
 from pathlib import Path
 
-from .chosen_catalogue import add_catalogue_option, catalogue_for
-from .shared import (
+from .options import (
     Added,
+    add_catalogue_option,
     add_renderer_option,
+    catalogue_for,
     comma_separated,
-    counted,
     positive_count,
     positive_delta_e,
-    progress_bar,
     renderer_for,
-    say,
-    warn,
 )
+from .output import counted, say, warn
+from .progress.lines import progress_bar
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:

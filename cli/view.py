@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 
 from ..runtime.errors import InputError
-from .chosen_catalogue import add_catalogue_option, catalogue_for
+from .options import add_catalogue_option, catalogue_for
 
 # What Debian's and Ubuntu's packages of these libraries are called.
 _LIBRARIES = ("libx11-6", "libxext6", "libxcursor1", "libxi6", "libxinerama1", "libxrandr2", "libgl1")

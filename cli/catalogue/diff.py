@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...calibration.report.text_tables import columns
-from ..catalogue_words import opened, print_json
-from ..shared import Added, comma_separated, positive_count, positive_delta_e, progress_bar
+from ..options import Added, comma_separated, opened, positive_count, positive_delta_e
+from ..output import print_json
+from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
     from ...materials.catalogue.compare import CatalogueComparison

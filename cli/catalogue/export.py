@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..catalogue_words import CATALOGUE_HELP, opened, say
-from ..shared import progress_bar
+from ..options import CATALOGUE_HELP, opened
+from ..output import say_paragraph
+from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
     from ...materials.catalogue.catalogue import Catalogue
@@ -50,12 +51,12 @@ def run(args: argparse.Namespace) -> int:
     # What is true of every file is said once.
     common = [note for note in done[0].notes if all(note in one.notes for one in done)] if len(done) > 1 else []
     for exported in done:
-        say(str(exported.path))
+        say_paragraph(str(exported.path))
         for note in exported.notes:
             if note not in common:
-                say(f"  {note}")
+                say_paragraph(f"  {note}")
     for note in common:
-        say(f"all {len(done)}: {note}")
+        say_paragraph(f"all {len(done)}: {note}")
     return 0
 
 

@@ -13,9 +13,9 @@ from ...calibration.report.text_tables import columns
 from ...materials.catalogue.shipped import shipped_sources
 from ...materials.records.standing import missed_words, misses_budget
 from ...runtime.errors import UsageError, visible
-from ..catalogue_words import CATALOGUE_HELP, say, write_text
-from ..import_progress import import_shown
-from ..shared import positive_count, positive_delta_e
+from ..options import CATALOGUE_HELP, positive_count, positive_delta_e
+from ..output import say_paragraph, write_text
+from ..progress.imports import import_shown
 
 if TYPE_CHECKING:
     from ...materials.intake.importing import ImportOutcome, ImportReport
@@ -201,9 +201,9 @@ def _print_plan(report: ImportReport, verbose: bool) -> None:
     if verbose:
         for file in report.files:
             for material in file.materials:
-                say(f"{material.status} {material.id}")
+                say_paragraph(f"{material.status} {material.id}")
     _say_reasons(report, verbose)
-    say(report.sentence)
+    say_paragraph(report.sentence)
 
 
 def _print_files(headings: tuple[str, ...], rows: list[tuple[Any, ...]], words: bool = False) -> None:
@@ -212,7 +212,7 @@ def _print_files(headings: tuple[str, ...], rows: list[tuple[Any, ...]], words: 
         return
     base = _common_folder([row[0] for row in rows])
     if base:
-        say(f"below {base}")
+        say_paragraph(f"below {base}")
     shown = [
         [name[len(base) :], form or "?", *(str(figure or "") for figure in figures)] for name, form, *figures in rows
     ]
@@ -241,19 +241,19 @@ def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
     if measured:
         from ...materials.core.fit_error import far_off
 
-        say("largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
+        say_paragraph("largest ΔE94 p99: {:.3f} ({})".format(*max(measured)))
         fits = [(one.id, one.error) for one in report.outcomes if one.error]
         missed = sum(misses_budget(error) or (error.score is None and error.p99 > budget) for _, error in fits)
         if missed:
-            say(f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
+            say_paragraph(f"{missed} of {len(measured)} fits miss the budget of ΔE94 {budget:g}")
         over = [f"{name}: its fit {missed_words(error)}" for name, error in fits if misses_budget(error)]
         far = [f"{name}: {words}" for name, error in fits if (words := far_off(error))]
         for lines in (over, far):
             for line in lines if verbose else lines[:_MANY]:
-                say(line)
+                say_paragraph(line)
     if report.stopped:
-        say(report.stopped)
-    say(report.sentence)
+        say_paragraph(report.stopped)
+    say_paragraph(report.sentence)
 
 
 def _summed_by_file(report: ImportReport, verbose: bool) -> list[tuple[Any, ...]]:
@@ -291,26 +291,26 @@ def _say_reasons(report: ImportReport, verbose: bool) -> None:
             alike.setdefault(_problem(outcome.reason), []).append(outcome.reason)
     many = {problem for problem, reasons in alike.items() if len(reasons) >= _MANY}
     for problem in many:
-        say(f"failed: {problem[0]} ({len(alike[problem])})")
+        say_paragraph(f"failed: {problem[0]} ({len(alike[problem])})")
         for reason in alike[problem]:
             where, _, rest = reason.partition("\n")
             found = next((line.strip() for line in rest.split("\n") if line.startswith("  found: ")), "")
-            say(f"  {where.removesuffix(problem[0])}{found.removeprefix('found: ')}")
+            say_paragraph(f"  {where.removesuffix(problem[0])}{found.removeprefix('found: ')}")
         for line in problem[1:]:
-            say(line)
+            say_paragraph(line)
     for outcome in report.outcomes:
         if outcome.status == "failed" and _problem(outcome.reason) in many:
             continue
         if outcome.status == "failed":
             # The reason often begins with the file, which is then all the name that there is.
             named = outcome.reason.startswith(outcome.id)
-            say(f"failed: {outcome.reason}" if named else f"{outcome.id} failed: {outcome.reason}")
+            say_paragraph(f"failed: {outcome.reason}" if named else f"{outcome.id} failed: {outcome.reason}")
         elif outcome.reason and verbose:
-            say(f"{outcome.id} {outcome.status}: {outcome.reason}")
+            say_paragraph(f"{outcome.id} {outcome.status}: {outcome.reason}")
     if verbose:
         for file in report.files:
             if not file.materials:
-                say(f"not recognised: {file.name}" + (f" ({file.note})" if file.note else ""))
+                say_paragraph(f"not recognised: {file.name}" + (f" ({file.note})" if file.note else ""))
 
 
 def _problem(reason: str) -> tuple[str, ...]:

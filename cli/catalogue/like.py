@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...calibration.report.text_tables import columns
-from ..catalogue_words import add_catalogue_argument, opened, print_json
-from ..shared import add_renderer_option, positive_count, progress_bar, renderer_for
-from ..wish_words import amounts
+from ..options import add_catalogue_argument, add_renderer_option, amounts, opened, positive_count, renderer_for
+from ..output import print_json
+from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
     from ...materials.catalogue.catalogue import Catalogue

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from ...calibration.report.text_tables import columns
 from ...materials.records.standing import missed_figures, misses_budget
-from ..catalogue_words import add_catalogue_argument, print_json
-from ..shared import counted
+from ..options import add_catalogue_argument
+from ..output import counted, print_json
 from .query import add_query_options, found_by
 
 if TYPE_CHECKING:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..catalogue_words import add_catalogue_argument, write_text
-from ..shared import add_renderer_option, positive_count, progress_bar, renderer_for
+from ..options import add_catalogue_argument, add_renderer_option, positive_count, renderer_for
+from ..output import write_text
+from ..progress.lines import progress_bar
 from .query import add_query_options, found_by
 
 if TYPE_CHECKING:

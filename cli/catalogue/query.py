@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from ...materials.records.query import SORT_KEYS, Query
-from ..catalogue_words import opened
-from ..shared import Added, comma_separated, positive_delta_e
+from ..options import Added, comma_separated, opened, positive_delta_e
 
 if TYPE_CHECKING:
     from ...materials.catalogue.catalogue import Catalogue

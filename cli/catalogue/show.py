@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from ...calibration.report.text_tables import columns
 from ...runtime.errors import visible
-from ..catalogue_words import add_catalogue_argument, opened, write_text
-from ..shared import add_renderer_option, counted, renderer_for
+from ..options import add_catalogue_argument, add_renderer_option, opened, renderer_for
+from ..output import counted, write_text
 from .texel import print_texel, texel
 
 if TYPE_CHECKING:

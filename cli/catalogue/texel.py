@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...calibration.report.text_tables import columns
-from ..catalogue_words import print_json
+from ..output import print_json
 from ..text_chart import text_chart
 
 if TYPE_CHECKING:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from ..catalogue_words import add_catalogue_argument, opened, print_json
-from ..shared import counted, positive_count, progress_bar
+from ..options import add_catalogue_argument, opened, positive_count
+from ..output import counted, print_json
+from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
     from ...materials.core.fit_error import FitError

@@ -31,7 +31,7 @@ def run(args: argparse.Namespace) -> int:
 
     from ...calibration.display.characterise import characterise
     from ...runtime.files import check_outputs
-    from ..shared import warn
+    from ..output import warn
 
     check_outputs([args.out], [args.readings])
     found = characterise(readings_of(args), args.name, args.model)

@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from ..catalogue_words import write_text
+from ..output import write_text
 from .common import add_readings_argument, readings_of
 
 

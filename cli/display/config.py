@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     from ...calibration.display.record import read_record
     from ...viewer.display.config import file_stem, write_config
     from ...viewer.display.transform import DEFAULT_VIEW, DisplayTransform
-    from ..shared import warn
+    from ..output import warn
 
     record = read_record(args.display)
     aim = aimed(record.model, args.white, args.luminance, record.readings.absolute)

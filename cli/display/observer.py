@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 from ...calibration.report.text_tables import columns
-from ..catalogue_words import write_text
+from ..output import write_text
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..shared import counted, positive_count
+from ..options import positive_count
+from ..output import counted
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..shared import warn
+from ..output import warn
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...calibration.report.text_tables import columns
-from ..catalogue_words import print_json, write_text
+from ..output import print_json, write_text
 from .common import add_readings_argument, readings_of
 
 _CODES = {"recommended": 0, "pass": 0, "not measured": 0, "not resolved": 1, "fail": 2}

@@ -6,7 +6,8 @@ import argparse
 import shutil
 from pathlib import Path
 
-from ..shared import counted, progress_bar
+from ..output import counted
+from ..progress.lines import progress_bar
 from .suite import add_suite_options, rendered
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..shared import add_across_option, progress_bar
+from ..options import add_across_option
+from ..progress.lines import progress_bar
 from .output import EXIT_CODES, add_output_options, check_outputs, said
 from .sides import add_side_options, seen_by, side_at
 

@@ -6,9 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..catalogue_words import say as printed
-from ..catalogue_words import write_text
-from ..shared import progress_bar
+from ..output import say_paragraph as printed
+from ..output import write_text
+from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
     from ...calibration.regression.result import Result

@@ -6,7 +6,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
-from ..shared import progress_bar
+from ..progress.lines import progress_bar
 from .output import EXIT_CODES, add_output_options, check_outputs, said
 from .suite import add_suite_options, rendered
 

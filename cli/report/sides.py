@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..shared import Added, add_answer_options, answer_of, comma_separated
+from ..options import Added, add_answer_options, answer_of, comma_separated
 
 if TYPE_CHECKING:
     from ...calibration.regression.picture_files import SeenSpectra

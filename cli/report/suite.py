@@ -7,8 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..chosen_catalogue import add_catalogue_option, catalogue_for
-from ..shared import add_renderer_option, positive_count, progress_bar, say, warn
+from ..options import add_catalogue_option, add_renderer_option, catalogue_for, positive_count
+from ..output import say, warn
+from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
     from ...calibration.regression.criteria import Criteria

@@ -6,8 +6,9 @@ import argparse
 import time
 from pathlib import Path
 
-from ..chosen_catalogue import add_catalogue_option, catalogue_for
-from ..shared import counted, positive_count, progress_bar, say
+from ..options import add_catalogue_option, catalogue_for, positive_count
+from ..output import counted, say
+from ..progress.lines import progress_bar
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:

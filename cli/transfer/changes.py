@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...runtime.errors import InputError, UnknownNameError, UsageError
-from ..shared import progress_bar
+from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
     from ...lighting.lights import Light

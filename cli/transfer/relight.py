@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...runtime.errors import UsageError
-from ..catalogue_words import write_text
-from ..chosen_catalogue import add_catalogue_option, catalogue_for
-from ..shared import add_renderer_option, counted, positive_count, progress_bar, renderer_for, say, warn
+from ..options import add_catalogue_option, add_renderer_option, catalogue_for, positive_count, renderer_for
+from ..output import counted, say, warn, write_text
+from ..progress.lines import progress_bar
 from .build import add_kept_options
 from .changes import add_change_options, by_part, given_materials, relit_lights
 from .wishes import Changes, add_wish_options, check_wishes, with_wishes, write_steps

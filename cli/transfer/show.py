@@ -7,9 +7,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..catalogue_words import write_text
-from ..chosen_catalogue import add_catalogue_option, catalogue_for
-from ..shared import counted, progress_bar, say
+from ..options import add_catalogue_option, catalogue_for
+from ..output import counted, say, write_text
+from ..progress.lines import progress_bar
 from .build import add_kept_options
 
 if TYPE_CHECKING:

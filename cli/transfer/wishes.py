@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...runtime.errors import InputError, UsageError
-from ..shared import progress_bar
-from ..wish_words import amounts
+from ..options import amounts
+from ..progress.lines import progress_bar
 from .changes import by_part
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import pytest
 from metamer.cli import fit as command
-from metamer.cli import fit_progress
 from metamer.cli.main import main
+from metamer.cli.progress import fit as fit_progress
 from metamer.materials.fitting import fit as engine
 
 
@@ -135,7 +135,7 @@ def test_nothing_heavy_is_loaded_before_the_first_word():
     script = (
         "import sys\n"
         "from contextlib import ExitStack\n"
-        "from metamer.cli.fit_progress import FitProgress\n"
+        "from metamer.cli.progress.fit import FitProgress\n"
         "with ExitStack() as stack:\n"
         "    print(FitProgress(stack, 'a/b').line(), *{'numpy', 'scipy', 'colour', 'rich'} & set(sys.modules))\n"
     )

@@ -7,9 +7,10 @@ from contextlib import ExitStack
 from types import SimpleNamespace
 
 import pytest
-from metamer.cli import import_progress, progress
-from metamer.cli.import_progress import BarImport, PlainImport, import_shown
-from metamer.cli.progress import Ticker, next_pause
+from metamer.cli.progress import imports as import_progress
+from metamer.cli.progress import lines as progress
+from metamer.cli.progress.imports import BarImport, PlainImport, import_shown
+from metamer.cli.progress.lines import Ticker, next_pause
 from metamer.materials.intake.import_cost import Jobs
 from metamer.materials.intake.import_plan import PlannedMaterial
 from metamer.materials.intake.importing import ImportOutcome
@@ -39,7 +40,7 @@ def test_the_first_line_comes_before_anything_heavy_is_loaded():
     script = (
         "import sys\n"
         "from contextlib import ExitStack\n"
-        "from metamer.cli.import_progress import import_shown\n"
+        "from metamer.cli.progress.imports import import_shown\n"
         "with ExitStack() as stack:\n"
         "    import_shown(stack, ['scans'])\n"
         "    print(*{'numpy', 'scipy', 'colour', 'h5py', 'metamer.materials.intake.importing'} & set(sys.modules))\n"

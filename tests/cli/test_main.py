@@ -7,9 +7,10 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from metamer.cli import words as known
-from metamer.cli.shared import progress_bar, shortened, shows_bars
-from metamer.cli.words import COMMANDS
+from metamer.cli import parser as known
+from metamer.cli.output import shortened, shows_bars
+from metamer.cli.parser import COMMANDS
+from metamer.cli.progress.lines import progress_bar
 from metamer.runtime.errors import ComparisonError, InputError, UsageError
 
 
@@ -159,11 +160,11 @@ def test_bars_move_on_a_terminal_unless_plain_lines_are_asked_for(monkeypatch, t
 
 
 def test_progress_follows_the_same_rule(monkeypatch, capsys):
-    monkeypatch.setattr("metamer.cli.shared.shows_bars", lambda stream: stream is sys.stderr)
+    monkeypatch.setattr("metamer.cli.progress.lines.shows_bars", lambda stream: stream is sys.stderr)
     with progress_bar("Looking") as told:
         told(1, 2, "paint/red")
     assert "Looking: 1/2" not in capsys.readouterr().err
-    monkeypatch.setattr("metamer.cli.shared.shows_bars", lambda stream: False)
+    monkeypatch.setattr("metamer.cli.progress.lines.shows_bars", lambda stream: False)
     with progress_bar("Looking") as told:
         told(1, 2, "paint/red")
     assert capsys.readouterr().err == "Looking: 1/2 paint/red\n"
@@ -172,8 +173,8 @@ def test_progress_follows_the_same_rule(monkeypatch, capsys):
 @pytest.mark.parametrize("bars", [False, True])
 def test_work_that_should_be_quick_says_how_far_it_is_once_it_is_late(monkeypatch, capsys, bars):
     now = [100.0]
-    monkeypatch.setattr("metamer.cli.shared.time.monotonic", lambda: now[0])
-    monkeypatch.setattr("metamer.cli.shared.shows_bars", lambda stream: bars)
+    monkeypatch.setattr("metamer.cli.progress.lines.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("metamer.cli.progress.lines.shows_bars", lambda stream: bars)
     with progress_bar("Rendering", after=2.0) as told:
         told(1, 10, "visibility")
     assert capsys.readouterr().err == ""
@@ -187,8 +188,8 @@ def test_work_that_should_be_quick_says_how_far_it_is_once_it_is_late(monkeypatc
 
 def test_another_work_has_another_time_left(monkeypatch, capsys):
     now = [100.0]
-    monkeypatch.setattr("metamer.cli.shared.time.monotonic", lambda: now[0])
-    monkeypatch.setattr("metamer.cli.shared.shows_bars", lambda stream: False)
+    monkeypatch.setattr("metamer.cli.progress.lines.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("metamer.cli.progress.lines.shows_bars", lambda stream: False)
     with progress_bar("Rendering") as told:
         told(1000, 1000, "visibility")
         now[0] += 600.0

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from metamer.cli.catalogue import import_ as catalogue_import
-from metamer.cli.words import parser
+from metamer.cli.parser import parser
 from metamer.materials.core.axes import Axis
 from metamer.materials.core.fit_error import FitError
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack

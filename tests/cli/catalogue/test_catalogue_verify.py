@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.cli.catalogue import diff as catalogue_diff
-from metamer.cli.words import parser
+from metamer.cli.parser import parser
 from metamer.materials.catalogue.compare import ILLUMINANTS, compare_catalogues
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.stored_array import StoredArray

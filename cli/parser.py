@@ -1,4 +1,4 @@
-"""The words that the `metamer` command knows."""
+"""Parser of the `metamer` command: its subcommands, each imported when it is called, and hints for words misspelt."""
 
 from __future__ import annotations
 

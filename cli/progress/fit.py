@@ -6,10 +6,10 @@ import sys
 from contextlib import ExitStack
 from typing import Any
 
-from ..materials.intake.progress import Doing, Expected, in_words
-from ..runtime.errors import visible
-from .progress import Ticker, left_column, say_line
-from .shared import shows_bars
+from ...materials.intake.progress import Doing, Expected, in_words
+from ...runtime.errors import visible
+from ..output import shows_bars
+from .lines import Ticker, left_column, say_line
 
 
 class FitProgress:

@@ -9,15 +9,15 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..materials.intake.progress import Doing, Expected, in_words
-from ..runtime.errors import visible
-from .progress import Ticker, left_column, say_line
-from .shared import counted, shortened, shows_bars
+from ...materials.intake.progress import Doing, Expected, in_words
+from ...runtime.errors import visible
+from ..output import counted, shortened, shows_bars
+from .lines import Ticker, left_column, say_line
 
 if TYPE_CHECKING:
-    from ..materials.intake.import_cost import Jobs
-    from ..materials.intake.import_plan import PlannedMaterial
-    from ..materials.intake.importing import ImportOutcome
+    from ...materials.intake.import_cost import Jobs
+    from ...materials.intake.import_plan import PlannedMaterial
+    from ...materials.intake.importing import ImportOutcome
 
 # Cells of a name, and of what is done to it, beside bar, count and times.
 _NAME, _PHASE = 28, 32

@@ -1,0 +1,195 @@
+"""Options and arguments that several subcommands take, and the objects that they ask for."""
+
+from __future__ import annotations
+
+import argparse
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..materials.catalogue.catalogue import Catalogue
+    from ..spectral.formats.import_options import ImportOptions
+    from ..viewer.render.session import RenderSession
+
+
+CATALOGUE_HELP = "catalogue folder (default: $METAMER_CATALOGUE, or ./metamer-catalogue)"
+
+
+def comma_separated(text: str) -> tuple[str, ...]:
+    """Words of an option such as `--illuminants D65,A,FL11`."""
+    words = tuple(word.strip() for word in text.split(",") if word.strip())
+    if not words:
+        raise argparse.ArgumentTypeError("names nothing")
+    return words
+
+
+class Added(argparse.Action):
+    """An option with several values that adds to what it was given before, each once, in place of the default."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Called by argparse for each time that the option stands in a command."""
+        had = getattr(namespace, self.dest, self.default)
+        before = () if had is self.default else had
+        setattr(namespace, self.dest, tuple(dict.fromkeys((*before, *values))))
+
+
+def positive_count(text: str) -> int:
+    """A whole number, at least 1."""
+    if not (text.isascii() and text.isdecimal()) or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"a whole number, at least 1, not {text}")
+    return int(text)
+
+
+def positive_delta_e(text: str) -> float:
+    """A ΔE94 above 0."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0.0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"a ΔE94 above 0, not {text}")
+    return number
+
+
+def add_answer_options(command: argparse.ArgumentParser) -> None:
+    """Add options for facts that files of readings leave open: `--as`, `--scale`, `--decimal`, `--colours-for`."""
+    command.add_argument(
+        "--as",
+        dest="quantity",
+        type=lambda words: words.strip().replace(" ", "-").replace("_", "-"),
+        choices=("reflectance", "radiance-factor", "transmittance", "emission"),
+        help="what files hold that do not say it",
+    )
+    command.add_argument("--scale", choices=("percent", "fraction"), help="what their numbers are that do not say it")
+    command.add_argument(
+        "--decimal", choices=("comma", "point"), help="the decimal mark of tables whose rows can be read in two ways"
+    )
+    command.add_argument(
+        "--colours-for",
+        type=_conditions,
+        metavar="LIGHT/OBSERVER",
+        help="what XYZ and CIELAB are for in files that do not say it, such as D50/1931_2",
+    )
+
+
+def answer_of(args: argparse.Namespace) -> ImportOptions:
+    """Return the answer given by the options of `add_answer_options`."""
+    from ..spectral.formats.import_options import ImportOptions
+
+    quantity = args.quantity and args.quantity.replace("-", " ")
+    return ImportOptions(quantity, args.scale, colours_for=args.colours_for, decimal=args.decimal)
+
+
+def _conditions(text: str) -> tuple[str, str]:
+    light, slash, eye = text.partition("/")
+    if not (light and slash and eye):
+        raise argparse.ArgumentTypeError(f"{text!r} is not an illuminant and an observer, such as D50/1931_2")
+    return light, eye
+
+
+def add_across_option(command: argparse.ArgumentParser) -> None:
+    """`--across`: what is compared although it was not measured alike."""
+    command.add_argument(
+        "--across",
+        type=_crossings,
+        action=Added,
+        default=(),
+        metavar="X,Y",
+        help="compare readings although their geometry (with the specular component), or their condition (M0 to M3, "
+        "filter, polarisation, backing), is not the same: geometry, condition",
+    )
+
+
+def _crossings(text: str) -> tuple[str, ...]:
+    names = comma_separated(text)
+    for name in names:
+        if name not in ("geometry", "condition"):
+            raise argparse.ArgumentTypeError(f"{name!r} is neither geometry nor condition")
+    return names
+
+
+def add_renderer_option(command: argparse.ArgumentParser) -> None:
+    """`--renderer`."""
+    command.add_argument(
+        "--renderer",
+        choices=("auto", "gl", "software"),
+        default="auto",
+        help="default: GL, else software, and it says so",
+    )
+
+
+def renderer_for(choice: str) -> RenderSession:
+    """The renderer asked for; "auto" falls back to software and says why."""
+    from ..viewer.api import renderer_named
+
+    renderer, reason = renderer_named(choice)
+    if reason is not None:
+        print(f"No OpenGL here, so the software path renders. {reason}")
+    return renderer
+
+
+def amounts(text: str, sign: str = "=") -> dict[str, float]:
+    """Amounts by words, which are not checked here; raises `ArgumentTypeError` where the text is no such list."""
+    found: dict[str, float] = {}
+    for part in text.split(","):
+        word, given, number = (piece.strip() for piece in part.partition(sign))
+        if not (word and given and number):
+            raise argparse.ArgumentTypeError(f"{part!r} is not WORD{sign}N, such as warmer{sign}10")
+        try:
+            amount = float(number)
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"{word}: a number, not {number}") from None
+        if word in found:
+            raise argparse.ArgumentTypeError(f"{word} is said twice")
+        found[word] = amount
+    return found
+
+
+def add_catalogue_argument(verb: argparse.ArgumentParser) -> None:
+    """`[CAT]`, the last argument of every verb that reads."""
+    verb.add_argument("catalogue", nargs="?", type=Path, metavar="CAT", help=CATALOGUE_HELP)
+
+
+def opened(folder: Path | None) -> Catalogue:
+    """The catalogue asked for, or the default one."""
+    from ..materials.catalogue.catalogue import Catalogue, default_catalogue
+
+    return Catalogue.open(folder or default_catalogue())
+
+
+def add_catalogue_option(command: argparse.ArgumentParser) -> None:
+    """`--catalogue`."""
+    command.add_argument(
+        "--catalogue",
+        type=Path,
+        metavar="CAT",
+        help="default: $METAMER_CATALOGUE, or ./metamer-catalogue, made from the shipped materials where missing",
+    )
+
+
+def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
+    """The catalogue asked for; the default one is first made from the shipped materials where it is missing."""
+    from ..materials.catalogue.catalogue import Catalogue, default_catalogue
+    from ..materials.catalogue.shipped import shipped_sources
+    from .progress.imports import import_shown
+
+    if folder is None:
+        folder = default_catalogue()
+        if not folder.exists():
+            from ..materials.intake.importing import import_sources
+            from ..runtime.shutdown import saying
+
+            print(f"No catalogue at {folder} yet: importing the shipped materials.", flush=True)
+            with ExitStack() as stack:
+                stack.enter_context(saying(lambda: "`metamer catalogue import` completes the catalogue."))
+                shown = import_shown(stack, [shipped_sources()])
+                hooks = {"looked_at": shown.looked_at, "begins": shown.begins, "doing": shown.doing}
+                import_sources([shipped_sources()], folder, jobs=jobs, progress=shown.progress, **hooks)
+    return Catalogue.open(folder)

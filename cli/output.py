@@ -1,0 +1,60 @@
+"""Lines on standard output and standard error, and files, as every subcommand writes them."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from pathlib import Path
+from typing import Any, TextIO
+
+from ..runtime.errors import visible
+
+
+def counted(number: int, what: str) -> str:
+    """Write a count of things in words.
+
+    >>> counted(1, "row"), counted(2, "row")
+    ('1 row', '2 rows')
+    """
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
+def shortened(text: str, room: int) -> str:
+    """The end of a name, which tells it from its neighbours, in so many characters."""
+    return text if len(text) <= room else f"…{text[len(text) - room + 1 :]}" if room > 1 else ""
+
+
+def shows_bars(stream: io.TextIOBase | TextIO) -> bool:
+    """Return whether bars may move on a stream: a terminal, and nobody has asked for plain lines (NO_COLOR)."""
+    return stream.isatty() and not os.environ.get("NO_COLOR")
+
+
+def warn(line: str) -> None:
+    """Say a warning on standard error, at once and in one line."""
+    print(f"metamer: warning: {line}", file=sys.stderr, flush=True)
+
+
+def say(line: str) -> None:
+    """Say on standard error, at once, which long step begins."""
+    print(f"metamer: {line}", file=sys.stderr, flush=True)
+
+
+def say_paragraph(text: str) -> None:
+    """One paragraph, as it is but for control characters."""
+    print(visible(text, lines=True))
+
+
+def print_json(document: Any) -> None:
+    """Every figure, for a program."""
+    import json
+
+    print(json.dumps(document, ensure_ascii=False, indent=1))
+
+
+def write_text(path: Path, text: str) -> None:
+    """A file that is there whole or not at all."""
+    from ..runtime.files import written_whole
+
+    with written_whole(path) as beside:
+        beside.write_text(text, encoding="utf-8")
