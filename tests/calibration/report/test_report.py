@@ -207,7 +207,7 @@ def test_without_noise_nothing_is_said_of_any(tmp_path):
 
 def test_paper_has_a_sheet_alone_and_keeps_pictures_whole():
     """On paper nothing of the screen is left, and no picture stands apart from its words."""
-    paper = (TEMPLATES / "metamer.css").read_text("utf-8").partition("@media print {")[2]
+    paper = (TEMPLATES / "review.css").read_text("utf-8").partition("@media print {")[2]
     assert "body > :not(.sheet) { display: none !important; }" in paper
     assert re.search(r"\.pics {[^}]*break-before: page", paper)
     assert re.search(r"\.pics figure {[^}]*break-inside: avoid", paper)
