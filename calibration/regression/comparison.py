@@ -291,7 +291,8 @@ def _other_facts(before: ComparedSide, after: ComparedSide) -> list[str]:
     """What made the two sides, where it is not the same."""
     labels = [label for label in {**before.facts, **after.facts} if before.facts.get(label) != after.facts.get(label)]
     return [
-        f"Another {label}: {before.facts.get(label, 'not stated')}; now {after.facts.get(label, 'not stated')}."
+        f"{label[:1].upper()}{label[1:]} changed from {before.facts.get(label, 'not stated')} to "
+        f"{after.facts.get(label, 'not stated')}."
         for label in labels
     ]
 

@@ -38,7 +38,7 @@ def review_side(folder: Path) -> ComparedSide:
         facts = {
             "metamer": str(document["metamer"]),
             "renderer": str(document["renderer"]),
-            "plan": f"{plan['basis_size']} coefficients. {' '.join(plan['reasons'])}",
+            "plan": f"{plan['basis_size']} coefficients",
             "budget": f"ΔE94 {document['budget_delta_e94']:g}",
             "review": str(document["status"]),
         }

@@ -52,7 +52,7 @@ def as_text(result: Result, most: int = MOST_ROWS) -> str:
     for one in result.pooled:
         lines.append(f"{one.criterion.label} ({one.of}): {one.value:.3f}: {one.tier}; {one.criterion.words}")
     lines += [
-        f"put in: {one.label}: expected {one.expected:.4f}, found {one.found:.4f}{'' if one.passed else ': FAILED'}"
+        f"self-check: {one.label}: expected {one.expected:.4f}, found {one.found:.4f}{'' if one.passed else ': FAILED'}"
         for one in result.checks
     ]
     lines += [*dict.fromkeys((*result.before.chain, *result.after.chain)), verdict_words(result)]

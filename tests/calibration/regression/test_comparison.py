@@ -256,7 +256,7 @@ def test_a_criterion_that_applies_to_nothing_is_said():
 
 def test_what_made_the_sides_is_said_where_it_differs():
     before, after = side("a", row(pixels()), metamer="0.1"), side("b", row(pixels()), metamer="0.2")
-    assert compare(before, after, default_criteria()).notes == ("Another metamer: 0.1; now 0.2.",)
+    assert compare(before, after, default_criteria()).notes == ("Metamer changed from 0.1 to 0.2.",)
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ def test_gl_and_numpy_raise_no_alarm(reviewed, gl):
     found = compared(reviewed("a"), reviewed("b", renderer=gl_session(gl)))
     assert found.exit_code == 0 and {row.state for row in found.rows} <= {"same", "identical"}
     assert all(row.layers["reference"].identical for row in found.rows)
-    assert any("Another renderer" in note for note in found.notes)
+    assert any("Renderer changed from" in note for note in found.notes)
 
 
 def test_one_percent_of_one_band_is_found_below_every_limit(reviewed):
