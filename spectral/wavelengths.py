@@ -88,13 +88,16 @@ def validated_wavelengths(
         )
     if grid.max() < 10.0:
         metres = 0.0 < grid.max() < 1e-5
+        hint = "multiply them by 1e9" if metres else "multiply them by 1000"
+        if grid.min() >= 1.0:
+            hint += "; where they are electronvolts, nm = 1239.842 / eV"
         raise InputError(
             "wavelengths look like metres" if metres else "wavelengths look like micrometres",
             file=file,
             field=field,
             found=f"{grid.min():g} to {grid.max():g}",
             expected=_NANOMETRES,
-            hint="multiply them by 1e9" if metres else "multiply them by 1000",
+            hint=hint,
         )
     if grid.min() < 10.0 or grid.min() > 20000.0:
         raise InputError(

@@ -105,6 +105,7 @@ def test_error_policy_says_both_ranges():
     ("grid", "message"),
     [
         ([0.38, 0.5, 0.78], "look like micrometres"),
+        ([1.7, 2.4, 3.1], "electronvolts, nm = 1239.842 / eV"),
         ([3.8e-7, 7.8e-7], "look like metres"),
         ([380000.0, 780000.0], "not in nanometres"),
         ([-5.0, 400.0, 500.0], "not in nanometres"),

@@ -96,6 +96,9 @@ _NO_WAVELENGTHS = re.compile(
     r"[ _.]*(?:no|nr|num(?:ber)?|index|idx|#)?\W*(?:[\[(][^\[\]()]{0,20}[\])])?\W*",
     re.I,
 )
+# Steps that differ by less than the first share of their mean are equal, but for digits that were left out; by more
+# than the second, they are not. So many values, over light that instruments read, are enough to tell.
+_EVEN, _UNEVEN, _FEWEST_EVEN, _SEEN_NM = 0.05, 0.1, 6, (300.0, 1200.0)
 _LENGTH_WORD = re.compile(r"wave.?len|^wave$|^wl\b|λ|lambda", re.I)
 #: Lines above a table that may speak of its axis.
 AXIS_LINE = re.compile(
@@ -141,6 +144,37 @@ def is_reciprocal_header(cell: str) -> bool:
     """Return whether a header says that its column holds frequencies, energies or wavenumbers."""
     unit = axis_unit(cell)
     return unit.reciprocal if unit else bool(_NO_LENGTH.search(cell))
+
+
+def refuse_even_reciprocals(values: Float[np.ndarray, "L"]) -> None:
+    """Refuse an axis without a word that is uneven as it stands, and even as what it is the reciprocal of: wavelengths
+    in equal steps that were written as frequencies, energies or wavenumbers.
+
+    Raises
+    ------
+    InputError
+        They are; for they may be wavelengths in nm all the same.
+    """
+    if values.size < _FEWEST_EVEN or not values.min() > 0.0 or _unevenness(values) < _UNEVEN:
+        return
+    for unit in (AxisUnit("THz", _NM_THZ, True), AxisUnit("eV", _NM_EV, True), AxisUnit("cm-1", 1e7, True)):
+        nm = unit.wavelengths_nm(values)
+        if nm.min() >= _SEEN_NM[0] and nm.max() <= _SEEN_NM[1] and _unevenness(nm) <= _EVEN:
+            raise InputError(
+                f"wavelengths, or {unit.name}?",
+                field="first column",
+                found=f"{values[0]:g}, {values[1]:g} ... {values[-1]:g}: as {unit.name} {nm[0]:.5g} to {nm[-1]:.5g} nm "
+                "in equal steps",
+                expected="an axis whose heading says what it is",
+                hint=f"write the unit into the heading of the axis: {unit.name}, or nm",
+            )
+
+
+def _unevenness(values: Float[np.ndarray, "L"]) -> float:
+    """The most that a step differs from the mean step, as a share of it."""
+    steps = np.diff(values)
+    mean = float(steps.mean())
+    return float(np.abs(steps / mean - 1.0).max()) if mean else math.inf
 
 
 def check_axis(heading: str) -> None:

@@ -80,7 +80,9 @@ def judge(
             if not (sign_stated or called in file or file in called):
                 signs += signs_of_name("names of spectra", column.name, "the name")
             # Counts of a lamp or of a paint have its names and its shape, too.
-            hints_count = sign_stated is not None or not may_be_counts
+            published = column.likeness is not None and column.likeness.published
+            counted = may_be_counts or (_may_be_counted(column) and not published)
+            hints_count = sign_stated is not None or not counted
             column.signs = (signs if sign_stated else [*signs, *numbers]) if hints_count else []
             decision = decided(column.signs, numbers, answer, column.name)
             if decision and decision.quantity != "emission":

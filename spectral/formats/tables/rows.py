@@ -214,9 +214,20 @@ def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str])
         labelled = table.text.dialect.names_wavelength(cell(cells, axis))
         axis_unit, by_line = stated_unit(axis_words, [] if labelled else table.words.splitlines()[:400])
         is_open = axis_unit is None and is_wavelength_header(f"{axis_words} {said}")
+        unsaid = axis_unit is None and not (is_open or labelled)
         name = _name(table, head, at, axis, width - len(axes))
         columns.append(
-            Column(name, head, unit, array("d"), axis_unit or NANOMETRE, by_line, unit_open=is_open, place=(at, axis))
+            Column(
+                name,
+                head,
+                unit,
+                array("d"),
+                axis_unit or NANOMETRE,
+                by_line,
+                unit_open=is_open,
+                unsaid=unsaid,
+                place=(at, axis),
+            )
         )
     if aside:
         notes.append(f"columns beside the measurement are left out: {', '.join(aside[:6])}")

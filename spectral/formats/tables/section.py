@@ -38,6 +38,7 @@ class Column:
     bad : line and text of the first cell that is neither a number nor empty.
     beside : other cells that belong to it, by header.
     unit_open : whether the table calls them wavelengths and gives no unit.
+    unsaid : whether nothing says that they are wavelengths.
     over : the unit of frequencies or energies that it runs over, "" for wavelengths.
     place : its column and that of its wavelengths, where both run down.
     around, preamble : words, and keys and values, of the lines above its table.
@@ -59,6 +60,7 @@ class Column:
     bad: tuple[int, str] | None = None
     beside: dict[str, str] = field(default_factory=dict)
     unit_open: bool = False
+    unsaid: bool = False
     over: str = ""
     place: tuple[int, int] = (0, 0)
     around: str = ""

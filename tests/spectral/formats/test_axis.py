@@ -159,3 +159,21 @@ def test_places_on_a_sensor_and_times_are_no_wavelengths(written, heading):
         read_spectra(written(table(NM, heading)), ImportOptions("reflectance", "fraction"))
     rows = [f"{place},{nm:.0f},{value:.6g}" for place, (nm, value) in enumerate(zip(NM, RED, strict=True))]
     check(written("\n".join([f"{heading},Wavelength (nm),reflectance", *rows, ""])))
+
+
+@pytest.mark.parametrize("heading", ["x", "X", "a", "column 1", ""])
+@pytest.mark.parametrize(("unit", "nm"), [("THz", 299792.458), ("eV", 1239.841984), ("cm-1", 1e7)])
+@pytest.mark.parametrize("step", [5, 10, 20])
+def test_an_axis_without_a_word_that_is_even_as_its_reciprocal_is_asked_about(written, heading, unit, nm, step):
+    digits = {"THz": 2, "eV": 4, "cm-1": 1}[unit]
+    rows = [f"{nm / at:.{digits}f},{at / 10:.1f}" for at in range(380, 731, step)]
+    for order in (rows, rows[::-1]):
+        with pytest.raises(InputError, match=f"wavelengths, or {unit}"):
+            read_spectra(written("\n".join([f"{heading},Reflectance (%)", *order, ""])))
+
+
+@pytest.mark.parametrize("curved", [0.0, 0.02, 0.2])
+def test_an_uneven_axis_of_a_spectrometer_is_of_wavelengths(written, curved):
+    rows = [f"{380 + 2 * at - curved * 0.01 * at**2:.2f},{20 + at / 10:.1f}" for at in range(150)]
+    (entry,) = read_spectra(written("\n".join(["x,Reflectance (%)", *rows, ""]))).entries
+    assert entry.spectrum.wavelengths_nm[0] == 380.0

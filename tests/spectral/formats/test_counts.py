@@ -171,3 +171,13 @@ def test_percents_that_nothing_sends_back_are_asked_about(written, head):
             np.testing.assert_allclose(
                 read_spectra(path).entries[0].spectrum.samples, factor * PERCENT / 100.0, rtol=1e-5
             )
+
+
+@pytest.mark.parametrize("head", ["Intensity", "signal", "lamp 1", ""])
+@pytest.mark.parametrize("name", ["lamp.csv", "fluorescent lamp.txt", "LED.csv"])
+def test_large_whole_numbers_are_no_sign_of_light(written, head, name):
+    values = np.round(700.0 * PERCENT)
+    path = written(table(("nm", head), values), name)
+    with pytest.raises(InputError, match="what was measured"):
+        read_spectra(path)
+    assert read_spectra(path, ImportOptions("emission")).entries[0].spectrum.samples.max() == values.max()
