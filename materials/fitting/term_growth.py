@@ -1,8 +1,9 @@
 """More and more terms, for as long as they are needed and pay.
 
 Four terms at a time are added, in the frame in which they leave less of what the others have left, or as many in either
-where the budget is far: that is how a BRDF that names no lobes gets split. All packs are refined together after each
-step. Where terms alone do not help, grids become finer: factors of twice as many nodes, which begin as what they were.
+where the budget is far, and more where there are many already: that is how a BRDF that names no lobes gets split. All
+packs are refined together after each step. Where terms alone do not help, grids become finer: factors of twice as many
+nodes, which begin as what they were.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ _THINNING = 2
 _FIRST_SWEEPS = 8
 # Up to so many times the budget, four terms at a time are added.
 _NEAR_BUDGET = 1.5
-# Terms from which twice as many are added at a time.
-_MANY = 32
+# Terms from which twice as many are added at a time, and from which so many are however near the budget is: a step of
+# so many terms costs far more than what it adds.
+_MANY, _VERY_MANY = 32, 64
 # Growth is judged over this many steps together.
 _STEPS = 2
 # Growth ends where those steps gained less than this share for each of their terms.
@@ -104,7 +106,8 @@ class Growth:
     def _more(self, candidate: Candidate) -> int:
         """Return how many terms are added next: few near the budget, more where there are many already."""
         left = self.settings.ranks[-1] - candidate.rank
-        wanted = PACK if candidate.judgement.score <= _NEAR_BUDGET * self.settings.budget else 2 * PACK
+        near = candidate.judgement.score <= _NEAR_BUDGET * self.settings.budget and candidate.rank < _VERY_MANY
+        wanted = PACK if near else 2 * PACK
         wanted *= 1 if candidate.rank < _MANY else 2
         while wanted > left:
             wanted //= 2

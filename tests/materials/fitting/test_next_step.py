@@ -7,6 +7,7 @@ import pytest
 from metamer.materials.analytic import OrenNayar
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.next_step import one_more_step
+from metamer.materials.fitting.term_growth import Growth
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
 
@@ -45,3 +46,13 @@ def test_a_fit_says_what_it_aimed_at_and_what_it_came_to(budget, met):
     found = fit(OrenNayar(red, 0.35), budget=budget, ranks=(1, 2), pixels=32)
     assert (found.error.budget, found.error.score) == (budget, found.score)
     assert (found.error.score <= budget) is met
+
+
+@pytest.mark.parametrize(
+    ("rank", "score", "more"),
+    [(16, 0.7, 4), (16, 0.8, 8), (32, 0.7, 8), (48, 0.8, 16), (64, 0.7, 16), (80, 0.51, 16), (92, 0.7, 4)],
+)
+def test_steps_near_the_budget_are_small_while_terms_are_few(rank, score, more):
+    growth = Growth.__new__(Growth)
+    growth.settings = SimpleNamespace(budget=0.5, ranks=(1, 96))
+    assert growth._more(SimpleNamespace(rank=rank, judgement=SimpleNamespace(score=score))) == more
