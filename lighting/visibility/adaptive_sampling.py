@@ -52,6 +52,23 @@ class Surroundings:
         """Place of a site among places and normals."""
         return np.concatenate([self.places, _NORMAL * self.normals], axis=1)
 
+    @cached_property
+    def _known_cells(self) -> dict[float, Int[np.ndarray, " m"]]:
+        return {}
+
+    def one_a_cell(self, width: float) -> Int[np.ndarray, " m"]:
+        """Return the first site of each cell that has any, for widths of which each is another times a power of 2."""
+        known, count = self._known_cells, len(self.places)
+        if width not in known:
+            # Cells of half the width lie in whole ones: those of a site each stay so.
+            apart = [wider for wider, found in known.items() if wider > width and len(found) == count]
+            known[width] = (
+                known[apart[0]]
+                if apart
+                else np.sort(np.unique(welded(np.floor(self.both / width))[1], return_index=True)[1])
+            )
+        return known[width]
+
 
 def thinned(
     around: Surroundings,
@@ -75,7 +92,7 @@ def thinned(
     before = 0
     for number in range(_GRIDS):
         width = _COARSEST * 0.5**number
-        asked = np.union1d(_one_a_cell(both, width), known)
+        asked = np.union1d(around.one_a_cell(width), known)
         total = len(asked)
         asked = asked[asking[_nearest(KDTree(both[known]), both[asked], _NEAR)[1]].any(axis=1)]
         new = np.setdiff1d(asked, known)
@@ -142,7 +159,7 @@ def _foretold(
 def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) -> Bool[np.ndarray, " m"]:
     """Return whether the scene rises above the horizons of sites, within about `width`."""
     # By places alone: a wall's normals are far from the floor's.
-    few = _one_a_cell(around.both, width / _FINER)
+    few = around.one_a_cell(width / _FINER)
     tree, found = KDTree(around.places[few]), np.zeros(len(which), dtype=bool)
     for start in range(0, len(which), _BLOCK):
         some = which[start : start + _BLOCK]
@@ -151,11 +168,6 @@ def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) ->
         rise = np.einsum("nki,ni->nk", offset, around.normals[some])
         found[start : start + _BLOCK] = (rise > _SINE * np.linalg.norm(offset, axis=2) + 1e-6).any(axis=1)
     return found
-
-
-def _one_a_cell(both: Float[np.ndarray, "n 6"], width: float) -> Int[np.ndarray, " m"]:
-    """The first site of each cell that has any."""
-    return np.sort(np.unique(welded(np.floor(both / width))[1], return_index=True)[1])
 
 
 def _nearest(

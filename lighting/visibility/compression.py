@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Bool, Float, Int, UInt8
 
 from .tracing import BELOW, MAP, texels
 
@@ -59,6 +59,12 @@ class Basis:
         """Products of every two axes, texel by texel; some 20 MB, the same for all sites."""
         return _products(self.axes)
 
+    @cached_property
+    def hidden(self) -> Float[np.ndarray, " K"]:
+        """Code of a site that sees nothing anywhere."""
+        values = bent(np.full((1, MAP**2), -0.5 * np.pi, dtype=np.float32))
+        return encoded(self, values, np.ones_like(values))[0]
+
 
 def bent(distances: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
     """Compress signed angles for storage."""
@@ -89,11 +95,6 @@ def importance(
     return weights
 
 
-def hidden() -> tuple[Float[np.ndarray, "1 texels"], Float[np.ndarray, "1 texels"]]:
-    """Bent distances and weights of a site that sees nothing anywhere."""
-    return bent(np.full((1, MAP**2), -0.5 * np.pi, dtype=np.float32)), np.ones((1, MAP**2), dtype=np.float32)
-
-
 def code_bytes(terms: int) -> int:
     """Count the bytes of one site's codes."""
     whole = whole_bytes(terms)
@@ -106,9 +107,15 @@ def whole_bytes(terms: int) -> int:
 
 
 def fitted_basis(
-    values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"], most: int = MOST_TERMS
-) -> Basis:
-    """The basis of bent distances of n sites, with as few terms as leave out little, `most` at most."""
+    values: Float[np.ndarray, "n texels"],
+    weights: Float[np.ndarray, "n texels"],
+    dark: Bool[np.ndarray, " n"],
+    most: int = MOST_TERMS,
+) -> tuple[Basis, Float[np.ndarray, "n K"]]:
+    """Find the basis of bent distances of n sites, with as few terms as leave out little, and the sites' codes.
+
+    dark : sites that see nothing, which share the code of that. most : terms.
+    """
     mean = values.mean(axis=0)
     spread = values - mean
     variances, axes = np.linalg.eigh(spread.T @ spread / len(values))
@@ -118,14 +125,25 @@ def fitted_basis(
     terms = min(most, -(-needed // 4) * 4)
     basis = Basis(mean.astype(np.float32), np.ascontiguousarray(axes[:, :terms], dtype=np.float32))
     if not terms:
-        return basis
+        return basis, np.zeros((len(values), 0), dtype=np.float32)
+    # Those that are dark are one site, of the sum of their weights.
+    light, count = np.flatnonzero(~dark), np.ones(len(values) - np.count_nonzero(dark) + dark.any())
+    row = np.cumsum(~dark) - 1
+    if dark.any():
+        some = np.flatnonzero(dark)
+        values = np.concatenate([values[light], values[some[:1]]])
+        weights = np.concatenate([weights[light], weights[some].sum(axis=0, keepdims=True)])
+        row[some], count[-1] = len(light), len(some)
     for _ in range(_TURNS):
         basis = _turned(basis, values, weights)
     codes = encoded(basis, values, weights)
-    middle = codes.mean(axis=0)
+    middle = np.average(codes, axis=0, weights=count).astype(np.float32)
     spread = (codes - middle).astype(np.float64)
-    most_first = np.linalg.eigh(spread.T @ spread)[1][:, ::-1].astype(np.float32)
-    return Basis(basis.mean + basis.axes @ middle, np.ascontiguousarray(basis.axes @ most_first))
+    most_first = np.linalg.eigh((count * spread.T) @ spread)[1][:, ::-1].astype(np.float32)
+    basis = Basis(basis.mean + basis.axes @ middle, np.ascontiguousarray(basis.axes @ most_first))
+    codes = ((codes - middle) @ most_first)[row]
+    codes[dark] = basis.hidden
+    return basis, codes
 
 
 def encoded(

@@ -201,7 +201,7 @@ class _Computation:
         everywhere = np.arange(self._total)
         self._trace(everywhere, rim, codes, dark, self._count)
         inner = np.setdiff1d(np.arange(self._open, self._total), rim)
-        codes[inner] = self._hidden_code
+        codes[inner] = self._basis.hidden
         # Nothing is taken for nothing before every site says so.
         if self._free:
             rest = np.setdiff1d(everywhere, np.concatenate([known, rim]))
@@ -223,13 +223,12 @@ class _Computation:
             self._progress(sum(len(each.distances) for each in first), self._whole, "visibility")
         distances = np.concatenate([one.distances for one in first])
         weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
-        self._basis = compression.fitted_basis(values, weights, most_terms(len(self._fronts), self._total))
-        coded = [compression.encoded(self._basis, values[t], weights[t]) for t in _tiles(len(training))]
-        self._hidden_code = compression.encoded(self._basis, *compression.hidden()).astype(np.float16)
+        dark, most = np.concatenate([one.dark for one in first]), most_terms(len(self._fronts), self._total)
+        self._basis, codes = compression.fitted_basis(values, weights, dark, most)
         self._codes = np.empty((self._total, self._basis.axes.shape[1]), dtype=np.float16)
-        self._codes[training] = np.concatenate(coded)
+        self._codes[training] = codes
         self._dark = np.zeros(self._total, dtype=bool)
-        self._dark[training] = np.concatenate([one.dark for one in first])
+        self._dark[training] = dark
         self._free, self._done = all(one.all_free for one in first), len(training)
         return training
 
@@ -306,7 +305,7 @@ class _Computation:
             """Let whoever hears of progress break off."""
             self._progress(self._done, self._whole, "visibility")
 
-        codes = np.tile(self._hidden_code, (self._total, 1))
+        codes = np.tile(self._basis.hidden.astype(np.float16), (self._total, 1))
         mine, dark, known = self._codes[wanted], self._dark[wanted], np.flatnonzero(np.isin(wanted, training))
         if not len(known):
             known = np.arange(len(wanted))[:1]
@@ -415,5 +414,9 @@ def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
     found, basis = traced(starts, normals, _worker.occluders), _worker.basis
     if basis is None:
         return found
-    weights = compression.importance(found.distances, normals)
-    return compression.encoded(basis, compression.bent(found.distances), weights), found.all_free, found.dark
+    codes, light = np.tile(basis.hidden, (len(starts), 1)), ~found.dark
+    distances = found.distances[light]
+    codes[light] = compression.encoded(
+        basis, compression.bent(distances), compression.importance(distances, normals[light])
+    )
+    return codes, found.all_free, found.dark

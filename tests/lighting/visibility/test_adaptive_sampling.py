@@ -86,3 +86,14 @@ def test_what_changes_evenly_is_foretold_and_what_jumps_is_traced():
     assert off[:, 0].max() < 0.01 and (off[:, 1] > 0.3).mean() < 0.01
     close = np.abs(x - 0.2) < 0.02
     assert np.isin(np.flatnonzero(close), traced).mean() > 0.9
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_sites_that_cells_keep_apart_are_not_sorted_into_finer_ones_again(order):
+    rng = np.random.default_rng(2)
+    around = Surroundings(rng.uniform(-1.0, 1.0, (300, 3)), rng.normal(size=(300, 3)))
+    for width in (0.3 * 0.5 ** np.arange(-2, 8))[::order]:
+        cells = np.floor(around.both / width)
+        first = np.sort(np.unique(cells, axis=0, return_index=True)[1])
+        np.testing.assert_array_equal(around.one_a_cell(width), first)
+    assert len(around.one_a_cell(1.2)) < 300 and len(around.one_a_cell(0.3 * 0.5**7)) == 300

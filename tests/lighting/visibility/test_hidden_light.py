@@ -78,6 +78,23 @@ def test_codes_of_half_a_byte_are_found_again():
     assert compression.unpacked(*none[:2]).shape == (3, 0)
 
 
+def test_codes_that_come_with_a_basis_are_those_that_it_finds():
+    """Sites that see nothing have the code of that, whatever their weights."""
+    rng = np.random.default_rng(0)
+    dark = np.arange(60) % 3 == 0
+    distances = np.clip(rng.normal(size=(60, 4)) @ rng.normal(size=(4, 1024)), -1.5, 1.5).astype(np.float32)
+    distances[dark] = -0.5 * np.pi
+    values, weights = compression.bent(distances), rng.uniform(0.1, 1.0, distances.shape).astype(np.float32)
+    basis, codes = compression.fitted_basis(values, weights, dark, 16)
+    again = compression.encoded(basis, values[~dark], weights[~dark])
+    np.testing.assert_allclose(codes[~dark], again, atol=2e-3 * np.abs(again).max())
+    np.testing.assert_array_equal(codes[dark], np.tile(basis.hidden, (dark.sum(), 1)))
+    np.testing.assert_allclose(basis.mean + basis.axes @ basis.hidden, values[0], atol=0.02)
+    # None that is dark, and a few that are alike: no terms.
+    basis, codes = compression.fitted_basis(np.ones((5, 1024), np.float32), weights[:5], np.zeros(5, dtype=bool))
+    assert codes.shape == (5, 0) and basis.axes.shape == (1024, 0)
+
+
 def test_normals_are_kept_in_two_numbers(visibility, scene):
     normals = np.concatenate([part.mesh.normals for part in scene.parts])
     kept = visibility.site_normals[visibility.fronts[: len(normals)]]
