@@ -9,6 +9,7 @@ from imgui_bundle import ImVec2, imgui
 
 from .actions import keep_picture, screenshot, write_probes
 from .help import draw_help
+from .keys import pressed
 from .palette import draw_palette
 from .panels import protocol
 from .widgets import em, quiet
@@ -51,7 +52,7 @@ def draw_dialog(window: Window) -> bool:
     imgui.begin("Dialog", None, flags.no_decoration | flags.no_move | flags.no_saved_settings
                 | flags.always_auto_resize | flags.no_nav)  # fmt: skip
     done = _DRAWN.get(name, _ask_file)(window, opened)
-    if name == "help" and not opened and imgui.is_key_pressed(imgui.Key.h):
+    if name == "help" and not opened and pressed(desk.commands.by_name["help"]):
         done = True
     lost = not opened and not imgui.is_window_focused(imgui.FocusedFlags_.root_and_child_windows)
     imgui.end()

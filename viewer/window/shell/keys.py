@@ -37,25 +37,27 @@ def press_keys(desk: Desk) -> None:
     if io.want_text_input:
         _hold(desk, desk.commands, False)
         return
-    held = frozenset(
-        name for name, down in (("Ctrl", io.key_ctrl), ("Shift", io.key_shift), ("Alt", io.key_alt)) if down
-    )
-    typed = {chr(code) for code in io.input_queue_characters} if held <= {"Shift"} else set()
     for chord, command in tuple(desk.commands.by_key.items()):
-        if command.held:
-            continue
-        wanted, name = chord_parts(chord)
-        if name in _TYPED:
-            if name in typed:
-                desk.run(command)
-        elif wanted == held and _pressed(name, command.name.endswith(_REPEATED)):
+        if not command.held and _pressed(chord, command.name.endswith(_REPEATED)):
             desk.run(command)
     _hold(desk, desk.commands, True)
 
 
-def _pressed(name: str, repeated: bool) -> bool:
+def pressed(command: Command) -> bool:
+    """Return whether one of a command's keys is pressed in this frame."""
+    return any(_pressed(chord, False) for chord in command.keys)
+
+
+def _pressed(chord: str, repeated: bool) -> bool:
+    io = imgui.get_io()
+    held = frozenset(
+        name for name, down in (("Ctrl", io.key_ctrl), ("Shift", io.key_shift), ("Alt", io.key_alt)) if down
+    )
+    wanted, name = chord_parts(chord)
+    if name in _TYPED:
+        return held <= {"Shift"} and name in (chr(code) for code in io.input_queue_characters)
     key = key_of(name)
-    return key is not None and imgui.is_key_pressed(key, repeated)
+    return key is not None and wanted == held and imgui.is_key_pressed(key, repeated)
 
 
 def _hold(desk: Desk, commands: Commands, listen: bool) -> None:

@@ -1,10 +1,12 @@
 """Comparing: every mode, the flick, the ΔE map with its scale and contour; materials, observers and lights on B."""
 
+from dataclasses import replace
+
 import numpy as np
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.gl.tile import read
 from metamer.viewer.window.light_choice import LightChoice
-from metamer.viewer.window.state import MODES
+from metamer.viewer.window.state import MODES, Adaptation
 
 WORDS = {"wipe": "Wipe", "side by side": "Side by side", "checkerboard": "Checker"}
 
@@ -166,3 +168,28 @@ def check_help_lists_every_key(it):
     it.context.key_press(int(imgui.Key.escape))
     it.frames(3)
     assert it.desk.dialog is None
+
+
+def check_help_is_closed_by_the_keys_that_open_it(it):
+    for key in ("?", "H", "F1"):
+        it.desk.dialog = None
+        it.frames(2)
+        it.key(key)
+        assert it.desk.dialog == "help"
+        it.frames(2)
+        it.key(key)
+        assert it.desk.dialog is None
+
+
+def check_the_adaptation_in_use_is_marked(it):
+    from metamer.viewer.window.shell.panels import display
+
+    for degree, name in ((1.0, "Full"), (0.0, "None"), (0.6, "Incomplete")):
+        it.desk.do(lambda session, d=degree: replace(session, adaptation=Adaptation(degree=d)), "adaptation")
+        real, chosen = display.button, []
+        display.button = lambda label, on, style, found=chosen: found.append(label) if on else None
+        try:
+            it.frames(2)
+        finally:
+            display.button = real
+        assert set(chosen) == {f"{name}##adaptation"}

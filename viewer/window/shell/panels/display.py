@@ -14,7 +14,7 @@ from ...chain import is_colorimetric
 from ...numeric_controls import DEGREE, EXPOSURE, SURROUND
 from ...session_loader import display_views
 from ...state import Session
-from ..widgets import combo, em, heading, quiet, section, slider
+from ..widgets import button, combo, em, heading, quiet, section, slider
 from ..window import Window
 
 
@@ -26,8 +26,9 @@ def draw(window: Window) -> None:
     slider(desk, EXPOSURE, "exposure %+.1f EV")
     slider(desk, SURROUND, "surround L* %.0f")
     heading("ADAPTATION", style)
+    adapted = {1.0: "full", 0.0: "none"}.get(session.adaptation.degree, "incomplete")
     for name in ("full", "incomplete", "none"):
-        if imgui.button(f"{name.capitalize()}##adaptation"):
+        if button(f"{name.capitalize()}##adaptation", name == adapted, style):
             desk.run(f"adaptation.{name}")
         imgui.same_line(0.0, em(0.2))
     imgui.new_line()
