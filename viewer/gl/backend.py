@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -246,13 +246,31 @@ class GLBackend(Backend):
         # Terms that serve one draw call are folded in it; more calls look factors up once.
         kept, direct = split_by_terms(layers, keep or count > MOST_SPECTRA)
         piece.keep_terms({layer.terms_key for layer in kept})
+        folded = ((layer, terms, (0, 0)) for layer, terms in piece.with_terms(kept, True))
+        with self.summed(piece, direct, folded, columns) as pictures:
+            yield pictures
+
+    @contextmanager
+    def summed(
+        self,
+        piece: Piece,
+        direct: Sequence[AnyLayer],
+        folded: Iterable[tuple[AnyLayer, GLTerms, tuple[int, int]]],
+        columns: slice,
+    ) -> Iterator[Sequence[moderngl.Texture]]:
+        """Add up layers in a window, those drawn at once and those of which there are terms, into textures RGBA32F that
+        are valid within the context.
+
+        folded : layers with their terms, and the window's first pixel in the picture that the terms' box is in.
+        """
         owner = Owner(self.context)
         try:
             pictures = [owner.texture(piece.size, 4) for _ in range(columns.start, columns.stop, 3)]
             target = owner.keep(self.context.framebuffer(pictures))
             target.clear()
-            self.add_at_once(target, owner, piece, direct, columns)
-            self._add_folded(target, owner, piece, kept, columns)
+            self._add_at_once(target, owner, piece, direct, columns)
+            for layer, terms, corner in folded:
+                self.add_terms(target, owner, layer, terms, columns, corner)
             yield pictures
         finally:
             owner.release()
@@ -261,7 +279,7 @@ class GLBackend(Backend):
         """Read a texture back."""
         return read(image)[..., :3]
 
-    def add_at_once(
+    def _add_at_once(
         self,
         target: moderngl.Framebuffer,
         owner: Owner,
@@ -288,17 +306,6 @@ class GLBackend(Backend):
             written = {"SPECTRA": len(target.color_attachments)}
             values = {"rows": -(-layer.summand.rank // 4), "palette_shape": shape}
             self._add(target, tile, layer, known[id(layer.summand)], written, values, {"palette": palette})
-
-    def _add_folded(
-        self,
-        target: moderngl.Framebuffer,
-        owner: Owner,
-        piece: Piece,
-        layers: Sequence[AnyLayer],
-        columns: slice,
-    ) -> None:
-        for layer, terms in piece.with_terms(layers, True):
-            self.add_terms(target, owner, layer, terms, columns)
 
     def add_terms(
         self,

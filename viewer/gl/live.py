@@ -11,9 +11,10 @@ from ...lighting.camera import Camera
 from ..render.cache import KEPT_TERMS, Backend, Piece
 from ..render.geometry import knows_geometry
 from ..render.indirect_cache import IndirectCache
+from ..render.layers import AnyLayer
 from ..render.scene_layers import LayerBuilder, RenderSettings
 from ..render.session import RenderSession, Target
-from ..render.view import view_key, window_count
+from ..render.view import view_key
 from .backend import GLBackend
 from .full_screen import FullScreen
 from .programs import Programs
@@ -128,24 +129,26 @@ class LiveSession:
 
         Terms are kept for the whole picture once all of it is drawn: then they are folded at once.
         """
-        self._cache.needs = prepared.needs
         if self.knows(prepared):
+            self._cache.needs = prepared.needs
             self._fold(prepared, onto)
             yield 1, 1
             return
-        total = window_count(prepared.camera, self.session.settings.tile_samples)
-        filled: dict[tuple, GLTerms] = {}
+        # Room is made once the view is the camera's: with the first window.
+        filled: dict[tuple, GLTerms] | None = None
+
+        def draw(piece: Piece) -> None:
+            nonlocal filled
+            filled = self._room(prepared) if filled is None else filled
+            self._draw_piece(prepared, onto, filled, piece)
+
         try:
-            for number, piece in enumerate(self.session.windows(prepared.scene, prepared.camera), 1):
-                if number == 1:
-                    filled = self._room(prepared)
-                self._draw_piece(prepared, onto, piece, filled)
-                yield number, total
-            self._whole |= filled
-            filled = {}
+            yield from self.session.in_windows(prepared.scene, prepared.camera, prepared.needs, draw)
+            self._whole |= filled or {}
+            filled = None
             self._keep_coverage(onto[0])
         finally:
-            for terms in filled.values():
+            for terms in (filled or {}).values():
                 terms.owner.release()
 
     def _room(self, prepared: PreparedSide) -> dict[tuple, GLTerms]:
@@ -182,32 +185,36 @@ class LiveSession:
         return int(first[0]), int(first[1]), int(last[0] - first[0]), int(last[1] - first[1])
 
     def _draw_piece(
-        self, prepared: PreparedSide, onto: Sequence[moderngl.Texture], piece: Piece, filled: Mapping[tuple, GLTerms]
+        self, prepared: PreparedSide, onto: Sequence[moderngl.Texture], filled: Mapping[tuple, GLTerms], piece: Piece
     ) -> None:
-        owner = Owner(self._context)
         # Terms of this window: what is kept is copied to its place in the whole.
         made: dict[tuple, GLTerms | None] = {}
         try:
             for (kept, direct), texture in zip(prepared.layers, onto, strict=True):
-                picture = owner.texture(piece.size, 4)
-                target = owner.keep(self._context.framebuffer([picture]))
-                target.clear()
-                self._backend.add_at_once(target, owner, piece, direct, _XYZ)
-                for layer in kept:
-                    key = layer.terms_key
-                    if key not in made and key not in self._whole:
-                        made[key] = self._backend.terms(piece.worked_out(), layer)
-                        self._copy(made[key], filled.get(key), piece)
-                    terms = self._whole.get(key) or filled.get(key) or made[key]
-                    corner = (0, 0) if terms is made.get(key) else (piece.left, piece.top)
-                    if terms is not None:
-                        self._backend.add_terms(target, owner, layer, terms, _XYZ, corner)
-                _put_window(self._put, texture, piece, picture, piece.worked_out().covered)
+                folded = self._terms(kept, filled, made, piece)
+                with self._backend.summed(piece, direct, folded, _XYZ) as (picture,):
+                    _put_window(self._put, texture, piece, picture, piece.worked_out().covered)
         finally:
             for terms in made.values():
                 if terms is not None:
                     terms.owner.release()
-            owner.release()
+
+    def _terms(
+        self,
+        layers: Sequence[AnyLayer],
+        filled: Mapping[tuple, GLTerms],
+        made: dict[tuple, GLTerms | None],
+        piece: Piece,
+    ) -> Iterator[tuple[AnyLayer, GLTerms, tuple[int, int]]]:
+        """Iterate over the layers that show in a window as `GLBackend.summed` takes them folded."""
+        for layer in layers:
+            key = layer.terms_key
+            if key not in made and key not in self._whole:
+                made[key] = self._backend.terms(piece.worked_out(), layer)
+                self._copy(made[key], filled.get(key), piece)
+            terms = self._whole.get(key) or filled.get(key) or made[key]
+            if terms is not None:
+                yield layer, terms, (0, 0) if terms is made.get(key) else (piece.left, piece.top)
 
     def _copy(self, made: GLTerms | None, whole: GLTerms | None, piece: Piece) -> None:
         """Copy terms of a window to their place in those of the whole picture."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -21,7 +22,7 @@ from ...spectral.observers import Observer
 from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import interpolation_matrix
-from .cache import Backend, Piece, RenderCache
+from .cache import Backend, Needs, Piece, RenderCache
 from .layers import AnyLayer
 from .scene_layers import Colours, LayerBuilder, RenderSettings
 from .view import window_count
@@ -274,6 +275,19 @@ class RenderSession:
         """Iterate over the windows of a camera's picture (`RenderCache.windows`)."""
         return self.cache.windows(scene, camera, self.settings.tile_samples)
 
+    def in_windows(
+        self, scene: Scene, camera: Camera, needs: Needs, draw: Callable[[Piece], object]
+    ) -> Iterator[tuple[int, int]]:
+        """Draw a camera's picture window by window; yields windows done and windows in all after each.
+
+        needs : contents of the windows' tiles.
+        """
+        self.cache.needs = needs
+        total = window_count(camera, self.settings.tile_samples)
+        for number, piece in enumerate(self.windows(scene, camera), 1):
+            draw(piece)
+            yield number, total
+
     def forms(self, catalogue: Catalogue, scene: Scene) -> dict[str, Fast]:
         """Return fast forms of a scene's materials; each file is read once, and again when it has changed.
 
@@ -330,15 +344,15 @@ class RenderSession:
         """
         settings, camera = self.settings, self.camera
         built = self.layers.build(settings, scene, camera, self._surfaces, colours, shown_in)
-        self.bounced, self.cache.needs = built.bounced, built.needs
+        self.bounced = built.bounced
         tiles = window_count(camera, settings.tile_samples)
         faces = sum(len(part.mesh.faces) for part in built.scene.parts)
         settings.report(step[0] * tiles, step[1] * tiles, f"sorting {faces:,} triangles")
-        for number, piece in enumerate(self.windows(built.scene, camera), 1):
-            self._draw_piece(target, piece, built.layers)
+        draw = partial(self._draw_piece, target, built.layers)
+        for number, _ in self.in_windows(built.scene, camera, built.needs, draw):
             settings.report(step[0] * tiles + number, step[1] * tiles, "drawing")
 
-    def _draw_piece(self, target: Target, piece: Piece, layers: Sequence[AnyLayer]) -> None:
+    def _draw_piece(self, target: Target, layers: Sequence[AnyLayer], piece: Piece) -> None:
         chunk = self.backend.chunk
         for start in range(0, target.count, chunk):
             columns = slice(3 * start, 3 * min(start + chunk, target.count))
