@@ -124,22 +124,18 @@ def _steps(page: Any) -> Iterator[Step]:
     if page.evaluate("!!document.getElementById('detail')"):
         yield from _review_steps(page, pressed, there)
         return
-    for at, choice in enumerate(page.evaluate("[...document.querySelectorAll('form select')].map((one) => one.id)")):
-        others = page.evaluate("(at) => document.querySelectorAll('form select')[at].options.length - 1", at)
+    for choice in page.evaluate("[...document.querySelectorAll('form select:not([hidden])')].map((one) => one.id)"):
+        others = page.evaluate("(id) => document.getElementById(id).options.length - 1", choice)
         there(f"#{choice}")
         yield from pressed(f"choose in #{choice}", ["ArrowDown"] * others + ["Home"])
-    for box in ("#grid", "#reference"):
-        if there(box):
-            yield from pressed(f"tick and untick {box}", ["Space", "Space"])
+    page.evaluate("document.activeElement.blur()")
+    yield from pressed("change the grey", ["b"] * 3)
     for place, key in (("[data-line] a", "ArrowDown"), (".card", "ArrowRight")):
         if there(place):
             yield from pressed(f"press {key}", [key] * 4)
-    if page.evaluate("!!document.getElementById('compare')"):
-        yield from pressed("open the slider", ["c"])
-        yield from pressed("move the slider", ["ArrowRight"] * 3)
-        yield from pressed("close the slider", ["Escape"])
-        yield "hold Shift", lambda: page.keyboard.down("Shift")
-        yield "let go of Shift", lambda: page.keyboard.up("Shift")
+    if page.evaluate("!!document.querySelector('.compare')"):
+        yield from pressed("go to the divider", ["c"])
+        yield from pressed("move the divider", ["ArrowRight"] * 3)
     for place in ("img.coded", "button.more"):
         box = page.evaluate(_PLACE.format(_SEEN.format(place)))
         if box is not None:

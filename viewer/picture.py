@@ -158,6 +158,29 @@ def display_pass(renderer: RenderSession, display: DisplayTransform) -> DisplayP
     return DisplayPass(backend.context, display) if isinstance(backend, GLBackend) else None
 
 
+def cut_out(
+    image: ColourImage, coverage: Float[np.ndarray, "H W"], display: DisplayTransform, on: DisplayPass | None
+) -> UInt8[np.ndarray, "H W 4"]:
+    """The picture without a background: colours of the surfaces alone, and how much of each pixel they cover.
+
+    image : already multiplied by `coverage`. on : as of `DisplayTransform.encode`.
+    """
+    share = np.asarray(coverage, dtype=np.float64)[..., None]
+    bare = np.divide(image.values, share, out=np.zeros(image.values.shape), where=share > 0.0)
+    rgb, _ = display.encode(ColourImage(bare, image.space, image.white_xyz), on=on)
+    alpha = np.clip(share, 0.0, 1.0)
+    return np.concatenate([quantise(np.where(alpha > 0.0, rgb, 0.0)), quantise(alpha)], axis=-1)
+
+
+def material_cut_out(
+    record: MaterialRecord, scene: Scene, renderer: RenderSession, display: DisplayTransform, on: DisplayPass | None
+) -> UInt8[np.ndarray, "H W 4"]:
+    """The same as `material_picture` without a background, as of `cut_out`."""
+    dressed = scene.with_material(scene.reviewed_part, record.id)
+    xyz, coverage = renderer.render(dressed, dressed.camera(), {record.id: record.drawn()})
+    return cut_out(ColourImage(xyz, "xyz", dressed.adopted_white()), coverage, display, on)
+
+
 def material_picture(
     record: MaterialRecord, scene: Scene, renderer: RenderSession, display: DisplayTransform, on: DisplayPass | None
 ) -> tuple[UInt8[np.ndarray, "H W 3"], tuple[str, ...]]:

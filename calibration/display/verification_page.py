@@ -7,14 +7,9 @@ import numpy as np
 from ..report.page import html_environment
 from .verification import Verification, trend
 
-# How verdicts are coloured, and a sign that needs no colour.
-_SIGNS = {
-    "recommended": ("pass", "✓"),
-    "pass": ("pass", "✓"),
-    "not resolved": ("near", "?"),
-    "fail": ("over", "✕"),
-    "not measured": ("", "·"),
-}
+# Icons of verdicts, which need no colour; and verdicts that people call otherwise.
+_ICONS = {"recommended": "i-ok", "pass": "i-ok", "not resolved": "i-near", "fail": "i-warn", "not measured": ""}
+_WORDS = {"pass": "passes", "fail": "fails", "not resolved": "too close to call"}
 # Patches and earlier figures that are listed.
 _WORST, _EARLIER = 8, 6
 
@@ -34,7 +29,8 @@ def verification_page(found: Verification) -> str:
         .render(
             found=found,
             rows=rows,
-            signs=_SIGNS,
+            icons=_ICONS,
+            words=_WORDS,
             worst=[(found.readings.codes[at].tolist(), float(found.delta_e[at])) for at in order],
             white=f"x {white[0] / white.sum():.4f}, y {white[1] / white.sum():.4f}, {white[1]:.1f} {unit}",
         )

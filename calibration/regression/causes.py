@@ -13,13 +13,17 @@ from .result import Result, RowResult, State, worst_tier
 
 #: Of a row. Where a side has no reference, every change counts as one of the material's.
 Cause = Literal["material", "approximation"]
-#: What pages call a verdict, with a sign that needs no colour, and its style.
+#: What pages call a verdict, with an icon that needs no colour, and its style.
 VERDICTS: dict[Cause, dict[Tier, tuple[str, str, str]]] = {
-    "material": {"pass": ("pass", "✓", "pass"), "warn": ("warn", "!", "near"), "fail": ("fail", "✕", "over")},
+    "material": {
+        "pass": ("hardly moved", "i-ok", "pass"),
+        "warn": ("slightly moved", "i-near", "near"),
+        "fail": ("clearly moved", "i-warn", "over"),
+    },
     "approximation": {
-        "pass": ("error within limits", "●", "pass"),
-        "warn": ("error near limits", "▲", "near"),
-        "fail": ("error over limits", "■", "over"),
+        "pass": ("error within limits", "i-ok", "pass"),
+        "warn": ("error near limits", "i-near", "near"),
+        "fail": ("error over limits", "i-warn", "over"),
     },
 }
 _STATES: dict[State, str] = {"worse": "error grew", "better": "error shrank", "changed": "error moved"}
@@ -30,6 +34,35 @@ def cause_of(row: RowResult) -> Cause:
     picture, reference = row.layers.get("picture"), row.layers.get("reference")
     alone = picture is not None and picture.moved and reference is not None and reference.identical
     return "approximation" if alone else "material"
+
+
+def what_changed(row: RowResult) -> tuple[str, str]:
+    """Tell which part changed, in a sentence, and how that is known, in another; "" where nothing moved."""
+    if row.state in ("added", "removed"):
+        if row.state == "added":
+            return "It is new.", "It was not there before."
+        return "It is gone.", "It was there before and is not there now."
+    moved = {kind for kind, one in row.layers.items() if one.moved or one.undefined}
+    reference = row.layers.get("reference")
+    if not moved:
+        return "", ""
+    if moved == {"reading"}:
+        return "The reading changed.", "It was read anew, or its file is another."
+    if reference is None:
+        return "The picture changed.", "Without a reference it cannot be told whether the material or the renderer did."
+    if "picture" not in moved:
+        return "The reference changed.", "The picture is the same: only the reference, made from original data, moved."
+    if "reference" in moved:
+        return (
+            "The material changed.",
+            "The reference, made from original data, moved too: material, light or scene is another.",
+        )
+    if reference.identical:
+        return (
+            "The renderer changed.",
+            "The material is the same: the picture alone moved, by its fit, its plan or the renderer.",
+        )
+    return "The picture changed.", "The reference moved by no more than its noise: material or renderer is another."
 
 
 def state_words(row: RowResult) -> str:

@@ -24,6 +24,9 @@ from .self_test import injected
 
 #: ΔE94 that pictures of one scene may be apart where nothing but the order of sums in single precision is another.
 ROUNDING_MEAN, ROUNDING_MAX = 0.002, 0.02
+#: What is said of a row whose reference moved, and of one whose picture moved alone.
+REFERENCE_CHANGED = "The reference changed: the material, the light or the scene differs."
+PICTURE_ALONE = "Only the picture moved: fit, plan or renderer is another; material, light and scene are not."
 # What picture and reference must have come apart by before a row is called better or worse.
 _NEARER = 0.01
 # Sentences on how readings were measured that are told one by one.
@@ -276,11 +279,11 @@ def _why(layers: Mapping[LayerKind, Figures]) -> list[str]:
         return []
     picture, reference = layers["picture"], layers["reference"]
     if reference.moved:
-        return ["The reference changed: the material, the light or the scene differs."]
+        return [REFERENCE_CHANGED]
     if not picture.moved:
         return []
     if reference.identical:
-        return ["Only the picture moved: fit, plan or renderer is another; material, light and scene are not."]
+        return [PICTURE_ALONE]
     return [
         f"The picture moved; whether the reference did cannot be told: its mean of {reference.mean:.2g} lies within "
         f"the {reference.floor_mean:.2g} of rounding and noise."

@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...spectral.difference import differences
 from ..report import coded_map, plots
+from ..report.direction import direction
 from ..report.histogram import histogram_plot
 from ..report.history import Run, earlier_figures, trend_plot
-from ..report.page import breakable, html_environment, row_id, window_command
+from ..report.page import breakable, html_environment, row_id, scale_bar, window_command
+from ..report.review_facts import light_words
+from ..report.row_name import short_observer
 from ..report.shift_plot import ShiftArrow, shift_plots
 from ..report.statistics import beside
-from .causes import VERDICTS, Cause, cause_of, state_words, tier_of, told_apart, verdicts
+from .causes import VERDICTS, Cause, cause_of, state_words, tier_of, told_apart, verdicts, what_changed
+from .comparison import PICTURE_ALONE, REFERENCE_CHANGED
 from .result import STATES, Figures, Result, RowResult
 from .row import ComparedSide, LayerKind, Row, RowName
 from .row_pictures import ShownRow, alone, shown
-from .words import common_parts, verdict_words
+from .words import common_parts, titles_of, verdict_words
 
 #: So many rows, the worst, have pictures.
 MOST_PICTURES = 500
-SHOWN_WORST = 6
 _PAIR_SIZE = (168.0, 62.0)
 # Of a pair of pictures; a row may have two.
 _BYTES_OF_TEXT = 4500.0
@@ -41,6 +45,8 @@ _HEADINGS: dict[Cause, dict[str, str]] = {
         "fail": "The approximation's error is over its limits",
     },
 }
+# What stands in the place of a verdict where nothing moved, or nothing is there to move.
+_SAID = {"identical": "did not move", "same": "did not move", "removed": "gone", "added": "new"}
 # Ends of the scale of maps, as multiples of a power of ten: a third of each is a short number.
 _ENDS = (1.2, 1.5, 2.4, 3.0, 4.5, 6.0, 9.0, 12.0)
 _LEAST_END = 0.15
@@ -85,10 +91,11 @@ def render_page(
     names: list[dict[RowName, Row]] = [{row.name: row for row in one.rows} for one in (before, after)]
     single = len(result.rows) == 1 and len(result.rows[0].layers) > 0
     sides = _Sides(names[0], names[1], scale, plots.embedded_side(pairs, _BYTES_OF_TEXT), single)
-    common = common_parts(result.rows)
+    common, titles = common_parts(result.rows), titles_of(result.rows)
     views = {}
     for number, row in enumerate(worst_first):
-        views[row.name] = _view(row, sides, row.name in pictured, history) | {"rank": len(worst_first) - number}
+        views[row.name] = _view(row, sides, row.name in pictured, history)
+        views[row.name] |= _named(row.name, common, titles) | {"rank": len(worst_first) - number}
         progress(number + 1, len(worst_first), str(row.name))
     lights = list(dict.fromkeys(row.name.light for row in result.rows))
     environment = html_environment(uri=plots.data_uri, breakable=breakable, signed=_signed)
@@ -98,14 +105,16 @@ def render_page(
         boxes=_boxes(result),
         verdicts=VERDICTS,
         states=list(dict.fromkeys(view["state"] for view in views.values())),
-        told=_verdicts_there(result),
+        told=_verdicts_there(views.values()),
         common=str(common) if any(common) else "",
         cards=_cards(result, views, common),
-        worst=[views[row.name] for row in worst_first if _to_look_at(row)][:SHOWN_WORST],
+        # Cards say it in sentences of their own.
+        told_of=(REFERENCE_CHANGED, PICTURE_ALONE),
+        moved=sum(view["moved"] for view in views.values()),
         lights=lights,
-        largest=_largest(views.values()),
         other_facts={key: one for key, one in result.after.facts.items() if result.before.facts.get(key) != one},
         scale=plots.scale_words(scale),
+        scale_bar=scale_bar(scale, limit=False),
         step=100.0 * coded_map.STEP_SHARE,
         codes=coded_map.code_words(scale),
         shifts=_shifts(views.values(), lights),
@@ -118,6 +127,15 @@ def render_page(
 
 def _to_look_at(row: RowResult) -> bool:
     return row.tier != "pass" or row.state not in ("identical", "same")
+
+
+def _named(name: RowName, common: RowName, titles: Mapping[str, str]) -> dict[str, str]:
+    """What a row is called: its material, and the light and whatever else not all rows have in common."""
+    own = RowName(*("" if part == shared else part for part, shared in zip(name, common, strict=True)))
+    light = light_words(name.light)
+    rest = [light, short_observer(own.observer), own.scene, own.view]
+    heading, under = titles[name.material] or str(name), " · ".join(part for part in rest if part)
+    return {"heading": heading, "under": under, "title": f"{heading} under {light}" if light else heading}
 
 
 def _end_of_scale(result: Result) -> float:
@@ -170,10 +188,10 @@ def _error_words(result: Result) -> list[str]:
     return [f"Picture and its own reference: ΔE94 p99 at most {beside(before)} before, {beside(after)} after."]
 
 
-def _verdicts_there(result: Result) -> list[str]:
+def _verdicts_there(views: Iterable[dict[str, Any]]) -> list[str]:
     """Words of the verdicts that there are, for the page's menu."""
-    found = {pair for row in result.rows for pair in verdicts(row).items()}
-    return [words for cause, tiers in VERDICTS.items() for tier, (words, *_) in tiers.items() if (cause, tier) in found]
+    found = {words for view in views for words in view["words"]}
+    return [words for tiers in VERDICTS.values() for words, *_ in tiers.values() if words in found]
 
 
 def _view(row: RowResult, sides: _Sides, pictured: bool, history: Sequence[Run]) -> dict[str, Any]:
@@ -194,6 +212,15 @@ def _view(row: RowResult, sides: _Sides, pictured: bool, history: Sequence[Run])
         "id": row_id(f"row:{row.name}"),
         "cause": cause,
         "state": state_words(row),
+        # Of what did not move, or cannot, its error alone is judged.
+        "words": [
+            VERDICTS[whose][tier][0]
+            for whose, tier in verdicts(row).items()
+            if row.state not in _SAID or (whose, cause) == ("approximation", "material")
+        ],
+        "said": _SAID.get(row.state, ""),
+        "moved": _to_look_at(row),
+        "changed": what_changed(row),
         "verdicts": [(cause, tier) for cause, tier in verdicts(row).items()],
         "layers": layers,
         "single": single,
@@ -216,6 +243,7 @@ def _layer(row: RowResult, kind: LayerKind, a: Row, b: Row, sides: _Sides, cause
         "kind": kind,
         "cause": cause,
         "figures": found,
+        "words": _direction(found, one),
         "shown": one,
         "reading": one.full_size == (1, 1),
         "histogram": histogram_plot(one.histogram, limit),
@@ -225,6 +253,15 @@ def _layer(row: RowResult, kind: LayerKind, a: Row, b: Row, sides: _Sides, cause
         "clipped": max(one.before.clipped, one.after.clipped),
         "window": _window(a.layers[kind].file, b.layers[kind].file),
     }
+
+
+def _direction(found: Figures, one: ShownRow) -> str:
+    """The way the colours moved on average, "" where that has no number."""
+    before = np.asarray(one.lab)
+    after = before + found.shift
+    if not np.isfinite(after).all():
+        return ""
+    return direction(before, differences(before, after), found.floor_mean)
 
 
 def _window(before: Path | None, after: Path | None) -> str | None:
@@ -252,9 +289,11 @@ def _cards(result: Result, views: Mapping[RowName, dict[str, Any]], common: RowN
     for order, (name, own) in enumerate(groups.items(), 1):
         parts = (part if part != shared else "" for part, shared in zip(name, common, strict=True))
         title = " · ".join(part for part in parts if part) or name.material or str(name)
+        own.sort(key=lambda view: -view["rank"])
         cards.append(
             {
                 "name": str(RowName(title, "", "")),
+                "title": own[0]["heading"],
                 "anchor": f"m{order}",
                 "order": order,
                 "rows": own,
@@ -263,16 +302,6 @@ def _cards(result: Result, views: Mapping[RowName, dict[str, Any]], common: RowN
             }
         )
     return sorted(cards, key=lambda card: max(view["rank"] for view in card["rows"]), reverse=True)
-
-
-def _largest(views: Any) -> dict[Cause, dict[str, Any] | None]:
-    """The row that moved most, by whose doing it is."""
-    found: dict[Cause, dict[str, Any] | None] = {"material": None, "approximation": None}
-    for view in views:
-        best = found[view["cause"]]
-        if view["p99"] is not None and (best is None or view["p99"] > best["p99"]):
-            found[view["cause"]] = view
-    return found
 
 
 def _shifts(views: Any, lights: Sequence[str]) -> list[tuple[str, dict[str, Any]]]:

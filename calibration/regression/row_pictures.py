@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -81,7 +81,14 @@ def alone(layer: PixelLayer, side: int) -> RowPicture:
 
 
 def _encoded(pixels: Pixels, side: int) -> RowPicture:
-    rgb, clipped = srgb(pixels)
+    """The picture without its background where surfaces do not cover all of it: the page's grey is seen there."""
+    share = np.clip(pixels.coverage, 0.0, 1.0)[..., None]
+    if (share == 1.0).all():
+        rgb, clipped = srgb(pixels)
+    else:
+        bare = np.divide(pixels.xyz, share, out=np.zeros(pixels.xyz.shape), where=share > 0.0)
+        rgb, clipped = srgb(replace(pixels, xyz=bare))
+        rgb = np.concatenate([rgb, np.rint(255.0 * share).astype(np.uint8)], axis=-1)
     reduced = _patch(plots.reduce_picture(rgb, plots.fitted_size(rgb.shape[:2], side)))
     return RowPicture(plots.lossless(reduced), reduced.shape[1], reduced.shape[0], clipped)
 

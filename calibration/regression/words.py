@@ -2,30 +2,85 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 
+from ...spectral.sample import title_from_id
+from ..report.review_facts import light_words
+from ..report.row_name import short_observer
 from ..report.text_tables import columns
-from .result import STATES, Result, RowResult
+from .causes import what_changed
+from .criteria import TIERS, Tier
+from .result import Result, RowResult
 from .row import RowName
 
 # So many rows, and of each row so many notes, are worth a terminal.
 MOST_ROWS = 20
+# Ids of a catalogue; names of files and of readings are said as they are.
+_ID = re.compile(r"[a-z0-9-]+(/[a-z0-9-]+)+")
+_STILL = ("identical", "same")
+_MOVED: dict[Tier, str] = {"fail": "clearly", "warn": "slightly", "pass": "within the limits"}
+_ASKED: dict[Tier, str] = {"fail": "fails", "warn": "is near its limits"}
 
 
 def verdict_words(result: Result) -> str:
-    """The result in one sentence.
+    """The result in one sentence, the same on the page, on paper and in the terminal.
 
     A difference of zero is said to be one of equal bytes, or of other bytes that are equal in colour.
     """
     if not result.valid:
-        return "invalid: a known difference that was put in was not found, so that nothing here can be believed"
-    total = f"{len(result.rows)} row{'' if len(result.rows) == 1 else 's'}"
+        return "Not valid: a known difference that was put in was not found, so that nothing here can be believed"
+    rows, total = result.rows, len(result.rows)
+    what = things(result)
+    asked = "" if result.tier == "pass" else f"; what is asked of them {_ASKED[result.tier]}"
     if result.identical:
-        worse = "" if result.tier == "pass" else f"{result.tier}, by what is asked of them: "
-        return f"{worse}identical: {total}, byte for byte"
-    states = ", ".join(f"{result.count(state)} {state}" for state in STATES if result.count(state))
-    return f"{result.tier}: {total}: {states}"
+        alike = f"the one {what} is" if total == 1 else f"all {total} {what}s are"
+        return f"Nothing moved: {alike} the same, byte for byte{asked}"
+    moved = [row for row in rows if row.state not in (*_STILL, "added", "removed")]
+    parts = []
+    if moved:
+        counts = [(sum(row.tier == tier for row in moved), words) for tier, words in _MOVED.items()]
+        told = ", ".join(f"{count} {words}" for count, words in counts if count)
+        parts.append(f"{len(moved)} of {total} {what}{'' if total == 1 else 's'} moved: {told}")
+    for state, words in (("removed", "gone"), ("added", "new")):
+        if count := sum(row.state == state for row in rows):
+            parts.append(f"{count} {'is' if count == 1 else 'are'} {words}")
+    if not parts:
+        return f"Nothing moved beyond rounding and noise: {total} {what}{'' if total == 1 else 's'}{asked}"
+    worst = max(moved, key=lambda row: (TIERS.index(row.tier), row.largest), default=None)
+    if worst is not None and total > 1:
+        change = what_changed(worst)[0].removesuffix(".")
+        where = f", where {change[:1].lower()}{change[1:]}" if change else ""
+        parts.append(f"most of all {readable_names(rows)[worst.name]}{where}")
+    return "; ".join(parts)
+
+
+def things(result: Result) -> str:
+    """Name what rows are: "picture", or "reading"."""
+    return "reading" if all("reading" in row.layers for row in result.rows) else "picture"
+
+
+def titles_of(rows: Sequence[RowResult]) -> dict[str, str]:
+    """Materials' names for people: ids spelt out, but for those that would then be alike and for names of files."""
+    names = dict.fromkeys(row.name.material for row in rows)
+    titles = {name: title_from_id(name) if _ID.fullmatch(name) else name for name in names}
+    counts = Counter(titles.values())
+    return {name: title if counts[title] == 1 else name for name, title in titles.items()}
+
+
+def readable_names(rows: Sequence[RowResult]) -> dict[RowName, str]:
+    """Names of rows as people say them, without what all rows have in common: "Cyan gloss under tungsten lamp A"."""
+    common, titles = common_parts(rows), titles_of(rows)
+    found = {}
+    for row in rows:
+        own = RowName(*("" if own == all_have else own for own, all_have in zip(row.name, common, strict=True)))
+        material = titles[row.name.material] if own.material or not any(own) else ""
+        light = light_words(own.light)
+        light = light[:1].lower() + light[1:] if light[1:2].islower() and material else light
+        under = " under ".join(part for part in (material, light) if part)
+        found[row.name] = str(RowName(under, "", short_observer(own.observer), own.scene, own.view))
+    return found
 
 
 def shown_rows(result: Result) -> tuple[RowResult, ...]:
@@ -39,10 +94,11 @@ def as_text(result: Result, most: int = MOST_ROWS) -> str:
     lines = [f"{label}{side.path} ({side.kind})" for label, side in sides]
     shown, said_once = shown_rows(result), common_parts(result.rows)
     if any(said_once):
-        lines.append(f"all rows: {said_once}")
+        lines.append(f"all rows: {said_once._replace(observer=short_observer(said_once.observer))}")
     if shown:
         headings = ("row", "", "", "mean", "p95", "p99", "max", "ΔL*", "Δa*", "Δb*", "of")
-        cells = [line for row in shown[:most] for line in _cells(row, said_once)]
+        names = readable_names(result.rows)
+        cells = [line for row in shown[:most] for line in _cells(row, names[row.name])]
         lines += ["", columns(headings, cells, left=3, words=True)]
         if len(shown) > most:
             lines.append(f"... and {len(shown) - most} more")
@@ -65,14 +121,8 @@ def common_parts(rows: Sequence[RowResult]) -> RowName:
     return RowName(*(found[0] if len(set(found)) == 1 else "" for found in parts))
 
 
-def short_name(row: RowResult, common: RowName) -> str:
-    """The parts of a name that are not common."""
-    return str(RowName(*("" if own == all_have else own for own, all_have in zip(row.name, common, strict=True))))
-
-
-def _cells(row: RowResult, common: RowName) -> list[list[str]]:
+def _cells(row: RowResult, name: str) -> list[list[str]]:
     """A line a layer that moved, or one where none is there."""
-    name = short_name(row, common)
     rows = []
     for kind, found in row.layers.items():
         if found.identical and len(row.layers) > 1:

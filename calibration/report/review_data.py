@@ -21,14 +21,15 @@ from .statistics import verdict, verdict_limits
 _NM = np.arange(380.0, 781.0, 5.0)
 #: Icon of each kind of light.
 LIGHT_ICONS = {"daylight": "i-day", "lamp": "i-bulb", "tube": "i-tube", "led": "i-led", "scene": "i-eye"}
-# By standing of the colour: badge beside each picture, and what heads its answer with that of the gloss behind it.
-_BADGES = {
+#: By standing of the colour: badge beside each picture.
+BADGES = {
     "measured": "Measured colour",
     "analytic": "Calculated colour",
     "uplifted": "Guessed from RGB",
     "reconstructed": "Rebuilt from photos",
     "unknown": "Origin of colour not stated",
 }
+# What heads the answer on the standing of a colour, and that of the gloss behind it.
 _COLOUR_IS = {
     "measured": "Colour measured",
     "analytic": "Colour calculated",
@@ -113,7 +114,7 @@ def _material(one: Mapping[str, Any], drawn: Mapping[str, Any], rows: Sequence[R
         "standing": {
             "colour": colour,
             "icon": f"s-{colour}",
-            "badge": _BADGES[colour],
+            "badge": BADGES[colour],
             "title": f"{_COLOUR_IS[colour]}, {_GLOSS_IS[gloss]}",
             "plain": one["standing"]["plain"],
         },

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -86,10 +87,12 @@ def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
     import numpy as np
 
     from ...calibration.report.preview_page import PreviewCard
-    from ...viewer.sheets.preview import caption
 
+    counts = Counter(one.title for one in drawn)
+    # What several are called has the id behind it.
+    titles = [f"{one.title} ({one.summary.id})" if counts[one.title] > 1 else one.title for one in drawn]
     cards = []
-    for one in drawn:
+    for number, one in enumerate(drawn):
         said = one.summary
         facts = {"model": said.model, "kind": said.kind, "licence": said.licence}
         if said.terms:
@@ -102,13 +105,14 @@ def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
                 family=said.family,
                 kind=said.kind,
                 quantity=said.quantity,
-                caption=caption(one),
+                caption=said.quantity if said.p99 is None else f"within ΔE94 {said.p99:.2f} for 99 %",
                 picture=one.picture,
                 facts=facts,
                 lab=None if said.lab is None else np.array(said.lab),
                 p99=said.p99,
                 words=one.reason,
-                standing=said.standing,
+                title=titles[number],
+                colour=one.colour,
             )
         )
     return cards

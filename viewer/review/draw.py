@@ -12,8 +12,7 @@ from jaxtyping import Float, UInt8
 from ...calibration.report.row import ReferenceNoise
 from ...lighting.scene import Scene
 from ...spectral.image import ColourImage
-from ..display.png import quantise
-from ..picture import Warn, say_if_clipped
+from ..picture import Warn, cut_out, say_if_clipped
 from .cases import ReviewCase, Setting
 from .references import Reference
 
@@ -69,8 +68,8 @@ def draw(setting: Setting, case: ReviewCase, reference: Reference, warn: Warn) -
         pictured = ColourImage(shown_xyz, "xyz", white)
         begun = time.perf_counter()
         shown_rgb, notes = display.encode(pictured, shown_coverage, background, setting.gpu)
-        cut_out = _cut_out(setting, pictured, shown_coverage)
-        truth_cut_out = _cut_out(setting, truth, setting.geometry.coverage)
+        sample_cut_out = cut_out(pictured, shown_coverage, setting.display, setting.gpu)
+        truth_cut_out = cut_out(truth, setting.geometry.coverage, setting.display, setting.gpu)
         if notes:
             said_of = f"the picture of {' and '.join(case.judged)} under {name}"
             say_if_clipped(scene, said_of, sample, np.asarray(coverage), display, warn)
@@ -86,18 +85,9 @@ def draw(setting: Setting, case: ReviewCase, reference: Reference, warn: Warn) -
             truth_xyz,
             both,
             shown_rgb,
-            cut_out,
+            sample_cut_out,
             truth_cut_out,
             reference.noise_of(number),
             tuple(notes),
             seconds,
         )
-
-
-def _cut_out(setting: Setting, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> UInt8[np.ndarray, "H W 4"]:
-    """The picture without a background: colours of the surfaces alone, and how much of each pixel they cover."""
-    share = np.asarray(coverage, dtype=np.float64)[..., None]
-    bare = np.divide(image.values, share, out=np.zeros(image.values.shape), where=share > 0.0)
-    rgb, _ = setting.display.encode(ColourImage(bare, image.space, image.white_xyz), on=setting.gpu)
-    alpha = np.clip(share, 0.0, 1.0)
-    return np.concatenate([quantise(np.where(alpha > 0.0, rgb, 0.0)), quantise(alpha)], axis=-1)

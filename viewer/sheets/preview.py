@@ -13,12 +13,14 @@ from jaxtyping import Float, UInt8
 from ...lighting.scene import Scene
 from ...lighting.scene_file.files import load_scene, shipped_scene
 from ...materials.catalogue.catalogue import Catalogue
+from ...materials.records.colour_standing import colour_standing, title_of
 from ...materials.records.description import shown_spectrum
 from ...materials.records.material import MaterialRecord
 from ...materials.records.query import Summary
 from ...runtime.errors import InputError
 from ...runtime.files import written_whole
-from ..picture import display_for, display_pass, material_picture
+from ...spectral.sample import title_from_id
+from ..picture import display_for, display_pass, material_cut_out
 from ..render.session import RenderSession
 from .sheet_text import fitted_line, sheet_font, write_line
 
@@ -28,19 +30,25 @@ _GAP = 12
 # The model of records that are worn on a cloth.
 _BTF = "btf"
 _PAGE, _INK, _SOFT = (241, 241, 241), (26, 26, 26), (93, 93, 93)
+# Behind pictures: L* 50.
+_STAGE = (119, 119, 119)
 
 
 @dataclass(frozen=True, eq=False)
 class Thumbnail:
     """One material, small.
 
-    picture : display-encoded sRGB: a sphere that wears the fast form, or the curve of a spectrum without a surface.
+    picture : display-encoded sRGB: a sphere that wears the fast form, with its coverage as alpha, or the curve of a
+        spectrum without a surface.
     reason : why there is no picture, "" where there is one; the picture is then of the page's own grey.
+    title : name for people. colour : standing of its colour, as of `colour_standing`.
     """
 
     summary: Summary
-    picture: UInt8[np.ndarray, "H W 3"]
+    picture: UInt8[np.ndarray, "H W c"]
     reason: str = ""
+    title: str = ""
+    colour: str = "unknown"
 
 
 def thumbnails(
@@ -68,13 +76,15 @@ def thumbnails(
         try:
             record = catalogue.load(summary.id)
             picture = (
-                material_picture(record, cloth if record.model == _BTF else scene, renderer, display, on)[0]
+                material_cut_out(record, cloth if record.model == _BTF else scene, renderer, display, on)
                 if record.is_surface
                 else _curve(record, pixels)
             )
-            yield Thumbnail(summary, picture)
+            yield Thumbnail(summary, picture, title=title_of(record), colour=colour_standing(record))
         except InputError as reason:
-            yield Thumbnail(summary, np.full((pixels, pixels, 3), _PAGE, dtype=np.uint8), str(reason))
+            yield Thumbnail(
+                summary, np.full((pixels, pixels, 3), _PAGE, dtype=np.uint8), str(reason), title_from_id(summary.id)
+            )
         progress(number, len(summaries), summary.id)
 
 
@@ -115,7 +125,10 @@ def contact_sheet(
     for number, (thumbnail, said) in enumerate(zip(found, last, strict=True)):
         left = _GAP + number % columns * (side + _GAP)
         top = head + _GAP + number // columns * cell
-        sheet.paste(Image.fromarray(thumbnail.picture), (left, top))
+        shown = Image.fromarray(thumbnail.picture)
+        if shown.mode == "RGBA":
+            sheet.paste(_STAGE, (left, top, left + side, top + side))
+        sheet.paste(shown, (left, top), shown if shown.mode == "RGBA" else None)
         below = top + side + 2
         family, _, name = thumbnail.summary.id.rpartition("/")
         told = ((name, _INK), (family, _SOFT), (thumbnail.summary.standing, _SOFT), (said, _SOFT))

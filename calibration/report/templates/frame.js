@@ -35,4 +35,10 @@ function singleKeys(actionOf) {
     act();
   });
 }
+// Words that are searched for, and searched: the start of each counts, so that "red" is in "redder" and not in "measured".
+function wordsOf(text) { return text.toLowerCase().split(/[\s\/_.,;:()-]+/).filter(Boolean); }
+function hasWords(text, words) {
+  const own = ` ${wordsOf(text).join(" ")}`;
+  return words.every((word) => own.includes(` ${word}`));
+}
 addEventListener("beforeprint", () => document.querySelectorAll("details.how").forEach((part) => { part.open = true; }));

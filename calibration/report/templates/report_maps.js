@@ -4,8 +4,8 @@
   const codes = JSON.parse(document.getElementById("codes").textContent), maps = document.getElementById("maps");
   const START = "data:image/png;base64,", PALETTE = 41, PIXELS = 813;
   const images = Array.from(document.querySelectorAll("img.coded"), function (image) {
-    const scale = image.parentNode.querySelector(".scale");
-    return { image: image, own: image.src, scale: scale, ticks: scale.innerHTML, says: scale.getAttribute("aria-label"), fitted: false, here: image.parentNode.querySelector(".here"), read: null };
+    const figure = image.closest("figure");
+    return { image: image, own: image.src, top: figure.querySelector(".scale-top"), fitted: false, here: figure.querySelector(".here"), read: null };
   });
 
   function value(code) {
@@ -40,17 +40,7 @@
     if (one.fitted === fitted) return;
     one.fitted = fitted;
     one.image.src = fitted ? recoloured(one.own, top) : one.own;
-    one.scale.classList.toggle("fitted", fitted);
-    one.scale.innerHTML = one.ticks;
-    one.scale.setAttribute("aria-label", fitted ? "Colour scale of the map: ΔE94 from 0 to its p99, " + shortly(top) : one.says);
-    if (!fitted) return;
-    const ticks = one.scale.querySelectorAll("span");
-    ticks.forEach(function (tick, index) {
-      tick.className = index === 2 ? "top" : "";
-      tick.style.left = index === 2 ? "" : 45 * index + "%";
-      tick.textContent = ["0", shortly(top / 2), "p99 " + shortly(top)][index];
-      tick.hidden = index > 2;
-    });
+    one.top.textContent = fitted ? shortly(top) : one.top.dataset.own;
   }
 
   // At once what is on the screen, the others when they come there, or onto paper: a page may have hundreds.
@@ -100,7 +90,6 @@
   }
 
   if (typeof DecompressionStream === "undefined") {
-    document.getElementById("pointing").hidden = true;
     return;
   }
   images.forEach(function (one) {

@@ -9,11 +9,10 @@ const ORDERS = {
   name: (material) => material.name,
   reviewed: (material) => MATERIALS.indexOf(material),
 };
-const wordsOf = (text) => text.toLowerCase().split(/\s+/).filter(Boolean);
 function fits(material) {
   const status = Object.values(material.rows).map((row) => row.level).join(" ");
-  const text = `${material.name} ${material.family} ${material.id} ${material.standing.badge} ${status}`.toLowerCase();
-  return wordsOf(chosen.find).every((word) => text.includes(word));
+  const text = `${material.name} ${material.family} ${material.id} ${material.standing.badge} ${status}`;
+  return hasWords(text, wordsOf(chosen.find));
 }
 const tiles = MATERIALS.map((material) => {
   const item = document.createElement("li");

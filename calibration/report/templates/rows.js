@@ -17,8 +17,7 @@
     const cells = rows.map(function (row) { return row.dataset.light && line.querySelector('[data-light="' + CSS.escape(row.dataset.light) + '"]'); });
     const said = card || line, name = said.dataset.name || "";
     const texts = rows.map(function (row) {
-      const text = "text" in row.dataset ? row.textContent : "";
-      return [name, row.dataset.light, row.dataset.words, row.dataset.status, text].join(" ").toLowerCase();
+      return " " + wordsOf([name, row.dataset.light, row.dataset.words, row.dataset.status].join(" ")).join(" ");
     });
     return { card: card, line: line, link: line.querySelector("th a, .name a"), rows: rows, texts: texts, cells: cells, name: name, order: Number(said.dataset.order || index) };
   });
@@ -30,13 +29,14 @@
   const choices = Array.from(document.querySelectorAll("select.choice"));
   const byName = new Intl.Collator(undefined, { numeric: true }).compare;
 
-  // A word that is the name of a light means that light; any other stands somewhere in material, light or verdict.
+  // A word that is the name of a light means that light; with any other, a word of material, light or verdict begins:
+  // "red" is in "redder", not in "measured".
   function fits(one, index, words) {
     const row = one.rows[index];
     return (!show || !show.value || (" " + row.dataset.status + " ").includes(" " + show.value + " ")) &&
       choices.every(function (choice) { return !choice.value || row.dataset[choice.name] === choice.value; }) &&
       words.every(function (word) {
-        return lights.has(word) ? row.dataset.light.toLowerCase() === word : one.texts[index].includes(word);
+        return lights.has(word) ? row.dataset.light.toLowerCase() === word : one.texts[index].includes(" " + word);
       });
   }
 
@@ -70,7 +70,7 @@
   }
 
   function update() {
-    const words = find.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const words = wordsOf(find.value);
     let rows = 0, left = 0;
     all.forEach(function (one) {
       one.rows.forEach(function (row, index) {
@@ -145,7 +145,7 @@
   function open(group, one, tabIndex) {
     group.of(one).tabIndex = tabIndex;
     if (group === links && !one.card) one.line.querySelectorAll("button").forEach(function (each) { each.tabIndex = tabIndex; });
-    if (group === pages) one.card.querySelectorAll("a, button, .scroll").forEach(function (each) { each.tabIndex = tabIndex; });
+    if (group === pages) one.card.querySelectorAll("a, button, input, summary, .scroll").forEach(function (each) { each.tabIndex = tabIndex; });
   }
 
   function arrows(group, place, back, forth) {

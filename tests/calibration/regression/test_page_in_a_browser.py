@@ -1,4 +1,4 @@
-"""The page of a comparison in a real browser: two verdicts, search, links, keys, slider, map, paper, axe-core."""
+"""The page of a comparison in a real browser: two verdicts, search, links, keys, divider, map, paper, axe-core."""
 
 from pathlib import Path
 
@@ -72,16 +72,30 @@ def test_approximation_and_material_share_no_word(page, opened):
     )
     words = {cause: {word for of, text in told if of == cause for word in text.split()} for cause, _ in told}
     assert set(words) == {"approximation", "material"}
-    assert {"fail", "error"} <= words["material"] | words["approximation"]
+    assert {"clearly", "error"} <= words["material"] | words["approximation"]
     assert not words["material"] & words["approximation"]
-    headings = found.locator("section.verdict h2").all_inner_texts()
-    assert headings == ["Colours moved beyond their limits", "The approximation's error is near its limits"]
+    headings = found.locator(".boxes b").all_inner_texts()
+    assert headings == ["Colours moved beyond their limits.", "The approximation's error is near its limits."]
+
+
+def test_what_moved_is_shown_and_which_part_changed(page, opened):
+    """What did not move is there when it is asked for."""
+    found = opened(page)
+    shown = "[...document.querySelectorAll('.row')].filter((one) => one.checkVisibility()).length"
+    assert found.evaluate(shown) == 4
+    told = [one.inner_text() for one in found.locator(".tell").all() if one.is_visible()]
+    assert "gone" in told[0] and "The material changed." in told[1] and "stronger" not in told[1]
+    assert "The renderer changed." in told[-1] and "lighter" in told[-1]
+    found.select_option("#show", "")
+    assert found.evaluate(shown) == 6
+    assert "did not move" in found.locator(".row[data-status^=identical] .tell").first.inner_text()
 
 
 def test_words_in_any_order_states_and_orders(page, opened):
     found = opened(page)
     everything = found.evaluate(TO_CARDS)
     assert everything == ["metal/50 % gold", "paint/red", "paint/blue"]
+    found.select_option("#show", "")
     for words, expected in (
         ("paint identical", ["paint/red", "paint/blue"]),
         ("a red", ["paint/red"]),
@@ -92,7 +106,7 @@ def test_words_in_any_order_states_and_orders(page, opened):
         found.fill("#find", words)
         assert found.evaluate(TO_CARDS) == expected, words
     found.fill("#find", "")
-    for state, expected in (("error grew", 1), ("fail", 2), ("identical", 2)):
+    for state, expected in (("error grew", 1), ("clearly moved", 1), ("removed", 1), ("identical", 2)):
         found.select_option("#show", state)
         assert len(found.evaluate(TO_CARDS)) == expected, state
     found.select_option("#show", "")
@@ -106,8 +120,8 @@ def test_links_lead_to_rows_and_few_tab_stops(page, opened):
         "[...document.querySelectorAll('a[href], button, input, select, summary, [tabindex]')]"
         ".filter((one) => one.tabIndex >= 0 && one.checkVisibility()).length"
     )
-    # Skip link, the worst four, seven controls, a name, a card with two links and two sliders, other lights' arrows.
-    assert stops == 1 + 4 + 7 + 1 + 5 + 1
+    # Skip link, greys, paper, print, keys, four controls, a card with two dividers and their figures, three folds.
+    assert stops == 1 + 3 + 3 + 4 + 5 + 3
     found.fill("#find", "blue")
     link = found.locator(".matrix a.cell", has_text="removed").get_attribute("href")
     found.evaluate(f"location.hash = '{link}'")
@@ -116,32 +130,34 @@ def test_links_lead_to_rows_and_few_tab_stops(page, opened):
     assert found.faults == []
 
 
-def test_the_slider_goes_from_before_to_after_by_key(page, opened):
+def test_the_divider_goes_from_before_to_after_by_key(page, opened):
     found = opened(page)
     found.fill("#find", "red")
     found.locator(".card:visible").first.focus()
     found.keyboard.press("c")
-    assert found.locator("#compare-title").inner_text() == "paint/red under A, picture"
-    assert found.locator("#compare .sides span").all_inner_texts() == ["Before", "After"]
-    sources = found.evaluate("[...document.querySelectorAll('#compare img')].map((one) => one.alt)")
-    assert sources == ["paint/red under A, picture before", "paint/red under A, picture after"]
+    assert found.evaluate("document.activeElement.getAttribute('aria-label')").startswith("Divider")
+    place = found.locator(".card:visible .compare").first
+    before, after = (
+        found.locator(f".card:visible {one}").first.get_attribute("src") for one in ("img.other", ".compare img")
+    )
+    found.wait_for_function("document.querySelector('.card:not([hidden]) .compare .top[src]')")
+    assert place.locator(".top").get_attribute("src") == before != after
     found.keyboard.press("ArrowRight")
-    assert found.evaluate("document.querySelector('#compare .stack').style.getPropertyValue('--at')") == "51%"
-    found.keyboard.press("Escape")
-    assert not found.locator("#compare").is_visible() and found.faults == []
+    assert place.evaluate("one => one.style.getPropertyValue('--x')") == "51%" and found.faults == []
 
 
-def test_shift_shows_the_picture_before(page, opened):
+def test_grey_is_the_readers_choice_on_every_page(page, opened):
     found = opened(page)
-    picture = found.locator("img.hold").first
-    picture.scroll_into_view_if_needed()
-    own, other = picture.get_attribute("src"), found.locator("img.other").first.get_attribute("src")
-    assert own != other
-    found.locator(".card").first.focus()
-    found.keyboard.down("Shift")
-    found.wait_for_function("(src) => document.querySelector('img.hold').src === src", arg=other)
-    found.keyboard.up("Shift")
-    found.wait_for_function("(src) => document.querySelector('img.hold').src === src", arg=own)
+    found.keyboard.press("b")
+    assert found.evaluate("document.documentElement.dataset.surround") == "light"
+    found.keyboard.press("?")
+    assert found.locator("#help").is_visible()
+    found.keyboard.press("b")
+    assert found.evaluate("document.documentElement.dataset.surround") == "light"
+    found.locator("#keys-on").uncheck()
+    found.keyboard.press("Escape")
+    found.keyboard.press("b")
+    assert found.evaluate("document.documentElement.dataset.surround") == "light"
 
 
 def test_the_value_under_the_pointer_is_that_of_the_data(page, opened):
@@ -160,7 +176,7 @@ def test_the_value_under_the_pointer_is_that_of_the_data(page, opened):
     assert here.inner_text().endswith(" · pixel 7, 5")
 
 
-def test_readings_show_their_spectra_and_a_table_of_pictures(tmp_path, opened):
+def test_readings_show_their_spectra(tmp_path, opened):
     """A reading is one colour: its spectra stand in the place of a map."""
     rows = []
     for gain in (1.0, 1.1):
@@ -169,10 +185,8 @@ def test_readings_show_their_spectra_and_a_table_of_pictures(tmp_path, opened):
     pair = [ComparedSide(Path(name), "readings", one) for name, one in zip(("a.cxf", "b.cxf"), rows, strict=True)]
     found = opened(written(tmp_path, pair))
     assert found.locator(".spectra .first").count() == 1 and found.locator("img.coded").count() == 0
-    assert found.locator("section.verdict").count() == 1
-    assert "cannot be told apart" in found.locator("section.verdict").inner_text()
-    found.check("#grid")
-    found.wait_for_function("document.querySelectorAll('.thumb[src]').length === 1")
+    assert found.locator(".boxes p").count() == 1 and "cannot be told apart" in found.locator(".boxes").inner_text()
+    assert "The reading changed." in found.locator(".tell").inner_text()
     assert found.faults == []
 
 
@@ -184,12 +198,10 @@ def test_paper_is_a_summary_and_a_table_and_cards_where_asked_for(tmp_path, open
     def sheets():
         return found.pdf(format="A4").count(b"/Type /Page\n")
 
-    assert sheets() == 3
+    few = sheets()
+    assert few <= 3
     found.emulate_media(media="print")
     assert not found.locator("#cards").is_visible() and found.locator(".cards-out").is_visible()
     found.evaluate("document.getElementById('print-cards').checked = true")
-    assert found.locator(".card").first.evaluate("card => getComputedStyle(card).breakInside") == "avoid"
-    assert 5 < sheets() <= 8
-    found.evaluate("document.querySelectorAll('main > :not(.summary)').forEach((one) => one.remove())")
-    found.evaluate("document.querySelector('footer').remove()")
-    assert sheets() == 1
+    assert found.locator(".seen").first.evaluate("part => getComputedStyle(part).breakInside") == "avoid"
+    assert few + 5 < sheets() <= few + 20

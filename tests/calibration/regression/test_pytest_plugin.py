@@ -37,7 +37,7 @@ def test_far_fails_and_leaves_evidence(tmp_path):
     far[3, 2] *= 1.5
     with pytest.raises(AssertionError, match="colours are not close") as failed:
         assert_colour_close((GREY, WHITE), (far, WHITE), evidence=tmp_path / "evidence")
-    assert "fail: 1 row: 1 changed" in str(failed.value)
+    assert "1 of 1 picture moved: 1 clearly" in str(failed.value)
     delta_e = read_exr(tmp_path / "evidence" / "delta-e94.exr")[1]["deltaE94"]
     assert np.unravel_index(delta_e.argmax(), delta_e.shape) == (3, 2)
     figures = json.loads((tmp_path / "evidence" / "regression.json").read_text(encoding="utf-8"))

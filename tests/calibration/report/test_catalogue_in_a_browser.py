@@ -20,6 +20,7 @@ def path(tmp_path_factory):
         PreviewCard(
             name, family, "analytic", "reflectance", "fit: 0.4", np.full((4, 4, 3), 90, dtype=np.uint8),
             {"Licence": licence}, lab, p99, "" if p99 else "no picture: no fast form",
+            name.rpartition("/")[2].capitalize(), "uplifted" if name == "paint/blue" else "measured",
         )
         for name, family, lab, p99, licence in CARDS
     ]  # fmt: skip
@@ -69,6 +70,23 @@ def test_words_in_any_order_and_orders(path, opened):
     assert names() == ["metal/gold"] and found.inner_text("#shown") == "1 of 3 materials"
 
 
+def test_a_standing_is_chosen_by_its_button_and_guesses_are_named(path, opened):
+    """A guess has a dashed edge and a word; what cannot be used is none of the measured ones."""
+    found = opened(path)
+    assert found.locator(".verdict").inner_text() == (
+        "3 materials: 1 measured, 1 guessed from RGB, to be judged in daylight only, 1 cannot be used."
+    )
+    assert [one.get_attribute("data-name") for one in found.locator(".thumbnail").all()] == [
+        "metal/gold", "paint/blue", "paint/red",
+    ]  # fmt: skip
+    found.click("[data-choose=uplifted]")
+    shown = found.locator(".thumbnail:visible")
+    assert shown.count() == 1 and "Guessed from RGB" in shown.inner_text()
+    assert shown.locator(".badge").evaluate("one => getComputedStyle(one).borderTopStyle") == "dashed"
+    found.click("[data-choose=measured]")
+    assert [one.get_attribute("data-name") for one in found.locator(".thumbnail:visible").all()] == ["paint/red"]
+
+
 def test_the_skip_link_leads_past_the_controls(path, opened):
     found = opened(path)
     found.locator(".skip").focus()
@@ -83,8 +101,8 @@ def test_few_tab_stops_arrows_and_a_link_to_each_material(path, opened):
         "[...document.querySelectorAll('a[href], button, input, select, summary, [tabindex]')]"
         ".filter((one) => one.tabIndex >= 0 && one.checkVisibility()).length"
     )
-    # Skip link, five controls, one name and what it opens.
-    assert stops == 1 + 5 + 2
+    # Skip link, a grey, keys, three standings, three controls, one name and what it opens.
+    assert stops == 1 + 3 + 1 + 3 + 3 + 2
     found.locator(".name a").first.focus()
     found.keyboard.press("ArrowRight")
     found.keyboard.press("ArrowDown")

@@ -29,7 +29,7 @@ def readings(tmp_path):
 
 def test_a_copy_is_identical_and_itself_is_refused(metamer, reviews):
     code, out, err = metamer("report", "compare", *reviews)
-    assert code == 0 and out.rstrip().endswith("identical: 2 rows, byte for byte"), err
+    assert code == 0 and out.rstrip().endswith("Nothing moved: all 2 pictures are the same, byte for byte"), err
     code, out, err = metamer("report", "compare", reviews[0], reviews[0])
     assert code == 3 and out == "" and "a comparison with itself" in err
 
