@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from .options import (
     positive_delta_e,
     renderer_for,
 )
-from .output import counted, say, warn
+from .output import counted, say, warn, write_text
 from .progress.lines import progress_bar
 
 
@@ -71,6 +72,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         metavar="FILE",
         help="what a reviewer said in the window, as it wrote it: for the report",
     )
+    command.add_argument("--markdown", type=Path, metavar="FILE", help="write a short summary for a merge request, too")
     command.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
     add_catalogue_option(command)
     add_renderer_option(command)
@@ -82,7 +84,9 @@ def run(args: argparse.Namespace) -> int:
     from importlib.metadata import version
 
     from ..calibration.report.protocol import read_protocol
+    from ..calibration.report.review_words import as_markdown, row_words
     from ..lighting.scene_file.files import load_scene, scene_file, shipped_scene
+    from ..runtime.files import check_outputs
     from ..runtime.worker_pool import usable_cores
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.render.scene_layers import VISIBILITY
@@ -90,6 +94,7 @@ def run(args: argparse.Namespace) -> int:
     from ..viewer.review.review import review
 
     start = time.perf_counter()
+    check_outputs([] if args.markdown is None else [args.markdown], [] if args.scene is None else [args.scene])
     jobs = args.jobs or usable_cores()
     # Said before a missing catalogue is made, which takes minutes.
     path = scene_file(args.scene or shipped_scene("booth"))
@@ -129,9 +134,13 @@ def run(args: argparse.Namespace) -> int:
             ratings=ratings,
             resumed=lambda found, total: print(f"resumed: {found} of {total} rows were there", flush=True),
         )
-    worst = max(result.rows, key=lambda row: row.statistics.p99)
+    document = json.loads(result.figures.read_text(encoding="utf-8"))
+    worst = max(document["results"], key=lambda row: row["delta_e94"]["p99"])
     print(f"{result.verdict}\n{result.facts}")
     took = f"{counted(len(result.rows), 'picture')} in {time.perf_counter() - start:.0f} s"
-    print(f"Farthest off: {worst.material} under {worst.illuminant}. {took}.")
+    print(f"Farthest off: {row_words(document, worst)}. {took}.")
+    if args.markdown is not None:
+        write_text(args.markdown, as_markdown(document))
+        print(f"Summary:  {args.markdown}")
     print(f"Report:   {result.page}\nFigures:  {result.figures}\nPictures: {args.out / 'pictures'}")
     return {"pass": 0, "near": 1, "over": 2}.get(result.status, 2)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from .review_facts import light_words
 from .row import ReviewRow
 from .statistics import beside, verdict, verdict_limits
+from .text_tables import escaped
 
 #: Share of the surface from which on it is said that a screen cannot show it.
 SAID_FROM = 0.01
 #: By status of a row: how near its picture is to the reference.
 LEVELS = {"pass": "accurate enough", "near": "borderline", "over": "too far off"}
+_SIGNS = {"pass": "✅", "near": "⚠️", "over": "❌", "invalid": "❌"}
+# So many pictures are read in a merge request.
+_MOST = 15
 _INVALID = "The report's check of itself is missing or failed: do not rely on its figures."
 
 
@@ -68,6 +73,50 @@ def facts_sentence(summary: dict[str, Any], budget: float, undefined: int = 0) -
         f"Rendering error: 99 % of every surface is within ΔE94 {p99} of the reference (limit {budget:g}).{missing} "
         "This says how far to trust the pictures; it approves no colour."
     )
+
+
+def row_words(document: Mapping[str, Any], result: Mapping[str, Any]) -> str:
+    """A picture of a review as people call it, by the content of `review.json`: "Signal red under tungsten lamp A"."""
+    material = next(one["title"] for one in document["materials"] if one["id"] == result["material"])
+    light = light_words(result["illuminant"])
+    return f"{material} under {light[:1].lower() + light[1:] if light[1:2].islower() else light}"
+
+
+def as_markdown(document: Mapping[str, Any]) -> str:
+    """A review as a person reads it in a merge request: its sentences, and the pictures that need a look.
+
+    document : the content of `review.json`.
+    """
+    lines = [
+        "### Can colours be judged by these pictures?",
+        "",
+        f"{_SIGNS[document['status']]} {document['verdict']}",
+        "",
+    ]
+    lines += [document["facts"], ""]
+    limits = verdict_limits(document["budget_delta_e94"])
+    doubtful = [one for one in document["results"] if one["status"] != "pass" or _limits_words(one["limits"])]
+    doubtful.sort(key=lambda one: (one["undefined_pixels"] > 0, one["delta_e94"]["p99"]), reverse=True)
+    if doubtful:
+        screen = screen_words(document["display"])
+        lines += [f"| needs a look | | on average | 99 % within | at most | {screen} cannot show |"]
+        lines += ["|---|---|--:|--:|--:|---|"]
+    for one in doubtful[:_MOST]:
+        figures = (beside(one["delta_e94"][name], *limits) for name in ("mean", "p99", "max"))
+        cells = (escaped(row_words(document, one)), LEVELS[one["status"]], *figures, _limits_words(one["limits"]))
+        lines.append(f"| {' | '.join(cells)} |")
+    if len(doubtful) > _MOST:
+        lines += ["", f"... and {len(doubtful) - _MOST} more."]
+    lines += ["", *(f"- {escaped(warning)}" for warning in document["warnings"])]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def _limits_words(limits: Mapping[str, float] | None) -> str:
+    """Shares of the surface that a screen cannot show, in words; "" where they are too small to speak of."""
+    if limits is None:
+        return ""
+    told = ((limits["below_gamut"], "too strong"), (limits["above_white"], "cut at white"))
+    return ", ".join(f"{share:.0%} {words}".replace("%", " %") for share, words in told if share >= SAID_FROM)
 
 
 def screen_name(display: str) -> str:

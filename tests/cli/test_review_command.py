@@ -39,8 +39,11 @@ def test_materials_given_twice_add_up(review):
 
 
 def test_every_row_has_its_files(review, tmp_path):
-    code, said, _, found = review("--illuminants", "D65,A", "--materials", "tiny/matt-red,tiny/copper")
+    summary = tmp_path / "review.md"
+    words = ("--illuminants", "D65,A", "--materials", "tiny/matt-red,tiny/copper", "--markdown", summary)
+    code, said, _, found = review(*words)
     assert code == 0, said
+    assert found["verdict"] in summary.read_text(encoding="utf-8") and str(summary) in said
     rows = found["results"]
     assert [(row["material"], row["illuminant"]) for row in rows] == [
         ("tiny/matt-red", "D65"),
@@ -69,7 +72,7 @@ def test_exit_code_follows_the_budget(review):
     for budget, code, status in ((1.1 * p99, 0, "pass"), (p99 / 1.25, 1, "near"), (p99 / 2.0, 2, "over")):
         found_code, said, _, found = review(*words, budget)
         assert (found_code, found["status"]) == (code, status), (p99, budget, said)
-        assert found["verdict"] in said and "Farthest off: tiny/rough-blue under D65." in said
+        assert found["verdict"] in said and "Farthest off: Rough blue under daylight D65." in said
 
 
 def test_patterns_choose_materials(review):
