@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
         of = f"{len(found)} of " if len(found) != len(everything) else ""
         print(f"{folder}: {of}{counted(len(everything), 'material')}")
         if everything and not found:
-            print(_what_there_is(everything))
+            print(asked.nearest_words or _what_there_is(everything))
     return 4 if unusable else 0
 
 

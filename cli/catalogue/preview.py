@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
     catalogue, unusable = asked.catalogue, asked.unusable
     if not asked.fitting:
         found = f"{len(asked.everything)} materials, none of which fits" if asked.everything else "no materials"
-        hint = "name fewer filters; metamer catalogue list CAT shows what there is"
+        hint = asked.nearest_words or "name fewer filters; metamer catalogue list CAT shows what there is"
         if unusable:
             found += f", and {len(unusable)} files that cannot be used"
             hint = "metamer catalogue verify CAT says what is wrong with each"

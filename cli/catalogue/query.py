@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ...materials.records.query import SORT_KEYS, Query
@@ -68,12 +68,22 @@ def query_from(args: argparse.Namespace) -> Query:
 
 @dataclass(frozen=True)
 class QueryResult:
-    """Materials of a catalogue, those that match, sorted, and one error for each file that cannot be used."""
+    """Materials of a catalogue, those that match, sorted, and one error for each file that cannot be used.
+
+    nearest : to the colour of `--near`, of what the other filters leave, where nothing lies within reach of it.
+    """
 
     catalogue: Catalogue
     everything: tuple[Summary, ...]
     fitting: tuple[Summary, ...]
     unusable: list[InputError]
+    nearest: Summary | None = None
+
+    @property
+    def nearest_words(self) -> str:
+        """Name the nearest to a colour that nothing lies within reach of; "" where something does."""
+        one = self.nearest
+        return "" if one is None else f"nearest is {one.id} at ΔE {one.distance:.1f}"
 
 
 def found_by(args: argparse.Namespace) -> QueryResult:
@@ -81,7 +91,11 @@ def found_by(args: argparse.Namespace) -> QueryResult:
     catalogue, query = opened(args.catalogue), query_from(args)
     unusable: list[InputError] = []
     everything = catalogue.query(unusable=unusable)
-    return QueryResult(catalogue, everything, query.of(everything), unusable)
+    fitting, nearest = query.of(everything), None
+    if not fitting and query.within is not None:
+        beyond = replace(query, within=None, sort="near", reverse=False, limit=1).of(everything)
+        nearest = next((one for one in beyond if one.distance is not None), None)
+    return QueryResult(catalogue, everything, fitting, unusable, nearest)
 
 
 def _lab(text: str) -> tuple[float, float, float]:

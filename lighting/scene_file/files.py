@@ -86,7 +86,9 @@ def _refuse_other_kinds(path: Path, head: bytes) -> None:
 
 
 def _tables(path: str | Path) -> dict[str, Any]:
-    """Read the tables of a scene, unchecked but for their names and whether they are repeated."""
+    """Read the tables of a scene. Of those that need neither a mesh nor a catalogue, keys are checked, since either may
+    take minutes to make; of the others, names and whether they are repeated.
+    """
     path = possible_scene(path)
     try:
         document = tomllib.loads(read_text(path, "a scene.toml"))
@@ -103,6 +105,11 @@ def _tables(path: str | Path) -> dict[str, Any]:
             raise InputError("not a list of tables", file=path, field=key, expected=f"[[{key}]], in double brackets")
         if not repeated and not isinstance(value, dict):
             raise InputError("not a table", file=path, field=key, expected=f"[{key}]")
+    single = {"scene": SCENE, "viewing": VIEWING, "interreflection": INTERREFLECTION, "review": REVIEW}
+    for name, keys in single.items():
+        taken(document.get(name, {}), keys, path, name)
+    for number, table in enumerate(document.get("camera", []), 1):
+        taken(table, CAMERA, path, _where("camera", number, table))
     return document
 
 

@@ -59,6 +59,19 @@ def test_near_a_colour(metamer, folder):
     assert "ΔE2000" in metamer("catalogue", "list", folder, "--near", "50,0,0", "--formula", 2000)[1].splitlines()[0]
 
 
+@pytest.mark.parametrize("formula", ["94", "2000"])
+def test_where_nothing_is_near_a_colour_the_nearest_is_named(metamer, folder, formula, tmp_path):
+    """Of what the other filters leave: a farther family does not hide behind them."""
+    near = ("--near", "95,0,0", "--formula", formula)
+    rows = metamer("catalogue", "list", folder, *near, "--family", "paint")[1].splitlines()
+    name, distance = rows[2].split()[0], float(rows[2].split()[-1])
+    code, out, _ = metamer("catalogue", "list", folder, *near, "--within", "0.01", "--family", "paint")
+    assert code == 0 and out.splitlines()[-1] == f"nearest is {name} at ΔE {distance:.1f}"
+    page = ("--html", tmp_path / "page.html")
+    code, _, err = metamer("catalogue", "preview", folder, *near, "--within", "0.01", *page)
+    assert code == 4 and "try: nearest is " in err
+
+
 def test_json_is_for_a_program(metamer, folder):
     code, out, _ = metamer("catalogue", "list", folder, "--sort", "chroma", "--reverse", "--limit", 1, "--json")
     document = json.loads(out)

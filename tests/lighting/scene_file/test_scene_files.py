@@ -374,6 +374,27 @@ def test_a_lamp_of_one_sample_is_named_with_its_scene(scene, tmp_path):
         scene(BARE + '[[light]]\nspectrum = "lamp.csv"\n')
 
 
+@pytest.mark.parametrize(
+    ("table", "key", "right"),
+    [
+        ("[[camera]]", "heigth", "height"),
+        ("[scene]", "observr", "observer"),
+        ("[viewing]", "backgroud_reflectance", "background_reflectance"),
+        ("[review]", "material", "materials"),
+        ("[interreflection]", "bounce", "bounces"),
+    ],
+)
+def test_a_misspelt_key_is_told_before_a_mesh_is_read_or_a_catalogue_made(tmp_path, table, key, right):
+    """Whatever follows may take minutes: the mesh here is broken, and nobody looks at it."""
+    path = tmp_path / "scene.toml"
+    (tmp_path / "ball.obj").write_text("v 0 0 0\nbroken\n", encoding="utf-8")
+    path.write_text(f'{table}\n{key} = 1\n[[part]]\nmesh = "ball.obj"\n', encoding="utf-8")
+    for read in (scene_file, load_scene):
+        with pytest.raises(UnknownNameError) as caught:
+            read(path)
+        assert key in str(caught.value) and right in caught.value.nearest
+
+
 def test_keys_that_would_do_nothing_are_errors(scene):
     with pytest.raises(InputError, match=r"part 1\.crease_deg: not a key of this part"):
         scene(BARE + "crease_deg = 30\n")
