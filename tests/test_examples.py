@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
+from metamer.materials.analytic.lambert import Lambert
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.fitting.fit import fit
 from metamer.materials.records.material import MaterialRecord, Provenance
@@ -132,6 +133,26 @@ def test_a_neighbour_a_slider_and_pictures_along_it(tmp_path):
     assert "diffuse_scale: out of its domain\n  found: 3\n  expected: a number >= 0 and <= 2.5" in said
     means = [float(found) for found in re.findall(r"diffuse_scale [\d.]+: mean Y ([\d.]+)", said)]
     assert len(means) == 3 and means[0] > means[1] + 0.01 > means[2] + 0.02
+
+
+@pytest.mark.slow
+def test_scenes_of_the_showroom_and_a_metameric_pair(tmp_path):
+    """All materials are greys here: made soon, and the scene is that of the pictures."""
+    folder = tmp_path / "metamer-catalogue"
+    folder.mkdir()
+    (folder / MARKER).write_text("")
+    grey = Lambert(Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(WORKING_WAVELENGTHS_NM.size, 0.4)))
+    for name in ("paint/munsell-5r-4-14-gloss", "colorchecker/neutral-8-matte"):
+        parameters, family = {"wavelengths_nm": WORKING_WAVELENGTHS_NM, **grey.parameters()}, name.split("/")[0]
+        provenance = Provenance("made up for this test", "CC0 1.0", "analytic")
+        (folder / family).mkdir()
+        record = MaterialRecord(name, family, grey.NAME, parameters, provenance, grey.own_form())
+        write_record(record, folder / f"{name}.h5")
+    said = run("09_showroom.py", tmp_path, "made", "32", "gloss")
+    assert number(r"pair, D65: ΔE94 ([\d.]+)", said) < 0.01 and number(r"pair, FL11: ΔE94 ([\d.]+)", said) > 5.0
+    assert number(r"gloss: ΔE94 mean ([\d.]+)", said) < 0.5
+    assert {path.suffix for path in (tmp_path / "made").glob("*-*.*")} == {".png"}
+    assert (tmp_path / "made" / "gloss.png").is_file() and len(list((tmp_path / "made").glob("pair-*.png"))) == 4
 
 
 @pytest.fixture

@@ -179,6 +179,15 @@ def shipped():
     return Ids(*(source.id for source in read_sources(ROOT / "catalogs" / "shipped")))
 
 
+SHOWROOM = ("gloss", "metals", "corner")
+
+
+@pytest.mark.parametrize("name", SHOWROOM)
+def test_scenes_of_the_showroom_load_with_what_ships(name, shipped):
+    loaded = load_scene(ROOT / "examples" / "showroom" / f"{name}.toml", shipped)
+    assert {part.material for part in loaded.parts} <= set(shipped.ids()) and loaded.camera().width == 1280
+
+
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
 def test_every_example_loads_without_an_assumption_and_its_materials_ship(path, shipped):
     loaded = load_scene(path, shipped)
@@ -377,7 +386,7 @@ def test_a_lamp_of_one_sample_is_named_with_its_scene(scene, tmp_path):
 @pytest.mark.parametrize(
     ("table", "key", "right"),
     [
-        ("[[camera]]", "heigth", "height"),
+        ("[[camera]]", "heightt", "height"),
         ("[scene]", "observr", "observer"),
         ("[viewing]", "backgroud_reflectance", "background_reflectance"),
         ("[review]", "material", "materials"),
