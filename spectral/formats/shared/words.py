@@ -112,10 +112,10 @@ _LIGHT_NAME = (
 )
 _PREFIXES = r"(?:(?:CIE|std\.?|standard|ref(?:erence)?\.?|test|rel\.?|relative|norm(?:ali[sz]ed|\.)?|booth) ){0,3}"
 _A_LIGHT = re.compile(
-    rf"{_PREFIXES}(?:(?:illuminants?|illum\.?|light ?sources?|lamps?|spd)"
+    rf"{_PREFIXES}(?:(?:illuminants?|illum\.?|light ?sources?|lamps?|lampen?|spd|lichtart|normlicht(?:art)?|leuchte)"
     rf"(?:\W{{0,3}}(?:{_LIGHT_NAME}|[ABCE]|F?\d{{1,2}}))?|"
-    rf"(?:{_LIGHT_NAME}|[ABCE] (?=[ilsp])|F ?\d{{1,2}} (?=[ilsp]))"
-    r"(?: ?(?:illuminant|light(?: source)?|lamp|source|spd|power))?)",
+    rf"(?:[EIS][ (]{{1,2}})?(?:{_LIGHT_NAME}|[ABCE] (?=[ilsp])|F ?\d{{1,2}} (?=[ilsp]))\)?"
+    r"(?: ?(?:illuminant|light(?: source)?|lamp|source|spd|power|spectrum|norm(?:ali[sz]ed|\.)?|rel\.?|relative))?)",
     re.I,
 )
 _PERHAPS_A_LIGHT = re.compile(
@@ -126,13 +126,14 @@ _PERHAPS_A_LIGHT = re.compile(
 _CONDITION_COLUMN = re.compile("illum|observer|obs$|light", re.I)
 # Numbers that a sheet gives its samples, readings or rows; and words for a sample's lot, which are samples as well.
 _NUMBERED = (
-    r"(?:sample|specimen|row|lot|batch|serial|order|job|part|item|article|product|panel|measurement|reading|scan|run)"
+    r"(?:sample|specimen|row|lot|batch|serial|order|job|part|item|article|product|panel|measurement|reading|scan|run|"
+    r"operator|instrument|device|customer|proben?|charge|chargen|serien|auftrags?)"
 )
 _IDENTIFIER = re.compile(
-    rf"(?:{_NUMBERED}[ _.-]*)?(?:ids?|no\.?|nos\.?|nr\.?|num(?:ber)?\.?|identifier|uuid|bar ?code|#)", re.I
+    rf"(?:{_NUMBERED}[ _.-]*)?(?:ids?|no\.?|nos\.?|nr\.?|num(?:ber)?\.?|nummer|identifier|[ug]?uid|bar ?code|#)", re.I
 )
 _PERHAPS_IDENTIFIER = re.compile(
-    rf"{_NUMBERED}|charge|replicates?|repeat|position|pos\.?|line|step|counter|operator|code|key|[nki]", re.I
+    rf"{_NUMBERED}|los|replicates?|repeat|position|pos\.?|line|step|counter|code|key|year|month|day|[nki]", re.I
 )
 # "grey 50%" is the name of a sample.
 _PERCENT = re.compile(r"(?<![\d.,])(?<!\d\s)%|\b0\W{1,5}100\s?%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
@@ -275,7 +276,8 @@ def names_only_light(heading: str) -> Literal["light", "perhaps"] | None:
     "F11", which samples are called, too.
     """
     heading = _one_line(heading).replace("_", " ")
-    if _A_LIGHT.fullmatch(heading):
+    without_unit = re.sub(r" ?[\[(][^\[\]()]{0,20}[\])]$", "", heading)
+    if _A_LIGHT.fullmatch(heading) or _A_LIGHT.fullmatch(without_unit):
         return "light"
     return "perhaps" if _PERHAPS_A_LIGHT.fullmatch(heading) else None
 

@@ -225,9 +225,10 @@ def _check_sample(column: Column, numbers: Sequence[Sign], table: Sequence[Colum
 
     numbers : signs in its own numbers; `table` : all that stands in its table.
     """
-    if column.place != (0, 0) and quantity_in(column.heading):
+    down = column.place != (0, 0)
+    if down and quantity_in(column.heading):
         return  # says itself what it is of
-    light = names_only_light(column.name)
+    light = names_only_light(column.name) or (names_only_light(column.words) if down else None)
     if light == "perhaps" and all(sign.says != "emission" for sign in numbers):
         # "A" beside "D65" is no letter.
         light = "light" if any(names_only_light(other.name) == "light" for other in table) else None

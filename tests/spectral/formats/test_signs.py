@@ -176,6 +176,15 @@ def test_lab_of_a_display_does_not_make_a_surface_of_it(written, scale):
 
 NAMES_OF_LIGHTS = ["D65", "d50", "illuminant", "Illuminant D65", "CIE A illuminant", "Light source", "lamp 2", "TL84"]
 NAMES_OF_LIGHTS += ["CWF", "FL11", "F11 lamp", "LED-B1", "standard illuminant A", "Illum.", "ID65", "U30"]
+NAMES_OF_LIGHTS += [
+    "D65 (norm.)",
+    "S(D65)",
+    "S_D65",
+    "D65_rel",
+    "D65 normalised",
+    "Lichtart A",
+    "A spectrum",
+]
 RED = (0.062 + 0.57 / (1.0 + np.exp(-(np.arange(400, 701, 20) - 583.0) / 13.0))).round(4)
 BLUE = (0.4 - 0.3 * RED).round(4)
 
@@ -234,6 +243,7 @@ IDENTIFIERS = [
     "Nr.",
     "n",
 ]
+IDENTIFIERS += ["Sample_ID", "sampleID", "Lot#", "Batch-No.", "Chargennummer", "Proben-Nr.", "operator id", "year"]
 
 
 @pytest.mark.parametrize("name", IDENTIFIERS)
