@@ -46,6 +46,9 @@ def verdict_words(result: Result) -> str:
     for state, words in (("removed", "gone"), ("added", "new")):
         if count := sum(row.state == state for row in rows):
             parts.append(f"{count} {'is' if count == 1 else 'are'} {words}")
+    still = total - len(moved) - sum(row.state in ("added", "removed") for row in rows)
+    if parts and not moved and still:
+        parts.append(f"the other {'one' if still == 1 else still} did not move")
     if not parts:
         return f"Nothing moved beyond rounding and noise: {total} {what}{'' if total == 1 else 's'}{asked}"
     worst = max(moved, key=lambda row: (TIERS.index(row.tier), row.largest), default=None)

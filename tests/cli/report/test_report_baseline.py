@@ -69,12 +69,12 @@ def test_what_moved_is_found_and_accepted_row_by_row(metamer, suite, baseline, w
     run = ["report", "run", *suite, "--baseline", baseline, "--out", tmp_path / "out"]
     before = files(baseline)
     code, out, _ = metamer(*run)
-    assert code == 2 and "4 changed" in out and files(baseline) == before
+    assert code == 2 and "4 of 4 pictures moved" in out and files(baseline) == before
     accept = ["report", "accept", baseline, "--from", tmp_path / "out"]
     code, out, err = metamer(*accept, "--row", "paint/blue")
     assert code == 0 and "2 rows accepted" in out, err
     code, out, err = metamer(*run)
-    assert "2 changed, 2 identical" in out, err
+    assert "2 of 4 pictures moved" in out, err
     assert metamer(*accept, "--all")[0] == 0
     for words, rows in ((("--all",), "all rows"), (("--row", "paint/blue"), "these rows")):
         code, out, _ = metamer(*accept, *words)
@@ -103,16 +103,16 @@ def test_a_material_added_to_a_suite_changes_no_other_row(metamer, scene_text, w
         more = ("--budget", 2, "--renderer", "software", "--jobs", 1, "--out", tmp_path / f"{folder} drawn")
         metamer("review", scene, *words, *more)
     code, out, err = metamer("report", "compare", tmp_path / "before drawn", tmp_path / "after drawn")
-    assert code == 1 and "3 added" in out and "30 identical" in out, out + err
+    assert code == 1 and "3 are new; the other 30 did not move" in out, out + err
 
 
 def test_a_row_is_accepted_from_a_run_that_has_more(metamer, suite, baseline, write_matt, tmp_path):
     write_matt(tmp_path / "catalogue", "paint/green", 0.4)
     run = ["report", "run", *suite, "--baseline", baseline, "--out", tmp_path / "out"]
     code, out, _ = metamer(*run)
-    assert code == 1 and "2 added, 4 identical" in out
+    assert code == 1 and "2 are new; the other 4 did not move" in out
     assert metamer("report", "accept", baseline, "--from", tmp_path / "out", "--row", "*red*")[0] == 0
-    assert "2 added" in metamer(*run)[1]
+    assert "2 are new" in metamer(*run)[1]
     assert metamer("report", "accept", baseline, "--from", tmp_path / "out", "--row", "paint/green")[0] == 0
     assert metamer(*run)[0] == 0
 
