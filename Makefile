@@ -15,9 +15,9 @@ PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c co
 
 review: $(VENV)/.installed
 	@$(BIN)/metamer doctor --brief
-	$(BIN)/metamer catalogue import --into $(CATALOGUE)
-	@echo "$(BIN)/metamer review --catalogue $(CATALOGUE) --out $(OUT)"
-	@$(BIN)/metamer review --catalogue $(CATALOGUE) --out $(OUT) || { code=$$?; [ $$code = 1 ] || exit $$code; \
+	$(BIN)/metamer catalogue import --catalogue $(CATALOGUE)
+	@echo "$(BIN)/metamer review --catalogue $(CATALOGUE) -o $(OUT)"
+	@$(BIN)/metamer review --catalogue $(CATALOGUE) -o $(OUT) || { code=$$?; [ $$code = 1 ] || exit $$code; \
 	  echo "Some rows are near the budget, none is over it: $(OUT)/index.html shows them first."; }
 
 # Tests start many commands; without byte code on disk each would compile all of Metamer again. Files stay together, so

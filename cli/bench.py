@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 from pathlib import Path
 from typing import Any
 
 from ..runtime.worker_pool import usable_cores
-from .options import Added, add_catalogue_option, catalogue_for, comma_separated
-from .output import write_text
+from .options import Added, add_catalogue_option, add_json_option, catalogue_for, comma_separated
+from .output import figures_file, write_json, write_text
 
 #: What there is to measure, and what it says; without one of them all of the first two.
 WHAT = {
@@ -57,7 +56,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
-    command.add_argument("--json", type=Path, metavar="F", default=default, help="also write the figures to F")
+    add_json_option(command, default=default)
 
 
 def _add_transfer_options(transfer: argparse.ArgumentParser) -> None:
@@ -97,7 +96,7 @@ def _add_btf_options(btf: argparse.ArgumentParser) -> None:
 
 
 def _add_factor_options(factor: argparse.ArgumentParser) -> None:
-    factor.add_argument("--html", type=Path, metavar="F", help="also write a page with pictures, maps and plots")
+    factor.add_argument("--html", type=Path, metavar="FILE", help="also write a page with pictures, maps and plots")
     factor.add_argument(
         "--cases", type=comma_separated, action=Added, metavar="A,B", help="surfaces by name; default: all there are"
     )
@@ -147,7 +146,7 @@ def run(args: argparse.Namespace) -> int:
     if args.what == "display":
         return _display(args)
     if args.json:
-        _write(args.json, json.dumps(figures, indent=1) + "\n")
+        _write_figures(args.json, figures)
     return 0
 
 
@@ -165,7 +164,7 @@ def _svbrdf(args: argparse.Namespace) -> int:
     measured = benchmark.run(args.full, _data(args), lambda line: print(line, flush=True), args.case, catalogue)
     print(benchmark.report(measured))
     if args.json:
-        _write(args.json, json.dumps({"rows": measured["rows"]}, indent=1) + "\n")
+        _write_figures(args.json, {"rows": measured["rows"]})
     return 0
 
 
@@ -175,7 +174,7 @@ def _display(args: argparse.Namespace) -> int:
     measured = benchmark.run(lambda line: print(line, flush=True), args.case)
     print(benchmark.report(measured))
     if args.json:
-        _write(args.json, json.dumps(measured, indent=1) + "\n")
+        _write_figures(args.json, measured)
     return 0
 
 
@@ -186,7 +185,7 @@ def _btf(args: argparse.Namespace) -> int:
     measured = benchmark.run(args.full, data, say, args.case, args.method, args.texels)
     print(benchmark.report(measured))
     if args.json:
-        _write(args.json, json.dumps({"rows": measured["rows"]}, indent=1) + "\n")
+        _write_figures(args.json, {"rows": measured["rows"]})
     return 0
 
 
@@ -196,7 +195,7 @@ def _transfer(args: argparse.Namespace) -> int:
     measured = benchmark.run(args.full, _data(args), lambda line: print(line, flush=True), args.case)
     print(benchmark.report(measured))
     if args.json:
-        _write(args.json, json.dumps(measured, indent=1) + "\n")
+        _write_figures(args.json, measured)
     return 0
 
 
@@ -211,7 +210,7 @@ def _report(args: argparse.Namespace) -> int:
     unchanged = false_alarms.run(folder, pattern, size, repeats, say=lambda line: print(line, flush=True))
     print(false_alarms.report(unchanged))
     if args.json:
-        _write(args.json, json.dumps({"injected": changed, "false_alarms": unchanged}, indent=1) + "\n")
+        _write_figures(args.json, {"injected": changed, "false_alarms": unchanged})
     return 0
 
 
@@ -230,10 +229,22 @@ def _factor(args: argparse.Namespace) -> int:
     )
     print(report.report(measured))
     if args.json:
-        _write(args.json, json.dumps(report.document(measured), indent=1) + "\n")
+        _write_figures(args.json, report.document(measured))
     if args.html:
         _write(args.html, report.page(measured))
     return 0
+
+
+def _write_figures(target: Path, document: Any) -> None:
+    write_json(target, document)
+    for path in figures_file(target):
+        print(path)
+
+
+def _write_figures(target: Path, document: Any) -> None:
+    write_json(target, document)
+    for path in figures_file(target):
+        print(path)
 
 
 def _write(path: Path, text: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -12,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from ..materials.intake.progress import share_done
 from ..runtime.shutdown import saying
-from .options import add_catalogue_option, catalogue_for, positive_count, positive_delta_e
-from .output import counted, write_text
+from .options import add_catalogue_option, add_json_option, catalogue_for, positive_count, positive_delta_e
+from .output import counted, figures_file, write_json
 from .progress.fit import FitProgress
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "refitted: packs of four terms, each fitted to what is left, without (as Schwenk 2010) and with a refit of all",
     )
     command.add_argument("--smooth", action="store_true", help="smooth the tables' factors: fewer ripples, less sharp")
-    command.add_argument("--json", type=Path, metavar="F", help="also write what was found and all trials to F")
+    add_json_option(command, "what was found and all trials, for a program")
     command.set_defaults(run=run)
 
 
@@ -87,8 +86,8 @@ def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -
     from ..materials.fitting.fit import RANKS, fit
     from ..runtime.files import check_writable
 
-    if args.json:
-        check_writable(args.json)
+    for path in figures_file(args.json):
+        check_writable(path)
     material = _loaded(args)
     brdf = material.brdf()
     watch.say(f"{material.id}: {material.model}; ΔE94 on the sphere, the worst of {', '.join(LIGHTS)}")
@@ -114,8 +113,8 @@ def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -
     watching.close()
     missed = args.rank is None and found.score > args.budget
     print(_summary(found, args, missed))
-    if args.json:
-        write_text(args.json, json.dumps(_document(material.id, found, args), indent=1) + "\n")
+    if args.json is not None:
+        write_json(args.json, _document(material.id, found, args))
     return 1 if missed else 0
 
 

@@ -79,9 +79,11 @@ def _run(words: Sequence[str] | None) -> int:
         command.print_help()
         return 64
     from ..runtime.worker_pool import one_thread
+    from .output import figures_alone
 
     one_thread()
-    return args.run(args)
+    with figures_alone(getattr(args, "json", None)):
+        return args.run(args)
 
 
 def _nowhere() -> TextIO:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from ..calibration.report.text_tables import columns
 from ..runtime.errors import InputError, UsageError
-from .options import Added, add_across_option, add_answer_options, answer_of, comma_separated
-from .output import print_json, write_text
+from .options import Added, add_across_option, add_answer_options, add_json_option, answer_of, comma_separated
+from .output import on_standard_output, write_json, write_text
 from .progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -31,8 +31,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "is judged, since a colour was made up and not measured; 2 where a sample fails, 3 where nothing can be "
         "compared, 4 where a file is unusable, 64 where words of the command are.",
     )
-    match.add_argument("standard", metavar="STANDARD")
-    match.add_argument("samples", metavar="SAMPLE", nargs="+")
+    match.add_argument("standard", metavar="STANDARD", help="what the samples are to match")
+    match.add_argument("samples", metavar="SAMPLE", nargs="+", help="one or more, or files and folders that hold them")
     match.add_argument("--tolerance", metavar="WORDS", help='such as "CMC 2:1 1.0" or "CIE 2000 0.8"; none: not judged')
     match.add_argument(
         "--formulas",
@@ -82,7 +82,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     for name in _FILLED_IN:
         match.add_argument(f"--{name}", default="", metavar="WORDS", help=f"{name}, filled in at the head of the page")
     match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign")
-    match.add_argument("--json", type=Path, metavar="FILE", help="every figure, for a program; - for standard output")
+    add_json_option(match)
     match.add_argument("--csv", type=Path, metavar="FILE", help="a table, a line a sample and condition")
     match.add_argument("--xlsx", type=Path, metavar="FILE", help="the same as a workbook (extra `xlsx`)")
     match.add_argument("--junit", type=Path, metavar="FILE", help="JUnit XML, a test case a sample")
@@ -101,22 +101,18 @@ def run(args: argparse.Namespace) -> int:
 
     _check_words(args)
     asked = (args.html, args.json, args.csv, args.xlsx, args.junit, args.markdown)
-    outputs = [path for path in asked if path is not None and str(path) != "-"]
+    outputs = [path for path in asked if path is not None and not on_standard_output(path)]
     check_outputs(outputs, [args.standard, *args.samples, *([args.repeated] if args.repeated else [])])
     if args.xlsx is not None:
         check_workbook(args.xlsx)
     report = _report(args)
-    quiet = args.json is not None and str(args.json) == "-"
-    if quiet:
-        print_json(figures(report))
-    else:
+    quiet = on_standard_output(args.json)
+    if not quiet:
         _print(report)
+    if args.json is not None:
+        write_json(args.json, figures(report))
     if args.html is not None:
         write_text(args.html, report.html())
-    if args.json is not None and not quiet:
-        import json
-
-        write_text(args.json, json.dumps(figures(report), ensure_ascii=False, indent=1) + "\n")
     for path, form in ((args.csv, as_csv), (args.junit, as_junit), (args.markdown, as_markdown)):
         if path is not None:
             write_text(path, form(report))

@@ -152,9 +152,47 @@ def amounts(text: str, sign: str = "=") -> dict[str, float]:
     return found
 
 
+def add_json_option(command: argparse.ArgumentParser, words: str = "every figure, for a program", **more: Any) -> None:
+    """`--json`."""
+    command.add_argument("--json", type=Path, metavar="FILE", help=f"{words}; - for standard output", **more)
+
+
+def add_output_option(
+    command: argparse.ArgumentParser,
+    words: str,
+    *,
+    metavar: str = "FILE",
+    required: bool = False,
+    old: str = "",
+    **more: Any,
+) -> None:
+    """`-o` or `--output`; an `old` name is taken, too, and not shown."""
+    group = command.add_mutually_exclusive_group(required=required)
+    group.add_argument("-o", "--output", dest="out", type=Path, metavar=metavar, help=words, **more)
+    if old:
+        group.add_argument(old, dest="out", type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+
+
+class _Given(argparse.Action):
+    """An argument that may be left out, which then leaves what an option of its name has said."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        namespace: argparse.Namespace,
+        values: Any,
+        option_string: str | None = None,
+    ) -> None:
+        """Called by argparse, also where the argument is not there."""
+        if values is not None:
+            setattr(namespace, self.dest, values)
+
+
 def add_catalogue_argument(verb: argparse.ArgumentParser) -> None:
-    """`[CAT]`, the last argument of every verb that reads."""
-    verb.add_argument("catalogue", nargs="?", type=Path, metavar="CAT", help=CATALOGUE_HELP)
+    """`[CAT]`, the last argument of every verb that reads; or `--catalogue`, as of every other command."""
+    group = verb.add_mutually_exclusive_group()
+    group.add_argument("catalogue", nargs="?", type=Path, action=_Given, metavar="CAT", help=CATALOGUE_HELP)
+    group.add_argument("--catalogue", type=Path, metavar="CAT", default=argparse.SUPPRESS, help="the same")
 
 
 def opened(folder: Path | None) -> Catalogue:

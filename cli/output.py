@@ -5,10 +5,15 @@ from __future__ import annotations
 import io
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any, TextIO
 
 from ..runtime.errors import visible
+
+# Where figures go while other lines of standard output go to standard error.
+_figures_stream: TextIO | None = None
 
 
 def counted(number: int, what: str) -> str:
@@ -45,11 +50,42 @@ def say_paragraph(text: str) -> None:
     print(visible(text, lines=True))
 
 
-def print_json(document: Any) -> None:
-    """Every figure, for a program."""
+def on_standard_output(target: Path | None) -> bool:
+    """Return whether `--json` asks for figures on standard output, which is `-`."""
+    return str(target) == "-"
+
+
+def figures_file(target: Path | None) -> list[Path]:
+    """List the file that `--json` asks for: none of `-`."""
+    return [] if target is None or on_standard_output(target) else [target]
+
+
+@contextmanager
+def figures_alone(target: Path | None) -> Iterator[None]:
+    """Leave standard output to the figures where they go there: whatever else is printed goes to standard error."""
+    global _figures_stream
+    if not on_standard_output(target):
+        yield
+        return
+    _figures_stream = sys.stdout
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        _figures_stream = None
+
+
+def write_json(target: Path | None, document: Any) -> None:
+    """Every figure, for a program, where `--json` asks for it; a document that is text already stays as it is."""
     import json
 
-    print(json.dumps(document, ensure_ascii=False, indent=1))
+    if target is None:
+        return
+    text = document if isinstance(document, str) else json.dumps(document, ensure_ascii=False, indent=1)
+    if on_standard_output(target):
+        print(text.rstrip("\n"), file=_figures_stream or sys.stdout)
+    else:
+        write_text(target, text.rstrip("\n") + "\n")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from .options import (
     Added,
     add_catalogue_option,
+    add_output_option,
     add_renderer_option,
     catalogue_for,
     comma_separated,
@@ -34,7 +35,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument(
         "scene", nargs="?", type=Path, metavar="SCENE", help="scene.toml; default: a sphere in a light booth"
     )
-    command.add_argument("--out", type=Path, default=Path("review"), metavar="DIR", help="default: review")
+    add_output_option(command, "default: review", metavar="DIR", default=Path("review"))
     command.add_argument(
         "--illuminants", type=comma_separated, action=Added, metavar="A,B", help="default: those of the scene"
     )

@@ -286,7 +286,7 @@ def made_folder(path: str | Path) -> Path:
             "the folder cannot be made",
             file=path,
             found=reason.strerror,
-            hint="name a folder that you may write to (--out, --into)",
+            hint="name a folder that you may write to (-o, --catalogue)",
         ) from None
     # Another process may be asking the same of this folder.
     with clearing(lambda: _remove(path / _TRIAL)), written_whole(path / _TRIAL):

@@ -128,7 +128,7 @@ def read_kept(folder: Path) -> BaselineContent:
     """
     path = folder / MANIFEST
     if not path.is_file():
-        hint = f"record one: metamer report baseline SUITE --into {folder}"
+        hint = f"record one: metamer report baseline SUITE -o {folder}"
         raise InputError("no baseline", file=folder, expected=f"a folder that holds {MANIFEST}", hint=hint)
     try:
         found = json.loads(read_text(path))

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...calibration.report.text_tables import columns
-from ..options import Added, comma_separated, opened, positive_count, positive_delta_e
-from ..output import print_json
+from ..options import Added, add_json_option, comma_separated, opened, positive_count, positive_delta_e
+from ..output import on_standard_output, write_json
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -49,19 +49,20 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     )
     diff.add_argument("--fail", type=positive_delta_e, metavar="D", help="end with 2 where a ΔE94 p99 is above D")
     diff.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
-    diff.add_argument("--json", action="store_true", help="every figure, for a program")
+    add_json_option(diff)
     diff.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Compare; the exit code is in the command's description."""
     found = _catalogues(args) if _is_folder(args.a) and _is_folder(args.b) else _materials(args)
-    if args.json:
-        print_json({**dataclasses.asdict(found), "protocol": found.protocol, "largest": found.largest})
-    else:
+    if args.json is not None:
+        figures = {**dataclasses.asdict(found), "protocol": found.protocol, "largest": found.largest}
+        write_json(args.json, figures)
+    if not on_standard_output(args.json):
         _print(found)
     if args.fail is not None and found.largest > args.fail:
-        if not args.json:
+        if not on_standard_output(args.json):
             print(f"over ΔE94 {args.fail:g}: {found.largest:.3f}")
         return 2
     if found.count("unusable"):
@@ -77,7 +78,7 @@ def _catalogues(args: argparse.Namespace) -> CatalogueComparison:
     from ...materials.catalogue.compare import compare_catalogues
 
     a, b = opened(Path(args.a)), opened(Path(args.b))
-    with progress_bar("Comparing", quiet=args.json) as progress:
+    with progress_bar("Comparing", quiet=on_standard_output(args.json)) as progress:
         return compare_catalogues(
             a,
             b,

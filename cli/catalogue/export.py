@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..options import CATALOGUE_HELP, opened
+from ..options import CATALOGUE_HELP, add_output_option, opened
 from ..output import say_paragraph
 from ..progress.lines import progress_bar
 
@@ -30,9 +30,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     export.add_argument("ids", nargs="+", metavar="ID", help='such as "colorchecker/red-gloss" or "colorchecker/*"')
     export.add_argument("--catalogue", type=Path, metavar="CAT", help=CATALOGUE_HELP)
     export.add_argument("--format", required=True, metavar="FORMAT", help=_FORMATS)
-    export.add_argument(
-        "-o", "--out", required=True, type=Path, metavar="OUT", help="file, or folder for a file a material"
-    )
+    add_output_option(export, "file, or folder for a file a material", metavar="OUT", required=True)
     export.add_argument("--force", action="store_true", help="write over what is there")
     export.set_defaults(run=run)
 

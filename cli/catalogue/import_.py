@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,8 +12,8 @@ from ...calibration.report.text_tables import columns
 from ...materials.catalogue.shipped import shipped_sources
 from ...materials.records.standing import missed_words, misses_budget
 from ...runtime.errors import UsageError, visible
-from ..options import CATALOGUE_HELP, positive_count, positive_delta_e
-from ..output import say_paragraph, write_text
+from ..options import CATALOGUE_HELP, add_json_option, positive_count, positive_delta_e
+from ..output import figures_file, say_paragraph, write_json
 from ..progress.imports import import_shown
 
 if TYPE_CHECKING:
@@ -43,7 +42,9 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     )
     # Text, not paths: a path would make one slash of the two in an address.
     bring.add_argument("sources", nargs="*", metavar="SRC", help=_SOURCES_HELP)
-    bring.add_argument("--into", type=Path, metavar="CAT", help=CATALOGUE_HELP)
+    into = bring.add_mutually_exclusive_group()
+    into.add_argument("--catalogue", type=Path, metavar="CAT", help=CATALOGUE_HELP)
+    into.add_argument("--into", dest="catalogue", type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     bring.add_argument("--dry-run", action="store_true", help="say what is what and what is new; write nothing")
     bring.add_argument("--verbose", action="store_true", help="also name each material and each file not recognised")
     bring.add_argument("--jobs", type=positive_count, metavar="N", help="processes (default: one a core)")
@@ -114,7 +115,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     bring.add_argument(
         "--copy", action="store_true", help="copy large arrays into the catalogue; default: they stay in their files"
     )
-    bring.add_argument("--json", type=Path, metavar="F", help="write the report as JSON, too")
+    add_json_option(bring, "the report, for a program")
     bring.set_defaults(run=run)
 
 
@@ -128,12 +129,12 @@ def run(args: argparse.Namespace) -> int:
         from ...materials.intake.importing import ImportInterrupted, import_sources
         from ...runtime.files import check_writable
 
-        if args.json is not None:
-            check_writable(args.json)
+        for path in figures_file(args.json):
+            check_writable(path)
         try:
             report = import_sources(
                 sources,
-                args.into or default_catalogue(),
+                args.catalogue or default_catalogue(),
                 jobs=args.jobs,
                 scheduler=args.scheduler,
                 budget=args.budget,
@@ -346,4 +347,4 @@ def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
         "not_recognised": list(report.not_recognised),
         "stopped": report.stopped,
     }
-    write_text(args.json, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    write_json(args.json, document)

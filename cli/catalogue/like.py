@@ -7,8 +7,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...calibration.report.text_tables import columns
-from ..options import add_catalogue_argument, add_renderer_option, amounts, opened, positive_count, renderer_for
-from ..output import print_json
+from ..options import (
+    add_catalogue_argument,
+    add_json_option,
+    add_renderer_option,
+    amounts,
+    opened,
+    positive_count,
+    renderer_for,
+)
+from ..output import on_standard_output, write_json
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -33,7 +41,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     parser.add_argument(
         "--stop", type=float, metavar="D", help="what a stop of gloss counts, in units of CIELAB (default: 5)"
     )
-    parser.add_argument("--json", action="store_true", help="every figure, for a program")
+    add_json_option(parser)
     parser.add_argument("--strip", type=Path, metavar="FILE", help="also a PNG of them in a row, itself first")
     add_renderer_option(parser)
     parser.set_defaults(run=run)
@@ -55,9 +63,9 @@ def run(args: argparse.Namespace) -> int:
     problems = list(map(str, found.unusable))
     if args.strip is not None:
         problems += _write_strip(args.strip, catalogue, found, args.renderer)
-    if args.json:
-        print_json(_figures(catalogue, found))
-    else:
+    if args.json is not None:
+        write_json(args.json, _figures(catalogue, found))
+    if not on_standard_output(args.json):
         _print(found)
         if args.strip is not None:
             print(args.strip)

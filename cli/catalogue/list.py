@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from ...calibration.report.text_tables import columns
 from ...materials.records.standing import missed_figures, misses_budget
-from ..options import add_catalogue_argument
-from ..output import counted, print_json
+from ..options import add_catalogue_argument, add_json_option
+from ..output import counted, on_standard_output, write_json
 from .query import add_query_options, found_by
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     )
     add_catalogue_argument(listing)
     add_query_options(listing)
-    listing.add_argument("--json", action="store_true", help="everything that is known of each, for a program")
+    add_json_option(listing, "everything that is known of each, for a program")
     listing.set_defaults(run=run)
 
 
@@ -36,10 +36,13 @@ def run(args: argparse.Namespace) -> int:
     """List; 0, or 4 where a file could not be used."""
     asked = found_by(args)
     folder, everything, found, unusable = asked.catalogue.folder, asked.everything, asked.fitting, asked.unusable
-    if args.json:
+    if args.json is not None:
         materials = [dataclasses.asdict(one) for one in found]
-        print_json({"catalogue": str(folder), "materials": materials, "unusable": [str(reason) for reason in unusable]})
-    else:
+        write_json(
+            args.json,
+            {"catalogue": str(folder), "materials": materials, "unusable": [str(reason) for reason in unusable]},
+        )
+    if not on_standard_output(args.json):
         _print_table(found, args)
         for reason in unusable:
             print(reason)

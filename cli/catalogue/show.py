@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...calibration.report.text_tables import columns
 from ...runtime.errors import visible
-from ..options import add_catalogue_argument, add_renderer_option, opened, renderer_for
+from ..options import add_catalogue_argument, add_json_option, add_renderer_option, opened, renderer_for
 from ..output import counted, write_text
 from .texel import print_texel, texel
 
@@ -34,7 +34,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     add_catalogue_argument(show)
     show.add_argument("--html", type=Path, metavar="FILE", help="write one self-contained page instead")
     show.add_argument("--texel", type=texel, metavar="X,Y", help="what one texel of a BTF shows, as charts instead")
-    show.add_argument("--json", action="store_true", help="with --texel: every figure, for a program")
+    add_json_option(show, "with --texel: every figure, for a program")
     add_renderer_option(show)
     show.set_defaults(run=run)
 
@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     from ...runtime.errors import UsageError
     from ...runtime.files import check_writable
 
-    if args.json and args.texel is None:
+    if args.json is not None and args.texel is None:
         raise UsageError("--json is for --texel X,Y; what the heads of materials say is in `list --json`")
     if args.html is not None and args.texel is not None:
         raise UsageError("--html and --texel do not go together: the page is of the whole material")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...calibration.report.text_tables import columns
-from ..output import print_json
+from ..output import on_standard_output, write_json
 from ..text_chart import text_chart
 
 if TYPE_CHECKING:
@@ -61,9 +61,9 @@ def print_texel(record: MaterialRecord, at: tuple[int, int], json: bool) -> None
     images = surface.images if isinstance(surface, MeasuredBtf) else None
     folding = Folding(observer("1931_2"), [illuminant(name) for name in LIGHTS], np.pi)
     found = apparent_brdf(fast, images, *at, folding)
-    if json:
-        print_json(_document(record, found, LIGHTS, fast.WORDS, gone))
-    else:
+    if json is not None:
+        write_json(json, _document(record, found, LIGHTS, fast.WORDS, gone))
+    if not on_standard_output(json):
         _print(record, found, LIGHTS, fast.WORDS, gone)
 
 

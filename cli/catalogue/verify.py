@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..options import add_catalogue_argument, opened, positive_count
-from ..output import counted, print_json
+from ..options import add_catalogue_argument, add_json_option, opened, positive_count
+from ..output import counted, on_standard_output, write_json
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     add_catalogue_argument(verify)
     verify.add_argument("--quick", action="store_true", help="checksums and heads only")
     verify.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
-    verify.add_argument("--json", action="store_true", help="every figure, for a program")
+    add_json_option(verify)
     verify.set_defaults(run=run)
 
 
@@ -35,11 +35,11 @@ def run(args: argparse.Namespace) -> int:
     from ...materials.records.verification import verify_catalogue
 
     catalogue = opened(args.catalogue)
-    with progress_bar("Verifying", quiet=args.json) as progress:
+    with progress_bar("Verifying", quiet=on_standard_output(args.json)) as progress:
         found = verify_catalogue(catalogue.folder, quick=args.quick, jobs=args.jobs, progress=progress)
-    if args.json:
-        _print_json(found)
-    else:
+    if args.json is not None:
+        write_json(args.json, _document(found))
+    if not on_standard_output(args.json):
         _print(found)
     return 4 if found.damaged else 1 if found.incomplete else 0
 
@@ -64,7 +64,8 @@ def _print(found: CatalogueVerification) -> None:
     print(f"{found.folder}: {counted(len(found.intact), 'material')} intact{gone}, {len(found.damaged)} damaged")
 
 
-def _print_json(found: CatalogueVerification) -> None:
+def _document(found: CatalogueVerification) -> dict[str, Any]:
+    """Every figure, for a program."""
     materials = [
         {
             "id": one.id,
@@ -85,7 +86,7 @@ def _print_json(found: CatalogueVerification) -> None:
         for one in found.results
     ]
     strays = [str(path) for path in found.strays]
-    print_json({"catalogue": str(found.folder), "materials": materials, "strays": strays})
+    return {"catalogue": str(found.folder), "materials": materials, "strays": strays}
 
 
 def _figures(error: FitError) -> dict[str, float]:

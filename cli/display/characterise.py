@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
+from ..options import add_output_option
 from .common import add_readings_argument, readings_of
 
 
@@ -17,7 +17,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         "file. Exit code 1 where something speaks against the readings.",
     )
     add_readings_argument(verb)
-    verb.add_argument("-o", "--out", type=Path, required=True, metavar="F", help="the file of the display, .json")
+    add_output_option(verb, "the file of the display, .json", metavar="FILE", required=True)
     verb.add_argument(
         "--model", choices=("auto", "gog", "matrix-trc", "residual", "minima"), default="auto", help="default: auto"
     )

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import json
-from pathlib import Path
 
-from ..output import write_text
+from ..options import add_json_option
+from ..output import write_json
 from .common import add_readings_argument, readings_of
 
 
@@ -19,7 +18,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     )
     add_readings_argument(verb)
     verb.add_argument("--against", choices=("sRGB", "P3", "AdobeRGB"), default="sRGB", help="default: sRGB")
-    verb.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
+    add_json_option(verb)
     verb.set_defaults(run=run)
 
 
@@ -42,5 +41,5 @@ def run(args: argparse.Namespace) -> int:
             "white": held.white,
             "corners": held.corners,
         }
-        write_text(args.json, json.dumps(figures, indent=1, ensure_ascii=False) + "\n")
+        write_json(args.json, figures)
     return 0

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Literal
 
+from ..options import add_output_option
+
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:
     """Add `display config`."""
@@ -27,7 +29,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     verb.add_argument("--black", choices=("absolute", "bpc"), default="absolute", help="which view comes first")
     verb.add_argument("--name", metavar="WORDS", help="of the display in the configuration (default: its own)")
     verb.add_argument("--icc", action="store_true", help="also write a matrix profile (ICC version 2)")
-    verb.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
+    add_output_option(verb, "folder that is made for the configuration", metavar="DIR", required=True)
     verb.set_defaults(run=run)
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 
 from ...calibration.report.text_tables import columns
-from ..output import write_text
+from ..options import add_json_option
+from ..output import write_json
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:
@@ -18,10 +18,10 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         description="Set two displays to the same white, D65 for one observer, and say how far apart it is for the "
         "others: what no calibration for one observer removes for another.",
     )
-    verb.add_argument("first", type=Path, metavar="A.ccss")
-    verb.add_argument("second", type=Path, metavar="B.ccss")
+    verb.add_argument("first", type=Path, metavar="A.ccss", help="spectra of a display")
+    verb.add_argument("second", type=Path, metavar="B.ccss", help="spectra of another")
     verb.add_argument("--matched-for", default="1931_2", metavar="NAME", help="whom both are D65 for (default: 1931_2)")
-    verb.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
+    add_json_option(verb)
     verb.set_defaults(run=run)
 
 
@@ -39,5 +39,5 @@ def run(args: argparse.Namespace) -> int:
         print(note)
     if args.json is not None:
         figures = {"first": one.name, "second": other.name, "matched_for": args.matched_for, "white_delta_e94": found}
-        write_text(args.json, json.dumps(figures, indent=1, ensure_ascii=False) + "\n")
+        write_json(args.json, figures)
     return 0

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
-from ..options import positive_count
+from ..options import add_output_option, positive_count
 from ..output import counted
 
 
@@ -26,7 +25,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         help="sets to verify with hold other colours than those to characterise with",
     )
     verb.add_argument("--bits", type=int, choices=(8, 10, 12, 16), default=8, help="of the codes (default: 8)")
-    verb.add_argument("-o", "--out", type=Path, required=True, metavar="F", help=".ti1 for ArgyllCMS, or .csv")
+    add_output_option(verb, ".ti1 for ArgyllCMS, or .csv", metavar="FILE", required=True)
     verb.set_defaults(run=run)
 
 

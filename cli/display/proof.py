@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ..options import add_output_option
 from ..output import warn
 
 
@@ -19,8 +20,10 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     verb.add_argument("display", type=Path, metavar="DISPLAY.json", help="what `display characterise` wrote")
     verb.add_argument("picture", type=Path, metavar="PICTURE", help="PNG or JPEG, taken as sRGB")
     verb.add_argument("--luminance", type=float, metavar="L", help="cd/m2 of white (default: as much as there is)")
-    verb.add_argument("--black", choices=("absolute", "bpc"), default="absolute")
-    verb.add_argument("-o", "--out", type=Path, metavar="F.png", help="the picture in grey, what is lost in magenta")
+    verb.add_argument(
+        "--black", choices=("absolute", "bpc"), default="absolute", help="of pictures: as it is, or moved"
+    )
+    add_output_option(verb, "the picture in grey, what is lost in magenta", metavar="F.png")
     verb.set_defaults(run=run)
 
 

@@ -7,7 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...calibration.report.text_tables import columns
-from ..output import print_json, write_text
+from ..options import add_json_option
+from ..output import on_standard_output, write_json, write_text
 from .common import add_readings_argument, readings_of
 
 _CODES = {"recommended": 0, "pass": 0, "not measured": 0, "not resolved": 1, "fail": 2}
@@ -29,15 +30,14 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     )
     verb.add_argument("--any-state", action="store_true", help="judge it even where its white is another one")
     verb.add_argument("--not-kept", action="store_true", help="do not keep the figures in DISPLAY.json")
-    verb.add_argument("--html", type=Path, metavar="F", help="a page to print and sign")
-    verb.add_argument("--json", type=Path, metavar="F", help="every figure, for a program; - for standard output")
-    verb.add_argument("--junit", type=Path, metavar="F", help="for a build server")
+    verb.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign")
+    add_json_option(verb)
+    verb.add_argument("--junit", type=Path, metavar="FILE", help="for a build server")
     verb.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Judge, write and print; the exit code is in the command's description."""
-    import json
     from datetime import UTC, datetime
 
     from ...calibration.display.criteria import criteria_named
@@ -45,15 +45,13 @@ def run(args: argparse.Namespace) -> int:
     from ...calibration.display.verification import verify
     from ...runtime.files import check_outputs
 
-    outputs = [path for path in (args.html, args.json, args.junit) if path is not None and str(path) != "-"]
+    outputs = [path for path in (args.html, args.json, args.junit) if path is not None and not on_standard_output(path)]
     check_outputs(outputs, [args.display, args.readings])
     record, criteria = read_record(args.display), criteria_named(args.criteria)
     when = datetime.now(UTC).isoformat(timespec="seconds")
     found = verify(record, readings_of(args), criteria, when, any_state=args.any_state)
-    quiet = args.json is not None and str(args.json) == "-"
-    if quiet:
-        print_json(found.document)
-    else:
+    write_json(args.json, found.document)
+    if not on_standard_output(args.json):
         print(f"{record.name}, {len(found.readings)} patches by {criteria.name}: {found.verdict}")
         rows = [
             [row.words, "-" if row.value is None else f"{row.value:.2f}", row.unit, f"{row.criterion.nominal:g}",
@@ -67,8 +65,6 @@ def run(args: argparse.Namespace) -> int:
         from ...calibration.display.verification_page import verification_page
 
         write_text(args.html, verification_page(found))
-    if args.json is not None and not quiet:
-        write_text(args.json, json.dumps(found.document, ensure_ascii=False, indent=1) + "\n")
     if args.junit is not None:
         from ...calibration.display.verification_junit import verification_junit
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 import shutil
-from pathlib import Path
 
+from ..options import add_output_option
 from ..output import counted
 from ..progress.lines import progress_bar
 from .suite import add_suite_options, rendered
@@ -20,7 +20,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         "their references, small enough for version control. Nothing is compared: look at what is recorded.",
     )
     add_suite_options(baseline)
-    baseline.add_argument("--into", type=Path, required=True, metavar="DIR", help="the baseline's folder")
+    add_output_option(baseline, "the baseline's folder", metavar="DIR", required=True, old="--into")
     baseline.set_defaults(run=run)
 
 
@@ -31,18 +31,18 @@ def run(args: argparse.Namespace) -> int:
     from ...viewer.suite_run import REVIEWS, environment
 
     # Beside the baseline, so that what was broken off goes on from there.
-    work = args.into.with_name(f".{args.into.name}.unfinished")
+    work = args.out.with_name(f".{args.out.name}.unfinished")
 
     def check(suite: dict[str, str]) -> None:
-        check_place(args.into, suite)
-        made_folder(args.into)
+        check_place(args.out, suite)
+        made_folder(args.out)
 
     side, said, _ = rendered(args, work, check)
     with progress_bar("Recording", after=1.0) as progress:
-        record(side, args.into, said, environment(), progress)
+        record(side, args.out, said, environment(), progress)
     shutil.rmtree(work / REVIEWS, ignore_errors=True)
     if work.exists():
         work.rmdir()
-    size = sum(file.stat().st_size for file in args.into.rglob("*") if file.is_file())
-    print(f"{counted(len(side.rows), 'row')} of {said['name']} in {args.into}, {size / 1e6:.1f} MB")
+    size = sum(file.stat().st_size for file in args.out.rglob("*") if file.is_file())
+    print(f"{counted(len(side.rows), 'row')} of {said['name']} in {args.out}, {size / 1e6:.1f} MB")
     return 0

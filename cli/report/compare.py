@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from ..options import add_across_option
+from ..output import on_standard_output
 from ..progress.lines import progress_bar
 from .output import EXIT_CODES, add_output_options, check_outputs, said
 from .sides import add_side_options, seen_by, side_at
@@ -40,6 +41,6 @@ def run(args: argparse.Namespace) -> int:
     before, after = (side_at(path, seen, args.display) for path in (args.a, args.b))
     if "baseline" in (before.kind, after.kind):
         before, after = as_recorded(before), as_recorded(after)
-    with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
+    with progress_bar("Comparing", quiet=on_standard_output(args.json), after=1.0) as progress:
         result = compare(before, after, criteria, progress, args.across)
     return said(result, before, after, args)

@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..options import add_json_option
+from ..output import figures_file, on_standard_output, write_json, write_text
 from ..output import say_paragraph as printed
-from ..output import write_text
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ _FILES = (
 
 def add_output_options(command: argparse.ArgumentParser) -> None:
     """`--json` and the files."""
-    command.add_argument("--json", action="store_true", help="every figure on standard output, for a program")
+    add_json_option(command)
     for name, words in _FILES:
         command.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
     command.add_argument(
@@ -45,7 +46,8 @@ def check_outputs(args: argparse.Namespace) -> None:
     asked = (getattr(args, name) for name in (*(name for name, _ in _FILES), "history"))
     # Into a folder that is compared, a page may be written.
     read = (getattr(args, name, None) for name in ("a", "b", "criteria"))
-    files.check_outputs((path for path in asked if path is not None), (p for p in read if p and Path(p).is_file()))
+    written = [*(path for path in asked if path is not None), *figures_file(args.json)]
+    files.check_outputs(written, (p for p in read if p and Path(p).is_file()))
     if args.xlsx is not None:
         check_workbook(args.xlsx)
 
@@ -70,10 +72,13 @@ def said(result: Result, before: ComparedSide, after: ComparedSide, args: argpar
     if args.html is not None:
         from ...calibration.regression.page import render_page
 
-        with progress_bar("Writing the page", quiet=args.json, after=1.0) as progress:
+        with progress_bar("Writing the page", quiet=on_standard_output(args.json), after=1.0) as progress:
             page = render_page(result, before, after, version("metamer"), runs, progress)
         write_text(args.html, page)
     if args.history is not None:
         write_text(args.history, history_text(runs))
-    printed(as_json(result, version("metamer")).rstrip("\n") if args.json else as_text(result))
+    if args.json is not None:
+        write_json(args.json, as_json(result, version("metamer")))
+    if not on_standard_output(args.json):
+        printed(as_text(result))
     return result.exit_code

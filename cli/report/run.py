@@ -6,6 +6,8 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
+from ..options import add_output_option
+from ..output import on_standard_output
 from ..progress.lines import progress_bar
 from .output import EXIT_CODES, add_output_options, check_outputs, said
 from .suite import add_suite_options, rendered
@@ -21,7 +23,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     )
     add_suite_options(command)
     command.add_argument("--baseline", type=Path, required=True, metavar="DIR", help="of `metamer report baseline`")
-    command.add_argument("--out", type=Path, default=Path("report"), metavar="OUT", help="default: report")
+    add_output_option(command, "default: report", metavar="OUT", default=Path("report"))
     command.add_argument("--criteria", type=Path, metavar="FILE", help="in place of those of the suite")
     add_output_options(command)
     command.set_defaults(run=run)
@@ -56,11 +58,11 @@ def run(args: argparse.Namespace) -> int:
         check_place(args.out, suite)
 
     side, suite, own = rendered(args, args.out, check)
-    with progress_bar("Recording", quiet=args.json, after=1.0) as progress:
+    with progress_bar("Recording", quiet=on_standard_output(args.json), after=1.0) as progress:
         record(side, args.out, suite, environment(), progress)
     # What was rendered, rounded as the baseline is.
     after = replace(as_recorded(side), facts={**side.facts, **environment()})
-    with progress_bar("Comparing", quiet=args.json, after=1.0) as progress:
+    with progress_bar("Comparing", quiet=on_standard_output(args.json), after=1.0) as progress:
         result = compare(before, after, criteria or own, progress)
     if kept.suite.get("sha256") != suite.get("sha256"):
         result = replace(result, notes=(*result.notes, "The files of the suite are others than those of the baseline."))

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..options import add_catalogue_option, add_renderer_option, catalogue_for, positive_count
-from ..output import say, warn
+from ..output import on_standard_output, say, warn
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def rendered(
     if why is not None:
         # Standard output may be a program's.
         say(f"no OpenGL here, so the software path renders. {why}")
-    with renderer, progress_bar("Rendering", quiet=getattr(args, "json", False)) as progress:
+    with renderer, progress_bar("Rendering", quiet=on_standard_output(getattr(args, "json", None))) as progress:
         renderer.configure(jobs=args.jobs, on_message=say)
         side = run_suite(
             suite,

@@ -6,7 +6,7 @@ import argparse
 import time
 from pathlib import Path
 
-from ..options import add_catalogue_option, catalogue_for, positive_count
+from ..options import add_catalogue_option, add_output_option, catalogue_for, positive_count
 from ..output import counted, say
 from ..progress.lines import progress_bar
 
@@ -21,7 +21,10 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         "broken off goes on.",
     )
     build.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
-    add_kept_options(build, "--into", "folder to keep them in, for good (default: the user's cache)")
+    add_ray_options(build)
+    add_output_option(
+        build, "folder to keep them in, for good (default: the user's cache)", metavar="DIR", old="--into"
+    )
     build.add_argument(
         "--scheduler", metavar="ADDRESS", help="let the workers of this Dask scheduler trace (extra: cluster)"
     )
@@ -29,11 +32,21 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     build.set_defaults(run=run)
 
 
-def add_kept_options(command: argparse.ArgumentParser, folder: str, words: str) -> None:
-    """`--rays`, `--processes`, and the option that names a folder of kept rays."""
+def add_ray_options(command: argparse.ArgumentParser) -> None:
+    """`--rays` and `--jobs`."""
     command.add_argument("--rays", type=positive_count, default=256, metavar="N", help="of each vertex (default: 256)")
-    command.add_argument("--processes", type=positive_count, metavar="N", help="that trace (default: one a core)")
-    command.add_argument(folder, type=Path, metavar="DIR", help=words)
+    jobs = command.add_mutually_exclusive_group()
+    jobs.add_argument("--jobs", type=positive_count, metavar="N", help="processes that trace; default: one a core")
+    jobs.add_argument(
+        "--processes", dest="jobs", type=positive_count, default=argparse.SUPPRESS, help=argparse.SUPPRESS
+    )
+
+
+def add_kept_options(command: argparse.ArgumentParser) -> None:
+    """`--rays`, `--jobs` and `--kept`."""
+    add_ray_options(command)
+    words = "folder of `transfer build` that has the rays (default: the user's cache)"
+    command.add_argument("--kept", type=Path, metavar="DIR", help=words)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -45,19 +58,19 @@ def run(args: argparse.Namespace) -> int:
     from ...runtime.shutdown import saying
     from ...runtime.worker_pool import usable_cores
 
-    most = most_bytes() if args.into is None else None
+    most = most_bytes() if args.out is None else None
     if most == 0:
         words = "a limit above 0, or a folder"
-        raise InputError("nothing is kept", field=LIMIT_VARIABLE, found="0", expected=words, hint="name one by --into")
+        raise InputError("nothing is kept", field=LIMIT_VARIABLE, found="0", expected=words, hint="name one by -o")
     scene = load_scene(scene_file(args.scene), catalogue_for(args.catalogue, 1), say)
     begun = time.monotonic()
     goes_on = "What is traced is kept; the same command goes on from there."
     with saying(lambda: goes_on), progress_bar("Tracing") as progress:
         built = build_rays(
             scene,
-            args.into or transfer_folder(),
+            args.out or transfer_folder(),
             args.rays,
-            args.processes or usable_cores(),
+            args.jobs or usable_cores(),
             progress,
             say=say,
             most=most,

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import argparse
-import json
 import time
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...runtime.errors import UsageError
-from ..options import add_catalogue_option, add_renderer_option, catalogue_for, positive_count, renderer_for
-from ..output import counted, say, warn, write_text
+from ..options import (
+    add_catalogue_option,
+    add_json_option,
+    add_output_option,
+    add_renderer_option,
+    catalogue_for,
+    positive_count,
+    renderer_for,
+)
+from ..output import counted, figures_file, say, warn, write_json
 from ..progress.lines import progress_bar
 from .build import add_kept_options
 from .changes import add_change_options, by_part, given_materials, relit_lights
@@ -36,7 +43,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     add_change_options(relight)
     add_wish_options(relight)
     relight.add_argument("--camera", metavar="NAME", help="default: the scene's first")
-    relight.add_argument("--out", type=Path, default=Path("relit"), metavar="DIR", help="default: relit")
+    add_output_option(relight, "default: relit", metavar="DIR", default=Path("relit"))
     relight.add_argument("--spectral", action="store_true", help="also a spectral EXR of what is after")
     relight.add_argument(
         "--turntable",
@@ -44,8 +51,8 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         metavar="N",
         help="also N pictures of what is after, from all around, and one that moves (WebP)",
     )
-    relight.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
-    add_kept_options(relight, "--kept", "folder of `transfer build` that has the rays (default: the user's cache)")
+    add_json_option(relight)
+    add_kept_options(relight)
     add_catalogue_option(relight)
     add_renderer_option(relight)
     relight.set_defaults(run=run)
@@ -71,8 +78,8 @@ def run(args: argparse.Namespace) -> int:
     if args.rays < LEAST_RAYS:
         raise UsageError(f"--rays: a picture needs {LEAST_RAYS} or more of each vertex, not {args.rays}")
     scene_file(args.scene)
-    if args.json is not None:
-        check_writable(args.json)
+    for path in figures_file(args.json):
+        check_writable(path)
     catalogue = catalogue_for(args.catalogue, 1)
     before = load_scene(args.scene, catalogue, say)
     before = replace(before, bounces=before.bounces or "auto")
@@ -83,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
         before.check_changes(part)
     for name in before.material_ids:
         catalogue.surface(name)
-    jobs = args.processes or usable_cores()
+    jobs = args.jobs or usable_cores()
     catalogue, ids, notes_of_files = given_materials(catalogue, worn.values())
     dressed_so = dressed(lit, {part: ids[word] for part, word in worn.items()})
     changes = with_wishes(dressed_so, catalogue, args, jobs)
@@ -131,8 +138,9 @@ def run(args: argparse.Namespace) -> int:
         print(file)
     if args.json is not None:
         seconds = {"rays": tracing, "before": found.seconds_before, "after": found.seconds_after}
-        write_text(args.json, json.dumps(_figures(after, found, seconds, changes), indent=1, ensure_ascii=False) + "\n")
-        print(args.json)
+        write_json(args.json, _figures(after, found, seconds, changes))
+        for path in figures_file(args.json):
+            print(path)
     return 0
 
 

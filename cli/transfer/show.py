@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..options import add_catalogue_option, catalogue_for
-from ..output import counted, say, write_text
+from ..options import add_catalogue_option, add_json_option, catalogue_for
+from ..output import counted, figures_file, say, write_json
 from ..progress.lines import progress_bar
 from .build import add_kept_options
 
@@ -30,9 +29,9 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         "reflects as much as it does of even light.",
     )
     show.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
-    add_kept_options(show, "--kept", "folder of `transfer build` that has the rays (default: the user's cache)")
+    add_kept_options(show)
     show.add_argument("--illuminant", metavar="NAME", help="in place of every light's own spectrum")
-    show.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
+    add_json_option(show)
     add_catalogue_option(show)
     show.set_defaults(run=run)
 
@@ -47,20 +46,21 @@ def run(args: argparse.Namespace) -> int:
     from ...viewer.picture import lit_by
 
     scene_file(args.scene)
-    if args.json is not None:
-        check_writable(args.json)
+    for path in figures_file(args.json):
+        check_writable(path)
     catalogue = catalogue_for(args.catalogue, 1)
     scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
     surfaces = {name: catalogue.surface(name).drawn() for name in scene.material_ids}
     with progress_bar("Following light") as progress:
-        folder, jobs = args.kept or transfer_folder(), args.processes or usable_cores()
+        folder, jobs = args.kept or transfer_folder(), args.jobs or usable_cores()
         found = influence(scene, surfaces, args.rays, progress=progress, folder=folder, jobs=jobs, say=say)
     for note in scene.notes:
         print(note)
     print(_words(scene, found))
     if args.json is not None:
-        write_text(args.json, json.dumps(_figures(scene, found), indent=1, ensure_ascii=False) + "\n")
-        print(args.json)
+        write_json(args.json, _figures(scene, found))
+        for path in figures_file(args.json):
+            print(path)
     return 0
 
 

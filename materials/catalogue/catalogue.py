@@ -36,13 +36,13 @@ class Catalogue:
     def open(cls, folder: str | Path | None = None) -> Catalogue:
         """The catalogue in `folder`, or `default_catalogue()`; raises `InputError` where there is none."""
         folder = default_catalogue() if folder is None else Path(folder)
-        hint = f"metamer catalogue import --into {folder}"
+        hint = f"metamer catalogue import --catalogue {folder}"
         if not folder.exists():
             raise InputError("no such catalogue", file=folder, hint=hint)
         if not (folder / MARKER).is_file():
             found = f"a folder without {MARKER}" if folder.is_dir() else "a file"
             if not folder.is_dir():
-                hint = "name the folder that an import has made: metamer catalogue import --into FOLDER"
+                hint = "name the folder that an import has made: metamer catalogue import --catalogue FOLDER"
             expected = f"a folder that holds {MARKER}"
             raise InputError("not a catalogue", file=folder, found=found, expected=expected, hint=hint)
         check_marker(folder)

@@ -141,7 +141,7 @@ def _workplace(folder: Path) -> Iterator[Path]:
         try:
             work.mkdir()
         except OSError as reason:
-            hint = "name a folder that you may write to, on a disk with room: --out"
+            hint = "name a folder that you may write to, on a disk with room: -o"
             raise InputError("the folder cannot be written to", file=folder, found=reason.strerror, hint=hint) from None
         yield work
 

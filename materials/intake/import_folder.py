@@ -47,7 +47,7 @@ def _mark(folder: Path) -> None:
     # Hidden files may be another import's, at work or broken off.
     strangers = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
     if strangers:
-        hint = "name an empty or a new folder: --into FOLDER"
+        hint = "name an empty or a new folder: --catalogue FOLDER"
         raise InputError("not a catalogue", file=folder, found=f"other files, such as {strangers[0]}", hint=hint)
     with written_whole(folder / MARKER) as beside:
         beside.write_text(f"# One HDF5 file a material; read it with metamer, or with h5py.\nschema = {SCHEMA}\n")

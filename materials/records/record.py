@@ -66,12 +66,12 @@ def check_marker(folder: Path) -> None:
     try:
         schema = tomllib.loads((folder / MARKER).read_text(encoding="utf-8")).get("schema")
     except (OSError, ValueError) as reason:
-        found, hint = str(reason), "import into a new folder: metamer catalogue import SOURCE --into FOLDER"
+        found, hint = str(reason), "import into a new folder: metamer catalogue import SOURCE --catalogue FOLDER"
         raise InputError(
             "the catalogue's own file cannot be read", file=folder / MARKER, found=found, hint=hint
         ) from None
     if schema not in (None, SCHEMA):
-        hint = "use the metamer that made it, or import into a new folder: --into FOLDER"
+        hint = "use the metamer that made it, or import into a new folder: --catalogue FOLDER"
         expected = f"schema = {SCHEMA}"
         raise InputError(
             "a catalogue of another schema", file=folder / MARKER, found=schema, expected=expected, hint=hint

@@ -171,7 +171,7 @@ def test_materials_for_a_scene_without_review_are_swept_over_its_first_part(revi
 def test_missing_catalogue(review, tmp_path):
     code, _, err, _ = review(catalogue=tmp_path / "nowhere")
     assert code == 4
-    assert "no such catalogue" in err and "metamer catalogue import --into" in err
+    assert "no such catalogue" in err and "metamer catalogue import --catalogue" in err
 
 
 def test_folder_that_is_no_catalogue(review, tmp_path):
@@ -211,7 +211,7 @@ def test_output_folder_below_a_file(metamer, scene, tiny_catalogue, tmp_path):
     out = tmp_path / "file" / "review"
     code, _, err = metamer("review", scene, "--catalogue", tiny_catalogue, "--out", out, "--renderer", "software")
     assert code == 4
-    assert str(out) in err and "the folder cannot be made" in err and "--out" in err
+    assert str(out) in err and "the folder cannot be made" in err and "-o" in err
 
 
 def test_part_that_is_out_of_sight_is_named(review, scene, scene_text):

@@ -26,7 +26,7 @@ def test_a_table_of_neighbours(metamer, folder):
 
 
 def test_so_many_and_json(metamer, folder):
-    code, out, _ = metamer("catalogue", "like", "paint/grey-20", folder, "-n", 2, "--json")
+    code, out, _ = metamer("catalogue", "like", "paint/grey-20", folder, "-n", 2, "--json", "-")
     found = json.loads(out)
     assert code == 0 and len(found["neighbours"]) == 2 and found["unusable"] == []
     assert found["material"]["id"] == "paint/grey-20" and found["material"]["distance"] == 0.0

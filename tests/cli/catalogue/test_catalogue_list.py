@@ -73,7 +73,7 @@ def test_where_nothing_is_near_a_colour_the_nearest_is_named(metamer, folder, fo
 
 
 def test_json_is_for_a_program(metamer, folder):
-    code, out, _ = metamer("catalogue", "list", folder, "--sort", "chroma", "--reverse", "--limit", 1, "--json")
+    code, out, _ = metamer("catalogue", "list", folder, "--sort", "chroma", "--reverse", "--limit", 1, "--json", "-")
     document = json.loads(out)
     assert code == 0 and document["unusable"] == []
     (red,) = document["materials"]
@@ -89,7 +89,7 @@ def test_unusable_file_is_said_and_the_rest_listed(metamer, folder):
     (folder / "paint" / "dark.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + b"\0" * 100)
     code, out, _ = metamer("catalogue", "list", folder)
     assert code == 4 and "dark.h5" in out and "import the material again" in out and "3 materials" in out
-    code, out, _ = metamer("catalogue", "list", folder, "--json")
+    code, out, _ = metamer("catalogue", "list", folder, "--json", "-")
     assert code == 4 and len(json.loads(out)["unusable"]) == 1
 
 
@@ -139,7 +139,9 @@ def test_a_budget_that_is_missed_is_said_with_what_one_more_step_would_have_paid
     shown, met = (metamer("catalogue", "show", name, folder)[1].splitlines() for name in ("paint/over", "paint/met"))
     assert [" ".join(line.split()) for line in shown if line.startswith("budget")] == [f"budget {words}"]
     assert not any(line.startswith("budget") for line in met)
-    (document,) = json.loads(metamer("catalogue", "list", folder, "--match", "paint/over", "--json")[1])["materials"]
+    (document,) = json.loads(metamer("catalogue", "list", folder, "--match", "paint/over", "--json", "-")[1])[
+        "materials"
+    ]
     assert {name: document[name] for name in aims} == aims
 
 

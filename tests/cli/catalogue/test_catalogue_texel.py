@@ -87,14 +87,14 @@ def test_the_command_shows_charts_and_says_everything_in_json(wool, metamer, wri
     words = ("catalogue", "show", "btf/wool", cat, "--texel")
     code, out, _ = metamer(*words, "1,2")
     assert code == 0 and "Seen from theta 30, phi 0: images" in out and "deg" in out and "D65" in out, out
-    code, out, _ = metamer(*words, "1,2", "--json")
+    code, out, _ = metamer(*words, "1,2", "--json", "-")
     told = json.loads(out)
     assert code == 0 and np.shape(told["fast"]) == np.shape(told["original"]) == (5, 5, 3, 3)
     assert np.mean(told["delta_e94_each"], axis=(0, 1))[0] == pytest.approx(told["delta_e94"]["D65"]["mean"])
     assert told["lights_deg"][2] == [30.0, 90.0] and told["gone"] == []
     code, _, err = metamer(*words, "4,0")
     assert code == 4 and "4 x 4 texels" in err
-    assert metamer("catalogue", "show", "btf/wool", cat, "--json")[0] == 64
+    assert metamer("catalogue", "show", "btf/wool", cat, "--json", "-")[0] == 64
     assert metamer(*words, "red")[0] != 0
     write_matt(cat, "paint/red")
     code, _, err = metamer("catalogue", "show", "paint/red", cat, "--texel", "0,0")
@@ -106,7 +106,7 @@ def test_without_its_images_the_form_is_shown_alone_and_diff_of_originals_says_s
     next(wool.glob("*.png")).unlink()
     code, out, _ = metamer("catalogue", "show", "btf/wool", cat, "--texel", "0,0")
     assert code == 0 and f"the fast form alone, local PCA; images are gone: {wool}" in out and ": images" not in out
-    told = json.loads(metamer("catalogue", "show", "btf/wool", cat, "--texel", "0,0", "--json")[1])
+    told = json.loads(metamer("catalogue", "show", "btf/wool", cat, "--texel", "0,0", "--json", "-")[1])
     assert told["original"] is None and told["gone"] == [str(wool)] and told["delta_e94"] == {}
     code, _, err = metamer("catalogue", "diff", "btf/wool", "btf/wool", "--catalogue", cat, "--of", "original")
     assert code == 4 and "the original is gone" in err and str(wool) in err
@@ -123,7 +123,7 @@ def test_diff_compares_texels_of_two_fast_forms(wool, metamer, tmp_path):
     code, out, _ = metamer("catalogue", "diff", *sides)
     assert code == 0 and "form local PCA -> reflectance fields" in out and " texels, all " in out
     assert out.count("the largest") == 1 and out.count(", light ") == 3
-    code, out, _ = metamer("catalogue", "diff", *sides, "--json")
+    code, out, _ = metamer("catalogue", "diff", *sides, "--json", "-")
     (found,) = json.loads(out)["differences"]
     worst = max(light["p99"] for light in found["texels"])
     assert [light["light"] for light in found["texels"]] == ["D65", "A", "FL11"] and worst > 0.1

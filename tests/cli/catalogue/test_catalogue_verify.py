@@ -56,7 +56,7 @@ def test_verify_finds_a_false_error_and_quick_does_not_look(metamer, folder):
     code, out, _ = metamer("catalogue", "verify", folder, "--jobs", 1)
     assert code == 4 and "dark.h5: error: the declared error does not hold" in out and "1 damaged" in out
     assert metamer("catalogue", "verify", folder, "--quick")[0] == 0
-    code, out, _ = metamer("catalogue", "verify", folder, "--json", "--jobs", 1)
+    code, out, _ = metamer("catalogue", "verify", folder, "--json", "-", "--jobs", 1)
     assert code == 4
     (dark,) = [one for one in json.loads(out)["materials"] if one["id"] == "paint/dark"]
     assert dark["declared"]["p99"] == pytest.approx(dark["measured"]["p99"] + 0.1) and "hold" in dark["problem"]
@@ -76,7 +76,7 @@ def test_verify_counts_apart_whose_original_is_gone(metamer, folder, tmp_path):
         code, out, _ = metamer("catalogue", "verify", folder, "--jobs", 1, *words)
         assert code == 1 and "2 materials intact, 1 without their originals, which are gone, 0 damaged" in out
         assert f"paint/dark: error not measured: large arrays were left in a file that is gone: {stack}" in out
-    code, out, _ = metamer("catalogue", "verify", folder, "--quick", "--json")
+    code, out, _ = metamer("catalogue", "verify", folder, "--quick", "--json", "-")
     missing = {one["id"]: one["missing"] for one in json.loads(out)["materials"]}
     assert code == 1 and missing == {"lamp/led": None, "paint/dark": str(stack), "paint/light": None}
     # Damage weighs more.
@@ -116,7 +116,7 @@ def test_diff_fails_over_a_limit(metamer, folder, other):
 
 
 def test_diff_json(metamer, folder, other):
-    code, out, _ = metamer("catalogue", "diff", folder, other, "--jobs", 1, "--json", "--of", "original")
+    code, out, _ = metamer("catalogue", "diff", folder, other, "--jobs", 1, "--json", "-", "--of", "original")
     document = json.loads(out)
     assert code == 0 and document["of"] == "original" and "original data of B" in document["protocol"]
     changed = {one["id"]: one for one in document["differences"]}["paint/light"]
@@ -124,7 +124,7 @@ def test_diff_json(metamer, folder, other):
     assert document["largest"] == max(light["p99"] for light in changed["lights"])
 
 
-@pytest.mark.parametrize("words", [("verify", "{a}", "--json"), ("diff", "{a}", "{b}", "--json")])
+@pytest.mark.parametrize("words", [("verify", "{a}", "--json", "-"), ("diff", "{a}", "{b}", "--json", "-")])
 def test_a_program_is_not_told_how_far_it_is(metamer, folder, other, words):
     _, out, err = metamer("catalogue", *(word.format(a=folder, b=other) for word in words), "--jobs", 1)
     assert json.loads(out) and err == ""

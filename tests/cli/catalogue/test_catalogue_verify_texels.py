@@ -33,7 +33,7 @@ def wool(tmp_path):
 @pytest.mark.slow
 def test_the_error_of_texels_is_measured_again_and_a_wrong_one_is_damage(wool, metamer):
     cat = wool.parent / "cat"
-    code, out, _ = metamer("catalogue", "verify", cat, "--jobs", 1, "--json")
+    code, out, _ = metamer("catalogue", "verify", cat, "--jobs", 1, "--json", "-")
     texels = json.loads(out)["materials"][0]["texels"]
     assert code == 0 and texels["measured"] == pytest.approx(texels["declared"], abs=0.01)
     assert texels["declared"]["mean"] > 0.05

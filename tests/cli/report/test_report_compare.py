@@ -42,7 +42,7 @@ def test_criteria_decide_the_exit_code(metamer, reviews, tmp_path):
         limits.write_text('[[criteria]]\nstatistic = "max"\nwarn = {}\nfail = {}\n'.format(*limit), encoding="utf-8")
         code, out, err = metamer("report", "compare", a, b, "--criteria", limits)
         assert code == expected, out + err
-    code, out, _ = metamer("report", "compare", *reviews, "--criteria", limits, "--json")
+    code, out, _ = metamer("report", "compare", *reviews, "--criteria", limits, "--json", "-")
     found = json.loads(out)
     assert (code, found["schema"], found["status"]) == (2, "metamer.regression/1", "fail")
     assert [row["state"] for row in found["results"]] != ["identical", "identical"]
@@ -52,7 +52,7 @@ def test_criteria_decide_the_exit_code(metamer, reviews, tmp_path):
 def test_files_are_written_and_standard_output_is_json(metamer, reviews, tmp_path):
     outputs = {name: tmp_path / f"moved.{name}" for name in ("html", "junit", "csv", "markdown")}
     options = [word for name, path in outputs.items() for word in (f"--{name}", path)]
-    code, out, _ = metamer("report", "compare", *reviews, "--json", *options)
+    code, out, _ = metamer("report", "compare", *reviews, "--json", "-", *options)
     assert code == 0 and json.loads(out)["identical"] and all(path.stat().st_size for path in outputs.values())
     code, out, err = metamer("report", "compare", *reviews, "--csv", tmp_path / "none" / "moved.csv")
     assert code == 4 and out == "" and "none" in err

@@ -69,7 +69,7 @@ def test_without_a_folder_they_are_in_the_cache(metamer, scene, tiny_catalogue, 
     assert metamer("transfer", "show", *words)[0] == 0
     monkeypatch.setenv("METAMER_CACHE_GB", "0")
     code, _, err = metamer("transfer", "build", *words)
-    assert code == 4 and "--into" in err
+    assert code == 4 and "name one by -o" in err
 
 
 FAMILY = """family = "tiny"

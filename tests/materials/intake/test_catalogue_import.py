@@ -330,7 +330,7 @@ def test_file_in_place_of_the_folder(source, tmp_path, fits):
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs a folder that even root cannot write to")
 def test_unwritable_folder_is_named(source, fits):
-    with pytest.raises(InputError, match=r"(?s)/proc/metamer: the folder cannot be made.*--into"):
+    with pytest.raises(InputError, match=r"(?s)/proc/metamer: the folder cannot be made.*--catalogue"):
         import_sources([source], "/proc/metamer", jobs=1)
 
 
