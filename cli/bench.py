@@ -241,12 +241,6 @@ def _write_figures(target: Path, document: Any) -> None:
         print(path)
 
 
-def _write_figures(target: Path, document: Any) -> None:
-    write_json(target, document)
-    for path in figures_file(target):
-        print(path)
-
-
 def _write(path: Path, text: str) -> None:
     write_text(path, text)
     print(path)

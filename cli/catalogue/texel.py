@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +31,7 @@ def texel(text: str) -> tuple[int, int]:
     return x, y
 
 
-def print_texel(record: MaterialRecord, at: tuple[int, int], json: bool) -> None:
+def print_texel(record: MaterialRecord, at: tuple[int, int], json: Path | None) -> None:
     """Print the apparent BRDF of one texel of a BTF, and how far its fast form is from its images.
 
     Raises
