@@ -28,12 +28,13 @@ from .section import Column, Section, cell, ragged, trimmed
 # heading, since "dark-skin" and "std white" are names of samples.
 _SCATTER = re.compile(
     r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|s\.?d\.?|sigma|uncert\w*|err(?:or)?s?|"
-    r"variance|σ|s\.e\.?|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr)\W*(?:[\[(].*)?|.*±.*",
+    r"variance|σ|s\.e\.?|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr)\W*(?:[\[(].*)?|.*±.*|"
+    r"u(?: ?[\[(]\w{0,12}(?: ?= ?\d)?[\])]|_\w{1,12})",
     re.I,
 )
 # Headings of numbers about a row or its reading, and no spectrum.
 _OF_ROWS = re.compile(
-    r"(?:(?:re)?marks?|comments?|notes?|flags?|status|state|quality|qa|qc|valid(?:ity)?|warnings?|date|"
+    r"(?:(?:re)?marks?|weights?|gains?|offsets?|averages|thickness|saturat\w+|comments?|notes?|flags?|status|state|quality|qa|qc|valid(?:ity)?|warnings?|date|"
     r"(?:(?:integration|exposure|measurement|elapsed)[ _]*)?times?|temp(?:\.|erature)?|temperatur|t (?=\(°)|humidity|"
     r"no\.|nr\.|bemerkung|anmerkung|zeit|datum|diff(?:\.|erence)|[Δ∆]\w*|delta (?:e|r|l)\b.*)"
     r"\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*",

@@ -441,6 +441,7 @@ def test_names_of_samples_are_not_taken_for_an_instrument_s_own_columns(written,
     "beside",
     [
         *("note", "flag", "Status", "Quality", "valid", "σ", "Unc. (k=2)", "±", "red ±", "CV", "SNR", "95% CI", "s.e."),
+        *("weight", "gain", "Offset", "u(R)", "U (k=2)", "u_R", "thickness (mm)", "averages", "saturated"),
         *("Temperature", "T (°C)", "Temp.", "time", "Time (s)", "exposure time (ms)", "No.", "Difference", "Δ", "ΔR"),
     ],
 )  # fmt: skip
