@@ -7,7 +7,7 @@ import math
 #: Pixels of the window along a side of one of a moving picture, at most.
 COARSEST = 4
 #: Seconds that a moving picture may take at most, and one of an untried finer resolution.
-SLOW, QUICK = 0.08, 0.06
+SLOW, QUICK = 0.1, 0.06
 # Seconds a picture, as few as there are, and the pixels along a side that they are worth at most.
 _RATES = ((1.0 / 60.0, 2), (1.0 / 30.0, 3), (SLOW, COARSEST))
 # Pictures of a resolution before another is chosen: the first one makes textures.
