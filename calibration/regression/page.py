@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -98,7 +99,7 @@ def render_page(
         views[row.name] |= _named(row.name, common, titles) | {"rank": len(worst_first) - number}
         progress(number + 1, len(worst_first), str(row.name))
     lights = list(dict.fromkeys(row.name.light for row in result.rows))
-    environment = html_environment(uri=plots.data_uri, breakable=breakable, signed=_signed)
+    environment = html_environment(uri=plots.data_uri, breakable=breakable, signed=_signed, light=light_words)
     return environment.get_template("regression.html").render(
         result=result,
         outcome=verdict_words(result),
@@ -116,7 +117,7 @@ def render_page(
         scale=plots.scale_words(scale),
         scale_bar=scale_bar(scale, limit=False),
         step=100.0 * coded_map.STEP_SHARE,
-        codes=coded_map.code_words(scale),
+        codes=coded_map.code_words(scale) | {"clear": base64.b64encode(coded_map.clear_chunk()).decode("ascii")},
         shifts=_shifts(views.values(), lights),
         trend=trend_plot(history, "ΔE94 p99"),
         pair=_PAIR_SIZE,

@@ -5,7 +5,7 @@
   const START = "data:image/png;base64,", PALETTE = 41, PIXELS = 813;
   const images = Array.from(document.querySelectorAll("img.coded"), function (image) {
     const figure = image.closest("figure");
-    return { image: image, own: image.src, top: figure.querySelector(".scale-top"), fitted: false, here: figure.querySelector(".here"), read: null };
+    return { image: image, own: image.src, top: figure.querySelector(".scale-top"), fitted: null, here: figure.querySelector(".here"), read: null };
   });
 
   function value(code) {
@@ -35,11 +35,19 @@
     return START + btoa(String.fromCharCode.apply(null, head)) + source.slice(end);
   }
 
+  // What was not compared is seen through: the page's grey is there.
+  const clear = bytes(codes.clear);
+  function shownOf(source) {
+    const data = bytes(source.slice(START.length));
+    return URL.createObjectURL(new Blob([data.subarray(0, PIXELS), clear, data.subarray(PIXELS)], { type: "image/png" }));
+  }
+
   function show(one) {
     const top = Number(one.image.dataset.p99), fitted = maps.value === "fitted" && top > 0;
     if (one.fitted === fitted) return;
     one.fitted = fitted;
-    one.image.src = fitted ? recoloured(one.own, top) : one.own;
+    if (one.image.src.startsWith("blob:")) URL.revokeObjectURL(one.image.src);
+    one.image.src = shownOf(fitted ? recoloured(one.own, top) : one.own);
     one.top.textContent = fitted ? shortly(top) : one.top.dataset.own;
   }
 
