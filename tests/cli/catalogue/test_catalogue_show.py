@@ -121,7 +121,7 @@ def test_page_is_whole_and_escapes_what_files_say(metamer, folder, tmp_path):
     assert code == 0 and str(page) in out
     assert "data:image/webp;base64," in text and "Factor packs on a sphere under booth D65" in text
     assert not re.search(r"""(?:src|href)=["'](?!data:|#)|https?://|@import""", text)
-    assert "<script>" not in text and "&lt;script&gt;" in text and "&lt;b&gt;instrument" in text
+    assert "<script>alert" not in text and "&lt;script&gt;alert" in text and "&lt;b&gt;instrument" in text
     assert text.count('<path class="curve"') == 2 and "D65, 1964_10" in text and "1.250" in text
 
 
