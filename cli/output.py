@@ -12,7 +12,7 @@ from typing import Any, TextIO
 
 from ..runtime.errors import visible
 
-# Where figures go while other lines of standard output go to standard error.
+# Stream of figures while other lines of standard output go to standard error.
 _figures_stream: TextIO | None = None
 
 

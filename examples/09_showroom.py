@@ -32,26 +32,26 @@ def metameric_pair(folder: Path) -> Catalogue:
     seen = observer("1931_2").weights(illuminant("D65"), NM)
     ripple = 0.16 * np.cos(2 * np.pi * (NM - 380) / 110)
     other = paint + ripple - seen.T @ np.linalg.solve(seen @ seen.T, seen @ ripple)
-    columns = np.column_stack([NM, paint, other])
-    np.savetxt(folder / "pair.csv", columns, "%.6f", ",", header="wavelength_nm,master,other", comments="")
+    np.savetxt(folder / "pair.csv", np.c_[NM, paint, other], "%.6f", ",", header="nm,master,other", comments="")
     import_sources([folder / "pair.csv"], folder / "pair", answer=ImportOptions("reflectance", "fraction"))
     return Catalogue.open(folder / "pair")
 
 
 def main(folder: Path, pixels: int, *names: str) -> None:
     folder.mkdir(parents=True, exist_ok=True)
-    warnings.simplefilter("ignore")  # what a booth leaves out
+    warnings.simplefilter("ignore")  # notes on the booth
     pair, catalogue = metameric_pair(folder), Catalogue.open()
+    scene = wide(load_scene(HERE / "showroom" / "pair.toml", pair), pixels)
     for lamp in ("D65", "A", "FL11", "LED-B3"):
-        scene = wide(load_scene(HERE / "showroom" / "pair.toml", pair), pixels)
         render(scene, pair, illuminant=lamp).write(folder / f"pair-{lamp}.png")
         print(f"pair, {lamp}: ΔE94 {delta_e(pair['pair/master'].lab(lamp), pair['pair/other'].lab(lamp)):.2f}")
     for name in names or ("gloss", "metals", "corner"):
         scene = load_scene(HERE / "showroom" / f"{name}.toml", catalogue)
         render(wide(scene, pixels), catalogue).write(folder / f"{name}.png")
         found, truth = (render(wide(scene, 64), catalogue, reference=slow) for slow in (False, True))
-        off = delta_e_map(truth.xyz, found.xyz, found.white, np.minimum(found.coverage, truth.coverage))
-        print(f"{name}: ΔE94 mean {delta_e_statistics(off).mean:.2f}, p95 {delta_e_statistics(off).p95:.2f}")
+        seen = np.minimum(found.coverage, truth.coverage)
+        off = delta_e_statistics(delta_e_map(truth.xyz, found.xyz, found.white, seen))
+        print(f"{name}: ΔE94 mean {off.mean:.2f}, p95 {off.p95:.2f}")
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ _MOST_PLACES = 4
 UNKNOWN = (
     "No repeatability of the instrument is known: figures stand without uncertainty, and no verdict allows for it."
 )
-# Of a verdict: the icon, and the tint of its cells; no hue stands beside a colour.
+# Icon and tint of the cells of each verdict; no hue stands beside a colour.
 _LOOKS: dict[Verdict, tuple[str, str]] = {
     "pass": ("i-ok", "k0"),
     "not resolved": ("i-near", "k2"),
@@ -144,7 +144,7 @@ class MatchReport:
             groups.setdefault(self.places(where), []).append(one)
         parts, shared = [], _shared_start([one.sample.name for one in self.samples])
         for where, some in groups.items():
-            # What all names begin with is said once.
+            # The beginning that all names share is said once.
             first, *others = (one.sample.name for one in some)
             names = _listed([first, *(name[shared:] for name in others)])
             words = f"{names} {one_does if len(some) == 1 else several_do} under {where}"
@@ -318,7 +318,7 @@ def _shown(report: MatchReport) -> list[dict[str, Any]]:
 
 
 def _why(report: MatchReport, shown: Mapping[str, Any]) -> dict[str, Any]:
-    """Of the sample that fails most: both colours under the lights, and where its spectrum leaves the standard's."""
+    """Show the sample that fails most: both colours under the lights, and where its spectrum leaves the standard's."""
     one: MatchedPairs = shown["matched"]
     worst = one.worst
     others = [each for each in one.differences if each is not worst]

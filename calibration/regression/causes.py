@@ -13,7 +13,7 @@ from .result import Result, RowResult, State, worst_tier
 
 #: Of a row. Where a side has no reference, every change counts as one of the material's.
 Cause = Literal["material", "approximation"]
-#: What pages call a verdict, with an icon that needs no colour, and its style.
+#: Words of pages for a verdict, an icon that needs no colour, and its style.
 VERDICTS: dict[Cause, dict[Tier, tuple[str, str, str]]] = {
     "material": {
         "pass": ("hardly moved", "i-ok", "pass"),

@@ -24,7 +24,7 @@ from .self_test import injected
 
 #: ΔE94 that pictures of one scene may be apart where nothing but the order of sums in single precision is another.
 ROUNDING_MEAN, ROUNDING_MAX = 0.002, 0.02
-#: What is said of a row whose reference moved, and of one whose picture moved alone.
+#: Notes on a row whose reference moved, and on one whose picture moved alone.
 REFERENCE_CHANGED = "The reference changed: the material, the light or the scene differs."
 PICTURE_ALONE = "Only the picture moved: fit, plan or renderer is another; material, light and scene are not."
 # What picture and reference must have come apart by before a row is called better or worse.

@@ -46,7 +46,7 @@ _HEADINGS: dict[Cause, dict[str, str]] = {
         "fail": "The approximation's error is over its limits",
     },
 }
-# What stands in the place of a verdict where nothing moved, or nothing is there to move.
+# Words in the place of a verdict where nothing moved, or nothing is there to move.
 _SAID = {"identical": "did not move", "same": "did not move", "removed": "gone", "added": "new"}
 # Ends of the scale of maps, as multiples of a power of ten: a third of each is a short number.
 _ENDS = (1.2, 1.5, 2.4, 3.0, 4.5, 6.0, 9.0, 12.0)
@@ -131,8 +131,8 @@ def _to_look_at(row: RowResult) -> bool:
 
 
 def _named(name: RowName, common: RowName, titles: Mapping[str, str]) -> dict[str, str]:
-    """What a row is called: its material, and the light and whatever else not all rows have in common."""
-    own = RowName(*("" if part == shared else part for part, shared in zip(name, common, strict=True)))
+    """Name a row: its material, its light, and the other parts that not all rows have in common."""
+    own = name.without(common)
     light = light_words(name.light)
     rest = [light, short_observer(own.observer), own.scene, own.view]
     heading, under = titles[name.material] or str(name), " · ".join(part for part in rest if part)
@@ -213,7 +213,7 @@ def _view(row: RowResult, sides: _Sides, pictured: bool, history: Sequence[Run])
         "id": row_id(f"row:{row.name}"),
         "cause": cause,
         "state": state_words(row),
-        # Of what did not move, or cannot, its error alone is judged.
+        # The error alone is judged where nothing moved, or nothing could.
         "words": [
             VERDICTS[whose][tier][0]
             for whose, tier in verdicts(row).items()
@@ -288,8 +288,7 @@ def _cards(result: Result, views: Mapping[RowName, dict[str, Any]], common: RowN
         groups.setdefault(row.name._replace(light=""), []).append(views[row.name])
     cards = []
     for order, (name, own) in enumerate(groups.items(), 1):
-        parts = (part if part != shared else "" for part, shared in zip(name, common, strict=True))
-        title = " · ".join(part for part in parts if part) or name.material or str(name)
+        title = " · ".join(part for part in name.without(common) if part) or name.material or str(name)
         own.sort(key=lambda view: -view["rank"])
         cards.append(
             {

@@ -34,6 +34,10 @@ class RowName(NamedTuple):
     def __str__(self) -> str:
         return visible(" · ".join(part for part in self if part)) or "(unnamed)"
 
+    def without(self, common: RowName) -> RowName:
+        """Return the parts that differ from those of `common`, "" for the others."""
+        return RowName(*("" if own == shared else own for own, shared in zip(self, common, strict=True)))
+
 
 @dataclass(frozen=True, eq=False)
 class Pixels:

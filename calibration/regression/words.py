@@ -77,7 +77,7 @@ def readable_names(rows: Sequence[RowResult]) -> dict[RowName, str]:
     common, titles = common_parts(rows), titles_of(rows)
     found = {}
     for row in rows:
-        own = RowName(*("" if own == all_have else own for own, all_have in zip(row.name, common, strict=True)))
+        own = row.name.without(common)
         material = titles[row.name.material] if own.material or not any(own) else ""
         light = light_words(own.light)
         light = light[:1].lower() + light[1:] if light[1:2].islower() and material else light

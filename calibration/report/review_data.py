@@ -29,7 +29,7 @@ BADGES = {
     "reconstructed": "Rebuilt from photos",
     "unknown": "Origin of colour not stated",
 }
-# What heads the answer on the standing of a colour, and that of the gloss behind it.
+# Headings of the answer on the standing of a colour, with that of the gloss behind it.
 _COLOUR_IS = {
     "measured": "Colour measured",
     "analytic": "Colour calculated",

@@ -15,7 +15,7 @@ SAID_FROM = 0.01
 #: By status of a row: how near its picture is to the reference.
 LEVELS = {"pass": "accurate enough", "near": "borderline", "over": "too far off"}
 _SIGNS = {"pass": "✅", "near": "⚠️", "over": "❌", "invalid": "❌"}
-# So many pictures are read in a merge request.
+# Rows of a summary: more are not read in a merge request.
 _MOST = 15
 _INVALID = "The report's check of itself is missing or failed: do not rely on its figures."
 

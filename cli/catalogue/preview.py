@@ -89,7 +89,7 @@ def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
     from ...calibration.report.preview_page import PreviewCard
 
     counts = Counter(one.title for one in drawn)
-    # What several are called has the id behind it.
+    # A title of several has the id behind it.
     titles = [f"{one.title} ({one.summary.id})" if counts[one.title] > 1 else one.title for one in drawn]
     cards = []
     for number, one in enumerate(drawn):
