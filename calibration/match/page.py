@@ -20,7 +20,7 @@ from ...spectral.sample import Sample
 from ..report.page import html_environment
 from ..report.plots import pair_plot
 from ..report.review_data import LIGHT_ICONS
-from ..report.review_facts import light_title, light_words
+from ..report.review_facts import light_title, light_words, within_sentence
 from ..report.row_name import short_observer
 from .batch import Batch
 from .pairs import WORST_FIRST, MatchedPairs, MatchOptions, PairDifference
@@ -163,7 +163,7 @@ class MatchReport:
         told = [each for each in one.directions if each.verdict == verdict]
         every = tuple(where for each in told for where in each.conditions)
         if len(told) > 1 and (len(every) == len(self.asked.conditions) or len(every) > _MOST_PLACES):
-            most = _within_sentence(self.place(one.worst.conditions))
+            most = within_sentence(self.place(one.worst.conditions))
             return f"{self.places(every)}, most under {most} ({one.worst.words})"
         return _listed([f"{self.places(each.conditions)} ({each.words})" for each in told])
 
@@ -191,7 +191,7 @@ class MatchReport:
             return "every light" if alike else "all conditions"
         if len(conditions) > _MOST_PLACES:
             return f"{len(conditions)} of {len(every)} conditions"
-        return _listed([_within_sentence(self.place(where)) for where in conditions])
+        return _listed([within_sentence(self.place(where)) for where in conditions])
 
     def html(self) -> str:
         """The page, self-contained."""
@@ -338,7 +338,7 @@ def _why(report: MatchReport, shown: Mapping[str, Any]) -> dict[str, Any]:
     if passed and crosses:
         found["sentences"].append(
             f"Under {report.places(passed)} more and less cancel out, under "
-            f"{_within_sentence(report.place(worst.conditions))} they do not: another mixture of colorants, which a "
+            f"{within_sentence(report.place(worst.conditions))} they do not: another mixture of colorants, which a "
             "change of strength alone does not mend."
         )
     width, height = _DIFFERENCE_SIZE
@@ -556,8 +556,3 @@ def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, 
 def _listed(words: Sequence[str]) -> str:
     """Names of a sentence: "a, b and c"."""
     return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
-
-
-def _within_sentence(words: str) -> str:
-    """Words that began with a capital, within a sentence; names such as "LED" stay as they are."""
-    return words[:1].lower() + words[1:] if words[1:2].islower() else words

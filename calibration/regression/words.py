@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from ...spectral.sample import title_from_id
-from ..report.review_facts import light_words
+from ..report.review_facts import light_words, within_sentence
 from ..report.row_name import short_observer
 from ..report.text_tables import columns
 from .causes import what_changed
@@ -80,7 +80,7 @@ def readable_names(rows: Sequence[RowResult]) -> dict[RowName, str]:
         own = row.name.without(common)
         material = titles[row.name.material] if own.material or not any(own) else ""
         light = light_words(own.light)
-        light = light[:1].lower() + light[1:] if light[1:2].islower() and material else light
+        light = within_sentence(light) if material else light
         under = " under ".join(part for part in (material, light) if part)
         found[row.name] = str(RowName(under, "", short_observer(own.observer), own.scene, own.view))
     return found

@@ -111,6 +111,15 @@ class ReviewedMaterial:
 _Titled = TypeVar("_Titled", ReviewedLight, ReviewedMaterial)
 
 
+def within_sentence(words: str) -> str:
+    """Write words that began with a capital as they stand within a sentence; names such as "LED" stay.
+
+    >>> within_sentence("Tungsten lamp A"), within_sentence("LED B3")
+    ('tungsten lamp A', 'LED B3')
+    """
+    return words[:1].lower() + words[1:] if words[1:2].islower() else words
+
+
 def light_title(name: str) -> tuple[str, str]:
     """A light's name for people, and which kind it is; a name that is not known is its own title.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .review_facts import light_words
+from .review_facts import light_words, within_sentence
 from .row import ReviewRow
 from .statistics import beside, verdict, verdict_limits
 from .text_tables import escaped
@@ -79,7 +79,7 @@ def row_words(document: Mapping[str, Any], result: Mapping[str, Any]) -> str:
     """A picture of a review as people call it, by the content of `review.json`: "Signal red under tungsten lamp A"."""
     material = next(one["title"] for one in document["materials"] if one["id"] == result["material"])
     light = light_words(result["illuminant"])
-    return f"{material} under {light[:1].lower() + light[1:] if light[1:2].islower() else light}"
+    return f"{material} under {within_sentence(light)}"
 
 
 def as_markdown(document: Mapping[str, Any]) -> str:
