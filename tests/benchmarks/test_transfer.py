@@ -3,13 +3,26 @@
 import json
 import warnings
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
-from metamer.benchmarks.transfer import bars, benchmark, growth, ours, path_tracing, pixels, scenes, spectral, tensors
+from metamer.benchmarks.transfer import (
+    bars,
+    benchmark,
+    growth,
+    ours,
+    path_tracing,
+    pixels,
+    scenes,
+    spectral,
+    tensors,
+    whole_pictures,
+)
 from metamer.benchmarks.transfer.pixels import difference, seen_sites, truth_of
 from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.transfer.bodies import Bodies
+from metamer.materials.fitting.fit import fit
 from metamer.materials.tensors.brdf_tensor import brdf_tensor
 from metamer.materials.tensors.components import components_of
 from metamer.materials.tensors.disc import Disc
@@ -35,6 +48,7 @@ def small():
         patched.setattr(pixels, "ALL", 3)
         patched.setattr(ours, "SITES", 24)
         patched.setattr(ours, "PATHS", 64)
+        patched.setattr(whole_pictures, "fit", partial(fit, budget=2.0, pixels=32))
         patched.setattr(benchmark, "shared_by_all", lambda: (brdf_tensor(CT, disc=Disc(10)), components_of(CT)))
         yield benchmark.run()
 

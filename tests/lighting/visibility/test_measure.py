@@ -51,7 +51,7 @@ def test_spot_between_its_vertices(scene_of, shared_data, monkeypatch):
 @pytest.mark.slow
 def test_spot_on_a_floor_and_the_shaderball(scene_of, shared_data, monkeypatch):
     monkeypatch.setattr("metamer.lighting.visibility.precompute._TRAINING", 2048)
-    monkeypatch.setattr(refinement, "MOST_VERTICES", 4096)
+    monkeypatch.setattr(refinement, "MOST_VERTICES", 2048)
     cow = spot(shared_data)
     standing = scene_of(cow.placed(translate=(0.0, -cow.bounds[0][1], 0.0)), plane(5.6, 5.6))
     assert measure.measured(standing, points=600).misclassified < 0.02

@@ -28,7 +28,7 @@ def shares(name, brdf):
     """Shares of the sphere that are clipped, and that are as good as black."""
     scene = load_scene(ROOT / "examples" / f"{name}.toml")
     scene = scene.with_material(scene.reviewed_part, "metal")
-    camera = replace(scene.camera(), width=40, height_px=40, samples=1)
+    camera = replace(scene.camera(), width=28, height_px=28, samples=1)
     xyz, coverage = reference_image(scene, camera, {"metal": brdf})
     seen, display = xyz[coverage == 1], display_for(scene.viewing)
     rgb = display.apply(seen @ display.adaptation_from(scene.adopted_white()).T)
