@@ -1,4 +1,4 @@
-"""Pictures to look at: `showroom/` and a metameric pair, 1280 pixels wide; ΔE94 beside references 64 pixels wide at most.
+"""Pictures to look at: `showroom/` and a metameric pair, 1280 pixels wide; ΔE94 beside references of at most 64.
 
     python examples/09_showroom.py [FOLDER] [PIXELS] [SCENE ...]
 

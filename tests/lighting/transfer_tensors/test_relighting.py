@@ -31,7 +31,7 @@ D65, SEEN = illuminant("D65"), observer("1931_2")
 RED = np.interp(NM, [380, 560, 620, 780], [0.04, 0.08, 0.75, 0.8])
 BLUE = np.interp(NM, [380, 480, 560, 780], [0.6, 0.65, 0.08, 0.05])
 DARK, GREY = np.zeros(len(NM)), np.full(len(NM), 0.4)
-EYE, LUX, ACROSS = np.array([2.0, 2.0, 4.0]), 1000.0, 16
+EYE, LUX, ACROSS = np.array([2.0, 2.0, 4.0]), 1000.0, 8
 
 
 def rectangle(*corners):

@@ -24,7 +24,7 @@ def bumpy():
     return bumps()
 
 
-FINE = Size(64, 4, 16, 0.1, 0.2)
+FINE = Size(24, 4, 16, 0.1, 0.2)
 
 
 def decoded(form):

@@ -65,7 +65,7 @@ def test_separation_leaves_less(family):
     wi, wo = directions()
     off = []
     for separate in (False, True):
-        found = brdf_tensor(family, (4, 8, 8), Disc(14), separate)
+        found = brdf_tensor(family, (4, 8, 8), Disc(10), separate)
         errors = [
             np.linalg.norm(found.values(weights, wi, wo) - weights @ family.values(wi, wo))
             / np.linalg.norm(weights @ family.values(wi, wo))
