@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, OrenNayar
+from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert
 from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.core.directions import io_from_half_difference
 from metamer.materials.export.files import FORMATS, export
