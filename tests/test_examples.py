@@ -66,6 +66,7 @@ def test_a_metameric_pair_is_one_colour_under_d65_and_two_elsewhere(tmp_path):
     assert number(r"1931_2 +D65 +L\* +([\d.]+)", said) == pytest.approx(57.4, abs=0.1)
 
 
+@pytest.mark.slow
 def test_balanced_basis_beats_peercy_at_every_size(tmp_path):
     said = run("02_choose_a_basis.py", tmp_path)
     rows = re.findall(r"^ *(\d+) +([\d.]+) +([\d.]+)$", said, re.M)
@@ -101,6 +102,7 @@ def test_picture_and_truth_agree_and_both_files_are_there(tmp_path):
     assert coverage.mean() == pytest.approx(np.pi / 2.2**2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_fluorescence_shows_where_the_light_excites_it(tmp_path):
     said = run("06_fluorescence.py", tmp_path, "pictures")
     rows = re.findall(r"^(\S+) +Y ([\d.]+) .*p99 ([\d.]+) .*reflectance ([\d.]+)$", said, re.M)

@@ -70,6 +70,7 @@ def test_as_many_balanced_terms_as_harmonics_lose_less_under_a_sun(bumpy, lights
     assert sun.light == "1 environments x 3 turns"
 
 
+@pytest.mark.slow
 def test_what_renderers_gather_of_a_form_is_near_the_truth(bumpy, surround):
     texels = btf_form(bumpy, SIZES["fine"]).texels
     values = surround.decoded(texels)

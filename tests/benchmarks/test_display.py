@@ -1,8 +1,10 @@
 """`metamer bench display`, small."""
 
+import pytest
 from metamer.benchmarks.display import benchmark
 
 
+@pytest.mark.slow
 def test_a_row_for_each_number_of_bits(monkeypatch):
     monkeypatch.setattr(benchmark, "MODELS", ("gog",))
     found = benchmark.run(lambda line: None, "CRT", seeds=1, count=40)

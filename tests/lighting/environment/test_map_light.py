@@ -267,6 +267,7 @@ def test_shares_are_the_non_negative_least_squares():
     assert (np.array(expected) == 0).any()
 
 
+@pytest.mark.slow
 def test_real_maps_in_every_way(shared_data):
     path = shared_data / "light" / "venice_sunset_512.exr"
     if not path.is_file():

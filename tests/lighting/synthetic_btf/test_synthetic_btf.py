@@ -167,6 +167,7 @@ def test_a_ray_goes_on_over_many_tiles():
     assert PeriodicRays(relief).free(starts, np.tile([0.6, 0.0, 0.8], (4, 1))).all()
 
 
+@pytest.mark.slow
 def test_the_bounce_tiles():
     sample = some(gathering=16)
     moved = replace(sample, relief=sample.relief.shifted(5, 9))

@@ -45,6 +45,7 @@ def contents(folder):
     return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_the_bytes_are_those_of_home_also_when_a_worker_is_killed(workers, scene, tmp_path):
     struck = []
 

@@ -15,6 +15,7 @@ def test_truth_is_drawn_by_area_and_counts_above_both_horizons(scene_of):
     assert (found.counts[floor] == (found.directions[floor][..., 1] > 0.0)).all()
 
 
+@pytest.mark.slow
 def test_it_measures_what_it_says(scene_of, monkeypatch):
     found = measure.measured(scene_of(speed_shape(3)), points=300)
     assert found.vertices == 642 and 0.0 < found.misclassified < 0.02

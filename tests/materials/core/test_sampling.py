@@ -71,7 +71,7 @@ def albedo(surface, wo):
 @pytest.mark.parametrize("name", SURFACES)
 @pytest.mark.parametrize("degrees", [0.0, 35.0, 80.0])
 def test_drawn_directions_integrate_to_the_albedo(name, degrees):
-    wo = viewers(degrees, 20000)
+    wo = viewers(degrees, 8000)
     found = weights(SURFACES[name], wo)
     error = found.std() / np.sqrt(len(found))
     assert abs(found.mean() - albedo(SURFACES[name], wo[0])) < 5 * error + 2e-3

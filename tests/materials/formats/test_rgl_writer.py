@@ -45,6 +45,7 @@ def test_a_table_looks_like_its_brdf(tmp_path, model, record_property):
         assert error.mean < 0.1 and error.p99 < 1.0, (model.NAME, error)
 
 
+@pytest.mark.slow
 def test_a_brushed_surface_looks_like_itself_at_every_turn():
     one = AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2]
     brushed = AshikhminShirley(one.diffuse, one.specular, 20.0, 100.0)

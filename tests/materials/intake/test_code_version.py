@@ -139,6 +139,7 @@ def test_every_library_that_a_fit_imports_is_known():
     assert [name for name, _ in code_version._DECODERS] == ["pillow", "OpenEXR"]
 
 
+@pytest.mark.slow_cases("scattered", "fluorescent_lambert")
 @pytest.mark.parametrize("model", ["lambert", "scattered", "rgl", "fluorescent_lambert"])
 def test_every_module_that_a_fit_loads_counts(model):
     """Looked at from the other side: what a fresh process holds once it has the fit and the model."""

@@ -74,7 +74,7 @@ def off(scene, truth, found):
     return delta_e_xyz(np.asarray(truth, float), np.asarray(found, float), scene.adopted_white())
 
 
-@pytest.mark.slow_cases("GL")
+@pytest.mark.slow
 def test_pictures_are_the_paths(scenes, make):
     scene = replace(corner(scenes), bounces=2)
     truth = reference_images(scene, None, SURFACES, bounces=2, budget=1.0)

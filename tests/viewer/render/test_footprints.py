@@ -50,6 +50,7 @@ def angles_within(scene, surface, count=15):
     return values | {"theta_h": theta_h, "theta_d": theta_d, "phi_d": phi_d, "phi_h": phi_h}
 
 
+@pytest.mark.slow
 def test_spans_are_those_of_many_points_in_a_sample(ball):
     """A span's square is twelve times the variance, as that of a box is, wherever an angle changes evenly."""
     scene, surface, spans = ball

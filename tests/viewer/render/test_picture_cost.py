@@ -76,6 +76,7 @@ def test_memory_of_many_triangles_is_foretold(scenes):
     )
 
 
+@pytest.mark.slow
 def test_memory_of_the_reference_and_of_spectra_is_foretold(scenes):
     grey = Lambert(Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.full(81, 0.5), "reflectance"))
     scene = filled(scenes, 1, 200)
