@@ -48,8 +48,7 @@ def main(folder: Path, pixels: int, *names: str) -> None:
     for name in names or ("gloss", "metals", "corner"):
         scene = load_scene(HERE / "showroom" / f"{name}.toml", catalogue)
         render(wide(scene, pixels), catalogue).write(folder / f"{name}.png")
-        small = wide(scene, min(pixels, 64))
-        found, truth = (render(small, catalogue, reference=slow) for slow in (False, True))
+        found, truth = (render(wide(scene, min(pixels, 64)), catalogue, reference=slow) for slow in (False, True))
         seen = np.minimum(found.coverage, truth.coverage)
         off = delta_e_statistics(delta_e_map(truth.xyz, found.xyz, found.white, seen))
         print(f"{name}: ΔE94 mean {off.mean:.2f}, p95 {off.p95:.2f}")
