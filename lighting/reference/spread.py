@@ -20,21 +20,27 @@ multidimensional sampling", Computer Graphics Forum 21(3), 2002). Pixel by pixel
 the sequence: from j to (j xor a random number), so that the first 2^k of a pixel are some 2^k of the sequence that
 stand beside each other, which are as even as its first are. What the light gives from where it is drawn is so worked
 out once for all pixels, where it is infinitely far off.
+
+Materials of one geometry may scatter by the same functions of direction, as coats of one roughness do over bodies of
+any colour. Their sums over directions are kept with the geometry (`_Drawn`): the next such material gives them its
+colours.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
+from ...materials.core.brdf import eval_lit
 from ...materials.core.points import Points
 from ...materials.core.sampling import DirectionSampler
-from ...materials.core.scattering import Scattering
-from ...materials.core.surface import Surface
+from ...materials.core.scattering import Scattering, sampling_key
+from ...materials.core.surface import SumOfTerms, Surface
 from ...runtime.errors import InputError
 from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum
@@ -51,6 +57,8 @@ from .geometry import Tracer, VisibleGeometry
 _PAIRS = 16384
 # Directions of either kind for highlights, for each direction for what is even, under such a light.
 _GLOSSY = 0.5
+# Bytes of sums that are kept with one geometry.
+_KEPT_BYTES = 256_000_000
 
 
 class SpreadSum:
@@ -85,7 +93,7 @@ class SpreadSum:
                 found="one of a scene without lights that spread",
                 expected="`visible_geometry` of the scene itself",
             )
-        self._scene, self._geometry, self._surfaces, self._seed = scene, geometry, surfaces, seed
+        self._scene, self._geometry, self._surfaces = scene, geometry, surfaces
         self._frame, self._outwards = geometry.frame, geometry.geometric
         self._tracer = None if _nothing_hides(scene, geometry) else tracer()
         self._lights = [_Shining(scene, light, illuminants) for light in scene.spread_lights]
@@ -93,8 +101,7 @@ class SpreadSum:
         self._order = np.argsort(geometry.pixel, kind="stable")
         self._hits = np.bincount(geometry.pixel, minlength=self._sums.shape[1])
         self._first = np.cumsum(self._hits) - self._hits
-        self._most = most
-        self._pools: dict[tuple[int, int], tuple[DrawnDirections, Int[np.ndarray, " P"]]] = {}
+        self._drawn = _Drawn.of(geometry, tuple(scene.spread_lights), seed, most)
         #: (H W,) directions of each kind that each pixel has had, in each half.
         self.directions = np.zeros(self._sums.shape[1], dtype=np.int64)
         #: (H W,) pixels that meet a surface.
@@ -111,43 +118,43 @@ class SpreadSum:
         start = int(self.directions[pixels[0]])
         for number, light in enumerate(self._lights):
             for half in range(2):
-                pool, shift = self._pool(number, half)
                 for task in light.tasks(start, directions):
-                    self._carry_on(self._sums[half], light, pool, shift, task, pixels)
+                    self._carry_on(number, half, task, pixels)
         self.directions[pixels] = directions
 
-    def _pool(self, number: int, half: int) -> tuple[DrawnDirections, Int[np.ndarray, " P"]]:
-        """Points and, by pixel, where in them it begins."""
-        if (number, half) not in self._pools:
-            rng = np.random.default_rng([*self._seed, number, half])
-            pool = drawn_pool(self._lights[number].light, self._most, rng)
-            self._pools[number, half] = pool, rng.integers(0, len(pool.uniform), self._sums.shape[1])
-        return self._pools[number, half]
-
-    def _carry_on(
-        self,
-        sums: Float[np.ndarray, "P C"],
-        light: _Shining,
-        pool: DrawnDirections,
-        shift: Int[np.ndarray, " P"],
-        task: _Task,
-        pixels: Int[np.ndarray, " n"],
-    ) -> None:
+    def _carry_on(self, number: int, half: int, task: _Task, pixels: Int[np.ndarray, " n"]) -> None:
         """One task for all these pixels."""
-        wearing = [task.part(self._surfaces[part.material]) for part in self._scene.parts]
-        if all(one is None for one in wearing):
-            return
-        for pixel, which in _pairs(pixels, task.start, task.stop):
+        light, sums = self._lights[number], self._sums[half]
+        pool, shift = self._drawn.pool(number, half)
+        wearing: dict[int, _Part] = {}
+        for index, one in enumerate(self._scene.parts):
+            worn = task.part(self._surfaces[one.material])
+            if worn is not None:
+                at = (number, half, task, index)
+                wearing[index] = _Part(worn, self._drawn.moments(at, worn, light.count))
+        missing = np.zeros(len(pixels), dtype=bool)
+        for part in wearing.values():
+            open_ = part.missing(pixels)
+            missing |= open_
+            if part.moments is not None:
+                # Someone may have been interrupted here.
+                part.moments.sums[pixels[open_]] = 0.0
+        for pixel, which in _pairs(pixels[missing], task.start, task.stop):
             row = which ^ shift[pixel]
             of_pixel = (pool.uniform[row, 4] * self._hits[pixel]).astype(np.int64)
             sample = self._order[self._first[pixel] + of_pixel]
-            if len(wearing) == 1:
+            if len(self._scene.parts) == 1:  # all samples are of it, and all pixels missing
                 self._add(sums, light, pool, task, wearing[0], sample, row)
                 continue
-            worn = self._geometry.part[sample]
-            for index in np.unique(worn):
-                mine = np.flatnonzero(worn == index)
-                self._add(sums, light, pool, task, wearing[index], sample[mine], row[mine])
+            seen = self._geometry.part[sample]
+            for index, part in wearing.items():
+                mine = np.flatnonzero((seen == index) & part.missing(pixel))
+                self._add(sums, light, pool, task, part, sample[mine], row[mine])
+        for part in wearing.values():
+            if part.moments is not None and part.worn.terms is not None:
+                part.moments.known[pixels] = True
+                colours = light.colours(part.worn.terms.spectra, part.worn.surface.wavelengths_nm)
+                sums[pixels] += part.moments.sums[pixels] @ colours
 
     @property
     def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
@@ -165,14 +172,14 @@ class SpreadSum:
         light: _Shining,
         pool: DrawnDirections,
         task: _Task,
-        worn: _Worn | None,
+        part: _Part,
         sample: Int[np.ndarray, " n"],
         row: Int[np.ndarray, " n"],
     ) -> None:
-        """One direction for each pair of a sample and a row of the pool."""
-        if worn is None or not len(sample):
+        """One direction for each pair of a sample and a row of the pool, added to `sums` or to the part's moments."""
+        if not len(sample):
             return
-        low = self._geometry.pixel[sample[0]]
+        low, worn = self._geometry.pixel[sample[0]], part.worn
         arriving = (
             self._scattered(light, pool, worn, sample, row) if task.scattered else self._shone(light, pool, sample, row)
         )
@@ -192,8 +199,13 @@ class SpreadSum:
         uv, footprint = (None if one is None else one[sample] for one in (geometry.uv, geometry.footprint))
         # What was drawn has a density, but for the last bit at a cell's border.
         weight = np.where(density > 0.0, wi[:, 2], 0.0) / np.where(density > 0.0, density, 1.0)
-        f_r = worn.surface.xyz(Points(wi, wo, uv, footprint), light.folding)
-        values = light.added(f_r, luminance * weight[:, None])
+        arriving = luminance * weight[:, None]
+        if part.moments is not None and worn.terms is not None:
+            sums, fields = part.moments.sums, light.fields(arriving)
+            terms = eval_lit(worn.terms.terms, len(worn.terms.spectra), wi, wo)
+            values = (terms[:, :, None] * fields[:, None]).reshape(len(wi), -1)
+        else:
+            values = light.added(worn.surface.xyz(Points(wi, wo, uv, footprint), light.folding), arriving)
         pixel = geometry.pixel[sample] - low
         for channel in range(values.shape[1]):
             found = np.bincount(pixel, values[:, channel])
@@ -243,6 +255,86 @@ class _Worn:
 
     surface: Surface
     sampler: DirectionSampler | None
+
+    @property
+    def terms(self) -> SumOfTerms | None:
+        """Terms of the material, where it is known as such."""
+        return self.surface.sum_of_terms
+
+    @property
+    def key(self) -> Hashable:
+        """Equal for materials of the same terms, drawn from alike; None where there are no terms."""
+        terms = self.terms
+        return None if terms is None else terms.key if self.sampler is None else sampling_key(self.surface)
+
+
+@dataclass(frozen=True, eq=False)
+class _Moments:
+    """Sums over the directions of a task of each of R terms times each of K fields of a light.
+
+    sums (P, R K) : by pixel; known (P,) : which pixels these are of.
+    """
+
+    sums: Float[np.ndarray, "P RK"]
+    known: Bool[np.ndarray, " P"]
+
+
+class _Drawn:
+    """Directions drawn for one geometry under some lights, and sums over them that are good for several materials."""
+
+    def __init__(self, geometry: VisibleGeometry, lights: tuple[SpreadLight, ...], seed: tuple[int, ...], most: int):
+        self._lights, self._seed, self._most = lights, seed, most
+        self._pixels = geometry.rows * geometry.width
+        self._pools: dict[tuple[int, int], tuple[DrawnDirections, Int[np.ndarray, " P"]]] = {}
+        self._moments: OrderedDict[Hashable, _Moments] = OrderedDict()
+
+    @classmethod
+    def of(cls, geometry: VisibleGeometry, lights: tuple[SpreadLight, ...], seed: tuple[int, ...], most: int) -> _Drawn:
+        """Find those of a geometry; of other lights than the last ones they are new."""
+        last = _drawn.get(geometry)
+        if last is None or (last._lights, last._seed, last._most) != (lights, seed, most):
+            last = _drawn[geometry] = cls(geometry, lights, seed, most)
+        return last
+
+    def pool(self, number: int, half: int) -> tuple[DrawnDirections, Int[np.ndarray, " P"]]:
+        """Points for a light and, by pixel, where in them it begins."""
+        if (number, half) not in self._pools:
+            rng = np.random.default_rng([*self._seed, number, half])
+            pool = drawn_pool(self._lights[number], self._most, rng)
+            self._pools[number, half] = pool, rng.integers(0, len(pool.uniform), self._pixels)
+        return self._pools[number, half]
+
+    def moments(self, at: tuple[Hashable, ...], worn: _Worn, fields: int) -> _Moments | None:
+        """Sums so far of what is worn there, for so many fields of a light; None where it is not known as terms.
+
+        Those longest unused are given up where all take too much memory.
+        """
+        if worn.terms is None:
+            return None
+        key = (*at, worn.key)
+        if key not in self._moments:
+            sums = np.zeros((self._pixels, len(worn.terms.spectra) * fields))
+            new = _Moments(sums, np.zeros(self._pixels, dtype=bool))
+            self._moments[key] = new
+            while sum(one.sums.nbytes for one in self._moments.values()) > _KEPT_BYTES and len(self._moments) > 1:
+                self._moments.popitem(last=False)
+        self._moments.move_to_end(key)
+        return self._moments[key]
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """A part of the scene in a task: what it wears, and the moments that are summed in place of colours."""
+
+    worn: _Worn
+    moments: _Moments | None
+
+    def missing(self, pixels: Int[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
+        """True where directions are still to be drawn."""
+        return np.ones(len(pixels), dtype=bool) if self.moments is None else ~self.moments.known[pixels]
+
+
+_drawn: WeakKeyDictionary[VisibleGeometry, _Drawn] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
@@ -294,12 +386,29 @@ class _Shining:
         for scattered in (False, True):
             yield _Task(scattered, "glossy" if self._alone else "all", round(of_n * start), round(of_n * stop), of_n)
 
+    @property
+    def count(self) -> int:
+        """Fields of the light that have spectra of their own."""
+        return self._fields_of.shape[1]
+
+    def fields(self, columns: Float[np.ndarray, "n J"]) -> Float[np.ndarray, "n K"]:
+        """Add up columns of one spectrum."""
+        return columns if columns.shape[1] == self.count else columns @ self._fields_of
+
+    def colours(self, spectra: Float[np.ndarray, "R L"], nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "RK M3"]:
+        """XYZ in each picture of each term in each field."""
+        each = (spectra @ self.folding.weights(nm)).reshape(len(spectra), -1, 3)
+        out = np.empty((len(spectra), self.count, len(self._whole), 3))
+        for number, (whole, first) in enumerate(zip(self._whole, self._first, strict=True)):
+            out[:, :, number] = each[:, first : first + (1 if whole else self.count)]
+        return out.reshape(len(spectra) * self.count, -1)
+
     def added(self, f_r: Float[np.ndarray, "n C3"], fields: Float[np.ndarray, "n K"]) -> Float[np.ndarray, "n M3"]:
         """f_r times what arrives of each spectrum, added up by picture."""
         total = fields.sum(axis=1, keepdims=True)
         if all(self._whole):
             return f_r * total
-        fields = fields if fields.shape[1] == self._fields_of.shape[1] else fields @ self._fields_of
+        fields = self.fields(fields)
         columns = np.concatenate([total if whole else fields for whole in self._whole], axis=1)
         each = f_r.reshape(len(f_r), -1, 3) * columns[:, :, None]
         return np.add.reduceat(each, self._first, axis=1).reshape(len(f_r), -1)

@@ -10,7 +10,8 @@ import numpy as np
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
 from ..core.domain import in_domain
-from .model import AnalyticBrdf, ModelPart, SumOfTerms
+from ..core.surface import SumOfTerms
+from .model import AnalyticBrdf, ModelPart
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +60,9 @@ class AshikhminShirley(AnalyticBrdf):
 
     def lobes(self) -> tuple[Lobe, ...]:
         """The diffuse term (eq. 5) in incident/outgoing angles, the highlight (eq. 4) in half/difference angles."""
-        under = SumOfTerms(self._even, self._under[None])
+        under = SumOfTerms(self._even, self._under[None], (self.NAME, "body"))
         base = ModelPart(self.wavelengths_nm, True, self._diffuse, under)
-        coat = SumOfTerms(self._gloss, self._coat)
+        coat = SumOfTerms(self._gloss, self._coat, (self.NAME, "coat", self.exponent_u, self.exponent_v))
         highlight = ModelPart(self.wavelengths_nm, self.isotropic, self._highlight, coat)
         return Lobe("io", base), Lobe("hd", highlight)
 

@@ -11,9 +11,10 @@ from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
 from ..core.domain import in_domain
+from ..core.surface import SumOfTerms
 from .cook_torrance import beckmann, smith_beckmann
 from .instrument import Instrument, ReadBrdf, not_stated
-from .model import AnalyticBrdf, ModelPart, SumOfTerms
+from .model import AnalyticBrdf, ModelPart
 
 # Nodes of the albedo of the coat: polar and azimuth of the half vector.
 _TILTS, _TURNS = 64, 64
@@ -136,8 +137,9 @@ class CoatedDiffuse(ReadBrdf):
 
     def lobes(self) -> tuple[Lobe, ...]:
         """The body in incident/outgoing angles, the coat in half/difference angles."""
-        body = SumOfTerms(self._let_through, self._body[None] / np.pi)
-        coat = SumOfTerms(self._facets, np.ones((1, len(self.wavelengths_nm))))
+        kind = (self.NAME, self.index)
+        body = SumOfTerms(self._let_through, self._body[None] / np.pi, (*kind, "body"))
+        coat = SumOfTerms(self._facets, np.ones((1, len(self.wavelengths_nm))), (*kind, "coat", self.roughness))
         return (
             Lobe("io", ModelPart(self.wavelengths_nm, True, self._under, body)),
             Lobe("hd", ModelPart(self.wavelengths_nm, True, self._coat, coat)),

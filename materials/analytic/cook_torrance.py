@@ -13,7 +13,8 @@ from jaxtyping import Float
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
 from ..core.domain import in_domain
-from .model import AnalyticBrdf, Directed, ModelPart, SumOfTerms
+from ..core.surface import Directed, constant_term
+from .model import AnalyticBrdf, ModelPart
 
 # Cells of a folded Fresnel term along the cosine, and how far off a straight line in one may be: as float32 rounds.
 _FOLDED_CELLS, _FOLDED_OFF = 16384, 6e-8
@@ -83,7 +84,7 @@ class CookTorrance(AnalyticBrdf):
         """The body in incident/outgoing angles, the facets in half/difference angles; only those with a weight."""
         parts = []
         if self.specular_weight < 1.0:
-            body = SumOfTerms(_one, self._body[None])
+            body = constant_term(self._body)
             parts.append(Lobe("io", ModelPart(self.wavelengths_nm, True, self._diffuse, body)))
         if self.specular_weight > 0.0:
             parts.append(Lobe("hd", ModelPart(self.wavelengths_nm, True, self._facets, self._folded_facets)))
@@ -128,10 +129,6 @@ class CookTorrance(AnalyticBrdf):
             out[seen] = fresnel_term(cos2_d[seen], sin2_d[seen])
             out[seen] *= (geometry[seen] * masked)[:, None]
         return out
-
-
-def _one(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    return np.ones((len(wi), 1))
 
 
 def fresnel(cos2: np.ndarray, sin2: np.ndarray, eta: np.ndarray, k: np.ndarray) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...spectral.palette import Palette
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from ..core.surface import SumOfTerms, constant_term
 from ..factored.pack import FactoredBrdf, matt_brdf
 from .model import AnalyticBrdf
 
@@ -45,6 +46,11 @@ class Lambert(AnalyticBrdf):
 
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         return np.broadcast_to(self._value, (len(wi), len(self._value)))
+
+    @property
+    def sum_of_terms(self) -> SumOfTerms:
+        """See `Surface.sum_of_terms`."""
+        return constant_term(self._value)
 
     def own_form(self, budget: float = 0.5) -> FactoredBrdf:
         """One constant term, exact in every direction; its spectrum is on the working wavelengths, projected there."""

@@ -10,8 +10,9 @@ import numpy as np
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
 from ..core.domain import in_domain
+from ..core.surface import SumOfTerms
 from .cook_torrance import ggx, smith_ggx
-from .model import AnalyticBrdf, ModelPart, SumOfTerms
+from .model import AnalyticBrdf, ModelPart
 
 # Of the coat, whose refractive index is 1.5.
 _COAT_F0 = 0.04
@@ -75,13 +76,15 @@ class MetallicRoughness(AnalyticBrdf):
     def lobes(self) -> tuple[Lobe, ...]:
         """Body, facets and coat, all in half/difference angles, where the body depends on theta_d alone."""
         one = np.ones((1, len(self.wavelengths_nm)))
-        parts = [(self._body, self._under_terms, self._under), (self._facets, self._facet_terms, self._facet)]
+        over = (self.coat,)
+        parts = [
+            (self._body, SumOfTerms(self._under_terms, self._under, (self.NAME, "body", *over))),
+            (self._facets, SumOfTerms(self._facet_terms, self._facet, (self.NAME, "facets", *over, self.alpha))),
+        ]
         if self.coat > 0.0:
-            parts.append((self._coat, self._coat_terms, one))
-        return tuple(
-            Lobe("hd", ModelPart(self.wavelengths_nm, True, whole, SumOfTerms(terms, spectra)))
-            for whole, terms, spectra in parts
-        )
+            coat = SumOfTerms(self._coat_terms, one, (self.NAME, "coat", *over, self.coat_alpha))
+            parts.append((self._coat, coat))
+        return tuple(Lobe("hd", ModelPart(self.wavelengths_nm, True, whole, folded)) for whole, folded in parts)
 
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         out = self._body(wi, wo)

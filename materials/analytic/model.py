@@ -5,7 +5,6 @@ from __future__ import annotations
 import abc
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,10 +17,9 @@ from ...spectral.wavelengths import validated_wavelengths
 from ..core.brdf import Brdf, eval_lit
 from ..core.domain import Domain
 from ..core.points import Points
+from ..core.surface import Directed, SumOfTerms
 
 Parameter = Float[np.ndarray, " L"] | float | str
-#: A function of N directions to the light and N to the viewer.
-Directed = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class AnalyticBrdf(Brdf):
@@ -57,6 +55,14 @@ class AnalyticBrdf(Brdf):
     ) -> Float[np.ndarray, "... L"]:
         """f_r (...,L) in 1/sr; see `Brdf.eval`."""
         return eval_lit(self._eval_lit, len(self.wavelengths_nm), wi, wo)
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """See `Surface.xyz`; spectra of terms are folded before these are evaluated."""
+        terms = self.sum_of_terms
+        if terms is None:
+            return super().xyz(points, folding)
+        folded = terms(folding.weights(self.wavelengths_nm))
+        return eval_lit(folded, 3 * len(folding.lights), points.wi, points.wo)
 
     def parameters(self) -> dict[str, Parameter]:
         """Return the parameters that rebuild this BRDF, beside `wavelengths_nm`: an array (L,), a number or a name by
@@ -172,6 +178,11 @@ class ModelPart(Brdf):
         """f_r (...,L) of this part in 1/sr; see `Brdf.eval`."""
         return eval_lit(self.evaluate, len(self.wavelengths_nm), wi, wo)
 
+    @property
+    def sum_of_terms(self) -> SumOfTerms | None:
+        """See `Surface.sum_of_terms`."""
+        return self.folded if isinstance(self.folded, SumOfTerms) else None
+
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
         """See `Surface.xyz`; folded before it is evaluated where that can be."""
         if self.folded is None:
@@ -179,22 +190,6 @@ class ModelPart(Brdf):
         if not self._kept or self._kept[0][0] is not folding:
             self._kept[:] = [(folding, self.folded(folding.weights(self.wavelengths_nm)))]
         return eval_lit(self._kept[0][1], 3 * len(folding.lights), points.wi, points.wo)
-
-
-@dataclass(frozen=True, eq=False)
-class SumOfTerms:
-    """`ModelPart.folded` of what is `terms(wi, wo)` (N,R) times R spectra (R,L)."""
-
-    terms: Directed
-    spectra: Float[np.ndarray, "R L"]
-
-    def __call__(self, weights: Float[np.ndarray, "L C"]) -> Directed:
-        """The terms times what their spectra come to."""
-        return partial(_times, self.terms, self.spectra @ weights)
-
-
-def _times(terms: Directed, colours: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    return terms(wi, wo) @ colours
 
 
 def _from_stored(kind: str, grid: np.ndarray, value: object, name: str) -> object:

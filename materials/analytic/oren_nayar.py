@@ -16,6 +16,7 @@ from ..core.brdf import eval_lit
 from ..core.directions import spherical
 from ..core.domain import in_domain
 from ..core.points import Points
+from ..core.surface import SumOfTerms
 from .instrument import Instrument, ReadBrdf
 from .model import AnalyticBrdf
 
@@ -104,10 +105,21 @@ class OrenNayar(ReadBrdf):
         direct, between = share @ self._terms(wi, wo)
         return float(direct), float(between)
 
-    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """See `Surface.xyz`: direct and interreflected light times rho and rho^2, folded, wherever no wavelength is
-        held at 0.
+    @property
+    def sum_of_terms(self) -> SumOfTerms | None:
+        """Direct and interreflected light times rho and rho^2, where walls are so smooth that nothing is ever held at
+        0: cos(phi) C2 tan(beta) is at least -0.45 s2 / (s2 + 0.09) (1 - (2 beta/pi)^3) tan(beta), which falls to -0.45
+        s2 / (s2 + 0.09) 6/pi at grazing angles.
         """
+        s2 = self.sigma**2
+        if 1.0 - 0.5 * s2 / (s2 + 0.33) < 0.45 * s2 / (s2 + 0.09) * (6.0 / np.pi):
+            return None
+        return SumOfTerms(self._terms, np.stack([self._rho, self._rho**2]) / np.pi, (self.NAME, self.sigma))
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """See `Surface.xyz`: folded before it is evaluated, wherever no wavelength is held at 0."""
+        if self.sum_of_terms is not None:
+            return super().xyz(points, folding)
         weights = folding.weights(self.wavelengths_nm) / np.pi
         colours = np.stack([self._rho @ weights, self._rho**2 @ weights])
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Hashable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Float
 
 from ...spectral.folding import Folding
-from .brdf import Brdf
+from .brdf import Brdf, eval_lit
 from .points import Points
 from .sampling import DirectionSampler
-from .surface import Surface
+from .surface import SumOfTerms, Surface
 
 
 class Scattering:
@@ -32,7 +32,7 @@ class Scattering:
         self.surface = surface
         apart = isinstance(surface, Brdf) and surface.bispectral is None and not surface.uses_uv
         lobes = [lobe.brdf for lobe in surface.lobes()] if apart else [surface]
-        drawn = [DirectionSampler(lobe) for lobe in lobes]
+        drawn = [_sampler(lobe) for lobe in lobes]
         even = [lobe for lobe, sampler in zip(lobes, drawn, strict=True) if sampler.even]
         glossy = [(lobe, sampler) for lobe, sampler in zip(lobes, drawn, strict=True) if not sampler.even]
         self.even = _together(even)
@@ -42,14 +42,60 @@ class Scattering:
     @cached_property
     def sampler(self) -> DirectionSampler:
         """Sampler of all that the surface scatters."""
-        return DirectionSampler(self.surface)
+        return _sampler(self.surface)
 
     @cached_property
     def glossy_sampler(self) -> DirectionSampler:
         """Sampler of `glossy`, where that is not None."""
         if self.glossy is None:
             raise ValueError("a surface without highlights")
-        return self._glossy or DirectionSampler(self.glossy)
+        return self._glossy or _sampler(self.glossy)
+
+
+def sampling_key(surface: Surface) -> tuple[Hashable, ...] | None:
+    """Equal for surfaces whose terms are drawn alike: several terms as their spectra weigh them, one alone as it is,
+    whatever its colour. None where the surface is not known as terms.
+    """
+    terms = surface.sum_of_terms
+    if terms is None:
+        return None
+    if len(terms.spectra) == 1 and terms.spectra.any():
+        return terms.key
+    return (*terms.key, terms.spectra.tobytes(), surface.wavelengths_nm.tobytes())
+
+
+def _sampler(surface: Surface) -> DirectionSampler:
+    """The sampler of a surface, made once for all that are drawn alike and are asked for one after another."""
+    key, terms = sampling_key(surface), surface.sum_of_terms
+    if key is None or terms is None:
+        return DirectionSampler(surface)
+    return _kept_sampler(_Lobe(key, surface if key != terms.key else _Grey(surface, terms)))
+
+
+@dataclass(frozen=True)
+class _Lobe:
+    key: tuple[Hashable, ...]
+    surface: Surface = field(compare=False)
+
+
+@lru_cache(maxsize=32)
+def _kept_sampler(lobe: _Lobe) -> DirectionSampler:
+    return DirectionSampler(lobe.surface)
+
+
+class _Grey(Surface):
+    """One term by itself, alike at every wavelength, so that equal terms are tabulated to the last bit alike."""
+
+    def __init__(self, surface: Surface, terms: SumOfTerms) -> None:
+        self.wavelengths_nm, self.isotropic, self._terms = surface.wavelengths_nm, surface.isotropic, terms.terms
+
+    def at(self, points: Points) -> Float[np.ndarray, "N L"]:
+        """The term."""
+        return np.repeat(eval_lit(self._terms, 1, points.wi, points.wo), len(self.wavelengths_nm), axis=1)
+
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """The term, as each of XYZ."""
+        return np.repeat(eval_lit(self._terms, 1, points.wi, points.wo), 3 * len(folding.lights), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +113,19 @@ class _Sum(Surface):
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
         """True if all are."""
         return all(lobe.isotropic for lobe in self.lobes)
+
+    @property
+    def sum_of_terms(self) -> SumOfTerms | None:
+        """Terms of all, where all have some."""
+        each = [lobe.sum_of_terms for lobe in self.lobes]
+        if any(terms is None for terms in each):
+            return None
+        known = [terms for terms in each if terms is not None]
+
+        def joined(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+            return np.concatenate([terms.terms(wi, wo) for terms in known], axis=1)
+
+        return SumOfTerms(joined, np.concatenate([terms.spectra for terms in known]), tuple(t.key for t in known))
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
         """The sum."""

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import abc
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -12,6 +15,38 @@ from ...spectral.bispectral import Bispectral
 from ...spectral.folding import Folding
 from .cutout import Cutout
 from .points import Points
+
+#: A function of N directions to the light and N to the viewer.
+Directed = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class SumOfTerms:
+    """A BRDF as R functions of direction, `terms(wi, wo)` (N,R) above the horizon, times R spectra (R,L).
+
+    key : equal for equal functions, of whichever surface: sums of them over light are the same.
+    """
+
+    terms: Directed
+    spectra: Float[np.ndarray, "R L"]
+    key: tuple[Hashable, ...]
+
+    def __call__(self, weights: Float[np.ndarray, "L C"]) -> Directed:
+        """Fold the spectra: what gives the BRDF `@ weights`, (N,C)."""
+        return partial(_times, self.terms, self.spectra @ weights)
+
+
+def constant_term(spectrum: Float[np.ndarray, " L"]) -> SumOfTerms:
+    """Terms of a surface that scatters alike in all directions."""
+    return SumOfTerms(_one, spectrum[None], ("constant",))
+
+
+def _one(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    return np.ones((len(wi), 1))
+
+
+def _times(terms: Directed, colours: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
+    return terms(wi, wo) @ colours
 
 
 class Surface(abc.ABC):
@@ -58,6 +93,11 @@ class Surface(abc.ABC):
     def from_afar(self) -> Surface:
         """`average`, also of forms that have none of their own kind."""
         return self.average()
+
+    @property
+    def sum_of_terms(self) -> SumOfTerms | None:
+        """The surface as terms that others may have too; None where it is not known as such."""
+        return None
 
     @abc.abstractmethod
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:

@@ -37,7 +37,8 @@ class Reference:
         return ReferenceNoise(noise.mean[number], noise.p99[number], noise.aimed, noise.directions, noise.limited)
 
 
-# What a worker process holds: set once by `_start_worker`, since geometry is large and the same for every material.
+# What a worker process holds: set once by `_start_worker`, since geometry is large and the same for every material, and
+# so are meshes and lights, by which sums over directions are known again.
 _worker: dict = {}
 
 
@@ -56,18 +57,24 @@ def references(
     `geometry` is what `view` sees of any of them; `budget` is what rows are judged by (`reference_images`). With one
     job, or one scene, everything happens in this process.
     """
-    start = _start_worker, (catalogue.folder, view, spectra, geometry, budget)
-    yield from in_order(_reference, ((scene,) for scene in scenes), min(jobs, len(scenes)), start)
+    start = _start_worker, (catalogue.folder, scenes, view, spectra, geometry, budget)
+    yield from in_order(_reference, ((number,) for number in range(len(scenes))), min(jobs, len(scenes)), start)
 
 
 def _start_worker(
-    folder: Path, view: Camera, spectra: Sequence[Spectrum | None], geometry: VisibleGeometry, budget: float
+    folder: Path,
+    scenes: Sequence[Scene],
+    view: Camera,
+    spectra: Sequence[Spectrum | None],
+    geometry: VisibleGeometry,
+    budget: float,
 ) -> None:
-    _worker.update(catalogue=Catalogue.open(folder), view=view, spectra=spectra, geometry=geometry, budget=budget)
+    found = Catalogue.open(folder)
+    _worker.update(catalogue=found, scenes=scenes, view=view, spectra=spectra, geometry=geometry, budget=budget)
 
 
-def _reference(scene: Scene) -> Reference:
-    start = time.perf_counter()
+def _reference(number: int) -> Reference:
+    start, scene = time.perf_counter(), _worker["scenes"][number]
     surfaces = {name: _worker["catalogue"].load(name).surface() for name in scene.material_ids}
     seen = {name: _worker[name] for name in ("geometry", "budget")}
     found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], **seen, bounces=int(scene.bounces))

@@ -2,16 +2,18 @@
 
 import numpy as np
 import pytest
-from metamer.materials.analytic import MODELS, AshikhminShirley, CookTorrance, Lambert, OrenNayar
+from metamer.materials.analytic import MODELS, AshikhminShirley, CoatedDiffuse, CookTorrance, Lambert, OrenNayar
 from metamer.materials.analytic.cook_torrance import FoldedFresnel, fresnel
 from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.core.directions import spherical
 from metamer.materials.core.points import Points
-from metamer.materials.core.scattering import Scattering
+from metamer.materials.core.scattering import Scattering, sampling_key
 from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 FOLDING = Folding(observer("1931_2"), [illuminant(name) for name in ("D65", "A", "FL11")])
@@ -75,3 +77,34 @@ def test_fresnel_of_a_dielectric_is_looked_up(eta, monkeypatch):
     expected = fresnel(cos**2, 1.0 - cos**2, np.full(81, eta), np.zeros(81)) @ FOLDING.weights(NM)
     monkeypatch.setattr("metamer.materials.analytic.cook_torrance.fresnel", None)
     np.testing.assert_allclose(folded(cos**2, 1.0 - cos**2), expected, rtol=3e-7)
+
+
+def test_terms_times_spectra_are_the_lobe_and_equal_keys_are_equal_terms():
+    points, by_key = pairs(), {}
+    up = np.minimum(points.wi[:, 2], points.wo[:, 2]) > 0.0
+    wi, wo = points.wi[up], points.wo[up]
+    for lobe in (lobe.brdf for surface in EXAMPLES for lobe in surface.lobes()):
+        if lobe.sum_of_terms is not None:
+            values = lobe.sum_of_terms.terms(wi, wo)
+            # Of a lobe that cannot be told from a mirror both sides are next to nothing.
+            np.testing.assert_allclose(values @ lobe.sum_of_terms.spectra, lobe.eval(wi, wo), rtol=1e-12, atol=1e-14)
+            np.testing.assert_array_equal(by_key.setdefault(lobe.sum_of_terms.key, values), values)
+    assert len(by_key) > 15
+    assert len({values.tobytes() for values in by_key.values()}) == len(by_key)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.35, 0.6, 0.65, 0.66, 0.7, 1.0, 0.5 * np.pi])
+def test_rough_walls_are_terms_where_none_is_held_at_zero(sigma):
+    theta = np.radians([0.0, 20.0, 50.0, 75.0, 89.0, 89.999])
+    wi, wo = spherical(theta[:, None], 0.0 * theta), spherical(theta, np.full((6, 1), np.pi))
+    wall = OrenNayar(Spectrum.sampled(NM, np.zeros(81)), sigma)
+    lowest = wall._terms(wi.reshape(-1, 3), wo.reshape(-1, 3))[:, 0].min()
+    assert (wall.sum_of_terms is not None) == (lowest >= 0.0)
+
+
+def test_one_term_is_drawn_alike_in_all_colours_and_several_are_not():
+    grey, red = (Spectrum.sampled(NM, values) for values in (np.full(81, 0.4), np.linspace(0.1, 0.8, 81)))
+    coats = [[sampling_key(lobe.brdf) for lobe in CoatedDiffuse(one, 1.5, 0.1).lobes()] for one in (grey, red)]
+    assert coats[0] == coats[1]
+    assert sampling_key(OrenNayar(grey, 0.3)) != sampling_key(OrenNayar(red, 0.3))
+    assert sampling_key(CookTorrance(grey, np.full(81, 1.5), np.zeros(81), 0.2, 1.0)) is None
