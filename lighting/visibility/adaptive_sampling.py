@@ -69,6 +69,15 @@ class Surroundings:
             )
         return known[width]
 
+    def coarsest(self, least: int) -> Int[np.ndarray, " m"]:
+        """Return one site a cell of the coarsest grid that has so many: `thinned` asks for these at first, too."""
+        found = np.arange(0)
+        for number in range(_GRIDS):
+            if len(found) >= min(least, len(self.places)):
+                break
+            found = self.one_a_cell(_COARSEST * 0.5**number)
+        return found
+
 
 def thinned(
     around: Surroundings,
@@ -92,8 +101,8 @@ def thinned(
     before = 0
     for number in range(_GRIDS):
         width = _COARSEST * 0.5**number
-        asked = np.union1d(around.one_a_cell(width), known)
-        total = len(asked)
+        cells = around.one_a_cell(width)
+        asked, total = np.union1d(cells, known), len(cells)
         asked = asked[asking[_nearest(KDTree(both[known]), both[asked], _NEAR)[1]].any(axis=1)]
         new = np.setdiff1d(asked, known)
         trace(new)

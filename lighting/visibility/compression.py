@@ -15,7 +15,7 @@ add little beside what the terms leave out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -39,20 +39,28 @@ _LEFT_OUT = 0.01
 # Turns of axes and codes, and what holds those to zero that no weight determines. Where little is near a boundary the
 # matrices of codes are some hundredths: with a ridge of 1e-2 shadows were off by twice as much.
 _TURNS, _RIDGE = 2, 1e-4
+# Steps of conjugate gradients for codes in a quick basis: with four of them shadows were off by a sixteenth more, with
+# none by six tenths.
+_STEPS = 8
 # Half a byte reaches from -7 to 7, and that is so many root mean squares of its term.
 _HALF, _REACH = 7, 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """mean (texels,) and axes (texels, K) of bent distances, float32."""
+    """mean (texels,) and axes (texels, K) of bent distances, float32.
+
+    steps : of conjugate gradients that find codes, from the plain projection onto axes which are square to each other;
+        0: codes are the solution itself.
+    """
 
     mean: Float[np.ndarray, " texels"]
     axes: Float[np.ndarray, "texels K"]
+    steps: int = 0
 
     def __reduce__(self) -> tuple:
         """Without the products: another process makes its own."""
-        return Basis, (self.mean, self.axes)
+        return Basis, (self.mean, self.axes, self.steps)
 
     @cached_property
     def products(self) -> Float[np.ndarray, "texels P"]:
@@ -116,15 +124,8 @@ def fitted_basis(
 
     dark : sites that see nothing, which share the code of that. most : terms.
     """
-    mean = values.mean(axis=0)
-    spread = values - mean
-    variances, axes = np.linalg.eigh(spread.T @ spread / len(values))
-    variances, axes = np.maximum(variances[::-1], 0.0), axes[:, ::-1]
-    left = variances.sum() - np.cumsum(np.concatenate([[0.0], variances]))
-    needed = int(np.argmax(left <= _LEFT_OUT**2 * values.shape[1]))
-    terms = min(most, -(-needed // 4) * 4)
-    basis = Basis(mean.astype(np.float32), np.ascontiguousarray(axes[:, :terms], dtype=np.float32))
-    if not terms:
+    basis = _principal(values, most)
+    if not basis.axes.shape[1]:
         return basis, np.zeros((len(values), 0), dtype=np.float32)
     # Those that are dark are one site, of the sum of their weights.
     light, count = np.flatnonzero(~dark), np.ones(len(values) - np.count_nonzero(dark) + dark.any())
@@ -146,12 +147,38 @@ def fitted_basis(
     return basis, codes
 
 
+def quick_basis(values: Float[np.ndarray, "n texels"], dark: Bool[np.ndarray, " n"], most: int = MOST_TERMS) -> Basis:
+    """Find a basis of bent distances of n sites in a fifth of the time: principal axes, that no weight has turned.
+
+    Codes are found in a third of the time. It leaves out as much of the sites that it was made of, and of those between
+    them, as `fitted_basis` does of a whole scene.
+    """
+    # What is open and what sees nothing are there for certain.
+    ends = np.float32(np.tanh(0.5 * np.pi / SOFT)) * np.float32([[1.0], [-1.0]])
+    known = np.concatenate([values[~dark], np.broadcast_to(ends, (2, MAP**2))])
+    return replace(_principal(known, most), steps=_STEPS)
+
+
+def _principal(values: Float[np.ndarray, "n texels"], most: int) -> Basis:
+    """The principal axes of bent distances, as few as leave out little."""
+    mean = values.mean(axis=0)
+    spread = values - mean
+    variances, axes = np.linalg.eigh(spread.T @ spread / len(values))
+    variances, axes = np.maximum(variances[::-1], 0.0), axes[:, ::-1]
+    left = variances.sum() - np.cumsum(np.concatenate([[0.0], variances]))
+    needed = int(np.argmax(left <= _LEFT_OUT**2 * values.shape[1]))
+    terms = min(most, -(-needed // 4) * 4)
+    return Basis(mean.astype(np.float32), np.ascontiguousarray(axes[:, :terms], dtype=np.float32))
+
+
 def encoded(
     basis: Basis, values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"]
 ) -> Float[np.ndarray, "n K"]:
     """The codes that stand for values: the weighted least squares."""
     if not basis.axes.shape[1]:
         return np.zeros((len(values), 0), dtype=np.float32)
+    if basis.steps:
+        return _descended(basis, values, weights)
     return _solved(weights, basis.products, ((values - basis.mean) * weights) @ basis.axes, 0.0)
 
 
@@ -198,8 +225,33 @@ def _turned(basis: Basis, values: np.ndarray, weights: np.ndarray) -> Basis:
 
 def _products(known: Float[np.ndarray, "m K"]) -> Float[np.ndarray, "m P"]:
     """Multiply every two columns, in the order of the upper triangle of a matrix, row by row."""
-    i, j = np.triu_indices(known.shape[1])
-    return known[:, i] * known[:, j]
+    across = np.ascontiguousarray(known.T)
+    count, at = len(across), 0
+    found = np.empty((count * (count + 1) // 2, len(known)), dtype=known.dtype)
+    for column in range(count):
+        np.multiply(across[column], across[column:], out=found[at : at + count - column])
+        at += count - column
+    return found.T
+
+
+def _descended(
+    basis: Basis, values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"]
+) -> Float[np.ndarray, "n K"]:
+    """Codes by a few conjugate gradients. What no weight determines stays as it is projected."""
+    axes, off = basis.axes, values - basis.mean
+    codes = off @ axes
+    left = (weights * (off - codes @ axes.T)) @ axes
+    way, size = left.copy(), np.square(left).sum(axis=1)
+    for _ in range(basis.steps):
+        pushed = (weights * (way @ axes.T)) @ axes
+        along = (way * pushed).sum(axis=1)
+        # Nothing is along a way only where none is left.
+        share = np.divide(size, along, out=np.zeros_like(size), where=along > 0.0)[:, None]
+        codes += share * way
+        left -= share * pushed
+        before, size = size, np.square(left).sum(axis=1)
+        way = left + np.divide(size, before, out=np.zeros_like(size), where=before > 0.0)[:, None] * way
+    return codes
 
 
 def _solved(

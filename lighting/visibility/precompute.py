@@ -28,7 +28,7 @@ from .occluders import Occluders
 from .pieces import Pieces
 from .refinement import Vertices, edges_between, refined
 from .sites import Sites, corners_of, nothing_hides, pieces_of, scaled_triangles, sites_at
-from .tracing import Traced, traced
+from .tracing import MAP, Traced, traced
 from .visibility import SceneVisibility
 
 Progress = Callable[[int, int, str], None]
@@ -139,7 +139,8 @@ def computed_visibility(
     progress : called with (sites done, sites in all at most, what is done) after each tile.
     before : what may hide anything, where that is not all of the scene.
     seen, on_seen : points around which it is found first, and what is called with the visibility then: as good as the
-        result around these points, and dark anywhere else. The result does not depend on it: sites are traced anew.
+        result around these points, and dark anywhere else, in a basis of its own. The result does not depend on it:
+        sites are traced anew.
 
     Returns
     -------
@@ -172,6 +173,8 @@ class _Computation:
         self._most_jobs, self._jobs, self._progress = cost.with_jobs(jobs).jobs, 1, progress
         triangles = scaled_triangles(scene).astype(np.float32)
         self._occluders = Occluders(triangles)
+        if before is None:
+            _worker.triangles, _worker.occluders = triangles, self._occluders
         self._bodies = corners_of(scene, found)
         corners = self._bodies.cut(fine, self._refinement.of)
         where = sites_at(corners, self._occluders)
@@ -190,9 +193,9 @@ class _Computation:
 
     def result(self, seen: SeenPoints | None, on_seen: Callable[[SceneVisibility], object]) -> SceneVisibility | None:
         """Return the visibility of all sites; see `computed_visibility`."""
+        if seen is not None:
+            on_seen(self._around(seen))
         training = self._find_basis()
-        if seen is not None and not self._free:
-            on_seen(self._around(seen, training))
         self._jobs = self._most_jobs
         codes, dark, opened = self._codes, self._dark, np.arange(self._open)
         known = self._filled(opened, codes[: self._open], dark[: self._open], training, self._count)
@@ -285,8 +288,8 @@ class _Computation:
         share = (self._whole - self._total) * done // (number + 1)
         self._progress(self._total + share, self._whole, "visibility")
 
-    def _around(self, seen: SeenPoints, training: Int[np.ndarray, " t"]) -> SceneVisibility:
-        """Return the visibility with codes around some points alone."""
+    def _around(self, seen: SeenPoints) -> SceneVisibility:
+        """Return the visibility with codes around some points alone, in a basis of what is seen there."""
         refinement = self._refinement
         near, _ = refinement.located(seen.faces, seen.weights)
         pieces, wanted, ends = np.zeros(len(refinement.pieces), dtype=bool), [], []
@@ -305,11 +308,20 @@ class _Computation:
             """Let whoever hears of progress break off."""
             self._progress(self._done, self._whole, "visibility")
 
+        known = Surroundings(self._where.starts[wanted], self._where.normals[wanted]).coarsest(_FEW // 2)
+        first: list[Traced] = []
+        for one in _in_tiles(self._triangles, self._where, wanted[known], None, self._jobs):
+            first.append(one)
+            count(len(one.dark), one.all_free)
+        distances = np.concatenate([np.empty((0, MAP**2), dtype=np.float32), *(one.distances for one in first)])
+        values, dark = compression.bent(distances), np.zeros(len(wanted), dtype=bool)
+        dark[known] = np.concatenate([np.zeros(0, dtype=bool), *(one.dark for one in first)])
+        self._basis = compression.quick_basis(values, dark[known], most_terms(len(self._fronts), self._total))
         codes = np.tile(self._basis.hidden.astype(np.float16), (self._total, 1))
-        mine, dark, known = self._codes[wanted], self._dark[wanted], np.flatnonzero(np.isin(wanted, training))
-        if not len(known):
-            known = np.arange(len(wanted))[:1]
-            self._trace(wanted, known, mine, dark, count)
+        mine = codes[wanted]
+        weights = compression.importance(distances, self._where.normals[wanted[known]])
+        light = ~dark[known]
+        mine[known[light]] = compression.encoded(self._basis, values[light], weights[light])
         self._filled(wanted, mine, dark, known, count)
         codes[wanted] = mine
         rim = rim_of_shut(self._shut, np.concatenate(ends))

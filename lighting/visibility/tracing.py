@@ -84,9 +84,10 @@ def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], 
     """Trace n sites from their `starts`, above their unit normals."""
     starts, normals = starts.astype(np.float32), normals.astype(np.float32)
     sines = normals @ texels().T
-    site, texel = np.nonzero(sines > 0.0)
+    above = sines > 0.0
+    site, texel = np.nonzero(above)
     state = np.zeros(sines.shape, dtype=np.uint8)
-    state[site, texel] = _asked(occluders, starts[site], texels()[texel])
+    state[above] = _asked(occluders, starts.take(site, axis=0), texels().take(texel, axis=0))
     free, hidden = ((state == one).any(axis=1) for one in (_FREE, _HIDDEN))
     # A site that sees one thing sees it everywhere.
     distances = np.where(free[:, None], np.float32(0.5 * np.pi), np.float32(-0.5 * np.pi))
@@ -116,19 +117,19 @@ def _to_boundaries(
     fine = _refined(starts, normals, state.reshape(-1, MAP, MAP), cells, occluders)
     site, boundary = _boundaries(starts, fine, occluders)
     ends = np.searchsorted(site, np.arange(len(starts) + 1))
-    free = state == _FREE
-    one, texel = np.nonzero(sines <= 0.0)
-    mirrored = texels()[texel] - 2.0 * sines[one, texel][:, None] * normals[one]
-    mirrored_ends = np.searchsorted(one, np.arange(len(starts) + 1))
-    distances = np.full(state.shape, 0.5 * np.pi, dtype=np.float32)
+    free, below = state == _FREE, sines <= 0.0
+    up = texels() - (2.0 * np.minimum(sines, 0.0))[..., None] * normals[:, None]
+    one, texel = np.nonzero(below)
+    mirrored = up[below]
+    # Cosines of the nearest; where there is no boundary that is a right angle, too.
+    nearest = np.zeros(state.shape, dtype=np.float32)
+    cosines = np.empty((int(np.diff(ends).max()), state.shape[1]), dtype=np.float32)
     for number in range(len(starts)):
         near = boundary[ends[number] : ends[number + 1]]
-        if not len(near):
-            continue
-        up, band = texels().copy(), slice(mirrored_ends[number], mirrored_ends[number + 1])
-        up[texel[band]] = mirrored[band]
-        # The largest of each column: rows of boundary points lie one after the other in memory.
-        distances[number] = np.arccos(np.clip((near @ up.T).max(axis=0), 0.0, 1.0))
+        if len(near):
+            # The largest of each column: rows of boundary points lie one after the other in memory.
+            np.matmul(near, up[number].T, out=cosines[: len(near)]).max(axis=0, out=nearest[number])
+    distances = np.arccos(np.clip(nearest, 0.0, 1.0))
     # Mirrored directions take the state of the four middles around them where these agree; elsewhere a ray tells, or,
     # deep below the horizon, where little hangs on it, the nearest middle.
     column, row = (np.floor((each + 1.0) * (0.5 * MAP) + 0.5).astype(np.int64) for each in places(mirrored))
@@ -174,10 +175,10 @@ def _refined(
         # The rim has every point twice.
         for twice in _second_halves(wanted):
             twice[:] = False
-        site, point = np.divmod(np.flatnonzero(wanted), GRID * GRID)
-        up = dot(normals[site], to[point]) > 0.0
+        site, point = np.nonzero(wanted.reshape(len(wanted), -1))
+        up = dot(normals.take(site, axis=0), to.take(point, axis=0)) > 0.0
         site, point = site[up], point[up]
-        fine.reshape(len(fine), -1)[site, point] = _asked(occluders, starts[site], to[point])
+        fine.reshape(len(fine), -1)[site, point] = _asked(occluders, starts.take(site, axis=0), to.take(point, axis=0))
         for twice, first in zip(_second_halves(fine), _first_halves(fine), strict=True):
             twice[:] = first
     return fine
@@ -220,8 +221,8 @@ def _boundaries(
     grid, count = _grid(), len(fine)
     differ = (fine[:, :, 1:] ^ fine[:, :, :-1]) == _BOTH, (fine[:, 1:] ^ fine[:, :-1]) == _BOTH
     crossed = np.concatenate([one.reshape(count, -1) for one in differ], axis=1)
-    site, edge = np.divmod(np.flatnonzero(crossed), crossed.shape[1])
+    site, edge = np.nonzero(crossed)
     # The boundary runs in the second half where the middle has the state of the first end.
-    halfway = _asked(occluders, starts[site], grid.halfway[edge])
+    halfway = _asked(occluders, starts.take(site, axis=0), grid.halfway.take(edge, axis=0))
     second = halfway == fine.reshape(count, -1)[site, grid.ends[edge, 0]]
     return site, grid.halves[edge, second.astype(np.int64)]

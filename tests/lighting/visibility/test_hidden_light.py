@@ -7,7 +7,7 @@ from metamer.lighting.environment.bright_light import BrightLight
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility import compression, measure
+from metamer.lighting.visibility import compression, measure, tracing
 from metamer.lighting.visibility.hidden_light import HiddenLight
 from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.materials.core.environment_form import bends
@@ -93,6 +93,26 @@ def test_codes_that_come_with_a_basis_are_those_that_it_finds():
     # None that is dark, and a few that are alike: no terms.
     basis, codes = compression.fitted_basis(np.ones((5, 1024), np.float32), weights[:5], np.zeros(5, dtype=bool))
     assert codes.shape == (5, 0) and basis.axes.shape == (1024, 0)
+
+
+def test_a_quick_basis_leaves_out_as_much_as_a_fitted_one():
+    """Of sites between those that it was made of: a wall at any height, a slit of any width, a disc of any size."""
+    rng, to = np.random.default_rng(2), tracing.texels()
+    normals = unit(np.array([0.0, 1.0, 0.0]) + 0.2 * rng.normal(size=(360, 3)))
+    along, size = unit(rng.normal(size=(360, 3))), rng.uniform(0.02, 0.9, 360)[:, None]
+    angle = np.arccos(np.clip(along @ to.T, -1.0, 1.0))
+    beyond = angle - 0.5 * np.pi
+    kinds = np.stack([size + beyond, 0.3 * size - np.abs(beyond), angle - size])
+    distances = kinds[np.arange(360) % 3, np.arange(360)].astype(np.float32)
+    values, weights = compression.bent(distances), compression.importance(distances, normals)
+    none, left = np.zeros(240, dtype=bool), []
+    quick = compression.quick_basis(values[:240], none, 48)
+    for basis in (compression.fitted_basis(values[:240], weights[:240], none, 48)[0], quick):
+        off = basis.mean + compression.encoded(basis, values[240:], weights[240:]) @ basis.axes.T - values[240:]
+        left.append(float((weights[240:] * off**2).sum()))
+    assert left[1] <= 1.1 * left[0]
+    # What sees nothing has a code, too, though no such site was there.
+    np.testing.assert_allclose(quick.mean + quick.axes @ quick.hidden, compression.bent(-0.5 * np.pi), atol=0.05)
 
 
 def test_normals_are_kept_in_two_numbers(visibility, scene):
