@@ -89,14 +89,22 @@ def match(
         )
     asked_for = tuple(samples)
     found: list[Sample] = []
+    taken_out: list[str] = []
     for done, one in enumerate(asked_for):
         progress(done, len(asked_for), str(one if not isinstance(one, Sample) else one.name))
-        found += named(one)
+        held = named(one)
+        others = [sample for sample in held if not _is_same(sample, first)]
+        # One that is named alone is refused as its own standard.
+        taken_out += [str(one)] if 0 < len(others) < len(held) else []
+        found += others or held
     names = Counter(one.name for one in found)
     found = [replace(one, name=f"{one.name} ({one.source})") if names[one.name] > 1 else one for one in found]
     known = _known(repeatability, repeated, answer)
     conditions = _conditions((first, *found), illuminants, observers)
     shared, notes = shared_angles(first, found, angles)
+    notes += tuple(
+        f"{where} holds the standard, {first.name}, too: it is not among the samples." for where in taken_out
+    )
     if shared:
         first, found = first.angle_by_angle, [one.angle_by_angle for one in found]
         conditions = tuple(replace(where, geometry=angle.notation) for angle in shared for where in conditions)
@@ -111,6 +119,11 @@ def match(
     if instrument := first.details.get("instrument", ""):
         filled.setdefault("instrument", instrument)
     return MatchReport(first, pairs, asked, batches, filled, version("metamer"))
+
+
+def _is_same(one: Sample, other: Sample) -> bool:
+    """Return whether two samples are one of one file, however its path is written."""
+    return one.name == other.name and Path(one.source).resolve() == Path(other.source).resolve()
 
 
 def _asked(

@@ -50,6 +50,24 @@ def test_the_exit_code_is_the_verdict(metamer, master, lots, more, code):
     assert ("not judged" in out) == (not more)
 
 
+@pytest.mark.parametrize("held", ["file", "folder", "another way to write its path"])
+def test_a_standard_among_its_lots_is_taken_out_of_them(metamer, tmp_path, held):
+    rows = [("Standard", BASE), ("lot 1", 1.002 * BASE), ("Standard", 1.0001 * BASE), ("lot 2", 1.06 * BASE)]
+    (tmp_path / "day").mkdir()
+    file = readings(tmp_path / "day" / "all.txt", rows)
+    where = {"file": file, "folder": file.parent}.get(held, f"{tmp_path}/day/../day/all.txt")
+    figures = tmp_path / "m.json"
+    code, out, _ = metamer("match", f"{file}#Standard", where, *SAID, "--tolerance", "CIE 2000 0.5", "--json", figures)
+    said = json.loads(figures.read_text(encoding="utf-8"))
+    assert code == 2 and [one["name"] for one in said["samples"]] == ["lot 1", "lot 2"]
+    assert f"{where} holds the standard, Standard, too: it is not among the samples." in out
+    assert any(words.startswith(f"{where} holds") for words in said["notes"]) and said["batches"][0]["count"] == 2
+    # Named alone, it is its own standard all the same.
+    for alone in (f"{file}#Standard", readings(tmp_path / "alone.txt", rows[:1])):
+        code, _, err = metamer("match", alone, alone, *SAID)
+        assert code == 3 and "its own standard" in err
+
+
 def test_what_is_not_resolved_ends_with_1(metamer, master, lots):
     words = ("match", master, f"{lots}#lot 1", *SAID, "--tolerance", "CIE 2000 0.1", "--repeatability", "0.1")
     code, out, _ = metamer(*words)
