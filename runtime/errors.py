@@ -13,6 +13,7 @@ _FEW = 8
 # Which command lists the names of a kind that has more.
 _LISTED_BY = {
     "illuminant": "metamer names",
+    "booth": "metamer names",
     "material": "metamer catalogue list",
     "file, illuminant or emission of the catalogue": "metamer names",
 }

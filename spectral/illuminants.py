@@ -11,9 +11,29 @@ from .spectrum import Spectrum
 
 # The short names of the CIE fluorescent series as most catalogues print them.
 _ALIASES = {f"f{number}": f"FL{number}" for number in range(1, 13)}
-#: Lamps of booths by the names that stand on them, which are those of CIE illuminants.
-BOOTH_NAMES = {"TL84": "FL11", "CWF": "FL2"}
+#: Lamps of booths by the names that stand on them, and the CIE illuminants that stand for them: Philips' TL and
+#: Westinghouse's Ultralume lamps, cool and warm white, as public tables of white points name F10 to F12, F2 and F4
+#: (easyrgb.com, "Math"; torso.de, "Table of illuminants").
+BOOTH_NAMES = {
+    "TL84": "FL11",
+    "CWF": "FL2",
+    "TL83": "FL12",
+    "U30": "FL12",
+    "TL85": "FL10",
+    "U50": "FL10",
+    "U40": "FL11",
+    "WWF": "FL4",
+}
 _ALIASES |= {name.casefold(): light for name, light in BOOTH_NAMES.items()}
+# Lamps that no CIE illuminant stands for, each by its names on booths: a measured one of its kind, and what it is.
+_LIKE_MEASURED = {
+    ("TL830",): ("F32T8/TL830 (Triphosphor)", "3000 K"),
+    ("U35", "TL835"): ("F32T8/TL835 (Triphosphor)", "3500 K"),
+    ("U41", "TL840", "TL841"): ("F32T8/TL841 (Triphosphor)", "4100 K"),
+    ("TL850",): ("F32T8/TL850 (Triphosphor)", "5000 K"),
+    ("TL865", "TL86"): ("F32T8/TL865/PLUS (Triphosphor)", "6500 K"),
+}
+_TUNGSTEN_NAMES = ("INC", "INCA", "INCANDESCENTA", "TUNGSTEN", "F")
 #: The horizon lamp of booths, which stands for the sun at its lowest, and its colour temperature (ASTM D1729).
 HORIZON, HORIZON_K = "horizon", 2300.0
 
@@ -50,25 +70,26 @@ def illuminant(name: str) -> Spectrum:
 
     Parameters
     ----------
-    name : colour-science's key in any case; `F1` ... `F12` are `FL1` ... `FL12`. Of the names on booths, `TL84` is
-        `FL11`, `CWF` is `FL2`, and `horizon` is a Planckian radiator of `HORIZON_K`; a lamp is `Philips TL-84`.
+    name : colour-science's key in any case; `F1` ... `F12` are `FL1` ... `FL12`. Names on booths, also as "TL-84" or
+        "TL 84", are those of `BOOTH_NAMES`, and `horizon` is a Planckian radiator of `HORIZON_K`; a lamp is
+        `Philips TL-84`.
 
     Raises
     ------
     UnknownNameError
-        With the nearest names.
+        With the nearest names, or for a lamp on booths that is no illuminant with what to write.
 
     >>> illuminant("F11").quantity
     'emission'
     """
     folded = name.casefold()
-    if folded in _ALIASES:
-        return illuminant(_ALIASES[folded])
     if folded == HORIZON:
         return _horizon()
+    if (canonical := canonical_name(name)) != name:
+        return illuminant(canonical)
     if folded not in _tables():
         known = [*(label for label, _ in _tables().values()), *BOOTH_NAMES, HORIZON]
-        raise UnknownNameError("illuminant", name, known)
+        raise UnknownNameError("illuminant", name, known).at(hint=_to_write(name))
     _, table = _tables()[folded]
     return Spectrum.sampled(table.wavelengths, table.values, "emission")
 
@@ -79,15 +100,33 @@ def canonical_name(name: str) -> str:
     >>> canonical_name("tl84"), canonical_name("A")
     ('FL11', 'A')
     """
-    return _ALIASES.get(name.casefold(), name)
+    return _ALIASES.get(name.casefold()) or _ALIASES.get(_on_booth(name).casefold(), name)
 
 
 def booth_words(name: str) -> str:
     """Explain the name of a booth's lamp, such as "TL84 is CIE FL11"; "" for any other name."""
-    light = next((light for booth, light in BOOTH_NAMES.items() if booth.casefold() == name.casefold()), "")
-    if light:
+    if light := BOOTH_NAMES.get(_on_booth(name)):
         return f"{name} is CIE {light}"
     return f"{name} is a Planckian radiator of {HORIZON_K:g} K" if name.casefold() == HORIZON else ""
+
+
+def _on_booth(name: str) -> str:
+    """A name as booths have it: "TL 84" and "tl-84" are TL84, "Ultralume 3000" is U30."""
+    plain = "".join(sign for sign in name.upper() if sign not in " -_")
+    if plain.startswith("ULTRALUME"):
+        return f"U{plain.removeprefix('ULTRALUME')[:2]}"
+    return plain.removeprefix("PHILIPS") if plain.startswith("PHILIPSTL") and plain != "PHILIPSTL84" else plain
+
+
+def _to_write(name: str) -> str | None:
+    """What to write for a lamp on booths that is no illuminant, None for any other name."""
+    plain = _on_booth(name)
+    if plain in _TUNGSTEN_NAMES:
+        return "A, where it is the tungsten lamp of a booth"
+    found = (
+        f"{lamp!r}, a measured lamp of {kelvin}" for names, (lamp, kelvin) in _LIKE_MEASURED.items() if plain in names
+    )
+    return next((f"no CIE illuminant stands for it; write {words}" for words in found), None)
 
 
 @cache

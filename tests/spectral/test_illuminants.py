@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from metamer.runtime.errors import UnknownNameError
-from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
+from metamer.spectral.illuminants import booth_words, canonical_name, illuminant, illuminant_names, light_source_names
 from metamer.spectral.observers import observer
 
 
@@ -49,9 +49,24 @@ def test_unknown_illuminant_gives_the_nearest_names(asked, near):
     assert near in caught.value.nearest
 
 
-@pytest.mark.parametrize(("booth", "light"), [("TL84", "FL11"), ("tl84", "F11"), ("CWF", "FL2"), ("cwf", "F2")])
+@pytest.mark.parametrize(
+    ("booth", "light"),
+    [
+        *[("TL84", "FL11"), ("tl84", "F11"), ("TL-84", "FL11"), ("U40", "FL11"), ("Ultralume 40", "FL11")],
+        *[("TL83", "FL12"), ("Philips TL83", "FL12"), ("U30", "FL12"), ("u-30", "FL12"), ("Ultralume 3000", "FL12")],
+        *[("TL85", "FL10"), ("U 50", "FL10"), ("CWF", "FL2"), ("cwf", "F2"), ("WWF", "FL4")],
+    ],
+)
 def test_names_on_booths_are_those_of_cie_illuminants(booth, light):
-    assert illuminant(booth) is illuminant(light)
+    assert illuminant(booth) is illuminant(light) and canonical_name(booth) == canonical_name(light)
+    assert booth_words(booth) == f"{booth} is CIE {canonical_name(light)}"
+
+
+@pytest.mark.parametrize("name", ["U35", "TL835", "TL 830", "tl841", "Ultralume 3500", "TL865", "INC A", "Inc"])
+def test_a_lamp_that_is_no_illuminant_says_what_to_write(name):
+    hint = illuminant_error(name).hint
+    assert "measured lamp of" in hint or hint.startswith("A, ")
+    assert illuminant(hint.split("'")[1] if "'" in hint else hint[0]).quantity == "emission"
 
 
 def test_a_lamp_is_itself_by_its_own_name_and_the_horizon_is_a_radiator():
@@ -59,7 +74,7 @@ def test_a_lamp_is_itself_by_its_own_name_and_the_horizon_is_a_radiator():
     assert np.abs(eye.white(lamp) - eye.white(illuminant("TL84"))).max() > 1e-3
     x, y, z = eye.white(illuminant("Horizon"))
     assert (x / (x + y + z), y / (x + y + z)) == pytest.approx((0.4952, 0.4155), abs=2e-3)
-    assert "TL84" in illuminant_error("TL83").nearest
+    assert "TL84" in illuminant_error("TL87").nearest
 
 
 def illuminant_error(name):

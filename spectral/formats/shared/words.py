@@ -107,8 +107,8 @@ _PERHAPS_LIGHT = re.compile(
 )
 # Names that are a light's as a whole; lamps and letters are those of samples, too.
 _LIGHT_NAME = (
-    r"D ?(?:50|55|65|75|93)|ID ?(?:50|65)|FL ?\d{1,2}(?:\.\d{1,2})?|LED[- ](?:[BV]\d|BH1|RGB1)|TL ?-?8[345]|"
-    r"U ?3[05]|CWF|WWF|HMI|CFL"
+    r"D ?(?:50|55|65|75|93)|ID ?(?:50|65)|FL ?\d{1,2}(?:\.\d{1,2})?|LED[- ](?:[BV]\d|BH1|RGB1)|"
+    r"TL ?-?8(?:[345]|[34][015])|U ?(?:3[05]|40|50)|CWF|WWF|HMI|CFL"
 )
 _PREFIXES = r"(?:(?:CIE|std\.?|standard|ref(?:erence)?\.?|test|rel\.?|relative|norm(?:ali[sz]ed|\.)?|booth) ){0,3}"
 _A_LIGHT = re.compile(
@@ -141,11 +141,14 @@ _FRACTION = re.compile(
     r"\b0(?:\.0)?\s*(?:\.\.+|-|–|to)\s*1(?:\.0)?\b|fraction|decimal|\b_?dec\b|\[-\]|unitless|dimensionless", re.I
 )
 
-_ILLUMINANT = r"D\s?(?:50|55|65|75|93)|F\s?L?\s?\d{1,2}|FL\d{1,2}|LED-[BV]\w+|ID(?:50|65)|(?-i:[ABCE])"
+_ILLUMINANT = (
+    r"D\s?(?:50|55|65|75|93)|F\s?L?\s?\d{1,2}|FL\d{1,2}|LED-[BV]\w+|ID(?:50|65)|TL[ -]?8[345]|CWF|WWF|U(?:30|40|50)|"
+    r"horizon|(?-i:[ABCE])"
+)
 _NAMED_ILLUMINANT = re.compile(
     rf"(?:illumin\w*|source|light|ill)\W{{0,3}}(?:name\W{{0,3}})?(?:CIE\s*)?({_ILLUMINANT})\b", re.I
 )
-_PLAIN_ILLUMINANT = re.compile(r"(?<![A-Za-z0-9])(D\s?(?:50|55|65|75|93)|FL?\s?\d{1,2})(?![0-9])")
+_PLAIN_ILLUMINANT = re.compile(r"(?<![A-Za-z0-9])(D\s?(?:50|55|65|75|93)|FL?\s?\d{1,2}|TL[ -]?8[345]|CWF)(?![0-9])")
 _WITH_ANGLE = re.compile(rf"(?<![A-Za-z0-9])({_ILLUMINANT})\s*[/,_ -]\s*(?:2|10)\s*(?:°|deg|º|$|[)\]])", re.I)
 _OBSERVER = re.compile(
     r"(?:viewing angle|field of view)\D{0,8}(2|10)\b|"

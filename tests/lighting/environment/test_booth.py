@@ -88,7 +88,7 @@ def test_only_proportions_count():
 
 
 @pytest.mark.parametrize(
-    ("booth", "name"), [("D65", "D65"), ("A", "A"), ("TL84", "FL11"), ("tl84", "FL11"), ("CWF", "FL2")]
+    ("booth", "name"), [("D65", "D65"), ("A", "A"), ("TL84", "FL11"), ("tl84", "FL11"), ("CWF", "FL2"), ("U30", "FL12")]
 )
 def test_lamps_by_the_names_on_booths(booth, name):
     light = light_booth(booth)
@@ -137,6 +137,6 @@ def test_what_is_no_booth_is_named(settings, field, words):
 
 
 def test_an_unknown_booth_says_the_nearest():
-    with pytest.raises(UnknownNameError, match="nearest: TL84"):
-        light_booth("TL83")
-    assert list(LAMPS) == ["D65", "A", "TL84", "CWF", "UV", "horizon"]
+    with pytest.raises(UnknownNameError, match="nearest: TL8"):
+        light_booth("TL87")
+    assert list(LAMPS) == ["D65", "A", "TL84", "CWF", "TL83", "U30", "TL85", "U50", "U40", "WWF", "UV", "horizon"]

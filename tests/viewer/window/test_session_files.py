@@ -77,7 +77,7 @@ def test_a_mistake_is_named_by_file_key_found_and_expected(tmp_path, text):
         ("exposur = 1", "exposure"),
         ('observer = "1931"', "1931_2"),
         ('[compare]\nmode = "wype"', "wipe"),
-        ('[light]\nbooth = "TL85"', "TL84"),
+        ('[light]\nbooth = "TL87"', "TL84"),
     ],
 )
 def test_a_misspelt_name_is_told_with_its_neighbour(tmp_path, text, nearest):
