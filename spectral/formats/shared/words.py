@@ -16,13 +16,14 @@ Meaning = Quantity | Literal["sensitivity"]
 
 _RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
 _REFLECTANCE = re.compile(
-    r"reflect(?!or)|r[eé]flexi|\brefl\b|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
+    r"r[eé]flect(?!or)|r[eé]flexi|riflett|rifless|refl[e]t[âa]n|\brefl\b|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
     r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
     re.I,
 )
-_TRANSMITTANCE = re.compile(r"transm|\btrans\b|%\s*T\b|\bT\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bT$|durchlicht", re.I)
+_TRANSMITTANCE = re.compile(r"tran?sm|\btrans\b|%\s*T\b|\bT\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bT$|durchlicht", re.I)
 _EMISSION = re.compile(
-    r"irradian|radian(?:ce|cy)|radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
+    r"irradian|radian(?:ce|cy|cia|za)|[ée]clairement|"
+    r"radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
     r"spectral[ _]*power|power[ _]*distribution|"
     r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
     r"(?<![A-Za-z])[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|"
@@ -74,7 +75,9 @@ _SETS = {
 # Channels of a camera, or samples: nothing else has all three colours of its own.
 _CHANNELS = re.compile(r"(?:r|g|b|gr|gb|g1|g2|ir|nir|w|red|green|blue|green ?[12rb]|clear)", re.I)
 _COUNTS = re.compile(
-    r"\bcounts?\b|\bcts\b|\bADU\b|\bdigital numbers?\b|(?-i:(?<![A-Za-z])DNs?(?![A-Za-z]))(?! ?\d)", re.I
+    r"\bcounts?\b|\bcts\b|\bADU\b|z[äa]hl(?:er|rate|wert)|\bcoups?\b|\bcuentas?\b|\bconteggi|"
+    r"\bdigital numbers?\b|(?-i:(?<![A-Za-z])DNs?(?![A-Za-z]))(?! ?\d)",
+    re.I,
 )
 # Lines above a table that say so of what is in it.
 _COUNTED_LINE = re.compile(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from collections.abc import Sequence
 from contextlib import suppress
@@ -110,6 +111,10 @@ class Dialect:
     def number(self, cell: str) -> float:
         """The number in a cell, NaN if there is none; a percent sign after it is left out (see `in_percent`)."""
         return _number(cell, self.decimal)
+
+    def is_number(self, cell: str) -> bool:
+        """Return whether a cell holds a number."""
+        return not math.isnan(_number(cell, self.decimal))
 
     def wavelength(self, cell: str) -> tuple[float, bool] | None:
         """The wavelength that a cell names, and whether it says so with a unit or a word; None if it is none."""

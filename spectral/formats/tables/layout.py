@@ -22,7 +22,9 @@ _WAVELENGTH_WORD = re.compile(
     re.I,
 )
 _NAME_WORD = re.compile(
-    r"name|sample|\bid\b|^no\.?$|^#$|colou?r|patch|label|title|bezeichnung|probe|messung|nom\b", re.I
+    r"name|sample|\bid\b|^no\.?$|^#$|colou?r|patch|label|title|bezeichnung|probe|messung|nom\b|"
+    r"muster|[ée]chantillon|muestra|campione|specimen|swatch",
+    re.I,
 )
 _UNIT_CELL = re.compile(
     r"\W*(?:%|nm|µm|μm|um|[åÅ]|angstroms?|[kMGTP]?Hz|m?eV|1?/?cm\W{0,3}1?|rad\s?/\s?[fp]?s|[a-z.µμ]{0,4}(?-i:W)\b.{0,30}|counts?|a\.?u\.?|rel\.?.{0,10}|[01]\W{1,4}1)?\W*",

@@ -26,6 +26,7 @@ from .layout import (
     layout_of,
     wavelengths_across,
 )
+from .long_form import long_form, names_beside, read_long
 from .one_reading import one_reading
 from .rows import is_generic, read_across, read_down
 from .section import SHOWN_LINES, Column, Section, trimmed
@@ -132,9 +133,13 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
         if any(table.heads):
             notes.append("further down, numbers without a header are read under the one above them in the file")
     numbered = ((line, text.dialect.cells(row)) for line, row in islice(text.rows, table.start + layout.first, None))
+    names = names_beside(table) if before is None and layout.way == "down" else ()
+    rows = list(numbered) if names else numbered
     if layout.way == "across":
-        read_across(table, numbered, notes)
-    elif below := read_down(table, numbered, notes):
+        read_across(table, rows, notes)
+    elif isinstance(rows, list) and (form := long_form(table, names, rows)) is not None:
+        read_long(table, form, rows, notes)
+    elif below := read_down(table, rows, notes):
         table.further = _across_below(table)
         if table.further is None:
             notes.append(f"{below} lines below the table are not read")

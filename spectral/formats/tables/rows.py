@@ -11,7 +11,14 @@ from itertools import pairwise
 from ....runtime.errors import InputError
 from ..shared.decisions import NO_COUNTS
 from ..shared.text import shortened
-from ..shared.words import colour_axis, measured, names_condition, quantity_in, quantity_in_lines, unit_in
+from ..shared.words import (
+    colour_axis,
+    measured,
+    names_condition,
+    quantity_in,
+    quantity_in_lines,
+    unit_in,
+)
 from .axis import NANOMETRE, check_axis, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent
 from .layout import (
@@ -26,7 +33,7 @@ from .section import Column, Section, cell, ragged, trimmed
 
 # Columns that hold no spectrum: scatter of one beside it, and an instrument's own readings. Whole words at the end of a
 # heading, since "dark-skin" and "std white" are names of samples.
-_SCATTER = re.compile(
+SCATTER = re.compile(
     r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|s\.?d\.?|sigma|uncert\w*|err(?:or)?s?|"
     r"variance|σ|s\.e\.?|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr)\W*(?:[\[(].*)?|.*±.*|"
     r"u(?: ?[\[(]\w{0,12}(?: ?= ?\d)?[\])]|_\w{1,12})",
@@ -52,6 +59,8 @@ _LIT = re.compile(rf"(?:sample|target|scope|raw|signal|reference|ref|baseline|bl
 _WHITE = re.compile(rf"(?:white|spectralon)\.?{_OF_READINGS}", re.I)
 _NEVER_MADE = re.compile(rf"(?:scope|raw){_OF_READINGS}", re.I)
 _RAW = re.compile(r"(?:sample|scope|raw|signal|counts?|reference|ref|dark|baseline)\b.*", re.I)
+#: Headings of a column that says what each row measures.
+OF_KINDS = re.compile("type|mode|quantity|measure|geometr|gr(?:ö|oe)(?:ß|ss)e|grandeur", re.I)
 _UNIT_BRACKET = re.compile(r"\s{0,9}[\[(]((?:[^\[\]()]|[\[(][^\[\]()]{0,30}[\])]){0,40})[\])]\s{0,9}$")
 _GENERIC = re.compile(
     r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|"
@@ -106,7 +115,7 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
         below = stopped = 0
         if not columns:
             width = len(trimmed(cells))
-            columns = _columns(table, cells, width, [] if blocks else notes)
+            columns = empty_columns(table, cells, width, [] if blocks else notes)
             for row in colours:
                 _beside(columns, row)
         most = len(table.heads) or width
@@ -124,7 +133,7 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
     if columns:
         blocks.append(columns)
     every = [column for block in blocks for column in block]
-    _check_whole(every, dialect)
+    check_columns(every, dialect)
     words = {column.words for column in every if column.is_empty and column.bad}
     beside_numbers = bool(words) and not all(column.is_empty for column in every)
     if beside_numbers:
@@ -135,7 +144,7 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
     return below
 
 
-def _check_whole(columns: Sequence[Column], dialect: Dialect) -> None:
+def check_columns(columns: Sequence[Column], dialect: Dialect) -> None:
     """Refuse tables with cells of torn numbers among those of values; what else is wrong is told of its spectrum."""
     for line, text in (column.bad for column in columns if column.bad is not None):
         check_whole([text], dialect, line)
@@ -162,8 +171,13 @@ def _aside(head: str, heads: Sequence[str]) -> bool:
     """True for a column beside the spectra; "dark" and "reference" only next to an instrument's other readings."""
     if _READING.fullmatch(head):
         return any(_RAW.fullmatch(other) for other in heads if other != head)
-    beside = (_SCATTER, _COUNTER, _OF_ROWS)
+    beside = (SCATTER, _COUNTER, _OF_ROWS)
     return any(pattern.fullmatch(head) for pattern in beside) or is_reciprocal_header(head)
+
+
+def is_of_rows(head: str) -> bool:
+    """Return whether a heading is that of scatter, counters or remarks."""
+    return any(pattern.fullmatch(head) for pattern in (SCATTER, _COUNTER, _OF_ROWS)) and head != "#"
 
 
 def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:
@@ -186,19 +200,24 @@ def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:
     return set()
 
 
-def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str]) -> list[Column]:
-    """Empty columns for the values of a block that starts with `cells`."""
+def empty_columns(
+    table: Section, cells: Sequence[str], width: int, notes: list[str], words: Sequence[int] | None = None
+) -> list[Column]:
+    """Empty columns for the values of a block that starts with `cells`.
+
+    words : of a table in long form, the columns that hold no values; some may stand before the wavelengths there.
+    """
     axes, heads, units = table.layout.axes, table.heads, table.units
     said = "\n".join(line for line in table.words.splitlines() if re.search("wave|λ|lambda", line, re.I))
     columns: list[Column] = []
     aside = []
     width = max(width, len(heads))
     raw = _raw_readings([head for at, head in enumerate(heads) if at not in axes], table)
-    for at in range(min(axes) + 1, width):
-        if at in axes:
-            continue
-        axis = max(axis for axis in axes if axis < at)
+    for at in range(min(axes) + 1 if words is None else 0, width):
         head, unit = cell(heads, at), cell(units, at)
+        if at in axes or at in (words or ()) or (at < min(axes) and not (quantity_in(head) or is_generic(head))):
+            continue
+        axis = max((axis for axis in axes if axis < at), default=min(axes))
         if head in raw or (head and width - len(axes) > 1 and _aside(head, heads)):
             aside.append(head)
             continue
@@ -216,7 +235,7 @@ def _columns(table: Section, cells: Sequence[str], width: int, notes: list[str])
         axis_unit, by_line = stated_unit(axis_words, [] if labelled else table.words.splitlines()[:400])
         is_open = axis_unit is None and is_wavelength_header(f"{axis_words} {said}")
         unsaid = axis_unit is None and not (is_open or labelled)
-        name = _name(table, head, at, axis, width - len(axes))
+        name = _name(table, head, at, axis, width - len(axes) - len(words or ()))
         columns.append(
             Column(
                 name,
@@ -293,7 +312,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     plain = [at for at in others if colour_axis(heads[at]) is None]
     words = " ".join(heads[at] for at in plain)
     words += {"R": " reflectance", "T": " transmittance"}[prefix[1]] if prefix else ""
-    kinds = [at for at in others if re.search("type|mode|quantity|measure|geometr", heads[at], re.I)]
+    kinds = [at for at in others if OF_KINDS.search(heads[at])]
     # A name is better than a number; without either, whatever stands first.
     names = [at for at in plain if is_name_header(heads[at])]
     names = sorted(names, key=lambda at: bool(re.search(r"\bid\b|_id$|^no\b|^#", heads[at], re.I)))
@@ -329,7 +348,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     without += pending if table.further is None else 0
     if without:
         notes.append(f"{without} lines below the header have no values at wavelengths and are left out")
-    _check_whole(columns, dialect)
+    check_columns(columns, dialect)
     table.blocks = [columns]
 
 
