@@ -81,6 +81,12 @@ _IN_A_LENGTH = re.compile(
     re.I,
 )
 _OF_POWER = re.compile(r"(?<![A-Za-z])[mkµμunp]?W(?![A-Za-z])|radian|radia[tn]|power|photon|flux|quanta", re.I)
+# A quantity over its unit, as ISO 80000 writes headings.
+_OVER_UNIT = re.compile(
+    r"^\W*(λ|lambda|wave ?length|wellenl\w+|ν|nu|f|freq\w*|(?-i:E)|h ?ν|hv|(?:photon\w* ?)?energ\w+|ω|omega|wellenzahl|"
+    r"wave ?number) ?/ ?",
+    re.I,
+)
 _LENGTHS_NM = {"nm": 1.0, "um": 1e3, "mm": 1e6, "m": 1e9}
 _MICROMETRE = re.compile(r"[µμ]m|(?<![A-Za-z])um(?![A-Za-z])|microns?\b|micromet", re.I)
 _ANGSTROM = re.compile(r"[åÅ]|angstr|ångstr|[\[(]\s?(?-i:A)\s?[\])]", re.I)
@@ -115,7 +121,7 @@ def axis_unit(words: str) -> AxisUnit | None:
     >>> axis_unit("frequency (THz)").formula, axis_unit("Energy [eV]").formula
     ('nm = 299792.458 / THz', 'nm = 1239.841984 / eV')
     """
-    words = words[:2000]
+    words = _OVER_UNIT.sub(r"\1 ", words[:2000])
     if (match := _IN_A_LENGTH.search(words)) and not _OF_POWER.search(words):
         length = (match["length"] or "").lower().replace("µ", "u").replace("μ", "u")
         return AxisUnit(match[0].strip(), _LENGTHS_NM[length] if length else 1e4, True)
@@ -146,9 +152,9 @@ def is_reciprocal_header(cell: str) -> bool:
     return unit.reciprocal if unit else bool(_NO_LENGTH.search(cell))
 
 
-def refuse_even_reciprocals(values: Float[np.ndarray, "L"]) -> None:
+def refuse_even_reciprocals(values: Float[np.ndarray, "L"], field: str) -> None:
     """Refuse an axis without a word that is uneven as it stands, and even as what it is the reciprocal of: wavelengths
-    in equal steps that were written as frequencies, energies or wavenumbers.
+    in equal steps that were written as frequencies, energies or wavenumbers; field : where it stands.
 
     Raises
     ------
@@ -162,7 +168,7 @@ def refuse_even_reciprocals(values: Float[np.ndarray, "L"]) -> None:
         if nm.min() >= _SEEN_NM[0] and nm.max() <= _SEEN_NM[1] and _unevenness(nm) <= _EVEN:
             raise InputError(
                 f"wavelengths, or {unit.name}?",
-                field="first column",
+                field=field,
                 found=f"{values[0]:g}, {values[1]:g} ... {values[-1]:g}: as {unit.name} {nm[0]:.5g} to {nm[-1]:.5g} nm "
                 "in equal steps",
                 expected="an axis whose heading says what it is",

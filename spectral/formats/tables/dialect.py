@@ -20,7 +20,7 @@ _COMMENT = re.compile(r"^\s*(?:#|//|!|%(?!\s*[RT]\b))\s?")
 # "380 nm", "S_380nm", "Spectral Data 380[nm]", "R400nm": the unit tells, whatever stands before.
 _WITH_UNIT = re.compile(
     r"(?:[A-Za-zρτλ%][A-Za-z_ .%-]{0,30}?[_ .:-]{0,2})?(?P<nm>\d{1,5}(?:[.,]\d{1,6})?)\s{0,2}"
-    r"[\[(]?\s?(?P<unit>nm|µm|μm|um)\s?[\])]?\.?",
+    r"[\[(]?\s?(?P<unit>nm|µm|μm|um|[åÅ])\s?[\])]?\.?",
     re.I,
 )
 # "R_400", "SPECTRAL_NM380", "nm 380": without a unit, only words that mean spectra; S1, S2 ... are samples.
@@ -81,7 +81,8 @@ def _wavelength(cell: str, decimal: str) -> tuple[float, bool] | None:
     if match is None:
         return None
     unit = match.groupdict().get("unit") or "nm"
-    return float(match["nm"].replace(",", ".")) * (1.0 if unit[0] in "nN" else 1000.0), True
+    nm = 1.0 if unit[0] in "nN" else 0.1 if unit in "åÅ" else 1000.0
+    return float(match["nm"].replace(",", ".")) * nm, True
 
 
 @dataclass(frozen=True)

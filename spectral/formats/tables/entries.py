@@ -169,7 +169,7 @@ def _grid(column: Column, gathering: Gathering) -> np.ndarray:
         # A line above may speak of something else.
         axis = axis if _are_of_light(axis.wavelengths_nm(values)) else NANOMETRE
     if column.unsaid:
-        refuse_even_reciprocals(values)
+        refuse_even_reciprocals(values, "first column" if column.place != (0, 0) else "header")
     grid = axis.wavelengths_nm(values)
     if axis.reciprocal:
         column.over = axis.name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -34,6 +34,8 @@ _UNIT_CELL = re.compile(
 
 # The wavenumber, in 1/cm, of the shortest light; no wavelength in nm is larger.
 _LARGEST = 50_000.0
+# The shortest wavelength, in nm, that is looked for across a header.
+_SHORTEST = 100.0
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,10 @@ def is_units_row(cells: Sequence[str]) -> bool:
 def layout_of(rows: Sequence[Row], dialect: Dialect) -> TableLayout | None:
     """Find the table among rows of cells, the first thousands of a file; None if there is none."""
     down, across = _down(rows, dialect), _across(rows, dialect)
+    if down is not None and across is None and down.first:
+        # Energies and micrometres across a header would pass for the samples of a first column.
+        across = _across(rows[down.first - 1 : down.first + 50], dialect, least=0.0)
+        across = across and replace(across, first=across.first + down.first - 1, header=down.first - 1)
     if down is None or across is None:
         return down or across
     head = rows[across.header or 0][1]
@@ -170,7 +176,7 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     if index < 0 or len(rows[index][1]) < 2:
         return None
     cells = rows[index][1]
-    if not cells[0] or is_wavelength_header(cells[0]):
+    if not cells[0] or is_wavelength_header(cells[0]) or (len(cells) > 2 and is_reciprocal_header(cells[0])):
         return index
     if len(cells) < len(rows[first][1]) and not any(map(is_wavelength_header, cells)):
         return None
@@ -182,14 +188,25 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     return index
 
 
-def _across(rows: Sequence[Row], dialect: Dialect) -> TableLayout | None:
-    """First row with a run of wavelengths and numbers below each of them."""
+def _across(rows: Sequence[Row], dialect: Dialect, least: float = _SHORTEST) -> TableLayout | None:
+    """First row with a run of wavelengths and numbers below each of them.
+
+    least : of wavelengths below no heading; where it is below `_SHORTEST`, words have to stand before them and before
+    the numbers below.
+    """
     for header, (_, cells) in enumerate(rows[:-1]):
         if len(cells) < 3 and not (len(cells) == 2 and header == 0):
             continue
-        run = wavelengths_across(cells, dialect)
+        headed = any(is_wavelength_header(cell) or is_reciprocal_header(cell) for cell in cells)
+        run = wavelengths_across(cells, dialect, least=0.0 if headed else least)
         if len(run) < 2:
             continue
+        if any(dialect.is_number(cells[at]) and dialect.number(cells[at]) < _SHORTEST for at in run):
+            # Whole numbers are those of samples; energies and micrometres have decimals.
+            decimals = sum("." in cells[at] or "," in cells[at] for at in run)
+            words = not (dialect.is_number(cells[0]) or dialect.is_number(rows[header + 1][1][0]))
+            if len(run) < 5 or 2 * decimals < len(run) or not words:
+                continue
         labelled = all(dialect.names_wavelength(cells[column]) for column in run)
         worded = any(cell and dialect.wavelength(cell) is None for cell in cells)
         if len(run) < (2 if labelled or len(cells) - len(run) <= 1 else 3 if worded else 5):
@@ -210,14 +227,16 @@ def labelled_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, .
     return run if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()
 
 
-def wavelengths_across(cells: Sequence[str], dialect: Dialect, labelled: bool = False) -> tuple[int, ...]:
+def wavelengths_across(
+    cells: Sequence[str], dialect: Dialect, labelled: bool = False, least: float = _SHORTEST
+) -> tuple[int, ...]:
     """Columns of the longest stretch of neighbours that are wavelengths, strictly ascending or strictly descending.
 
-    labelled : whether each must carry its unit or a word.
+    labelled : whether each must carry its unit or a word. least : the smallest number that may be one.
     """
     found = [dialect.wavelength(cell) for cell in cells]
     values = [
-        pair[0] if pair and 100.0 <= pair[0] <= 20_000.0 and (pair[1] or not labelled) else None for pair in found
+        pair[0] if pair and least <= pair[0] <= _LARGEST and (pair[1] or not labelled) else None for pair in found
     ]
     best: list[int] = []
     for sign in (1.0, -1.0):

@@ -307,10 +307,12 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     others = [at for at in range(len(heads)) if at not in set(axes)]
     wavelengths = array("d", ((dialect.wavelength(heads[at]) or (math.nan,))[0] for at in axes))
     lines = [] if dialect.names_wavelength(heads[axes[0]]) else table.words.splitlines()[:400]
-    axis, by_line = stated_unit(" ".join(heads[: axes[0]]), lines)
+    before = " ".join(heads[: axes[0]])
+    axis, by_line = stated_unit(before, lines)
+    unsaid = axis is None and not dialect.names_wavelength(heads[axes[0]])
     prefix = re.match(r"\s*([RT])[ _.:-]?\s*\d", heads[axes[0]])
     plain = [at for at in others if colour_axis(heads[at]) is None]
-    words = " ".join(heads[at] for at in plain)
+    words = " ".join(heads[at] for at in plain if not is_reciprocal_header(heads[at]))
     words += {"R": " reflectance", "T": " transmittance"}[prefix[1]] if prefix else ""
     kinds = [at for at in others if OF_KINDS.search(heads[at])]
     # A name is better than a number; without either, whatever stands first.
@@ -321,7 +323,14 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     without = pending = 0
     for line, cells in rows:
         column = Column(
-            "", "", "%" if in_percent(cell(cells, axes[0])) else "", wavelengths, axis or NANOMETRE, by_line
+            "",
+            "",
+            "%" if in_percent(cell(cells, axes[0])) else "",
+            wavelengths,
+            axis or NANOMETRE,
+            by_line,
+            unit_open=unsaid and is_wavelength_header(before),
+            unsaid=unsaid and not is_wavelength_header(before),
         )
         for at in axes:
             column.take(line, cell(cells, at), dialect)

@@ -102,6 +102,51 @@ def test_across_a_header_too(written):
         check(written(content + "\nred," + ",".join(f"{value:.6g}" for value in RED) + "\n"))
 
 
+def across(head, axis, unit="", decimals=4):
+    """Two samples, a row each, below an axis with its unit in its heading or behind each number."""
+    header = ";".join([head, *(f"{at:.{decimals}f}{unit}" for at in axis)])
+    rows = (";".join([name, *(f"{value:.6g}" for value in row)]) for name, row in (("red", RED), ("blue", 0.8 - RED)))
+    return "\n".join([header, *rows, ""])
+
+
+@pytest.mark.parametrize("unit", ["THz", "eV", "cm-1", "µm", "angstrom", "nm"])
+def test_across_a_header_no_unit_makes_samples_of_values(written, unit):
+    """Numbers of energies and micrometres are small, and those of wavenumbers large: all of them are the axis."""
+    file = read_spectra(
+        written(across(f"{named(unit)} ({unit})", UNITS[unit])), ImportOptions("reflectance", "fraction")
+    )
+    assert [entry.name for entry in file.entries] == ["red", "blue"]
+    np.testing.assert_allclose(file.entries[0].spectrum.wavelengths_nm, NM, rtol=1e-4)
+    np.testing.assert_allclose(file.entries[0].spectrum.samples, RED, rtol=1e-5)
+
+
+@pytest.mark.parametrize("unit", [" nm", " µm", " Å"])
+def test_across_a_header_each_length_may_have_its_unit(written, unit):
+    file = read_spectra(written(across("name", UNITS[unit.strip()], unit)), ImportOptions("reflectance", "fraction"))
+    np.testing.assert_allclose(file.entries[1].spectrum.wavelengths_nm, NM, rtol=1e-7)
+
+
+@pytest.mark.parametrize("unit", ["THz", "eV", "cm-1"])
+def test_across_a_header_without_a_word_reciprocals_are_asked_about(refused, unit):
+    lines = refused(
+        lambda path: read_spectra(path, ImportOptions("reflectance", "fraction")), across("name", UNITS[unit])
+    )
+    # Small numbers above values that only rise may be anything.
+    assert lines[0] == f"paints.csv: header: wavelengths, or {unit}?" or (unit == "eV" and "no table" in lines[0])
+
+
+def test_numbers_of_samples_across_a_header_are_no_wavelengths(written):
+    for word, unit in (("Wavelength", "nm"), ("Photon energy (eV)", "eV"), ("Frequency (THz)", "THz")):
+        rows = "".join(f"{at:.6g}," + ",".join(["0.3"] * 6) + "\n" for at in UNITS[unit])
+        file = read_spectra(written(f"{word},1,2,3,4,5,6\n{rows}"), ImportOptions("reflectance", "fraction"))
+        assert [entry.name for entry in file.entries] == ["1", "2", "3", "4", "5", "6"]
+
+
+@pytest.mark.parametrize("head", ["ν/THz", "f / THz", "E/eV", "Energie/eV", "hν/eV", "λ/nm", "Wellenlänge/nm"])
+def test_a_quantity_over_its_unit_is_a_heading(written, head):
+    check(written(table(UNITS[head.rpartition("/")[2].strip()], head)))
+
+
 def test_wavelengths_beside_frequencies_go_before_them(written):
     for heads in (("frequency (THz)", "wavelength (nm)"), ("wavelength (nm)", "frequency (THz)")):
         columns = {"frequency (THz)": UNITS["THz"], "wavelength (nm)": NM}
