@@ -154,7 +154,7 @@ def quick_basis(values: Float[np.ndarray, "n texels"], dark: Bool[np.ndarray, " 
     them, as `fitted_basis` does of a whole scene.
     """
     # What is open and what sees nothing are there for certain.
-    ends = np.float32(np.tanh(0.5 * np.pi / SOFT)) * np.float32([[1.0], [-1.0]])
+    ends = np.float32(np.tanh(0.5 * np.pi / SOFT)) * np.array([[1.0], [-1.0]], np.float32)
     known = np.concatenate([values[~dark], np.broadcast_to(ends, (2, MAP**2))])
     return replace(_principal(known, most), steps=_STEPS)
 
