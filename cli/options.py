@@ -7,6 +7,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .output import say
+
 if TYPE_CHECKING:
     from ..materials.catalogue.catalogue import Catalogue
     from ..spectral.formats.import_options import ImportOptions
@@ -131,7 +133,7 @@ def renderer_for(choice: str) -> RenderSession:
 
     renderer, reason = renderer_named(choice)
     if reason is not None:
-        print(f"No OpenGL here, so the software path renders. {reason}")
+        say(f"No OpenGL here, so the software path renders. {reason}")
     return renderer
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -31,6 +32,16 @@ def title_from_id(name: str) -> str:
     """
     words = name.rpartition("/")[2].replace("-", " ")
     return words[:1].upper() + words[1:]
+
+
+def distinct_titles(titles: Sequence[str], full_titles: Sequence[str]) -> list[str]:
+    """Return titles that tell things apart: full ones for all that share theirs.
+
+    >>> distinct_titles(["Red", "Red", "Blue"], ["Red (a/red)", "Red (b/red)", "Blue (a/blue)"])
+    ['Red (a/red)', 'Red (b/red)', 'Blue']
+    """
+    counts = Counter(titles)
+    return [full if counts[title] > 1 else title for title, full in zip(titles, full_titles, strict=True)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from ...spectral.sample import title_from_id
+from ...spectral.sample import distinct_titles, title_from_id
 from ..report.review_facts import light_words, within_sentence
 from ..report.row_name import short_observer
 from ..report.text_tables import columns
@@ -66,10 +66,9 @@ def things(result: Result) -> str:
 
 def titles_of(rows: Sequence[RowResult]) -> dict[str, str]:
     """Materials' names for people: ids spelt out, but for those that would then be alike and for names of files."""
-    names = dict.fromkeys(row.name.material for row in rows)
-    titles = {name: title_from_id(name) if _ID.fullmatch(name) else name for name in names}
-    counts = Counter(titles.values())
-    return {name: title if counts[title] == 1 else name for name, title in titles.items()}
+    names = [*dict.fromkeys(row.name.material for row in rows)]
+    titles = [title_from_id(name) if _ID.fullmatch(name) else name for name in names]
+    return dict(zip(names, distinct_titles(titles, names), strict=True))
 
 
 def readable_names(rows: Sequence[RowResult]) -> dict[RowName, str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
@@ -11,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...spectral.illuminants import canonical_name
-from ...spectral.sample import title_from_id
+from ...spectral.sample import distinct_titles, title_from_id
 from .row import ReviewRow
 
 #: Light that colours are adapted to and that shifts are counted from; how eyes get used to another; and the formula.
@@ -145,10 +144,10 @@ def light_words(name: str) -> str:
     return title if name == title or name.casefold() in title.casefold().split() else f"{title} {name}"
 
 
-def distinct_titles(reviewed: Sequence[_Titled]) -> tuple[_Titled, ...]:
-    """Lights or materials with titles that tell them apart: several of one title get their full ones."""
-    counts = Counter(one.title for one in reviewed)
-    return tuple(replace(one, title=one.full_title) if counts[one.title] > 1 else one for one in reviewed)
+def told_apart(reviewed: Sequence[_Titled]) -> tuple[_Titled, ...]:
+    """Lights or materials with titles that tell them apart."""
+    titles = distinct_titles([one.title for one in reviewed], [one.full_title for one in reviewed])
+    return tuple(replace(one, title=title) for one, title in zip(reviewed, titles, strict=True))
 
 
 def materials_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedMaterial, ...]:
@@ -167,13 +166,13 @@ def materials_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedMaterial, ...]
                 licence=row.provenance.get("Licence", ""),
             ),
         )
-    return distinct_titles(tuple(found.values()))
+    return told_apart(tuple(found.values()))
 
 
 def lights_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedLight, ...]:
     """Collect the lights from rows alone."""
     names = dict.fromkeys(row.illuminant for row in rows)
-    return distinct_titles([ReviewedLight(name, *light_title(name), pictured=True) for name in names])
+    return told_apart([ReviewedLight(name, *light_title(name), pictured=True) for name in names])
 
 
 def material_document(one: ReviewedMaterial) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -87,12 +86,11 @@ def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
     import numpy as np
 
     from ...calibration.report.preview_page import PreviewCard
+    from ...spectral.sample import distinct_titles
 
-    counts = Counter(one.title for one in drawn)
-    # A title of several has the id behind it.
-    titles = [f"{one.title} ({one.summary.id})" if counts[one.title] > 1 else one.title for one in drawn]
+    titles = distinct_titles([one.title for one in drawn], [f"{one.title} ({one.summary.id})" for one in drawn])
     cards = []
-    for number, one in enumerate(drawn):
+    for title, one in zip(titles, drawn, strict=True):
         said = one.summary
         facts = {"model": said.model, "kind": said.kind, "licence": said.licence}
         if said.terms:
@@ -111,7 +109,7 @@ def _cards(drawn: Sequence[Thumbnail]) -> list[PreviewCard]:
                 lab=None if said.lab is None else np.array(said.lab),
                 p99=said.p99,
                 words=one.reason,
-                title=titles[number],
+                title=title,
                 colour=one.colour,
             )
         )

@@ -14,8 +14,8 @@ from ...calibration.report.review_facts import (
     LitColour,
     ReviewedLight,
     ReviewedMaterial,
-    distinct_titles,
     light_title,
+    told_apart,
 )
 from ...lighting.scene import Scene
 from ...materials.catalogue.instrument_reading import GEOMETRY, InstrumentReading
@@ -48,7 +48,7 @@ def reviewed_lights(setting: Setting) -> tuple[ReviewedLight, ...]:
         title, kind = ("As lit in the scene", "scene") if spectrum is None else light_title(name)
         table = (None, None) if spectrum is None else _table(spectrum)
         found.append(ReviewedLight(name, title, kind, name in setting.names, *table))
-    return distinct_titles(found)
+    return told_apart(found)
 
 
 def reviewed_materials(
@@ -77,7 +77,7 @@ def reviewed_materials(
                 colours,
             )
         )
-    return distinct_titles(found)
+    return told_apart(found)
 
 
 def _lights(setting: Setting) -> list[_NamedLight]:
