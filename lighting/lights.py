@@ -124,6 +124,12 @@ class SpreadLight(Light):
     ) -> Float[np.ndarray, " n"]:
         """1/sr with which `drawn` gives these directions."""
 
+    def luminance_and_density(
+        self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
+    ) -> tuple[LuminanceByField, Float[np.ndarray, " n"]]:
+        """`luminance` and `density` of the same directions."""
+        return self.luminance(points, directions), self.density(points, directions)
+
     @abstractmethod
     def distance(
         self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]

@@ -61,8 +61,12 @@ class MapDrawing:
 
     def density(self, to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
         """1/sr with which `drawn` gives these unit directions."""
+        return self.density_at(latlong.TexelWeights(to, *self._shares.shape), to)
+
+    def density_at(self, places: latlong.TexelWeights, to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
+        """The same, where the places of these directions in the map are known."""
         sine = np.maximum(np.hypot(to[:, 0], to[:, 2]), _LEAST_SINE)
-        return latlong.between_texels(self._shares[None], to)[:, 0] * (self._shares.size / (2.0 * np.pi**2)) / sine
+        return places.of(self._shares[None])[:, 0] * (self._shares.size / (2.0 * np.pi**2)) / sine
 
 
 def _power_of_two(count: int) -> int:

@@ -216,6 +216,12 @@ class EnvironmentLight(SpreadLight):
         """1/sr with which `drawn` gives these directions."""
         return self._drawing.density(directions @ self.world_from_map)
 
+    def luminance_and_density(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]):
+        """Both, whose places in the map are the same."""
+        to = directions @ self.world_from_map
+        places = latlong.TexelWeights(to, *self.fields.shape[1:])
+        return places.of(self.fields), self._drawing.density_at(places, to)
+
     def distance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
         """Infinite."""
         return np.full(len(directions), np.inf)

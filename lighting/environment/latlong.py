@@ -44,15 +44,30 @@ def texel_at(to: Float[np.ndarray, "*n 3"], height: int, width: int) -> tuple[In
     )
 
 
+class TexelWeights:
+    """Places between the texels of maps of one size, for directions (n, 3) of any length: linear between the middles of
+    texels; rows end at the poles.
+    """
+
+    def __init__(self, to: Float[np.ndarray, "n 3"], height: int, width: int) -> None:
+        rows, columns = places(to)
+        rows = np.clip(rows * height - 0.5, 0.0, height - 1.0)
+        columns = columns * width - 0.5
+        row, column = np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64)
+        self._down, self._right = rows - row, columns - column
+        above, below = row * width, np.minimum(row + 1, height - 1) * width
+        column, after = column % width, (column + 1) % width
+        self._texels = (above + column, above + after), (below + column, below + after)
+
+    def of(self, fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "n K"]:
+        """The fields in the directions."""
+        flat, left, up = fields.reshape(len(fields), -1), 1.0 - self._right, 1.0 - self._down
+        above, under = (
+            flat.take(near, axis=1) * left + flat.take(far, axis=1) * self._right for near, far in self._texels
+        )
+        return (above * up + under * self._down).T
+
+
 def between_texels(fields: Float[np.ndarray, "K H W"], to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n K"]:
     """The fields in directions (of any length), linear between the middles of texels; rows end at the poles."""
-    height, width = fields.shape[1:]
-    rows, columns = places(to)
-    rows = np.clip(rows * height - 0.5, 0.0, height - 1.0)
-    columns = columns * width - 0.5
-    row, column = np.floor(rows).astype(np.int64), np.floor(columns).astype(np.int64)
-    down, right = rows - row, columns - column
-    below, column, after = np.minimum(row + 1, height - 1), column % width, (column + 1) % width
-    above = fields[:, row, column] * (1.0 - right) + fields[:, row, after] * right
-    under = fields[:, below, column] * (1.0 - right) + fields[:, below, after] * right
-    return (above * (1.0 - down) + under * down).T
+    return TexelWeights(to, *fields.shape[1:]).of(fields)

@@ -242,11 +242,9 @@ class SpreadSum:
         towards = np.einsum("nji,nj->ni", self._frame[sample], wi)
         some = np.flatnonzero(dot(self._outwards[sample], towards) > 0.0)
         sample, wi, towards = sample[some], wi[some], towards[some]
-        position = self._geometry.position[sample]
-        luminance = light.light.luminance(position, towards)
+        luminance, density = light.light.luminance_and_density(self._geometry.position[sample], towards)
         some = np.flatnonzero(luminance.any(axis=1))
-        sample, wi, towards, luminance = sample[some], wi[some], towards[some], luminance[some]
-        return sample, towards, wi, luminance, light.light.density(position[some], towards)
+        return sample[some], towards[some], wi[some], luminance[some], density[some]
 
 
 @dataclass(frozen=True, eq=False)

@@ -111,8 +111,8 @@ class CookTorrance(AnalyticBrdf):
         """Facets times `fresnel_term(cos^2, sin^2)` (N, columns)."""
         h, d = wi + wo, wi - wo
         # h and d are the diagonals of a rhombus of side 1: |h| = 2 cos(theta_d), |d| = 2 sin(theta_d).
-        cos2_d = 0.25 * np.sum(h * h, axis=-1)
-        sin2_d = 0.25 * np.sum(d * d, axis=-1)
+        cos2_d = 0.25 * (h[:, 0] ** 2 + h[:, 1] ** 2 + h[:, 2] ** 2)
+        sin2_d = 0.25 * (d[:, 0] ** 2 + d[:, 1] ** 2 + d[:, 2] ** 2)
         cos2_h = 0.25 * h[:, 2] ** 2 / cos2_d
         sin2_h = 0.25 * (h[:, 0] ** 2 + h[:, 1] ** 2) / cos2_d
         density = beckmann if self.distribution == "beckmann" else ggx
@@ -176,8 +176,9 @@ class FoldedFresnel:
         found = self._exact(cos**2, (1.0 - cos) * (1.0 + cos))
         nodes, middles = found[::2], found[1::2]
         off = np.abs(0.5 * (nodes[1:] + nodes[:-1]) - middles).max()
-        self._slopes = np.diff(nodes, axis=0) if off <= _FOLDED_OFF * np.abs(found).max() else None
-        self._nodes = nodes
+        # Slopes beside nodes: a cell's numbers are fetched together.
+        kinked = off > _FOLDED_OFF * np.abs(found).max()
+        self._table = None if kinked else np.concatenate([np.diff(nodes, axis=0), nodes[:-1]], axis=1)
 
     def _exact(self, cos2: np.ndarray, sin2: np.ndarray) -> np.ndarray:
         step = 2048
@@ -187,13 +188,14 @@ class FoldedFresnel:
 
     def __call__(self, cos2: np.ndarray, sin2: np.ndarray) -> np.ndarray:
         """(N,C)."""
-        if self._slopes is None:
+        if self._table is None:
             return self._exact(cos2, sin2)
         place = np.minimum(np.sqrt(cos2), 1.0) * _FOLDED_CELLS
         cell = np.minimum(place.astype(np.intp), _FOLDED_CELLS - 1)
-        out = self._slopes[cell]
-        out *= (place - cell)[:, None]
-        out += self._nodes[cell]
+        columns = self._weights.shape[1]
+        found = self._table.take(cell, axis=0)
+        out = found[:, :columns] * (place - cell)[:, None]
+        out += found[:, columns:]
         return out
 
 

@@ -99,8 +99,9 @@ class DirectionSampler:
         mass = density * solid[None, :, None]
         rings_mass = mass.sum(axis=2)
         self._density = density
-        self._up_to_ring = np.cumsum(rings_mass, axis=1)
-        self._up_to_sector = np.cumsum(mass, axis=2) / np.where(rings_mass > 0.0, rings_mass, 1.0)[:, :, None]
+        self._rings = _Cells(np.cumsum(rings_mass, axis=1))
+        sectors = np.cumsum(mass, axis=2) / np.where(rings_mass > 0.0, rings_mass, 1.0)[:, :, None]
+        self._sectors_of = _Cells(sectors.reshape(-1, self._sectors))
 
     @property
     def even(self) -> bool:
@@ -139,16 +140,15 @@ class DirectionSampler:
             to = wo[rest]
             if self._isotropic:
                 h = _turned(h, to)
-            wi[rest] = 2.0 * np.sum(h * to, axis=1, keepdims=True) * h - to
-            wi[rest] /= np.linalg.norm(wi[rest], axis=1, keepdims=True)
+            mirrored = 2.0 * _dot(h, to)[:, None] * h - to
+            wi[rest] = mirrored / np.sqrt(_dot(mirrored, mirrored))[:, None]
         return wi
 
     def _half_vectors(
         self, node: Int[np.ndarray, " n"], first: Float[np.ndarray, " n"], second: Float[np.ndarray, " n"]
     ) -> Float[np.ndarray, "n 3"]:
-        ring, along = _found(self._up_to_ring, node, first)
-        rings = self._up_to_ring.shape[1]
-        sector, across = _found(self._up_to_sector.reshape(-1, self._sectors), node * rings + ring, second)
+        ring, along = self._rings.found(node, first)
+        sector, across = self._sectors_of.found(node * self._rings.count + ring, second)
         v = self._edges[ring] + along * (self._edges[ring + 1] - self._edges[ring])
         return _half_vector(v, (sector + across) * (2.0 * np.pi / self._sectors))
 
@@ -162,9 +162,9 @@ class DirectionSampler:
             return out
         wo, wi = wo[some], wi[some]
         h = wo + wi
-        length = np.linalg.norm(h, axis=1)
+        length = np.sqrt(_dot(h, h))
         h /= np.where(length > 0.0, length, 1.0)[:, None]
-        h_wo = np.sum(h * wo, axis=1)
+        h_wo = _dot(h, wo)
         # sin(theta / 2)^2 without the difference of numbers that are nearly one.
         v = 0.5 * (h[:, 0] ** 2 + h[:, 1] ** 2) / (1.0 + h[:, 2])
         ring = np.clip(np.searchsorted(self._edges, v, side="right") - 1, 0, len(self._edges) - 2)
@@ -209,18 +209,31 @@ def _spread(cells: Float[np.ndarray, "R S"]) -> Float[np.ndarray, "R S"]:
     return np.maximum(cells, _NEAR * beside)
 
 
-def _found(
-    up_to: Float[np.ndarray, "m k"], row: Int[np.ndarray, " n"], uniform: Float[np.ndarray, " n"]
-) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """The cell in which each number falls, in a row of sums up to each cell's end, and how far into the cell it falls.
+def _dot(a: Float[np.ndarray, "n 3"], b: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
+    """Scalar products, column by column: sums along rows of three take several times as long."""
+    return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
 
-    A row's sums may end a hair off 1: numbers are scaled to them.
-    """
-    count = up_to.shape[1]
-    sought = uniform * up_to[row, -1]
-    # One row's sums after the other's, so that one search finds all.
-    flat = (up_to + 2.0 * np.arange(len(up_to))[:, None]).ravel()
-    cell = np.clip(np.searchsorted(flat, sought + 2.0 * row, side="right") - row * count, 0, count - 1)
-    before = np.where(cell > 0, up_to[row, cell - 1], 0.0)
-    width = up_to[row, cell] - before
-    return cell, np.clip((sought - before) / np.where(width > 0.0, width, 1.0), 0.0, 1.0)
+
+class _Cells:
+    """Rows of cells, `up_to` (m, k) the sums of their shares up to each cell's end; one may end a hair off 1."""
+
+    def __init__(self, up_to: Float[np.ndarray, "m k"]) -> None:
+        self.count = up_to.shape[1]
+        self._last = up_to[:, -1].copy()
+        # Each row's sums after a zero, and one row after the other, so that one search finds all.
+        self._from = np.pad(up_to, ((0, 0), (1, 0)))
+        self._flat = (up_to + 2.0 * np.arange(len(up_to))[:, None]).ravel()
+
+    def found(
+        self, row: Int[np.ndarray, " n"], uniform: Float[np.ndarray, " n"]
+    ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        """The cell of a row in which each number in [0, 1) falls, and how far into the cell it falls; numbers are
+        scaled to where the row ends.
+        """
+        sought = uniform * self._last[row]
+        first = row * self.count
+        cell = np.clip(np.searchsorted(self._flat, sought + 2.0 * row, side="right") - first, 0, self.count - 1)
+        at = first + row + cell
+        before = self._from.take(at)
+        width = self._from.take(at + 1) - before
+        return cell, np.clip((sought - before) / np.where(width > 0.0, width, 1.0), 0.0, 1.0)

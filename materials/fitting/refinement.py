@@ -126,11 +126,13 @@ class Refinement:
 
         What is left is mended by spectra alone as soon as that costs little.
         """
-        packs, samples = candidate.packs, self.samples(candidate.rank)
+        packs, samples = candidate.packs, None
         for number in range(_BOUNDING_ROUNDS):
             violations = self.bounds.violations(packs)
             if not len(violations):
                 return packs, True
+            # Packs that are within all bounds as they come need none.
+            samples = self.samples(candidate.rank) if samples is None else samples
             self.judge.doing(f"{candidate.rank} terms: {len(violations)} places are still out of the bounds of shading")
             last = number == _BOUNDING_ROUNDS - 1
             turn = number % _TRY_SPECTRA_EVERY == _TRY_SPECTRA_EVERY - 1

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from metamer.lighting.environment import latlong
+from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.map_light import load_environment
 from metamer.lighting.environment.reduction import MOST_SPECTRA, _metric, reduced
 from metamer.runtime.errors import InputError, UnknownNameError
@@ -280,3 +281,25 @@ def test_real_maps_in_every_way(shared_data):
     np.testing.assert_allclose(total.mean(), stated.fields.mean(), rtol=1e-3)
     bright = stated.fields[0] > np.percentile(stated.fields, 50)
     assert np.percentile(np.abs(total / stated.fields[0] - 1)[bright], 99) < 0.02
+
+
+@pytest.mark.parametrize("shape", [(1, 1, 2), (2, 3, 5), (3, 16, 32)])
+def test_luminance_and_density_found_together_are_those_found_apart(shape):
+    rng = np.random.default_rng(4)
+    spectra = tuple(illuminant(name) for name in ("D65", "A", "FL11"))[: shape[0]]
+    light = EnvironmentLight(rng.random(shape) ** 4, spectra, 1000.0, rotation_deg=37.0)
+    to = rng.normal(size=(500, 3))
+    to[:4] = [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1e-9, 0.0, -1.0]]
+    to /= np.linalg.norm(to, axis=1, keepdims=True)
+    luminance, density = light.luminance_and_density(to, to)
+    np.testing.assert_array_equal(luminance, light.luminance(to, to))
+    np.testing.assert_array_equal(density, light.density(to, to))
+    # One direction after the other.
+    rows, columns = latlong.places(to @ light.world_from_map)
+    rows, columns = np.clip(rows * shape[1] - 0.5, 0.0, shape[1] - 1.0), columns * shape[2] - 0.5
+    for number, (row, column) in enumerate(zip(rows, columns, strict=True)):
+        up, left = int(row), int(np.floor(column))
+        lines = light.fields[:, up], light.fields[:, min(up + 1, shape[1] - 1)]
+        near, far = left % shape[2], (left + 1) % shape[2]
+        above, under = (line[:, near] * (1.0 - (column - left)) + line[:, far] * (column - left) for line in lines)
+        np.testing.assert_array_equal(luminance[number], above * (1.0 - (row - up)) + under * (row - up))

@@ -5,7 +5,7 @@ import pytest
 from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, OrenNayar
 from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.core.points import Points
-from metamer.materials.core.sampling import DirectionSampler
+from metamer.materials.core.sampling import DirectionSampler, _Cells
 from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.bispectral import Bispectral
 from metamer.spectral.folding import Folding
@@ -128,3 +128,30 @@ def test_a_fluorescent_surface_is_drawn_by_the_cosine():
     sampler, wo = DirectionSampler(FluorescentLambert(Bispectral(NM, NM, donaldson))), viewers(50.0, 1000)
     wi = sampler.drawn(wo, np.random.default_rng(4).random((1000, 2)))
     np.testing.assert_allclose(sampler.density(wo, wi), wi[:, 2] / np.pi, rtol=1e-12)
+
+
+def searched(up_to, row, uniform):
+    """Cell by cell: the first whose sum is above the number, scaled to where the row ends, and how far into it."""
+    sought = uniform * up_to[row, -1]
+    cell = min(int(np.sum(up_to[row] <= sought)), up_to.shape[1] - 1)
+    before = up_to[row, cell - 1] if cell > 0 else 0.0
+    width = up_to[row, cell] - before
+    return cell, min(max((sought - before) / (width if width > 0.0 else 1.0), 0.0), 1.0)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 16), (24, 16), (5, 3)])
+@pytest.mark.parametrize("kind", ["any", "one cell has all", "no cell has any", "ends off 1"])
+def test_cells_are_found_as_a_search_of_each_row_finds_them(shape, kind):
+    rng = np.random.default_rng(3)
+    shares = rng.random(shape) ** 6
+    if kind == "one cell has all":
+        shares[:, 1:] = 0.0
+    up_to = np.cumsum(shares, axis=1)
+    up_to = 0.0 * up_to if kind == "no cell has any" else up_to / up_to[:, -1:]
+    up_to *= 1.0 - 1e-12 if kind == "ends off 1" else 1.0
+    row = rng.integers(0, shape[0], 300)
+    uniform = np.concatenate([rng.random(298), [0.0, 1.0 - 2.0**-33]])
+    cells, along = _Cells(up_to).found(row, uniform)
+    expected = [searched(up_to, *pair) for pair in zip(row, uniform, strict=True)]
+    np.testing.assert_array_equal(cells, [cell for cell, _ in expected])
+    np.testing.assert_array_equal(along, [share for _, share in expected])

@@ -6,8 +6,10 @@ from metamer.materials.analytic import AshikhminShirley, Lambert
 from metamer.materials.core.axes import Axis
 from metamer.materials.core.directions import io_from_half_difference, spherical
 from metamer.materials.factored.pack import FactorPack
+from metamer.materials.fitting import refinement
 from metamer.materials.fitting.bounded_spectra import within_bounds
 from metamer.materials.fitting.bounds import LARGEST, LOWEST, Bounds
+from metamer.materials.fitting.candidates import Candidate
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.visible_samples import seen_samples
 from metamer.materials.formats.rgl import read_rgl
@@ -87,3 +89,11 @@ def test_saturated_lacquers_are_no_darker_than_black(shared_data, name):
     wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)
     assert (brdf.eval_measured(wi, wo) < 0).any(axis=1).mean() > 0.05
     assert np.min(np.pi * brdf.eval(wi, wo) * wi[:, 2:]) > -0.01
+
+
+def test_packs_that_are_within_all_bounds_as_they_come_draw_no_samples(monkeypatch):
+    monkeypatch.setattr(refinement, "seen_samples", None)
+    brdf = Lambert(GREY)
+    packs = brdf.own_form().packs
+    own = refinement.Refinement(brdf, None, None)
+    assert own._enforced(Candidate("lobes", packs, None, 0.0, "")) == (packs, True)
