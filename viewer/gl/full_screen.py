@@ -56,10 +56,11 @@ def set_values(
     made: moderngl.Program, values: Mapping[str, object], samplers: Mapping[str, moderngl.Texture] | None = None
 ) -> None:
     """Set uniforms and bind textures; a compiler may have dropped what it found unused."""
+    # To ask whether a program has a name goes through all of its names; to ask for it does not.
     for unit, (name, texture) in enumerate((samplers or {}).items()):
-        if name in made:
+        if made.get(name, None) is not None:
             texture.use(unit)
             made[name] = unit
     for name, value in values.items():
-        if name in made:
+        if made.get(name, None) is not None:
             made[name] = value

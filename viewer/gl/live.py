@@ -94,12 +94,12 @@ class LiveSession:
         self._place = FullScreen(self._context, "put.frag", {"PICTURE": 1})
         self._cover = FullScreen(self._context, "put.frag", {"COVERAGE": 1})
         self._covering = FullScreen(self._context, "put.frag", {"PICTURE": 1, "ALPHA": 1})
-        self._enlarge = FullScreen(self._context, "enlarge.frag")
+        self._enlarge = [FullScreen(self._context, "enlarge.frag", kind) for kind in ({}, {"DOWN": 1})]
 
     @property
     def all_programs(self) -> list[Programs]:
         """Programs that are drawn with."""
-        screens = (self._put, self._place, self._cover, self._covering, self._enlarge)
+        screens = (self._put, self._place, self._cover, self._covering, *self._enlarge)
         return [self._backend.passes.programs, *(one.programs for one in screens)]
 
     def knows(self, prepared: PreparedSide) -> bool:
@@ -265,12 +265,18 @@ class LiveSession:
             pass
 
     def enlarge(self, small: moderngl.Texture, onto: moderngl.Texture) -> None:
-        """Fill one canvas with another, linearly between its pixels."""
-        self._enlarge.draw(onto, {"small": small}, {"scale": tuple(np.divide(small.size, onto.size))})
+        """Fill one canvas with another of fewer pixels, cubic between these."""
+        owner = Owner(self._context)
+        try:
+            wide = owner.texture((onto.width, small.height), 4)
+            for one, taken, drawn, axis in zip(self._enlarge, (small, wide), (wide, onto), (0, 1), strict=True):
+                one.draw(drawn, {"small": taken}, {"scale": small.size[axis] / onto.size[axis]})
+        finally:
+            owner.release()
 
     def close(self) -> None:
         """Release all resources; do not use it afterwards."""
         self._backend.make_current()
-        for one in (self._put, self._place, self._cover, self._covering, self._enlarge):
+        for one in (self._put, self._place, self._cover, self._covering, *self._enlarge):
             one.release()
         self.session.close()

@@ -72,22 +72,20 @@ class View:
     def triangles(self, window: TileWindow) -> WindowTriangles:
         """The triangles in one of the windows."""
         faces, farthest = self.scene.faces, float(self.depth.max(initial=0.0))
-        if (window.width, window.height) == self.size:
-            near = None if self.left_out is None else np.flatnonzero(~self.left_out)
-        else:
+        clip, depth, near = self.clip, self.depth, None if self.left_out is None else np.flatnonzero(~self.left_out)
+        if (window.width, window.height) != self.size:
             low, high = self.boxes
             ends = window.left + window.width, window.top + window.height
-            near = (high[:, 0] >= window.left) & (low[:, 0] <= ends[0])
-            near &= (high[:, 1] >= window.top) & (low[:, 1] <= ends[1])
-            near = np.flatnonzero(near if self.left_out is None else near & ~self.left_out)
-        if near is None:
-            return window_triangles(self.clip, self.depth, faces, self.perspective, self.size, window, farthest)
-        # Vertices of these alone, once for each corner.
-        corners = faces[near].ravel()
-        alone = np.arange(len(corners)).reshape(-1, 3)
-        own = self.clip[corners], self.depth[corners]
-        found = window_triangles(*own, alone, self.perspective, self.size, window, farthest)
-        return replace(found, parent=near[found.parent])
+            there = (high[:, 0] >= window.left) & (low[:, 0] <= ends[0])
+            there &= (high[:, 1] >= window.top) & (low[:, 1] <= ends[1])
+            near = np.flatnonzero(there if self.left_out is None else there & ~self.left_out)
+            # Vertices of these alone, once for each corner.
+            corners = faces[near].ravel()
+            clip, depth, faces = clip[corners], depth[corners], np.arange(len(corners)).reshape(-1, 3)
+        elif near is not None:
+            faces = faces[near]
+        found = window_triangles(clip, depth, faces, self.perspective, self.size, window, farthest)
+        return found if near is None else replace(found, parent=near[found.parent])
 
     @cached_property
     def boxes(self) -> tuple[Float[np.ndarray, "F 2"], Float[np.ndarray, "F 2"]]:

@@ -136,6 +136,43 @@ def test_a_slope_stays_one_when_it_is_enlarged(live, owner):
     np.testing.assert_allclose(read(large), np.broadcast_to(wanted[None, :, None], (18, 24, 4)), atol=1e-5)
 
 
+# Pixels of a large picture along a side of one of a small one, as the window has them at most.
+_ENLARGED = 4
+
+
+def _between(values, count):
+    """Linearly between the middles of pixels along the first axis."""
+    at = np.clip((np.arange(count) + 0.5) / _ENLARGED - 0.5, 0.0, len(values) - 1.0)
+    return np.stack([np.interp(at, np.arange(len(values)), column) for column in values.T], axis=1)
+
+
+@pytest.mark.parametrize(
+    ("what", "share"),
+    [("a highlight's edge", 0.4), ("a shadow's edge", 1.0), ("a wire", 1.0), ("a slope's end", 1.0)],
+)
+def test_enlarged_pictures_have_no_rims_and_are_nearer_than_lines_where_they_are_smooth(live, owner, what, share):
+    """Drawn at the middles of the small picture's pixels; aslant, so that all phases are there."""
+
+    def drawn(height, width, step):
+        y, x = step * (np.mgrid[:height, :width] + 0.5)
+        across = x + 0.3 * y - 9.0
+        return {
+            "a highlight's edge": np.exp(-0.5 * (across / 3.0) ** 2),
+            "a shadow's edge": np.where(across > 0.0, 1.0, 0.1),
+            "a wire": np.where(np.abs(across) < 0.6, 1.0, 0.1),
+            "a slope's end": 0.1 + 0.1 * np.maximum(across, 0.0),
+        }[what].astype(np.float32)
+
+    few, true = drawn(14, 16, 1.0), drawn(14 * _ENLARGED, 16 * _ENLARGED, 1.0 / _ENLARGED)
+    small = owner.texels(np.repeat(few[..., None], 4, axis=2))
+    large = owner.texture(true.shape[::-1], 4)
+    live.enlarge(small, large)
+    found, lines = read(large)[..., 0], _between(_between(few, len(true)).T, true.shape[1]).T
+    assert few.min() <= found.min() and found.max() <= few.max()
+    inner = slice(_ENLARGED, -_ENLARGED), slice(_ENLARGED, -_ENLARGED)
+    assert np.abs(found - true)[inner].mean() <= share * np.abs(lines - true)[inner].mean()
+
+
 @pytest.mark.parametrize("name", ["lamp_scene", "sphere_scene"])
 def test_a_window_of_a_view_has_the_triangles_that_are_cut_out_of_all(scenes, name):
     scene = getattr(scenes, name)(size=48)

@@ -35,7 +35,8 @@ PROGRAMS = (
         )
     ),
     *((*row, None) for row in passes.PROGRAMS),
-    *(("fullscreen.vert", name, {}, None) for name in ("enlarge.frag", "marked.frag")),
+    ("fullscreen.vert", "marked.frag", {}, None),
+    *(("fullscreen.vert", "enlarge.frag", kind, None) for kind in ({}, {"DOWN": 1})),
     *(("fullscreen.vert", "compare.frag", {kind: 1}, None) for kind in ("ONE", "TWO", "MAP")),
     *(
         ("fullscreen.vert", "put.frag", sizes, None)

@@ -118,7 +118,8 @@ def test_a_process_tells_first_a_coarse_figure_then_the_same_as_here(asked, surf
         found = heard(worker)
         assert isinstance(found[-1], ViewError)
         assert astuple(found[-1].statistics) == pytest.approx(astuple(here.statistics), rel=1e-9)
-        assert os.getpriority(os.PRIO_PROCESS, worker._process.pid) == os.getpriority(os.PRIO_PROCESS, 0) + NICE
+        lowest = min(os.getpriority(os.PRIO_PROCESS, 0) + NICE, 19)
+        assert os.getpriority(os.PRIO_PROCESS, worker._process.pid) == lowest
         words = found[-1].words(found[-1].at + 300.0)
         assert words.startswith("ΔE94 p95") and words.endswith("5 min ago")
         pid = worker._process.pid
