@@ -270,7 +270,7 @@ class GLBackend(Backend):
             target.clear()
             self._add_at_once(target, owner, piece, direct, columns)
             for layer, terms, corner in folded:
-                self.add_terms(target, owner, layer, terms, columns, corner)
+                self.add_terms(target, layer, terms, columns, corner)
             yield pictures
         finally:
             owner.release()
@@ -310,7 +310,6 @@ class GLBackend(Backend):
     def add_terms(
         self,
         target: moderngl.Framebuffer,
-        owner: Owner,
         layer: AnyLayer,
         terms: GLTerms,
         columns: slice,
@@ -322,12 +321,14 @@ class GLBackend(Backend):
         high = min(left + terms.box[2], target.width), min(top + terms.box[3], target.height)
         if high[0] <= low[0] or high[1] <= low[1]:
             return
-        palette, shape = _palette_of(owner, layer, columns)
         box = (*low, high[0] - low[0], high[1] - low[1])
         spectra = len(target.color_attachments)
+        colours = layer.colours[0, :, columns]
+        padded = np.pad(colours, ((0, 4 * len(terms.quads) - len(colours)), (0, 0))).astype(np.float32)
+        weights = padded.reshape(len(terms.quads), 4, -1).transpose(0, 2, 1)
         for row in range(0, len(terms.quads), MOST_QUADS):
-            quads = terms.quads[row : row + MOST_QUADS]
-            self.passes.fold(target, box, spectra, quads, row, palette, shape, (left, top))
+            some = slice(row, row + MOST_QUADS)
+            self.passes.fold(target, box, spectra, terms.quads[some], weights[some], (left, top))
 
 
 def _palette_of(owner: Owner, layer: AnyLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:

@@ -233,7 +233,7 @@ class LiveSession:
                 self._cover.draw(texture, {"coverage": coverage})
                 target = owner.keep(self._context.framebuffer([texture]))
                 for layer in kept:
-                    self._backend.add_terms(target, owner, layer, self._whole[layer.terms_key], _XYZ)
+                    self._backend.add_terms(target, layer, self._whole[layer.terms_key], _XYZ)
         finally:
             owner.release()
 

@@ -276,21 +276,20 @@ class Passes:
         box: tuple[int, int, int, int],
         spectra: int,
         quads: Sequence[moderngl.Texture],
-        first_row: int,
-        palette: moderngl.Texture,
-        palette_shape: tuple[int, int],
+        weights: Float[np.ndarray, "Q S3 4"],
         origin: tuple[int, int],
     ) -> None:
         """Add some kept terms of a box, folded, to `target`, whose attachments are a picture each.
 
-        origin : where the terms' first pixel is.
+        weights : what the terms of each quad are worth in X, Y and Z of each spectrum. origin : where the terms' first
+        pixel is.
         """
         made, everywhere = self._full_screen("fold.frag", QUADS=len(quads), SPECTRA=spectra)
         for unit, quad in enumerate(quads, 1):
             quad.use(unit)
         units: object = 1 if len(quads) == 1 else list(range(1, len(quads) + 1))
-        values = {"terms": units, "origin": origin, "first_row": first_row, "palette_shape": palette_shape}
-        self.draw_layer(made, everywhere, target, box, {"palette": palette}, values)
+        values = {"terms": units, "origin": origin, "weights": weights.reshape(-1, 4).tolist()}
+        self.draw_layer(made, everywhere, target, box, {}, values)
 
     def draw_layer(
         self,

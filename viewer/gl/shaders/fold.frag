@@ -1,10 +1,8 @@
 // Kept terms at every pixel of a box, folded.
 
-#include "fold.glsl"
-
 uniform sampler2D terms[QUADS];     // four terms each, as `shade.frag` kept them
 uniform ivec2 origin;               // of the box, pixels of the tile
-uniform int first_row;              // of the weights' rows of four terms
+uniform vec4 weights[QUADS * SPECTRA * 3];  // X, Y, Z of every four terms for each spectrum
 
 layout(location = 0) out vec4 pictures[SPECTRA];
 
@@ -13,7 +11,10 @@ void main() {
     for (int k = 0; k < SPECTRA; ++k) total[k] = vec3(0.0);
     for (int quad = 0; quad < QUADS; ++quad) {
         vec4 term = texelFetch(terms[quad], ivec2(gl_FragCoord.xy) - origin, 0);
-        for (int k = 0; k < SPECTRA; ++k) total[k] += folded(term, 0, first_row + quad, k);
+        for (int k = 0; k < SPECTRA; ++k) {
+            int at = (quad * SPECTRA + k) * 3;
+            total[k] += vec3(dot(term, weights[at]), dot(term, weights[at + 1]), dot(term, weights[at + 2]));
+        }
     }
     for (int k = 0; k < SPECTRA; ++k) pictures[k] = vec4(total[k], 0.0);
 }
