@@ -58,7 +58,7 @@ class Style:
             kinds.window_bg: 0, kinds.child_bg: 0, kinds.popup_bg: 4, kinds.menu_bar_bg: 0, kinds.title_bg: 4,
             kinds.title_bg_active: 8, kinds.frame_bg: 7, kinds.frame_bg_hovered: 12, kinds.frame_bg_active: 17,
             kinds.button: 9, kinds.button_hovered: 15, kinds.button_active: 26, kinds.header: 11,
-            kinds.header_hovered: 15, kinds.header_active: 22, kinds.slider_grab: 32, kinds.slider_grab_active: 48,
+            kinds.header_hovered: 15, kinds.header_active: 22, kinds.slider_grab: 18, kinds.slider_grab_active: 28,
             kinds.border: 9, kinds.separator: 10, kinds.scrollbar_bg: 0, kinds.scrollbar_grab: 14, kinds.tab: 5,
             kinds.scrollbar_grab_hovered: 20, kinds.scrollbar_grab_active: 26, kinds.tab_hovered: 15,
             kinds.tab_selected: 13, kinds.table_header_bg: 6, kinds.table_border_light: 7,
@@ -90,6 +90,8 @@ class Style:
         style.window_padding, style.item_spacing = ImVec2(12, 10), ImVec2(8, 5)
         style.frame_padding, style.scrollbar_size = ImVec2(8, 3), 10.0
         style.cell_padding = ImVec2(6, 2)
+        # Words stand on it: it is no wider than a letter, and far from their grey.
+        style.grab_min_size = 6.0
 
     def panel(self, step: float = 0.0, alpha: float = 1.0) -> ImVec4:
         """A grey that stands out from the panels' by so much L*."""

@@ -3,6 +3,7 @@
 import numpy as np
 from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.light_choice import LightChoice
+from metamer.viewer.window.shell.style import TEXT
 
 
 def check_a_picture_comes_and_becomes_exact(it):
@@ -118,6 +119,11 @@ def check_the_panels_are_grey_in_both_interfaces(it):
         it.frames(2)
         colours = [imgui.get_style().color_(number) for number in range(int(imgui.Col_.count))]
         assert all(max(one.x, one.y, one.z) - min(one.x, one.y, one.z) < 0.01 for one in colours)
+        # The words of a slider stand on what it is dragged by.
+        words = colours[imgui.Col_.text].x
+        for grab in (imgui.Col_.slider_grab, imgui.Col_.slider_grab_active):
+            assert abs(colours[grab].x - words) > 0.4
+    assert imgui.get_style().grab_min_size < 0.5 * TEXT
 
 
 def check_tab_hides_panels_and_the_picture_fills_the_window(it):
