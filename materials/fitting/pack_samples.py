@@ -29,7 +29,7 @@ class AxisTurn:
 
     mode : number of the axis. fraction : of the way to the upper node. others : numbers of the other axes, with the
     node below each sample and the fraction there. sensitivity, root_weight : of `SeenSamples`, and the square root of
-    its base weight, in multiples of `PackSamples.unit`, guards left out. places : where each sample is in that order.
+    its base weight, in single precision. places : where each sample is in that order.
     """
 
     mode: int
@@ -64,20 +64,12 @@ class PackSamples:
         """One turn for each axis."""
         return [self._turn(mode) for mode in range(len(self.grids))]
 
-    @cached_property
-    def unit(self) -> float:
-        """The largest sensitivity, which stands as 1 in single precision."""
-        largest = np.abs(self.samples.sensitivity).max(), np.sqrt(self.samples.base_weight.max())
-        return float(max(*largest)) or 1.0
-
     def _turn(self, mode: int) -> AxisTurn:
         """Sort the samples along an axis."""
         axis, samples = self.grids[mode], self.samples
         order = axis.order
         places = np.empty(len(order), dtype=np.intp)
         places[order] = np.arange(len(order))
-        sensitivity = (samples.sensitivity.transpose(2, 0, 1)[order] / self.unit).astype(np.float32)
-        sensitivity[places[len(order) - len(samples.guards) :]] = 0.0
         return AxisTurn(
             mode,
             axis,
@@ -88,8 +80,8 @@ class PackSamples:
                 for other, grid in enumerate(self.grids)
                 if other != mode
             ),
-            sensitivity,
-            (np.sqrt(samples.base_weight[order, None]) / self.unit).astype(np.float32),
+            samples.single_sensitivity.take(order, axis=0),
+            samples.single_roots.take(order, axis=0),
             places,
         )
 
@@ -181,7 +173,7 @@ class PackSamples:
             np.subtract(sorted_gradient[rows], aim[:, size:], out=aim[:, :size])
             toward = (rest[rows].T @ aim).reshape(rank, 2, size)
             right[interval] += np.einsum("res,sr->er", toward, spectral)
-        lengths = self.unit * tallest * longest
+        lengths = self.samples.single_unit * tallest * longest
         sums *= np.outer(lengths, lengths)
         rounding = _ROUNDING * rank * np.einsum("krr->kr", sums[:, 0])
         self._add_guards(turn, rest, spectral, sums)

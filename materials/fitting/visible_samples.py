@@ -7,6 +7,7 @@ reference itself: below (24/116)^3, where L* is linear, its slope is finite, so 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -37,6 +38,8 @@ _MOST_DIRECTIONS = 4
 _UNSEEN = 0.3
 # Pairs that a BRDF is evaluated at in one go.
 _BLOCK = 8192
+# Samples whose sensitivity is multiplied in one go.
+_COLUMNS = 2048
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +72,36 @@ class SeenSamples:
         """Samples that are lit from behind."""
         return np.sum(self.wi * self.wo, axis=1) < np.cos(BEHIND)
 
+    @cached_property
+    def single_unit(self) -> float:
+        """The largest sensitivity, which stands as 1 in single precision."""
+        seen, root = self.sensitivity, np.sqrt(self.base_weight.max())
+        return float(max(seen.max(), -seen.min(), root)) or 1.0
+
+    @cached_property
+    def single_sensitivity(self) -> Float[np.ndarray, "N K S"]:
+        """Sensitivity in multiples of `single_unit`, in single precision, 0 for guards."""
+        seen = self.sensitivity
+        found = np.empty((seen.shape[2], *seen.shape[:2]), dtype=np.float32)
+        np.divide(seen.transpose(2, 0, 1), self.single_unit, out=found, casting="same_kind")
+        found[len(found) - len(self.guards) :] = 0.0
+        return found
+
+    @cached_property
+    def single_roots(self) -> Float[np.ndarray, "N 1"]:
+        """Square root of the base weight in multiples of `single_unit`, in single precision."""
+        return (np.sqrt(self.base_weight[:, None]) / self.single_unit).astype(np.float32)
+
     def half_gradient(self, error: Float[np.ndarray, "S N"]) -> Float[np.ndarray, "S N"]:
         """Half the gradient of what errors at the samples cost: the cost is the sum of `error` times this."""
-        seen = np.einsum("ksn,sn->kn", self.sensitivity, error)
-        out = np.einsum("ksn,kn->sn", self.sensitivity, seen)
-        out += self.base_weight * error
+        out = np.empty(error.shape)
+        # What is worked on stays in the cache.
+        for start in range(0, error.shape[1], _COLUMNS):
+            some = slice(start, start + _COLUMNS)
+            sensitivity = self.sensitivity[:, :, some]
+            seen = np.einsum("ksn,sn->kn", sensitivity, error[:, some])
+            np.einsum("ksn,kn->sn", sensitivity, seen, out=out[:, some])
+            out[:, some] += self.base_weight[some] * error[:, some]
         return out
 
     def reweighted(self, weights: Float[np.ndarray, " N"]) -> SeenSamples:
