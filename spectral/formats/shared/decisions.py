@@ -42,7 +42,7 @@ NO_COUNTS = "export what the instrument makes of them: irradiance, or reflectanc
 _BLACKEST = 0.01
 # A black in percent may read less, and a white more: that one table has both below one per cent does not happen.
 _DARK_PERCENT, _BRIGHT = 0.02, 0.3
-# Percent above this is a light, or a unit that nobody stated.
+# Percent above this is a light, a surface that glitters, or a unit that nobody stated.
 _MOST_PERCENT = 200.0
 # Largest radiance factor.
 _MOST_FACTOR = 10.0
@@ -250,18 +250,21 @@ class ValueRange(NamedTuple):
 
     surface : True for a reflectance or radiance factor, which no surface takes below a ten-thousandth.
     worded : True where the file says in words what was measured.
+    most : the largest percentage that is taken for one without a unit: more glitters, and is called a radiance factor.
     """
 
     lowest: float
     highest: float
     surface: bool
     worded: bool
+    most: float
 
     @classmethod
     def of(cls, samples: np.ndarray, quantity: str, worded: bool) -> ValueRange:
         """The range of finite samples (N), 0 to 0 where there are none."""
         lowest, highest = (float(samples.min()), float(samples.max())) if samples.size else (0.0, 0.0)
-        return cls(lowest, highest, quantity != "transmittance", worded)
+        most = 100.0 * _MOST_FACTOR if worded and quantity == "radiance factor" else _MOST_PERCENT
+        return cls(lowest, highest, quantity != "transmittance", worded, most)
 
     @property
     def said(self) -> str:
@@ -346,8 +349,9 @@ def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: Imp
     fraction = values.highest <= 2.0 and values.lowest <= 1.5
     if fraction and (values.worded or values.only_fractions):
         return Divisor(1.0, "fraction", f"values from {values.said}")
-    if values.only_percent and (values.worded or values.highest <= _MOST_PERCENT):
+    if values.worded:
         _check_percent(values)
+    if values.only_percent and values.highest <= values.most:
         sentence = f"no unit is stated; values from {values.said} can only be percent and are divided by 100"
         return Divisor(100.0, "percent", f"values from {values.said}", sentence)
     above = values.only_percent

@@ -17,10 +17,13 @@ Meaning = Quantity | Literal["sensitivity"]
 _RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
 _REFLECTANCE = re.compile(
     r"r[eé]flect(?!or)|r[eé]flexi|riflett|rifless|refl[e]t[âa]n|\brefl\b|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
-    r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
+    r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
     re.I,
 )
-_TRANSMITTANCE = re.compile(r"tran?sm|\btrans\b|%\s*T\b|\bT\s*(?:[\[(]?\s?%|[\[(]\s?0\W{1,4}1\b)|\bT$|durchlicht", re.I)
+_TRANSMITTANCE = re.compile(
+    r"tran?sm|\btrans\b|%\s*T\b|\bT\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bT$|durchlicht",
+    re.I,
+)
 _EMISSION = re.compile(
     r"irradian|radian(?:ce|cy|cia|za)|[ée]clairement|"
     r"radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ....runtime.errors import InputError
+from ...measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT
 from ..import_options import ImportOptions, Scale
 from ..registry import SpectralFile, StatedColour
 from ..shared.decisions import Sign, ValueRange, divisor_of, undecided
@@ -129,7 +130,8 @@ def _find_scales(columns: Sequence[Column], answer: ImportOptions) -> None:
         of_light = np.concatenate([_of_light(column.grid_nm, column.samples) for column, _ in group])
         if not of_light.size:
             continue
-        values = ValueRange.of(of_light, quantity, stated)
+        angled = quantity == "reflectance" and any(map(_is_at_an_angle, (column for column, _ in group)))
+        values = ValueRange.of(of_light, "radiance factor" if angled else quantity, stated)
         if unit is None and quantity == "radiance factor" and stated and values.highest <= 20.0:
             unit = "fraction"
         words = next((words for _, words in group if words), "the word for it")
@@ -145,6 +147,12 @@ def _find_scales(columns: Sequence[Column], answer: ImportOptions) -> None:
             refusal = reason
         for column, _ in group:
             column.scale, column.refusal = scale, refusal
+
+
+def _is_at_an_angle(column: Column) -> bool:
+    """Return whether a reading says that it is at an aspecular angle, where a reflectance is a radiance factor."""
+    words = " ".join((column.name, column.words, *column.beside.values()))
+    return bool(ANGLE_NOTATION.search(words) or ANGLE_WITHOUT_LIGHT.search(words))
 
 
 def _refuse_two_scales(columns: Sequence[Column], values: ValueRange) -> None:

@@ -50,15 +50,23 @@ _OF_ROWS = re.compile(
 _COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
 # What an instrument reads, in counts, to make a reflectance or a transmittance of it. Each may be a sample's name, too.
 _OF_READINGS = (
-    r"(?:[ _.]*(?:currents?|readings?|spectr\w+|counts?|signals?|scans?|lamp|intensit\w+|data|mode|values?)){0,2}"
+    r"(?:[ _.-]*(?:currents?|strom|readings?|spe[ck]tr\w+|counts?|signals?|scans?|lamp|intensit\w+|data|daten|mode|"
+    r"values?|werte?|messung)){0,2}"
     r"[ _]*#?\d{0,3}\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*"
 )
-_READING = re.compile(rf"(?:dark|baseline|reference|ref)\.?{_OF_READINGS}", re.I)
-_DARK = re.compile(rf"(?:dark|background)\.?{_OF_READINGS}", re.I)
-_LIT = re.compile(rf"(?:sample|target|scope|raw|signal|reference|ref|baseline|blank)\.?{_OF_READINGS}", re.I)
-_WHITE = re.compile(rf"(?:white|spectralon)\.?{_OF_READINGS}", re.I)
+_REFERENCES = r"r[eé]f[eé]ren(?:ce|cia|z)|riferimento|ref|baseline"
+_DARKS = r"dark|dunkel|noir|obscurit[eé]|oscuro|buio"
+_READING = re.compile(rf"(?:{_DARKS}|{_REFERENCES})\.?{_OF_READINGS}", re.I)
+_DARK = re.compile(rf"(?:{_DARKS}|background|hintergrund)\.?{_OF_READINGS}", re.I)
+_LIT = re.compile(
+    rf"(?:sample|proben?|[eé]chantillon|muestra|campione|target|scope|raw|signal|{_REFERENCES}|blank)\.?{_OF_READINGS}",
+    re.I,
+)
+_WHITE = re.compile(rf"(?:white|wei(?:ß|ss)|blanco?|bianco|spectralon)\.?{_OF_READINGS}", re.I)
 _NEVER_MADE = re.compile(rf"(?:scope|raw){_OF_READINGS}", re.I)
-_RAW = re.compile(r"(?:sample|scope|raw|signal|counts?|reference|ref|dark|baseline)\b.*", re.I)
+_RAW = re.compile(
+    rf"(?:sample|proben?|[eé]chantillon|muestra|campione|scope|raw|signal|counts?|{_REFERENCES}|{_DARKS})\b.*", re.I
+)
 #: Headings of a column that says what each row measures.
 OF_KINDS = re.compile("type|mode|quantity|measure|geometr|gr(?:ö|oe)(?:ß|ss)e|grandeur", re.I)
 _UNIT_BRACKET = re.compile(r"\s{0,9}[\[(]((?:[^\[\]()]|[\[(][^\[\]()]{0,30}[\])]){0,40})[\])]\s{0,9}$")

@@ -173,6 +173,37 @@ def test_percents_that_nothing_sends_back_are_asked_about(written, head):
             )
 
 
+@pytest.mark.parametrize("head", ["Reflectance", "Reflectance x1000", "Transmittance"])
+def test_large_reflectances_without_a_unit_are_no_percents(written, head):
+    """Tenths of percent, and eight bits, are on no scale that a heading of reflectance says."""
+    with pytest.raises(InputError, match="what scale is that"):
+        read_spectra(written(table(("nm", head), 10.0 * PERCENT), "red.csv"))
+
+
+READ_IN_OTHER_LANGUAGES = [
+    ("Dunkel", "Weiß", "Probe", "Reflexion (%)"),
+    ("Dunkelspektrum", "Weißspektrum", "Probenspektrum", "Reflexionsgrad (%)"),
+    ("noir", "référence", "échantillon", "réflectance (%)"),
+    ("oscuro", "referencia", "muestra", "reflectancia (%)"),
+]
+
+
+@pytest.mark.parametrize("heads", READ_IN_OTHER_LANGUAGES)
+def test_readings_are_left_out_in_other_languages(written, heads):
+    file = read_spectra(written(table(("nm", *heads), DARK, WHITE, SAMPLE, PERCENT, between=";"), "red.csv"))
+    (entry,) = file.entries
+    check_percent(entry)
+    assert not file.rejected
+    with pytest.raises(InputError, match="readings of an instrument"):
+        read_spectra(written(table(("nm", *heads[:3]), DARK, WHITE, SAMPLE, between=";"), "lamp.csv"))
+
+
+@pytest.mark.parametrize("head", ["Zählrate", "Zählwert", "coups", "cuentas"])
+def test_counts_are_counts_in_other_languages(written, head):
+    with pytest.raises(InputError, match="raw counts"):
+        read_spectra(written(table(("nm", head), SAMPLE), "lamp.csv"))
+
+
 @pytest.mark.parametrize("head", ["Intensity", "signal", "lamp 1", ""])
 @pytest.mark.parametrize("name", ["lamp.csv", "fluorescent lamp.txt", "LED.csv"])
 def test_large_whole_numbers_are_no_sign_of_light(written, head, name):
