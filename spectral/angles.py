@@ -30,6 +30,8 @@ _MOSTLY = 0.8
 _COMMON = (frozenset(FLOP_ANGLES), frozenset((-15.0, 15.0)), frozenset((25.0, 45.0)), frozenset((45.0, 75.0)))
 # Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature).
 _NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(°|º|˚|∘|deg(?:rees?|\.)?|grad)?[)\]]?", re.I)
+# What was measured, behind an angle.
+_MEASURED = re.compile(r"[ _,;(\[]+(?:%? ?R ?%?|refl(?:ectance|\.)?|reflexion|β|%)[)\]]?$", re.I)
 # Words before an angle that name no sample.
 _NO_SAMPLE = re.compile(r"r|ρ|refl(?:ectance)?|at|(?:\w+[ _-])?(?:angle|winkel)", re.I)
 # Signs between an angle and a name.
@@ -200,7 +202,7 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
         found |= {at: Unlit(names[at], one, True) for at, one in told.items()}
     groups: dict[tuple[str, bool], dict[int, float]] = {}
     for at, name in enumerate(names):
-        if one := _NUMBERED.fullmatch(name.strip()):
+        if one := _NUMBERED.fullmatch(_MEASURED.sub("", name.strip())):
             word = one[1].strip(_JOINTS).casefold()
             # Right behind a word, a hyphen joins them.
             angle = abs(signed(one[2])) if one[1][-1:].isalnum() else signed(one[2])

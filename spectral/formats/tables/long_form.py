@@ -76,10 +76,11 @@ def long_form(table: Section, words: tuple[int, ...], numbered: Sequence[Row]) -
     headed.sort(key=numeric.__getitem__)
     others = [at for at in known if at not in headed and not _OF_UNITS.fullmatch(heads[at])]
     others.sort(key=lambda at: is_of_rows(heads[at]))
-    first = headed[:1] or [at for at in others if again and not (numeric[at] or is_of_rows(heads[at]))][:1]
+    named = headed or [at for at in others if again and not (numeric[at] or is_of_rows(heads[at]))]
+    first = named[:1] or [at for at in others if again and _OF_READINGS_APART.search(heads[at])][:1]
     if not first:
         return None
-    keys, names = first, tuple(first)
+    keys, names = first, tuple(named[:1])
     count = len({*zip(cells_of[first[0]], nm, strict=True)})
     for at in [*headed, *others]:
         more = len({*zip(*(cells_of[key] for key in (*keys, at)), nm, strict=True)})
@@ -215,7 +216,9 @@ def _of_sample(
         column.take(line, values[place], dialect)
     name = " ".join(dict.fromkeys(text for at in form.names if (text := said.get(at, ""))))
     column.name = f"{name} {template.name or template.words}".strip() if several else name
-    beside = {head: said[at] for at in sorted(said) if at != form.names[0] and (head := cell(heads, at)) and said[at]}
+    beside = {
+        head: said[at] for at in sorted(said) if at not in form.names[:1] and (head := cell(heads, at)) and said[at]
+    }
     column.beside = beside
     column.words = " ".join([column.words, *(text for head, text in beside.items() if OF_KINDS.search(head))]).strip()
     column.unit = column.unit or next((text for head, text in beside.items() if _OF_UNITS.fullmatch(head)), "")

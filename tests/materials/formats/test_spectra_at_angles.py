@@ -156,6 +156,7 @@ UNLIT = {
     "numbers": FIVE,
     "numbers behind a hyphen": [f"Silver-{one}" for one in FIVE],
     "numbers of reflectances": [f"R{one}" for one in FIVE],
+    "reflectances at 45 to them": [f"45:{one} R" for one in FIVE],
     "numbers of angles": [f"Angle {one}" for one in FIVE],
     "numbers of a word": [f"Silver {one}" for one in FIVE],
     "three of a word": ["Texas 15", "Texas 25", "Texas 45"],

@@ -6,6 +6,12 @@
 import random
 
 TABLE_DOWN = "# Reflectance\nWavelength (nm),Red (%),Grey (%)\n400,5.1,20\n410,6.2,20.1\n420,7.3,20.2\n430,8.4,20.3\n"
+TABLE_LONG = "Sample;Reading;nm;R (%)\n" + "".join(
+    f"{name};{reading};{nm};{nm / 50 + reading}\n"
+    for name in ("Red", "P 2")
+    for reading in (1, 2)
+    for nm in (400, 410, 420)
+)
 TABLE_ACROSS = (
     "Konica export\nReflectance\nIlluminant: D65\n\nName;L*(10°/D65);a*(10°/D65);b*(10°/D65);400 nm;410 nm;420 nm\n"
     "Rot;40,1;50,2;20,3;0,051;0,062;0,073\nBlau;30,0;1,0;-40,0;0,251;0,262;0,273\n"
@@ -65,6 +71,7 @@ SMALL = {
     "pairs.csv": PAIRS.encode(),
     "numbered.csv": NUMBERED.encode(),
     "down.csv": TABLE_DOWN.encode(),
+    "long.csv": TABLE_LONG.encode(),
     "across.csv": TABLE_ACROSS.encode(),
     "across-latin.csv": TABLE_ACROSS.encode("cp1252"),
     "utf16.tsv": ("\ufeff" + TABLE_DOWN.replace(",", "\t")).encode("utf-16-le"),

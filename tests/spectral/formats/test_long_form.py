@@ -109,6 +109,14 @@ def test_repeated_readings_are_spectra_of_one_name(written, column):
     assert [entry.details[column] for entry in file.entries] == [words[0]] * 3 + [words[1]] * 3
 
 
+@pytest.mark.parametrize("column", ["angle", "Winkel", "reading"])
+def test_readings_of_one_sample_need_no_name(written, column):
+    text = f"{column},nm,R\n" + "".join(f"{word},{nm},{0.1 + word / 1000}\n" for word in (15, 45, 110) for nm in NM)
+    file = read(written(text, "silver.csv"))
+    assert [entry.name for entry in file.entries] == ["silver"] * 3
+    assert [entry.details[column] for entry in file.entries] == ["15", "45", "110"]
+
+
 def test_lots_of_one_name_are_two_samples(written):
     text = "sample,lot,nm,R\n"
     for lot in ("L1", "L2"):
