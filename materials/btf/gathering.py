@@ -19,7 +19,7 @@ from ..core.term_shader import TermShader
 from .corners import by_cluster, levels_at, listed_levels
 from .fixed_lobes import StandingForm
 from .light_basis import LightBasis, LightFunctions, balanced_lights, light_functions
-from .texels import BtfTexels, directions_listed, folded, in_fours
+from .texels import BtfTexels, directions_listed, folded, in_fours, steps_of_corners
 
 # Rows that the basis is balanced on.
 _ROWS = 6000
@@ -111,7 +111,10 @@ class BtfGathering(StandingForm):
         sizes = {"FOURS": -(-self.palette.rank // 4), "CELLS": views.cells.shape[0], "VIEWS": len(views)}
         sizes |= {"VIEW_CELLS": views.cells.shape[2], "COMPONENTS": self.table.shape[2], "TERMS": len(self.lights)}
         places, uniforms = listed_levels([level.number.shape for level in self.texels.levels(filtered)])
-        return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms)
+        a_cluster = sizes["COMPONENTS"] * (4 + 3 * sizes["TERMS"] * sizes["FOURS"])
+        of_lights = self.lights.size * sizes["FOURS"]
+        steps = steps_of_corners(sizes["COMPONENTS"], a_cluster, filtered) + of_lights
+        return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms, steps)
 
     @property
     def key(self) -> tuple:

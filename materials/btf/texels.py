@@ -142,7 +142,8 @@ class BtfTexels(Summand):
         sizes |= {"CELLS": views.cells.shape[0], "VIEWS": len(views), "LIGHTS": len(lights)}
         sizes |= {"VIEW_CELLS": views.cells.shape[2], "LIGHT_CELLS": lights.cells.shape[2]}
         places, uniforms = listed_levels([level.number.shape for level in self.levels(filtered)])
-        return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms)
+        steps = steps_of_corners(sizes["COMPONENTS"], 9 * (1 + sizes["COMPONENTS"]), filtered) * sizes["FOURS"]
+        return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms, steps)
 
     def packed(self, filtered: bool) -> np.ndarray:
         """Pack each texel's cluster and weights, four numbers to a texel of the GPU's, one beside the other; levels
@@ -181,6 +182,12 @@ class BtfTexels(Summand):
         """Texels across and down, views and lights."""
         height, width = self.form.number.shape
         return f"{width} x {height} texels, {len(self.form.views)} views x {len(self.form.lights)} lights"
+
+
+def steps_of_corners(components: int, for_each: int, filtered: bool) -> int:
+    """Count rounds of the loops of `texel.glsl`: those of four corners, and `for_each` cluster's own."""
+    weights = 4 * (3 + (components + 4) // 4)
+    return (2 if filtered else 1) * 4 * (1 + weights + for_each)
 
 
 def in_fours(values: Float[np.ndarray, "*n J"]) -> np.ndarray:

@@ -34,6 +34,10 @@ MOST_SPECTRA = 4
 MOST_QUADS = 4
 # Four terms each that one draw call gathers where it folds them itself: a local array.
 MOST_FOLDED = 16
+# Rounds of all loops of one run of a shader: Mesa's llvmpipe ends it after 65,535, and the picture is too dark.
+_MOST_STEPS = 40_000
+# What light that spreads takes of them for a sample.
+_STEPS_OF_LIGHT = 1500
 
 _GEOMETRY_SIZES: dict[str, int | float] = {
     "SUBSTEPS": float(SUBSTEPS),
@@ -65,6 +69,13 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
     ("fullscreen.vert", "coverage.frag", {}),
     *(("fullscreen.vert", "fold.frag", {**kept, **folded}) for kept in KEPT for folded in FOLDED),
 )
+
+
+def _shared_samples(samples: object, steps: int) -> list[tuple[int, int]]:
+    """Share the samples of a pixel among draw calls, so that none has too many rounds: (first, one past the last)."""
+    assert isinstance(samples, int)
+    count, some = samples**2, max(1, _MOST_STEPS // steps)
+    return [(first, min(first + some, count)) for first in range(0, count, some)]
 
 
 class Passes:
@@ -241,7 +252,8 @@ class Passes:
             textures |= one.textures
             uniforms |= one.uniforms
         made, everywhere = self._full_screen("gather.frag", terms.file, **whole)
-        self.draw_layer(made, everywhere, target, scissor, textures, uniforms)
+        for some in _shared_samples(uniforms["samples"], terms.steps + _STEPS_OF_LIGHT):
+            self.draw_layer(made, everywhere, target, scissor, textures, {**uniforms, "some_samples": some})
 
     def shade(
         self,
@@ -257,7 +269,9 @@ class Passes:
         """
         self._check_names(terms)
         made, everywhere = self._full_screen("shade.frag", terms.file, **terms.sizes, **written)
-        self.draw_layer(made, everywhere, target, scissor, samplers, {**terms.uniforms, **values})
+        for some in _shared_samples(values["samples"], terms.steps):
+            given = {**terms.uniforms, **values, "some_samples": some}
+            self.draw_layer(made, everywhere, target, scissor, samplers, given)
 
     def _check_names(self, terms: TermShader) -> None:
         """A name that the file does not have would be no error of GL's, and a wrong picture."""

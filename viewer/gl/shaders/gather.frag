@@ -37,6 +37,7 @@ uniform mat3 map_from_world;
 uniform float scale;
 uniform ivec2 part;             // first and last triangle number + 1 of the part
 uniform int samples;            // along a side of a pixel
+uniform ivec2 some_samples;     // of a pixel's: the first, and one past the last
 uniform ivec2 origin;           // of the box, pixels of the tile
 uniform int first_row;          // of the rows of four terms of a field
 uniform int lobes;              // LOBES, as a number that compilers do not unroll
@@ -62,7 +63,7 @@ void main() {
     vec4 total[FIELDS * ROWS_A_CALL];
     for (int k = 0; k < FIELDS * ROWS_A_CALL; ++k) total[k] = vec4(0.0);
     ivec2 corner = (ivec2(gl_FragCoord.xy) + origin) * samples;
-    for (int n = 0; n < samples * samples; ++n) {
+    for (int n = some_samples.x; n < some_samples.y; ++n) {
         ivec2 at = corner + ivec2(n % samples, n / samples);
         int number = int(texelFetch(seen, at, 0).x);
         if (number < part.x || number > part.y) continue;

@@ -20,6 +20,7 @@ uniform sampler2D footprint;
 #endif
 uniform ivec2 part;             // first and last triangle number + 1 of the part
 uniform int samples;            // along a side of a pixel
+uniform ivec2 some_samples;     // of a pixel's: the first, and one past the last
 #ifdef QUADS
 uniform ivec2 origin;           // of the box, pixels of the tile
 uniform int first_row;          // of the rows of four terms
@@ -43,7 +44,7 @@ void main() {
     ivec2 corner = ivec2(gl_FragCoord.xy) * samples;
     const int first_row = 0;
 #endif
-    for (int n = 0; n < samples * samples; ++n) {
+    for (int n = some_samples.x; n < some_samples.y; ++n) {
         ivec2 sample_at = corner + ivec2(n % samples, n / samples);
         int number = int(texelFetch(seen, sample_at, 0).x);
         if (number < part.x || number > part.y) continue;
