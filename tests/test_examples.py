@@ -157,6 +157,27 @@ def test_scenes_of_the_showroom_and_a_metameric_pair(tmp_path):
     assert (tmp_path / "made" / "gloss.png").is_file() and len(list((tmp_path / "made").glob("pair-*.png"))) == 4
 
 
+@pytest.mark.slow
+def test_a_cloth_has_texture_and_its_mean_spectrum_none(tmp_path):
+    from PIL import Image
+
+    said = run("10_cloth_beside_its_mean.py", tmp_path, "made", "48", "8")
+    assert number(r"twill: ΔE94 mean ([\d.]+)", said) < 1.5
+    picture = np.asarray(Image.open(tmp_path / "made" / "twill.png").convert("RGB")).astype(float)[9:17]
+    hue = np.log((picture[..., 0] + 1.0) / (picture[..., 1] + 1.0))
+    assert hue[:, 8:18].std() > 1.5 * hue[:, 30:40].std()
+
+
+@pytest.mark.slow
+def test_a_metallic_panel_is_light_and_dark(tmp_path):
+    from PIL import Image
+
+    said = run("11_panel_that_flops.py", tmp_path, "made", "48")
+    assert "reconstructed(6 angles" in said and number(r"flop: ΔE94 mean ([\d.]+)", said) < 1.0
+    picture = np.asarray(Image.open(tmp_path / "made" / "flop.png").convert("RGB")).astype(float)[6:18, 10:38]
+    assert picture[..., 1].max() > 4.0 * np.percentile(picture[..., 1], 10)
+
+
 @pytest.fixture
 def tiny_catalogue(tmp_path):
     """The catalogue that the README's Python opens, with the one material that it loads."""
