@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -65,6 +66,20 @@ class LobeTable:
     values: Float[np.ndarray, "*grid S"]
     weights: Float[np.ndarray, "*grid"]
     synthesis: Float[np.ndarray, "S L"]
+    _packs: dict[tuple[int, int, Method, bool], tuple[FactorPack, float]] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def shared(cls, lobe: Lobe, observed: Float[np.ndarray, "L 3"], axes: tuple[Axis, ...] | None = None) -> LobeTable:
+        """Make the table, and its packs, once for lobes of the same terms and spectra: coats over bodies of any colour.
+
+        The last few are kept, of isotropic lobes: tables of others are large. Parameters and errors as of `of`.
+        """
+        terms = lobe.brdf.sum_of_terms
+        if terms is None or not lobe.brdf.isotropic:
+            return cls.of(lobe, observed, axes)
+        values = (terms.spectra, lobe.brdf.wavelengths_nm, observed)
+        key = (lobe.frame, lobe.axes, axes, terms.key, *(part.tobytes() for part in values))
+        return _kept_table(_Asked(key, lobe, observed, axes))
 
     @classmethod
     def of(cls, lobe: Lobe, observed: Float[np.ndarray, "L 3"], axes: tuple[Axis, ...] | None = None) -> LobeTable:
@@ -104,6 +119,12 @@ class LobeTable:
         "weighted": with the nodes' true weights. "joint": the same in fewer sweeps where that takes long, since the
         pack is refined afterwards. "incremental", "refitted": packs of four terms, unweighted (`decompose`).
         """
+        asked = (rank, seed, method, smooth)
+        if asked not in self._packs:
+            self._packs[asked] = self._fitted(*asked)
+        return self._packs[asked]
+
+    def _fitted(self, rank: int, seed: int, method: Method, smooth: bool) -> tuple[FactorPack, float]:
         if self.black:
             return self._packed(CPTensor((None, [np.zeros((size, 1)) for size in self.values.shape]))), 0.0
         if method in ("incremental", "refitted"):
@@ -140,6 +161,21 @@ class LobeTable:
     def _form(self) -> Tucker:
         """Without weights: what packs of four are looked for in."""
         return compressed(self.values, _LOST, _MOST_COLUMNS)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Parameters of a table, known again by the key alone."""
+
+    key: tuple[Hashable, ...]
+    lobe: Lobe = field(compare=False)
+    observed: Float[np.ndarray, "L 3"] = field(compare=False)
+    axes: tuple[Axis, ...] | None = field(compare=False)
+
+
+@lru_cache(maxsize=4)
+def _kept_table(asked: _Asked) -> LobeTable:
+    return LobeTable.of(asked.lobe, asked.observed, asked.axes)
 
 
 def _lobe_spectra(lobe: Lobe, axes: tuple[Axis, ...], observed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

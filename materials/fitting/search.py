@@ -80,7 +80,7 @@ class Search:
         share = settings.budget / np.sqrt(len(lobes))
         others = None if alone else judge.others(lobe.brdf)
         judge.doing(f"tabulating in {lobe.frame}" if alone else f"tabulating lobe {number + 1} of {len(lobes)}")
-        table = LobeTable.of(lobe, judge.front.weights(lobe.brdf.wavelengths_nm), settings.axes)
+        table = LobeTable.shared(lobe, judge.front.weights(lobe.brdf.wavelengths_nm), settings.axes)
         if table.black:
             return table.pack(1, settings.seed, "weighted")
         best, best_score, vain, refinement_pays = None, np.inf, 0, True

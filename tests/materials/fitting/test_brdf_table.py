@@ -6,12 +6,13 @@ from itertools import product
 
 import numpy as np
 import pytest
-from metamer.materials.analytic import AshikhminShirley, Lambert
+from metamer.materials.analytic import AshikhminShirley, CoatedDiffuse, CookTorrance, Lambert
 from metamer.materials.core.axes import Axis
 from metamer.materials.core.brdf import Brdf
 from metamer.materials.core.directions import io_from_half_difference, spherical
 from metamer.materials.core.frame_angles import frame_angles
 from metamer.materials.fitting.brdf_table import BrdfTable, node_directions, tabulate
+from metamer.materials.fitting.lobe_table import LobeTable
 from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 
@@ -157,3 +158,29 @@ def test_a_table_that_does_not_fit_its_axes_is_refused():
         BrdfTable("hd", IO, WAVELENGTHS_NM, table.values, table.reached)
     with pytest.raises(InputError, match="does not fit"):
         BrdfTable("io", IO, WAVELENGTHS_NM, table.values[1:], table.reached[1:])
+
+
+def lobes_of(spectrum, roughness=0.3):
+    return CoatedDiffuse(spectrum, 1.5, roughness).lobes()
+
+
+def test_coats_over_other_bodies_share_a_table_whose_packs_are_those_of_their_own():
+    observed = np.array([[0.2, 0.1, 0.6], [0.3, 0.7, 0.1], [0.4, 0.2, 0.0]])
+    (body, coat), (other_body, other_coat) = lobes_of(RED), lobes_of(GREY)
+    axes = {"io": tuple(Axis(axis.name, 9, axis.maximum, axis.warp) for axis in IO)}
+    axes["hd"] = tuple(Axis(axis.name, 9, axis.maximum, axis.warp) for axis in HD)
+    shared = LobeTable.shared(coat, observed, axes["hd"])
+    assert LobeTable.shared(other_coat, observed, axes["hd"]) is shared
+    own = LobeTable.of(other_coat, observed, axes["hd"])
+    np.testing.assert_array_equal(own.values, shared.values)
+    for rank, seed, method in ((1, 0, "joint"), (2, 0, "joint"), (2, 1, "joint"), (2, 0, "refitted"), (2, 0, "joint")):
+        (pack, left), (expected, residual) = (table.pack(rank, seed, method) for table in (shared, own))
+        assert left == residual
+        for found, factor in zip((*pack.factors, pack.spectra), (*expected.factors, expected.spectra), strict=True):
+            np.testing.assert_array_equal(found, factor)
+    # Whatever the table depends on tells it from others.
+    assert LobeTable.shared(other_coat, 2.0 * observed, axes["hd"]) is not shared
+    assert LobeTable.shared(lobes_of(RED, 0.2)[1], observed, axes["hd"]) is not shared
+    assert LobeTable.shared(body, observed, axes["io"]) is not LobeTable.shared(other_body, observed, axes["io"])
+    facets = CookTorrance(RED, np.full(3, 1.5), np.zeros(3), 0.3, 1.0).lobes()[0]
+    assert LobeTable.shared(facets, observed, axes["hd"]) is not LobeTable.shared(facets, observed, axes["hd"])
