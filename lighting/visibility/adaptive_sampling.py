@@ -30,6 +30,10 @@ WHOLE = 8192
 MISSED = 0.1
 # Width of the coarsest cells in radii of the scene, and what a normal's change by 1 counts in those.
 _COARSEST, _NORMAL = 0.3, 0.5
+# A shell close behind a surface sees nothing, and says nothing of the surface. A site that such sites foretell by more
+# than this, but not wholly, is traced (sites between others are missed by a quarter of what these miss each other by),
+# and so is one whose plane they stand off by more than this sine.
+_MIXED, _ASIDE = 0.25 * MISSED, 0.5
 # Neighbours that a plane is laid through, and those of which one has to ask for finer sites near by.
 _AROUND, _NEAR = 8, 4
 # What rises: so many sites of a grid so many times finer are looked at, and it has to rise by this sine.
@@ -114,10 +118,16 @@ def thinned(
         if not missed.any() or (not len(new) and total == before):
             break
         asking, before = np.isin(known, asked[missed]), total
-    rest, tree = np.setdiff1d(np.arange(len(codes)), known), KDTree(both[known])
+    rest, tree, unsure = np.setdiff1d(np.arange(len(codes)), known), KDTree(both[known]), []
     for start in range(0, len(rest), _BLOCK):
         some = rest[start : start + _BLOCK]
-        codes[some] = _foretold(around, codes, known, tree, some)
+        near, shares = _plane(around, known, tree, some)
+        doubted = _between_shells(around, some, near, shares * dark[near])
+        unsure.append(some[doubted])
+        codes[some[~doubted]] = _mixed(codes, near[~doubted], shares[~doubted])
+    for some in unsure:
+        trace(some)
+        known = np.union1d(known, some)
     return known
 
 
@@ -128,19 +138,16 @@ def _missed(
     found, tree = np.empty(len(which)), KDTree(around.both[known])
     for start in range(0, len(which), _BLOCK):
         some = which[start : start + _BLOCK]
-        off = _foretold(around, codes, known, tree, some) - codes[some].astype(np.float32)
+        off = _mixed(codes, *_plane(around, known, tree, some)) - codes[some].astype(np.float32)
         found[start : start + _BLOCK] = np.linalg.norm(off, axis=1) / MAP
     return found
 
 
-def _foretold(
-    around: Surroundings,
-    codes: Float[np.ndarray, "n K"],
-    known: Int[np.ndarray, " k"],
-    tree: KDTree,
-    which: Int[np.ndarray, " m"],
-) -> Float[np.ndarray, "m K"]:
-    """What the plane through the nearest known sites, themselves left out, says of the codes of sites.
+def _plane(
+    around: Surroundings, known: Int[np.ndarray, " k"], tree: KDTree, which: Int[np.ndarray, " m"]
+) -> tuple[Int[np.ndarray, "m c"], Float[np.ndarray, "m c"]]:
+    """Return the nearest known sites, and the shares by which the plane through them, the sites themselves left out,
+    foretells sites.
 
     tree : of where the known stand.
 
@@ -161,8 +168,33 @@ def _foretold(
     sums = np.einsum("nka,nk,nkb->nab", plane, weights, plane)
     sums[:, [1, 2], [1, 2]] += _LEVEL * weights.sum(axis=1)[:, None]
     here = np.linalg.solve(sums, np.broadcast_to([[1.0], [0.0], [0.0]], (len(which), 3, 1)))[..., 0]
-    shares = (np.einsum("nka,na->nk", plane, here) * weights).astype(np.float32)
+    return near, (np.einsum("nka,na->nk", plane, here) * weights).astype(np.float32)
+
+
+def _mixed(
+    codes: Float[np.ndarray, "n K"], near: Int[np.ndarray, "m c"], shares: Float[np.ndarray, "m c"]
+) -> Float[np.ndarray, "m K"]:
+    """Codes that neighbours foretell by their shares."""
     return np.einsum("nk,nkc->nc", shares, codes[near].astype(np.float32))
+
+
+def _between_shells(
+    around: Surroundings,
+    which: Int[np.ndarray, " m"],
+    near: Int[np.ndarray, "m c"],
+    shares: Float[np.ndarray, "m c"],
+) -> Bool[np.ndarray, " m"]:
+    """Return whether sites that see nothing may foretell sites of another surface.
+
+    shares : by which sites that see nothing foretell, of all others 0.
+    """
+    dim = shares.sum(axis=1)
+    found = (dim > _MIXED) & (dim < 1.0 - _MIXED)
+    some = np.flatnonzero((shares != 0.0).any(axis=1) & ~found)
+    offset = around.places[near[some]] - around.places[which[some]][:, None]
+    rise = np.abs(np.einsum("nki,ni->nk", offset, around.normals[which[some]]))
+    found[some] = ((rise > _ASIDE * np.linalg.norm(offset, axis=2)) & (shares[some] != 0.0)).any(axis=1)
+    return found
 
 
 def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) -> Bool[np.ndarray, " m"]:

@@ -88,6 +88,29 @@ def test_what_changes_evenly_is_foretold_and_what_jumps_is_traced():
     assert np.isin(np.flatnonzero(close), traced).mean() > 0.9
 
 
+@pytest.mark.parametrize(("apart", "share"), [(0.02, 1.0), (0.1, 0.65), (0.2, 0.65)])
+def test_a_dark_shell_close_behind_a_surface_says_nothing_of_it(apart, share):
+    """The surface changes nowhere, and few of its sites are known; the shell's normals are the same. Where it
+    is nearer than sites are to each other, all are asked.
+    """
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(-0.7, 0.7, 40), np.linspace(-0.7, 0.7, 40)))
+    count = len(x)
+    places = np.concatenate([np.column_stack([x, 0.0 * x, y]), np.column_stack([x, 0.0 * x + apart, y])])
+    around = Surroundings(places, np.tile([0.0, 1.0, 0.0], (2 * count, 1)))
+    surface = np.arange(2 * count) >= count
+    codes, dark = np.full((2 * count, 4), np.nan, dtype=np.float32), np.zeros(2 * count, dtype=bool)
+
+    def trace(which):
+        codes[which], dark[which] = np.where(surface[which, None], 16.0, -16.0), ~surface[which]
+
+    known = np.concatenate([np.arange(0, count, 3), np.arange(count, 2 * count, 97)])
+    trace(known)
+    traced = thinned(around, codes, known, trace, dark)
+    np.testing.assert_allclose(codes[surface], 16.0, atol=1.0)
+    np.testing.assert_allclose(codes[~surface], -16.0, atol=1.0)
+    assert len(traced) <= share * len(codes)
+
+
 @pytest.mark.parametrize("order", [1, -1])
 def test_sites_that_cells_keep_apart_are_not_sorted_into_finer_ones_again(order):
     rng = np.random.default_rng(2)
