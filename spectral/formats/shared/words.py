@@ -52,6 +52,16 @@ _DENSITY = re.compile(
     r"relative|spectral|status) ?densit(?:y|ies)|densities|den(?= )|absorbances?|absorptances?)(?![a-z])",
     re.I,
 )
+# Functions of a reflectance or a transmittance, beside the words for these.
+_DERIVED = re.compile(
+    r"deriv[ae]t|ableitung|d[eé]riv[eé]e|\bd%?[RT]\s*/\s*d|diff[e]ren(?:ce|z|tial)|(?:[Δ∆]|\bdelta)\s?(?:r[eé]fl|trans)|"
+    r"\bd[Bb]\b|decibel|\b(?:log(?:_?10)?|ln)\b|\b(?:1|100)\s*/\s*%?[RT]\b|continuum[ -]?removed|"
+    r"(?<!\w)(?:1\s?/\s?sr|sr\s?(?:\^|\*\*)?[-−⁻][1¹]|per ste?radian)(?!\w)",
+    re.I,
+)
+_A_LETTER = re.compile(r"(?<![A-Za-z])d?[RT](?![A-Za-z])")
+_ONE_MINUS = re.compile(r"\W*(?:1|100)\s?%?\s*[-−–]\s*%?(?:[RT]|r[eé]fl\w*|trans\w*)\W*(?:[\[(].*)?", re.I)
+_NUMBERED_LETTER = re.compile(r"\W*(?!(?:1|100)\b)\d+\s*[-−–]\s*%?[RT]\b.*", re.I)
 _SENSITIVITY = re.compile(
     r"colou?r[ _-]*matching|\bcmfs?\b|cone[ _]*fundamental|sensitivit|quantum[ _]*efficiency|\b[EI]QE\b|responsivit|"
     r"spectral[ _]*response|(?:^|[\s,;|])[xyz](?:[ _-]?bar\b|\u0304|\u0305)|[\u0233]",
@@ -203,6 +213,8 @@ def quantity_in_lines(
     open_ones = [line for line in lines if _PERHAPS_ABSOLUTE.fullmatch(line)]
     for line in (line for line in lines if line not in open_ones):
         named = quantity_in(line) or ("emission" if names_power(line) else None)
+        if named in ("reflectance", "transmittance") and names_derived(line):
+            continue
         by_letter = named in ("reflectance", "transmittance") and quantity_in(_LETTER.sub("", line)) is None
         if named is not None and not by_letter:
             found.setdefault(named, (named, line))
@@ -215,6 +227,17 @@ def quantity_in_lines(
     if surfaces and (len(surfaces) > 1 or any(_STRONG_EMISSION.search(line) for line in lines)):
         return None, ""
     return found[surfaces[0]] if surfaces else found.get("emission", (None, ""))
+
+
+def names_derived(heading: str, others: Sequence[str] = ()) -> bool:
+    """Return whether a heading is that of a function of a reflectance or a transmittance, such as "1-R", "T (dB)" or
+    "derivative of reflectance"; beside "2-R" of the `others`, "1-R" is that of sample 1.
+    """
+    heading = _one_line(heading)
+    if _ONE_MINUS.fullmatch(heading):
+        return not any(map(_NUMBERED_LETTER.fullmatch, others))
+    named = _A_LETTER.search(heading) or _REFLECTANCE.search(heading) or _TRANSMITTANCE.search(heading)
+    return bool(named and _DERIVED.search(heading)) and not _EMISSION.search(heading)
 
 
 def measured(named: str | None) -> Quantity | None:

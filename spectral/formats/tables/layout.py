@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -157,8 +158,28 @@ def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> TableLayout
         chosen = tuple(named or large[:1] or axes[:1])
         others = [cell for column, cell in enumerate(run[0]) if column not in chosen]
         if chosen and any(dialect.number(cell) == dialect.number(cell) for cell in others):
-            return TableLayout("down", first, header, chosen)
+            begun = _with_rows_above(rows, first, chosen[0], dialect) if len(chosen) == 1 else first
+            header = header if begun == first else header_above(rows, begun, dialect)
+            return TableLayout("down", begun, header, chosen)
     return None
+
+
+def _with_rows_above(rows: Sequence[Row], first: int, axis: int, dialect: Dialect) -> int:
+    """Index of the first row of numbers where rows above it have no value: their wavelengths are a step apart, as those
+    below are.
+    """
+
+    def at(row: int) -> float:
+        cells = rows[row][1]
+        found = dialect.wavelength(cells[axis]) if axis < len(cells) else None
+        return found[0] if found else math.nan
+
+    while first and first + 1 < len(rows):
+        before, here, after = at(first - 1), at(first), at(first + 1)
+        if not (after - here) * (here - before) > 0.0 or not 0.4 < (here - before) / (after - here) < 2.5:
+            break
+        first -= 1
+    return first
 
 
 def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | None:

@@ -29,6 +29,7 @@ from ..shared.words import (
     counts_in_lines,
     illuminant_in,
     names_density,
+    names_derived,
     names_identifier,
     names_only_light,
     names_power,
@@ -111,7 +112,7 @@ def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> lis
                     "sensitivities are not imported",
                 )
             together = None
-        owned = [_own(column) for column in of_table]
+        owned = [_own(column, heads) for column in of_table]
         if None in owned:  # beside samples that are called anything, a letter is a name, too
             owned = [None if _LETTER.fullmatch(head) else own for head, own in zip(heads, owned, strict=True)]
         silent = [column for column, own in zip(of_table, owned, strict=True) if own is None]
@@ -139,11 +140,13 @@ def _may_be_counted(column: Column) -> bool:
     return bool(column.samples.max(initial=0.0) >= _COUNTED and _is_whole(column))
 
 
-def _own(column: Column) -> str | None:
-    """What a column's own heading and unit say."""
+def _own(column: Column, heads: Sequence[str]) -> str | None:
+    """What a column's own heading and unit say; `heads` : of all columns of its table."""
     if names_sensitivity(column.words):
         return "sensitivity"
     own = names_raw(column.heading) or quantity_in(column.heading)
+    if own in (None, "reflectance", "transmittance") and names_derived(column.heading, heads):
+        return "derived"
     # "a.u." behind a word for power are arbitrary units.
     return None if own == "absorbance" and names_power(column.words) else own
 
@@ -281,6 +284,10 @@ _REFUSED = {
     "absorbance": (
         "absorbance is neither reflectance nor transmittance",
         "export %R or %T: instruments show absorbance, K/S or log(1/R) as another mode of the same scan",
+    ),
+    "derived": (
+        "a function of a reflectance or a transmittance is neither",
+        "export the reflectance or the transmittance itself, in percent or as fractions",
     ),
     "sensitivity": (
         "a sensitivity is not the spectrum of a colour",

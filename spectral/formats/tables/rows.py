@@ -213,7 +213,8 @@ def empty_columns(
 ) -> list[Column]:
     """Empty columns for the values of a block that starts with `cells`.
 
-    words : of a table in long form, the columns that hold no values; some may stand before the wavelengths there.
+    words : of a table in long form, the columns that hold no values. What stands before the wavelengths is a column of
+    values where its heading says so.
     """
     axes, heads, units = table.layout.axes, table.heads, table.units
     said = "\n".join(line for line in table.words.splitlines() if re.search("wave|λ|lambda", line, re.I))
@@ -221,9 +222,10 @@ def empty_columns(
     aside = []
     width = max(width, len(heads))
     raw = _raw_readings([head for at, head in enumerate(heads) if at not in axes], table)
-    for at in range(min(axes) + 1 if words is None else 0, width):
+    for at in range(width):
         head, unit = cell(heads, at), cell(units, at)
-        if at in axes or at in (words or ()) or (at < min(axes) and not (quantity_in(head) or is_generic(head))):
+        before = at < min(axes) and not (measured(quantity_in(head)) or (words is not None and is_generic(head)))
+        if at in axes or at in (words or ()) or before:
             continue
         axis = max((axis for axis in axes if axis < at), default=min(axes))
         if head in raw or (head and width - len(axes) > 1 and _aside(head, heads)):

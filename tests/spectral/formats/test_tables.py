@@ -484,3 +484,33 @@ def test_rows_of_any_length_are_recognised_without_being_named(written, columns,
 def test_densities_by_their_name_are_no_reflectances(written, name):
     with pytest.raises(InputError, match="absorbance is neither"):
         read(written("400,0.1\n410,1.2\n420,2.3\n", name), ImportOptions("reflectance", "fraction"))
+
+
+@pytest.mark.parametrize("missing", ["", "n/a", "NaN", "-", "#N/A"])
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_first_rows_without_a_value_are_rows(written, missing, count):
+    """They are no header, and the heading above them is that of the column."""
+    rows = "".join(f"{400 + 10 * at},{missing if at < count else 10 + at}\n" for at in range(12))
+    (entry,) = read(written("Title\nnm,R (%)\n" + rows, "red.csv")).entries
+    assert entry.name == "red" and entry.details["units"] == "%"
+    assert entry.spectrum.wavelengths_nm[0] == 400 + 10 * count and len(entry.spectrum.samples) == 12 - count
+    assert entry.details["missing samples"] == f"{count} of 12"
+
+
+@pytest.mark.parametrize("bad", ["***", "OVER", "<0.01", "(0.001)", "#DIV/0!", "1.#INF", "0.07*"])
+def test_a_first_value_that_is_no_number_is_refused_as_any_other(refused, bad):
+    rows = "".join(f"{nm},{bad if nm == 400 else 20}\n" for nm in range(400, 500, 10))
+    assert refused(read, "nm,R (%)\n" + rows)[1] == f"  found: {bad!r}"
+
+
+def test_a_minus_may_be_the_sign_of_typesetters(written):
+    rows = "400,\u22120.1\n" + "".join(f"{nm},20\n" for nm in range(410, 500, 10))
+    assert read(written("nm,R (%)\n" + rows)).entries[0].spectrum.samples[0] == 0.0
+
+
+def test_values_before_their_wavelengths_are_read_where_a_heading_says_so(written):
+    rows = "".join(f"{at},{nm},{at + 1}\n" for at, nm in enumerate(range(400, 500, 10), 10))
+    file = read(written("red R (%),nm,blue R (%)\n" + rows))
+    assert [(entry.name, entry.spectrum.samples[0]) for entry in file.entries] == [("red R", 0.1), ("blue R", 0.11)]
+    rows = "".join(f"{at},{nm},{at + 1}\n" for at, nm in enumerate(range(400, 500, 10)))
+    assert [entry.name for entry in read(written("pixel,nm,R (%)\n" + rows, "red.csv")).entries] == ["R"]

@@ -7,6 +7,7 @@ from metamer.spectral.formats.shared.words import (
     colour_axis,
     condition_in,
     illuminant_in,
+    names_derived,
     names_light,
     observer_in,
     quantity_in,
@@ -124,6 +125,45 @@ def test_observers(words, name):
 
 
 @pytest.mark.parametrize(
+    "heading",
+    [
+        *(
+            "1-R",
+            "100 - R (%)",
+            "1 - reflectance",
+            "1/R",
+            "dR/dλ",
+            "delta reflectance",
+            "T (dB)",
+            "Transmission [dB]",
+        ),
+        *(
+            "log10 reflectance",
+            "ln(R)",
+            "1st derivative of reflectance",
+            "Ableitung der Reflexion",
+            "Reflectance difference",
+        ),
+        *("Reflectance (1/sr)", "BRDF reflectance [sr^-1]", "Reflectance, continuum removed"),
+    ],
+)
+def test_functions_of_a_reflectance_are_no_reflectances(heading):
+    assert names_derived(heading, [heading])
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        *("R", "Reflectance (%)", "Normalized reflectance", "Diffuse reflectance", "sample 1-R", "10-R", "Tgt./Ref. %"),
+        *("Radiance (W/m2/sr/nm)", "reflected radiance W m-2 sr-1 nm-1", "derivative", "difference", "R-1"),
+    ],
+)
+def test_other_headings_are_no_functions(heading):
+    assert not names_derived(heading, [heading])
+    assert not names_derived("1-R", ["1-R", "2-R"])
+
+
+@pytest.mark.parametrize(
     ("words", "name"), [("MeasurementCondition=M1 Filter=no", "M1"), ("M2", "M2"), ("M10", None), ("PM1", None)]
 )
 def test_conditions(words, name):
@@ -185,7 +225,14 @@ def test_long_words_take_no_longer_a_letter_than_short_ones(before, repeated):
         for _ in range(5):
             start = time.process_time()
             for _ in range(32_000 // count):
-                quantity_in(words), unit_in(words), illuminant_in(words), observer_in(words), condition_in(words)
+                (
+                    quantity_in(words),
+                    names_derived(words),
+                    unit_in(words),
+                    illuminant_in(words),
+                    observer_in(words),
+                    condition_in(words),
+                )
                 colour_axis(words)
             taken.append(time.process_time() - start)
         return min(taken)
