@@ -168,7 +168,13 @@ def _ways(
         "azimuth": azimuth,
         **{name: owner.texels(texels) for name, texels in shader.textures.items()},
     }
-    values = {"samples": 1, "rows": -(-pack.rank // 4), "part": tile.parts[0][0], **shader.uniforms}
+    values = {
+        "samples": 1,
+        "some_samples": (0, 1),
+        "rows": -(-pack.rank // 4),
+        "part": tile.parts[0][0],
+        **shader.uniforms,
+    }
     values["palette_shape"] = (1, values["rows"])
 
     def way(fragment: str, quads: int | None, tables: dict[str, np.ndarray]) -> _Way:
