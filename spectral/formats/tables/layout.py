@@ -77,8 +77,9 @@ def layout_of(rows: Sequence[Row], dialect: Dialect) -> TableLayout | None:
     down, across = _down(rows, dialect), _across(rows, dialect)
     if down is not None and across is None and down.first:
         # Energies and micrometres across a header would pass for the samples of a first column.
-        across = _across(rows[down.first - 1 : down.first + 50], dialect, least=0.0)
-        across = across and replace(across, first=across.first + down.first - 1, header=down.first - 1)
+        found = _across(rows[down.first - 1 : down.first + 50], dialect, least=0.0)
+        if found is not None and found.header == 0:
+            across = replace(found, first=found.first + down.first - 1, header=down.first - 1)
     if down is None or across is None:
         return down or across
     head = rows[across.header or 0][1]

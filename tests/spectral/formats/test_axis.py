@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
+from metamer.spectral.formats.csv import read as read_csv
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import read_spectra
 from metamer.spectral.formats.tables.axis import axis_unit
@@ -133,6 +134,11 @@ def test_across_a_header_without_a_word_reciprocals_are_asked_about(refused, uni
     )
     # Small numbers above values that only rise may be anything.
     assert lines[0] == f"paints.csv: header: wavelengths, or {unit}?" or (unit == "eV" and "no table" in lines[0])
+
+
+def test_a_row_further_down_is_no_header_of_those_above(refused):
+    rows = "400,]09\n500,0 6,88nm\t0.3500\n520,0 6,75\n560,0 14,50\n"
+    assert refused(read_csv, rows, "red.txt")[0] == "red.txt: line 3: a row is cut short"
 
 
 def test_numbers_of_samples_across_a_header_are_no_wavelengths(written):
