@@ -30,7 +30,7 @@ _MOSTLY = 0.8
 _COMMON = (frozenset(FLOP_ANGLES), frozenset((-15.0, 15.0)), frozenset((25.0, 45.0)), frozenset((45.0, 75.0)))
 # Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature).
 _NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(°|º|˚|∘|deg(?:rees?|\.)?|grad)?[)\]]?", re.I)
-# What was measured, behind an angle.
+# Quantity behind an angle.
 _MEASURED = re.compile(r"[ _,;(\[]+(?:%? ?R ?%?|refl(?:ectance|\.)?|reflexion|β|%)[)\]]?$", re.I)
 # Words before an angle that name no sample.
 _NO_SAMPLE = re.compile(r"r|ρ|refl(?:ectance)?|at|(?:\w+[ _-])?(?:angle|winkel)", re.I)

@@ -111,7 +111,7 @@ def booth_words(name: str) -> str:
 
 
 def _on_booth(name: str) -> str:
-    """A name as booths have it: "TL 84" and "tl-84" are TL84, "Ultralume 3000" is U30."""
+    """Write a name as booths have it: "TL 84" and "tl-84" are TL84, "Ultralume 3000" is U30."""
     plain = "".join(sign for sign in name.upper() if sign not in " -_")
     if plain.startswith("ULTRALUME"):
         return f"U{plain.removeprefix('ULTRALUME')[:2]}"
@@ -119,7 +119,7 @@ def _on_booth(name: str) -> str:
 
 
 def _to_write(name: str) -> str | None:
-    """What to write for a lamp on booths that is no illuminant, None for any other name."""
+    """Say what to write for a lamp on booths that is no illuminant, None for any other name."""
     plain = _on_booth(name)
     if plain in _TUNGSTEN_NAMES:
         return "A, where it is the tungsten lamp of a booth"

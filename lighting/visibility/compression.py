@@ -153,7 +153,7 @@ def quick_basis(values: Float[np.ndarray, "n texels"], dark: Bool[np.ndarray, " 
     Codes are found in a third of the time. It leaves out as much of the sites that it was made of, and of those between
     them, as `fitted_basis` does of a whole scene.
     """
-    # What is open and what sees nothing are there for certain.
+    # Both ends, all open and all hidden, are there for certain.
     ends = np.float32(np.tanh(0.5 * np.pi / SOFT)) * np.array([[1.0], [-1.0]], np.float32)
     known = np.concatenate([values[~dark], np.broadcast_to(ends, (2, MAP**2))])
     return replace(_principal(known, most), steps=_STEPS)

@@ -49,7 +49,7 @@ class Lambert(AnalyticBrdf):
 
     @property
     def sum_of_terms(self) -> SumOfTerms:
-        """See `Surface.sum_of_terms`."""
+        """One constant term: `Surface.sum_of_terms`."""
         return constant_term(self._value)
 
     def own_form(self, budget: float = 0.5) -> FactoredBrdf:

@@ -57,7 +57,7 @@ class AnalyticBrdf(Brdf):
         return eval_lit(self._eval_lit, len(self.wavelengths_nm), wi, wo)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """See `Surface.xyz`; spectra of terms are folded before these are evaluated."""
+        """Fold the spectra of terms first, then evaluate these: `Surface.xyz`."""
         terms = self.sum_of_terms
         if terms is None:
             return super().xyz(points, folding)
@@ -180,7 +180,7 @@ class ModelPart(Brdf):
 
     @property
     def sum_of_terms(self) -> SumOfTerms | None:
-        """See `Surface.sum_of_terms`."""
+        """Terms that others of the model may share: `Surface.sum_of_terms`."""
         return self.folded if isinstance(self.folded, SumOfTerms) else None
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:

@@ -117,7 +117,7 @@ class OrenNayar(ReadBrdf):
         return SumOfTerms(self._terms, np.stack([self._rho, self._rho**2]) / np.pi, (self.NAME, self.sigma))
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """See `Surface.xyz`: folded before it is evaluated, wherever no wavelength is held at 0."""
+        """Fold before evaluating, wherever no wavelength is held at 0: `Surface.xyz`."""
         if self.sum_of_terms is not None:
             return super().xyz(points, folding)
         weights = folding.weights(self.wavelengths_nm) / np.pi

@@ -95,7 +95,7 @@ class SeenSamples:
     def half_gradient(self, error: Float[np.ndarray, "S N"]) -> Float[np.ndarray, "S N"]:
         """Half the gradient of what errors at the samples cost: the cost is the sum of `error` times this."""
         out = np.empty(error.shape)
-        # What is worked on stays in the cache.
+        # Pieces small enough to stay in the cache.
         for start in range(0, error.shape[1], _COLUMNS):
             some = slice(start, start + _COLUMNS)
             sensitivity = self.sensitivity[:, :, some]

@@ -176,7 +176,7 @@ def read_long(table: Section, form: LongForm, rows: Iterable[Row], notes: list[s
                 hint='number repeated readings in a column "reading", or give two samples two names',
             )
         repeated += before[0] != line
-        # What is said of a spectrum stands in all of its rows.
+        # Facts of a spectrum stand in all of its rows.
         said[key] = dict(said.get(key, filled).items() & filled.items())
         table.count(len(templates))
         table.last_line = line

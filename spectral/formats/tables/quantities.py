@@ -141,7 +141,7 @@ def _may_be_counted(column: Column) -> bool:
 
 
 def _own(column: Column, heads: Sequence[str]) -> str | None:
-    """What a column's own heading and unit say; `heads` : of all columns of its table."""
+    """Read a column's own heading and unit; `heads` : of all columns of its table."""
     if names_sensitivity(column.words):
         return "sensitivity"
     own = names_raw(column.heading) or quantity_in(column.heading)

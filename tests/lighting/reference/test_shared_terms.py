@@ -132,7 +132,7 @@ def test_coats_over_other_bodies_draw_nothing_again(monkeypatch):
     pictures = []
     for number, paint in enumerate(PAIRS["gloss paint"]):
         surfaces = {"first": paint}
-        # As many directions as there may be: how many are needed is another question.
+        # The largest number of directions: how many are needed is another question.
         found = reference_images(scene, None, surfaces, (D65,), geometry=geometry, most_directions=32, budget=1e-9)
         pictures.append(found.xyz)
         assert bool(calls) == (number == 0)

@@ -96,7 +96,7 @@ def test_codes_that_come_with_a_basis_are_those_that_it_finds():
 
 
 def test_a_quick_basis_leaves_out_as_much_as_a_fitted_one():
-    """Of sites between those that it was made of: a wall at any height, a slit of any width, a disc of any size."""
+    """Sites between those that it was made of, beside a wall at any height, a slit of any width, a disc of any size."""
     rng, to = np.random.default_rng(2), tracing.texels()
     normals = unit(np.array([0.0, 1.0, 0.0]) + 0.2 * rng.normal(size=(360, 3)))
     along, size = unit(rng.normal(size=(360, 3))), rng.uniform(0.02, 0.9, 360)[:, None]
