@@ -123,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
         # What hides light may be known already, or take minutes.
         with (
             renderer_for(args.renderer) as renderer,
-            progress_bar("Rendering", after=0.0 if long else _LATE) as progress,
+            progress_bar("Rendering", after=0.0 if long else _LATE, stages=cost.stages) as progress,
         ):
             renderer.configure(filtering=args.filtering, jobs=args.jobs, on_progress=progress, on_message=say)
             if args.spectral:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -88,45 +88,107 @@ def say_line(line: str) -> None:
     sys.stderr.flush()
 
 
+class TimeLeft:
+    """Estimate of the seconds until a command is done, from how fast its stages go.
+
+    Work that is counted anew is the next stage. Its speed is that of the later half of what is done: what begins
+    slowly, as tables are made and files are read for the first time, says little of the rest.
+
+    stages : names of the stages to come and the seconds that each is expected to take, in their order. How those that
+        are done compare with what was expected of them scales the others; some may be left out.
+    """
+
+    def __init__(self, stages: Sequence[tuple[str, float]] = ()) -> None:
+        self._later = list(stages)
+        # Seconds of the stages that are done, and what was expected of them; and of the one that is not.
+        self._spent = self._expected = self._guess = 0.0
+        self._total = 0
+        self._heard = [(0, time.monotonic())]
+
+    def heard(self, done: int, total: int, name: str) -> None:
+        """Take note that `done` of `total` steps of a stage are done."""
+        if total != self._total or done < self._heard[-1][0]:
+            self._begin(total, name)
+        self._heard.append((done, time.monotonic()))
+
+    @property
+    def seconds(self) -> float | None:
+        """Seconds left; None while too little is done to tell."""
+        done, spent = self._heard[-1][0], time.monotonic() - self._heard[0][1]
+        telling = self._total > 0 and done >= _TELLING * self._total
+        if not telling and not self._guess:
+            return None
+        rest = self._rest() if telling else 0.0
+        known, expected = self._spent, self._expected
+        if self._guess and 2 * done >= self._total > 0:
+            known, expected = known + spent + rest, expected + self._guess
+        scale = known / expected if expected > 0.0 else 1.0
+        if not telling:
+            rest = max(scale * self._guess - spent, 0.0)
+        return rest + scale * sum(seconds for _, seconds in self._later)
+
+    def _begin(self, total: int, name: str) -> None:
+        """Begin a stage; nothing is expected any longer of those that it leaves out."""
+        now = time.monotonic()
+        if self._guess:
+            self._spent, self._expected = self._spent + now - self._heard[0][1], self._expected + self._guess
+        names = [one for one, _ in self._later]
+        self._guess = 0.0
+        if name in names:
+            self._guess = self._later[names.index(name)][1]
+            del self._later[: names.index(name) + 1]
+        self._total, self._heard = total, [(0, now)]
+
+    def _rest(self) -> float:
+        """Seconds left of this stage, by the speed of the later half of what is done."""
+        done, at = self._heard[-1]
+        before, then = next(entry for entry in reversed(self._heard) if 2 * entry[0] <= done)
+        rest = (at - then) / max(done - before, 1) * (self._total - done)
+        return max(rest - (time.monotonic() - at), 0.0)
+
+
 @contextmanager
-def progress_bar(title: str, *, quiet: bool = False, after: float = 0.0) -> Iterator[Callable[[int, int, str], None]]:
+def progress_bar(
+    title: str, *, quiet: bool = False, after: float = 0.0, stages: Sequence[tuple[str, float]] = ()
+) -> Iterator[Callable[[int, int, str], None]]:
     """A live bar with the time left on a terminal; elsewhere a line every tenth of the way; nothing where `quiet`, nor
-    in the first `after` seconds. Work whose count changes is another work: its time left is its own. On standard error:
-    what a command says on standard output goes into files and other programs."""
+    in the first `after` seconds. On standard error: what a command says on standard output goes into files and other
+    programs. stages : of `TimeLeft`: the time left is that of all of them."""
     if quiet:
         yield lambda *_: None
         return
-    begun = time.monotonic()
+    begun, left = time.monotonic(), TimeLeft(stages)
     if not shows_bars(sys.stderr):
         from ...materials.intake.progress import in_words
 
-        tenths, start, of = -1, begun, 0
+        tenths, of = -1, 0
 
         def line(done: int, total: int, what: str) -> None:
-            nonlocal tenths, start, of
-            if of and total != of:
-                tenths, start = -1, time.monotonic()
-            of = total
+            nonlocal tenths, of
+            left.heard(done, total, what)
+            # Work that is counted anew is said anew.
+            tenths, of = tenths if total == of and done * 10 // total >= tenths else -1, total
             if done * 10 // total > tenths and time.monotonic() - begun >= after:
                 tenths = done * 10 // total
-                spent = time.monotonic() - start
-                telling = _TELLING * total <= done < total and spent > 2.0
-                left = f", about {in_words(spent * (total - done) / done)} left" if telling else ""
-                print(f"{title}: {done}/{total} {what}{left}", file=sys.stderr, flush=True)
+                seconds = left.seconds
+                telling = seconds and time.monotonic() - begun > 2.0
+                words = f", about {in_words(seconds)} left" if seconds and telling else ""
+                print(f"{title}: {done}/{total} {what}{words}", file=sys.stderr, flush=True)
 
         yield line
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), left_column())
     console = Console(stderr=True)
     progress = Progress(*columns, console=console)
-    task = progress.add_task(title, total=None)
+    task = progress.add_task(title, total=None, left=lambda: left.seconds)
     # The count and the time left are never cut for the sake of a long name.
     room = max(0, console.width - len(title) - _BESIDE_THE_NAME)
 
     def bar(done: int, total: int, what: str) -> None:
+        left.heard(done, total, what)
         if time.monotonic() - begun >= after:
             progress.start()
         progress.update(task, completed=done, total=total, description=f"{title}: {shortened(what, room)}")

@@ -8,7 +8,7 @@ pictures take it as one more field of a light that spreads.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Literal
@@ -213,6 +213,7 @@ def indirect_light(
     transport: Transport,
     shown_in: Sequence[Spectrum] = (),
     enough: float = ENOUGH,
+    progress: Callable[[int, int, str], None] = lambda done, total, name: None,
 ) -> IndirectLight:
     """Follow light from surface to surface, `scene.bounces` times or, for "auto", until no further one is seen.
 
@@ -226,6 +227,7 @@ def indirect_light(
     surfaces : by material id. transport : of the scene, whatever its parts wore. shown_in : spectra that may take the
         place of the lights' own; where a material fluoresces each needs light of its own.
     enough : ΔE94 that bounces left out may change any site by.
+    progress : called with (steps done, steps in all, "bounces").
 
     Returns
     -------
@@ -240,8 +242,11 @@ def indirect_light(
         words = f"{LEAST_RAYS} or more of each vertex"
         raise InputError("too few rays for a picture", field="rays", found=hits.rays, expected=words)
     occluders = Occluders(scaled_triangles(transport.fine).astype(np.float32))
+    progress(0, 4, "bounces")
     spectra, which, lux = _by_spectrum(scene, direct_illuminance(scene, hits.sites, occluders))
+    progress(1, 4, "bounces")
     found = followed(scene, surfaces, transport, spectra, which, lux, shown_in, enough)
+    progress(2, 4, "bounces")
     sites = np.flatnonzero(np.isin(hits.part_of_site, found.glossy))
     # What has come by so many surfaces is sent on by them, and arrives by one more.
     none = scene.bounces == 0 or (scene.bounces == "auto" and found.bounces == 0)
@@ -249,8 +254,10 @@ def indirect_light(
     at, maps = np.zeros((len(hits.sites), OF_SITE, 0), np.float32), None
     if not none:
         at = beside_shut(arriving(hits, found.sent), hits.shut, edges(np.concatenate([hits.corners, hits.backs])))
+        progress(3, 4, "bounces")
         if 0 < len(sites) <= MOST_MAPS:
             maps = RadianceMaps.of(hits, found.sent, sites, at[:, RADIANCE])
+    progress(4, 4, "bounces")
     words = (
         f"{bounces or 'no'} {'bounce' if bounces == 1 else 'bounces'} of light between surfaces: {len(hits.sites):,} "
         f"sites, {hits.rays} rays each, {found.basis.size} numbers a spectrum, {perf_counter() - start:.1f} s; more "

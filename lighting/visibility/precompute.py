@@ -36,6 +36,8 @@ _Count = Callable[[int, bool], None]
 #: CPU seconds a vertex, at most: 0.5 ms were measured of a shape of 88,000 triangles on a floor, 1.0 ms a vertex of a
 #: sheet, on one core of a small machine that was busy with other work.
 SECONDS_A_VERTEX = 1.2e-3
+# Middles of edges that take as long as one site, as far as they are needed at all.
+_A_SITE = 8
 #: Work that takes longer than this is announced.
 SAID_FROM_SECONDS = 10.0
 #: Bytes at the peak a triangle and a vertex, measured with two million triangles; a triangle in each further process;
@@ -187,8 +189,13 @@ class _Computation:
         self._ends = [edges(of[corners.vertex.reshape(-1, 3)]) for of in (self._where.fronts, self._where.backs)]
         self._total = len(self._where)
         self._open = int(np.count_nonzero(~self._shut)) or self._total
-        # How many middles there will be is known when all vertices are: until then, as many as there may be.
-        self._whole, self._done = self._total + most_middles(self._refinement), 0
+        # Sites that are shut are seen from nowhere; those beside open ones say where middles are needed.
+        self._rim = rim_of_shut(self._shut, np.concatenate(self._ends))
+        # How many sites are traced and not foretold, and how many middles there will be, is known afterwards: until
+        # then, half of them, and as many as there may be.
+        self._middles = most_middles(self._refinement) // _A_SITE
+        self._filling = self._open if self._open <= adaptive_sampling.WHOLE else self._open // 2
+        self._whole, self._done = self._filling + len(self._rim) + self._middles, 0
         self._free = True
 
     def result(self, seen: SeenPoints | None, on_seen: Callable[[SceneVisibility], object]) -> SceneVisibility | None:
@@ -199,15 +206,14 @@ class _Computation:
         self._jobs = self._most_jobs
         codes, dark, opened = self._codes, self._dark, np.arange(self._open)
         known = self._filled(opened, codes[: self._open], dark[: self._open], training, self._count)
-        # Sites that are shut are seen from nowhere; those beside open ones say where middles are needed.
-        rim = rim_of_shut(self._shut, np.concatenate(self._ends))
+        self._done = self._filling
         everywhere = np.arange(self._total)
-        self._trace(everywhere, rim, codes, dark, self._count)
-        inner = np.setdiff1d(np.arange(self._open, self._total), rim)
+        self._trace(everywhere, self._rim, codes, dark, self._count)
+        inner = np.setdiff1d(np.arange(self._open, self._total), self._rim)
         codes[inner] = self._basis.hidden
         # Nothing is taken for nothing before every site says so.
         if self._free:
-            rest = np.setdiff1d(everywhere, np.concatenate([known, rim]))
+            rest = np.setdiff1d(everywhere, np.concatenate([known, self._rim]))
             self._trace(everywhere, rest, codes, dark, self._count)
         found = None
         if not self._free:
@@ -281,12 +287,12 @@ class _Computation:
     def _count(self, number: int, free: bool) -> None:
         """Count sites of the result."""
         self._free, self._done = self._free and free, self._done + number
-        self._progress(self._done, self._whole, "visibility")
+        self._progress(min(self._done, self._whole), self._whole, "visibility")
 
     def _count_middles(self, done: int, number: int) -> None:
         """Say how many of the middles are done."""
-        share = (self._whole - self._total) * done // (number + 1)
-        self._progress(self._total + share, self._whole, "visibility")
+        before = self._whole - self._middles
+        self._progress(before + self._middles * done // (number + 1), self._whole, "visibility")
 
     def _around(self, seen: SeenPoints) -> SceneVisibility:
         """Return the visibility with codes around some points alone, in a basis of what is seen there."""

@@ -84,7 +84,7 @@ class IndirectCache:
                 if self._transport is None or not _same(self._transport[0], meshes):
                     traced = Transport.of(scene, rays, progress=progress, folder=folder, jobs=jobs, say=say)
                     self._transport = meshes, traced
-                known = indirect_light(scene, surfaces, self._transport[1], shown_in)
+                known = indirect_light(scene, surfaces, self._transport[1], shown_in, progress=progress)
                 self._lights = [*self._lights, (key, known)][-self.keeps :]
         return known if known.bounces else None
 

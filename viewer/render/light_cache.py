@@ -80,9 +80,9 @@ class LightCache:
         try:
             if isinstance(light, EnvironmentLight) and id(light.maps.maps) not in self._gathered:
                 return False
-            if not self._same_meshes(scene) or self._key(light, scene) not in self._visibility:
+            if not self._same_meshes(scene) or _key(light, scene) not in self._visibility:
                 return False
-            visibility = self._visibility[self._key(light, scene)]
+            visibility = self._visibility[_key(light, scene)]
             if visibility is None or not isinstance(light, EnvironmentLight):
                 return True
             turned = self._turned.get((id(light.maps.maps), light.world_from_map.tobytes()))
@@ -116,7 +116,7 @@ class LightCache:
     def _light_key(self, light: SpreadLight, scene: Scene) -> tuple:
         """By what casts shadows and by the light as it is turned."""
         turned = (id(light.maps.maps), light.world_from_map.tobytes()) if isinstance(light, EnvironmentLight) else ()
-        return self._key(light, scene), turned, *(id(part.mesh) for part in scene.parts)
+        return _key(light, scene), turned, *(id(part.mesh) for part in scene.parts)
 
     def soon_has(self, light: SpreadLight, scene: Scene) -> bool:
         """Return True if `shadows` takes little time: they are kept here or on disk, nothing casts any, or the scene is
@@ -159,7 +159,7 @@ class LightCache:
         with self.lock:
             if not self._same_meshes(scene):
                 self._shaded, self._visibility, self._hiding = tuple(part.mesh for part in scene.parts), {}, {}
-            key = self._key(light, scene)
+            key = _key(light, scene)
             if key not in self._visibility:
                 if len(self._visibility) >= KEPT_ENVIRONMENTS:
                     self._visibility.clear()
@@ -181,11 +181,6 @@ class LightCache:
     def _same_meshes(self, scene: Scene) -> bool:
         return self._shaded is not None and [*map(id, self._shaded)] == [id(part.mesh) for part in scene.parts]
 
-    def _key(self, light: SpreadLight, scene: Scene) -> tuple | None:
-        """By the place of a light that only some of the scene can hide."""
-        before = _before(light, scene)
-        return None if before is None else (before.point.tobytes(), before.facing.tobytes())
-
     def _bright_light(self, environment: EnvironmentLight) -> BrightLight:
         """The bright parts of a light as it is turned; found once for its map, and the same object while it stays."""
         key, rotation = id(environment.maps.maps), environment.world_from_map
@@ -201,6 +196,17 @@ class LightCache:
                 self._turned.pop(next(iter(self._turned)))
             self._turned[turned] = self._bright[key][1].turned(rotation)
         return self._turned[turned]
+
+
+def visibilities(scene: Scene) -> int:
+    """Count the visibilities that a scene's area and environment lights need."""
+    return len({_key(light, scene) for light in scene.spread_lights})
+
+
+def _key(light: SpreadLight, scene: Scene) -> tuple | None:
+    """Return a key by the place of a light that only some of the scene can hide."""
+    before = _before(light, scene)
+    return None if before is None else (before.point.tobytes(), before.facing.tobytes())
 
 
 def _before(light: SpreadLight, scene: Scene) -> Before | None:

@@ -12,10 +12,14 @@ from typing import Literal
 from ...lighting.camera import Camera
 from ...lighting.reference.reference import BAND_SAMPLES
 from ...lighting.scene import Scene
+from ...lighting.visibility.precompute import SECONDS_A_VERTEX
 from ...lighting.visibility.refinement import refined
 from ...runtime.memory import check_room, gigabytes
+from ...runtime.worker_pool import usable_cores
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM
 from .cache import KEPT_SAMPLES
+from .light_cache import visibilities
+from .scene_layers import BOUNCES, DRAWING, INTERREFLECTION, VISIBILITY
 from .view import TILE_SAMPLES
 
 Kind = Literal["picture", "spectra", "reference", "review"]
@@ -39,15 +43,19 @@ _TRIANGLE_SECONDS, _DRAWN_SECONDS, _REFERENCE_SECONDS = 9e-6, 3e-6, 2.5e-5
 _REVIEWED_SECONDS = 5e-7
 # Of one light that spreads: to work out what is gathered of it, a sample drawn, and a pixel of a reference, which is
 # that of a gloss paint in a booth: of a matt one a third, of metals and measurements three to ten times as much.
-_SPREAD_SECONDS, _SPREAD_DRAWN_SECONDS, _SPREAD_REFERENCE_SECONDS = 1.0, 1e-5, 4e-4
+_SPREAD_SECONDS, _SPREAD_DRAWN_SECONDS, _SPREAD_REFERENCE_SECONDS = 1.0, 6e-6, 4e-4
 
 # Of paths: a pixel and bounce, of matt surfaces, and what is worked on.
 _BOUNCE_SECONDS, _PATHS_TRACED = 4e-3, 100_000_000
 
 # What "auto" is taken for here.
 _AUTO_BOUNCES = 8
-# Of a fast picture with bounces: a site's rays with what is worked on, and where they end; seconds a site.
-_SITE, _SITE_SECONDS = 9_000, 3e-4
+# Of a fast picture with bounces: a site's rays with what is worked on, and where they end; seconds to trace them, and
+# to follow light along them.
+_SITE, _SITE_TRACED_SECONDS, _SITE_SECONDS = 9_000, 1e-4, 7e-4
+
+# Share of the most seconds that visibility takes as a rule: sites are shut, or foretold from those beside them.
+_AS_A_RULE = 0.25
 
 #: Pictures that take less time than this are made without a word.
 SAID_FROM_SECONDS = 1.0
@@ -55,11 +63,15 @@ SAID_FROM_SECONDS = 1.0
 
 @dataclass(frozen=True)
 class PictureCost:
-    """Memory at the peak and time of one picture, and what they are of, in words."""
+    """Memory at the peak and time of one picture, and what they are of, in words.
+
+    stages : the names of its work as progress has it, in their order, and the seconds that each takes on all cores.
+    """
 
     what: str
     memory_bytes: int
     seconds: float
+    stages: tuple[tuple[str, float], ...] = ()
 
     @property
     def words(self) -> str:
@@ -113,7 +125,8 @@ def picture_cost(
     drawing = triangles * lights * _TRIANGLE_SECONDS + samples * lights * _DRAWN_SECONDS
     drawing += spread * (_SPREAD_SECONDS + samples * _SPREAD_DRAWN_SECONDS)
     if sites:
-        drawing += sites * _SITE_SECONDS + samples * _SPREAD_DRAWN_SECONDS
+        drawing += samples * _SPREAD_DRAWN_SECONDS
+    followed = sites * (_SITE_TRACED_SECONDS + _SITE_SECONDS)
     drawn += _SPREAD * spread
     # Directions are the same for all lights' spectra; only their sums are not.
     drawn_directions = pixels * spread * _SPREAD_REFERENCE_SECONDS
@@ -128,19 +141,24 @@ def picture_cost(
         seconds = samples * lights * _REFERENCE_SECONDS + drawn_directions
     elif kind == "spectra":
         found = drawn + pixels * len(WORKING_WAVELENGTHS_NM) * _PIXEL_AND_WAVELENGTH
-        seconds = drawing * len(WORKING_WAVELENGTHS_NM) / 12
+        seconds = followed + drawing * len(WORKING_WAVELENGTHS_NM) / 12
     elif kind == "review":
         found = drawn + traced + samples * _SAMPLE + 2 * picture * spectra
         found += jobs * (samples * (_SEEN + _SEEN_AND_LIGHT * lights) + 24 * pixels * spectra + sums)
-        seconds = drawing + samples * lights * _REVIEWED_SECONDS + drawn_directions
+        seconds = followed + drawing + samples * lights * _REVIEWED_SECONDS + drawn_directions
     else:
-        found, seconds = drawn + picture, drawing
+        found, seconds = drawn + picture, followed + drawing
     of_each = "1 sample" if camera.samples == 1 else f"{camera.samples} x {camera.samples} samples"
     what = (
         f"{camera.width:,} x {camera.height_px:,} pixels of {of_each}, {triangles:,} triangles, "
         f"{both} {'light' if both == 1 else 'lights'}"
     )
-    return PictureCost(what, found, seconds)
+    vertices, cores = sum(len(part.mesh.vertices) for part in scene.parts), usable_cores()
+    stages = []
+    if sites:
+        stages += [(INTERREFLECTION, sites * _SITE_TRACED_SECONDS / cores), (BOUNCES, sites * _SITE_SECONDS)]
+    stages += visibilities(scene) * [(VISIBILITY, _AS_A_RULE * SECONDS_A_VERTEX * vertices / cores)]
+    return PictureCost(what, found, seconds, (*stages, (DRAWING, drawing / cores)))
 
 
 def _duration(seconds: float) -> str:

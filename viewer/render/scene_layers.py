@@ -33,8 +33,9 @@ from .light_cache import LightCache, Shadows
 Filtering = Literal["linear", "mipmapped"]
 # Lights with their observer whose folded bases are kept: each costs an integral over the observer's wavelengths.
 _KEPT_FOLDINGS = 64
-#: Name of the work on shadows of area and environment lights, as progress has it.
-VISIBILITY = "visibility"
+#: Names of work as progress has it: on rays from one part to another and the light along them, on shadows of area and
+#: environment lights, and on the picture itself.
+INTERREFLECTION, BOUNCES, VISIBILITY, DRAWING = "interreflection", "bounces", "visibility", "drawing"
 Colours = Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]]
 
 

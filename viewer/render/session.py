@@ -24,7 +24,7 @@ from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import interpolation_matrix
 from .cache import Backend, Needs, Piece, RenderCache
 from .layers import AnyLayer
-from .scene_layers import Colours, LayerBuilder, RenderSettings
+from .scene_layers import DRAWING, Colours, LayerBuilder, RenderSettings
 from .view import window_count
 
 #: XYZ (H, W, 3) and coverage (H, W), float32, row 0 on top.
@@ -346,11 +346,10 @@ class RenderSession:
         built = self.layers.build(settings, scene, camera, self._surfaces, colours, shown_in)
         self.bounced = built.bounced
         tiles = window_count(camera, settings.tile_samples)
-        faces = sum(len(part.mesh.faces) for part in built.scene.parts)
-        settings.report(step[0] * tiles, step[1] * tiles, f"sorting {faces:,} triangles")
+        settings.report(step[0] * tiles, step[1] * tiles, DRAWING)
         draw = partial(self._draw_piece, target, built.layers)
         for number, _ in self.in_windows(built.scene, camera, built.needs, draw):
-            settings.report(step[0] * tiles + number, step[1] * tiles, "drawing")
+            settings.report(step[0] * tiles + number, step[1] * tiles, DRAWING)
 
     def _draw_piece(self, target: Target, layers: Sequence[AnyLayer], piece: Piece) -> None:
         chunk = self.backend.chunk

@@ -15,8 +15,9 @@ from ...lighting.vectors import dot
 from .geometry import LightGeometry, SceneGeometry
 from .raster import TileWindow, WindowTriangles, least_of, most_of, window_triangles
 
-# Samples along a side of what is rendered at once: bounds memory, and keeps positions on the vertex grid exact.
-TILE_SAMPLES = 2048
+# Samples along a side of what is rendered at once, at most: bounds memory, keeps positions on the vertex grid exact,
+# and lets a large picture say how far it is.
+TILE_SAMPLES = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,15 +60,15 @@ class View:
         a side; None is `TILE_SAMPLES`.
         """
         width, height = self.size
-        step = _tile_side(self.camera, side)
-        corners = [(left, top) for top in range(0, height, step) for left in range(0, width, step)]
+        across, down = _steps(self.camera, side)
+        corners = [(left, top) for top in range(0, height, down) for left in range(0, width, across)]
 
         def from_middle(corner: tuple[int, int]) -> int:
             left, top = corner
-            return (2 * left + step - width) ** 2 + (2 * top + step - height) ** 2
+            return (2 * left + across - width) ** 2 + (2 * top + down - height) ** 2
 
         for left, top in sorted(corners, key=from_middle):
-            yield TileWindow(left, top, min(step, width - left), min(step, height - top))
+            yield TileWindow(left, top, min(across, width - left), min(down, height - top))
 
     def triangles(self, window: TileWindow) -> WindowTriangles:
         """The triangles in one of the windows."""
@@ -138,10 +139,16 @@ def view_key(camera: Camera) -> tuple:
 
 def window_count(camera: Camera, side: int | None = None) -> int:
     """Count the windows of a camera's picture; `side` as of `View.windows`."""
-    step = _tile_side(camera, side)
-    return -(-camera.width * camera.samples // step) * -(-camera.height_px * camera.samples // step)
+    across, down = _steps(camera, side)
+    return -(-camera.width * camera.samples // across) * -(-camera.height_px * camera.samples // down)
 
 
-def _tile_side(camera: Camera, side: int | None) -> int:
-    """Samples along a side of a tile of whole pixels."""
-    return max(1, (TILE_SAMPLES if side is None else side) // camera.samples) * camera.samples
+def _steps(camera: Camera, side: int | None) -> tuple[int, int]:
+    """Samples along the sides of windows of whole pixels: at most `side`; where that is None, all windows are about
+    alike and take about as long.
+    """
+    most = max(1, (TILE_SAMPLES if side is None else side) // camera.samples)
+    if side is not None:
+        return most * camera.samples, most * camera.samples
+    width, height = (-(-length // -(-length // most)) for length in (camera.width, camera.height_px))
+    return width * camera.samples, height * camera.samples

@@ -60,7 +60,7 @@ def test_a_turntable_finds_the_light_between_surfaces_once(relight, monkeypatch,
     from PIL import Image
 
     found, calls = bouncing.indirect_light, []
-    monkeypatch.setattr(bouncing, "indirect_light", lambda *given: calls.append(given) or found(*given))
+    monkeypatch.setattr(bouncing, "indirect_light", lambda *given, **more: calls.append(given) or found(*given, **more))
     code, _, err, _ = relight("--material", "floor=room/dark", "--turntable", 5)
     assert code == 0, err
     # Before, and after, which the turn goes round.
