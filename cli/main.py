@@ -79,10 +79,10 @@ def _run(words: Sequence[str] | None) -> int:
         command.print_help()
         return 64
     from ..runtime.worker_pool import one_thread
-    from .output import figures_alone
+    from .output import TEXT_OUTPUTS, figures_alone
 
     one_thread()
-    with figures_alone(getattr(args, "json", None)):
+    with figures_alone(*(getattr(args, name, None) for name in TEXT_OUTPUTS)):
         return args.run(args)
 
 

@@ -25,7 +25,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "match",
         help="samples beside a standard: differences, verdicts, metamerism",
         description="Does this batch match the master? STANDARD and SAMPLE are an id of the catalogue, a file of "
-        "readings (CxF3, CGATS, instrument text, tables), FILE#NAME for one reading of it, a folder of such files, or "
+        "readings (CxF3, CGATS, instrument text, tables such as CSV with wavelengths down or across, or a sample, a "
+        "wavelength and its value in each row), FILE#NAME for one reading of it, a folder of such files, or "
         'a colour such as "lab:52.1,10.3,-5.6@D65/1964_10". Readings of one name in one file count as one sample, by '
         "their mean. Exit code 1 where a verdict is too close to call, or a tolerance is given and nothing of a sample "
         "is judged, since a colour was made up and not measured; 2 where a sample fails, 3 where nothing can be "
@@ -81,7 +82,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     match.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up")
     for name in _FILLED_IN:
         match.add_argument(f"--{name}", default="", metavar="WORDS", help=f"{name}, filled in at the head of the page")
-    match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign")
+    match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign; - as of --json")
     add_json_option(match)
     match.add_argument("--csv", type=Path, metavar="FILE", help="a table, a line a sample and condition")
     match.add_argument("--xlsx", type=Path, metavar="FILE", help="the same as a workbook (extra `xlsx`)")
@@ -100,6 +101,8 @@ def run(args: argparse.Namespace) -> int:
     from ..runtime.files import check_outputs
 
     _check_words(args)
+    if on_standard_output(args.xlsx):
+        raise UsageError("--xlsx: a workbook goes into a file, not to standard output")
     asked = (args.html, args.json, args.csv, args.xlsx, args.junit, args.markdown)
     outputs = [path for path in asked if path is not None and not on_standard_output(path)]
     check_outputs(outputs, [args.standard, *args.samples, *([args.repeated] if args.repeated else [])])

@@ -10,10 +10,13 @@ from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any, TextIO
 
-from ..runtime.errors import visible
+from ..runtime.errors import UsageError, visible
 
 # Stream of figures while other lines of standard output go to standard error.
 _figures_stream: TextIO | None = None
+
+#: Options that name a text file, or standard output as `-`.
+TEXT_OUTPUTS = ("json", "csv", "html", "junit", "markdown")
 
 
 def counted(number: int, what: str) -> str:
@@ -51,7 +54,7 @@ def say_paragraph(text: str) -> None:
 
 
 def on_standard_output(target: Path | None) -> bool:
-    """Return whether `--json` asks for figures on standard output, which is `-`."""
+    """Return whether an option asks for standard output, which is `-`."""
     return str(target) == "-"
 
 
@@ -61,10 +64,18 @@ def figures_file(target: Path | None) -> list[Path]:
 
 
 @contextmanager
-def figures_alone(target: Path | None) -> Iterator[None]:
-    """Leave standard output to the figures where they go there: whatever else is printed goes to standard error."""
+def figures_alone(*targets: Path | None) -> Iterator[None]:
+    """Leave standard output to what is written there: whatever else is printed goes to standard error.
+
+    Raises
+    ------
+    UsageError : two of the targets are standard output.
+    """
     global _figures_stream
-    if not on_standard_output(target):
+    asked = sum(map(on_standard_output, targets))
+    if asked > 1:
+        raise UsageError("two outputs on standard output (-): give one of them a file")
+    if not asked:
         yield
         return
     _figures_stream = sys.stdout
@@ -82,15 +93,15 @@ def write_json(target: Path | None, document: Any) -> None:
     if target is None:
         return
     text = document if isinstance(document, str) else json.dumps(document, ensure_ascii=False, indent=1)
-    if on_standard_output(target):
-        print(text.rstrip("\n"), file=_figures_stream or sys.stdout)
-    else:
-        write_text(target, text.rstrip("\n") + "\n")
+    write_text(target, text.rstrip("\n") + "\n")
 
 
 def write_text(path: Path, text: str) -> None:
-    """A file that is there whole or not at all."""
+    """Write a file, which is there whole or not at all, or to standard output."""
     from ..runtime.files import written_whole
 
+    if on_standard_output(path):
+        print(text, end="", file=_figures_stream or sys.stdout)
+        return
     with written_whole(path) as beside:
         beside.write_text(text, encoding="utf-8")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -322,6 +322,23 @@ def _named(found: tuple[Sample, ...], name: str, path: Path) -> Sample:
     chosen = [one for one in found if one.name == name]
     # One angle of several is a sample that was read at that angle alone.
     chosen = chosen or [replace(one, angles=(at,)) for one in found for at in one.angles if at.name == name]
+    # Of headings such as "Master R%" and "Lot 1 R%" the words that all of them have need not be written.
+    short = _without_common_words([one.name for one in found])
+    chosen = chosen or ([found[short.index(name)]] if short.count(name) == 1 else [])
     if not chosen:
         raise UnknownNameError("reading", name, [one.name for one in found]).at(file=path)
     return chosen[0]
+
+
+def _without_common_words(names: Sequence[str]) -> list[str]:
+    """Names without the words that all of several begin or end with, as far as something is left of each."""
+    words = [name.split() for name in names]
+    if len(words) < 2:
+        return list(names)
+    first = last = 0
+    most = min(map(len, words)) - 1
+    while first < most and len({one[first] for one in words}) == 1:
+        first += 1
+    while first + last < most and len({one[-1 - last] for one in words}) == 1:
+        last += 1
+    return [" ".join(one[first : len(one) - last]) for one in words]

@@ -207,6 +207,51 @@ def test_json_goes_to_standard_output_alone(metamer, master, lots):
     assert json.loads(out)["standard"]["name"] == "Master"
 
 
+@pytest.mark.parametrize(
+    ("headings", "name", "found"),
+    [
+        (["Master R%", "Lot 1 R%"], "Master", "Master R%"),
+        (["R% Master", "R% Lot 1"], "Master", "R% Master"),
+        (["Car red Master R%", "Car red Lot R%"], "Master", "Car red Master R%"),
+        # All words of one are words of the other, too.
+        (["red R%", "deep red R%"], "red", "red R%"),
+        (["Master R%", "Lot 1 R%"], "Master R%", "Master R%"),
+        (["Master R%", "Lot 1 R%"], "R%", None),
+        (["Master R%", "Lot 1 R%"], "Mast", None),
+        (["Master R%", "Master lot R%"], "lot", None),
+    ],
+)
+def test_words_that_all_headings_have_need_not_be_written(metamer, tmp_path, headings, name, found):
+    table = tmp_path / "lots.csv"
+    rows = [f"{one},{100 * value:.3f},{101 * value:.3f}" for one, value in zip(NM, BASE, strict=True)]
+    table.write_text("\n".join([",".join(["nm", *headings]), *rows]), encoding="utf-8")
+    code, out, err = metamer("match", f"{table}#{name}", table)
+    if found is None:
+        assert code == 4 and "unknown reading" in err
+    else:
+        assert code == 0 and f"Standard: {found} (" in out and "too: it is not among the samples" in out
+
+
+@pytest.mark.parametrize(
+    ("option", "begins"),
+    [("--csv", "standard,"), ("--html", "<!doctype html>"), ("--junit", "<?xml"), ("--markdown", "#")],
+)
+def test_one_output_goes_to_standard_output_and_the_rest_elsewhere(
+    metamer, master, lots, tmp_path, monkeypatch, option, begins
+):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = metamer("match", master, lots, *SAID, option, "-")
+    assert code == 0 and out.lower().startswith(begins) and "lighter" in err
+    assert not Path("-").exists()
+
+
+@pytest.mark.parametrize("words", [("--json", "-", "--csv", "-"), ("--xlsx", "-")])
+def test_outputs_that_cannot_share_standard_output(metamer, master, lots, tmp_path, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = metamer("match", master, lots, *SAID, *words)
+    assert code == 64 and not out and "standard output" in err and not Path("-").exists()
+
+
 def test_readings_of_one_name_are_one_sample(metamer, master, tmp_path):
     rng = np.random.default_rng(0)
     again = [("lot", BASE * 1.03 + rng.normal(0, 1e-3, NM.size)) for _ in range(5)]
