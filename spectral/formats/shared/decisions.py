@@ -44,6 +44,8 @@ _BLACKEST = 0.01
 _DARK_PERCENT, _BRIGHT = 0.02, 0.3
 # Percent above this is a light, a surface that glitters, or a unit that nobody stated.
 _MOST_PERCENT = 200.0
+# Whole numbers above this are codes of a picture or counts as soon as percent: few surfaces send back more.
+_MOST_WHOLE_PERCENT = 105.0
 # Largest radiance factor.
 _MOST_FACTOR = 10.0
 _SETTLED_BY_SCALE = "say it: --scale percent or --scale fraction"
@@ -251,6 +253,7 @@ class ValueRange(NamedTuple):
     surface : True for a reflectance or radiance factor, which no surface takes below a ten-thousandth.
     worded : True where the file says in words what was measured.
     most : the largest percentage that is taken for one without a unit: more glitters, and is called a radiance factor.
+        Of whole numbers it is less.
     """
 
     lowest: float
@@ -264,6 +267,8 @@ class ValueRange(NamedTuple):
         """The range of finite samples (N), 0 to 0 where there are none."""
         lowest, highest = (float(samples.min()), float(samples.max())) if samples.size else (0.0, 0.0)
         most = 100.0 * _MOST_FACTOR if worded and quantity == "radiance factor" else _MOST_PERCENT
+        if np.all(samples == np.round(samples)):
+            most = _MOST_WHOLE_PERCENT
         return cls(lowest, highest, quantity != "transmittance", worded, most)
 
     @property
@@ -355,9 +360,10 @@ def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: Imp
         sentence = f"no unit is stated; values from {values.said} can only be percent and are divided by 100"
         return Divisor(100.0, "percent", f"values from {values.said}", sentence)
     above = values.only_percent
+    whole = ", in whole numbers as codes and counts are" if above and values.most == _MOST_WHOLE_PERCENT else ""
     raise _refusal(
         "what scale is that?" if above else "percent or fractions?",
-        f"{values.said}, no unit stated",
+        f"{values.said}{whole}, no unit stated",
         "a unit in the header, such as % or 0..1",
         f'{_SETTLED_BY_SCALE}; or write "reflectance (%)" or "radiance factor" above the values',
     )

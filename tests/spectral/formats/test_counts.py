@@ -180,6 +180,23 @@ def test_large_reflectances_without_a_unit_are_no_percents(written, head):
         read_spectra(written(table(("nm", head), 10.0 * PERCENT), "red.csv"))
 
 
+@pytest.mark.parametrize("head", ["Reflectance", "R"])
+@pytest.mark.parametrize("largest", [110, 160, 200])
+def test_whole_numbers_above_any_percent_are_asked_about(written, head, largest):
+    """Codes of a picture, 0 to 255, are no percent; what is read in whole percent stays."""
+    scaled = PERCENT * largest / PERCENT.max()
+    path = written(table(("nm", head), np.round(scaled)), "red.csv")
+    with pytest.raises(InputError, match="what scale is that") as refusal:
+        read_spectra(path)
+    assert "codes" in refusal.value.found
+    np.testing.assert_allclose(
+        read_spectra(path, ImportOptions(scale="percent")).entries[0].spectrum.samples, np.round(scaled) / 100.0
+    )
+    for values in (scaled, np.round(PERCENT)):
+        (entry,) = read_spectra(written(table(("nm", head), values), "red.csv")).entries
+        np.testing.assert_allclose(entry.spectrum.samples, values / 100.0, rtol=1e-5)
+
+
 READ_IN_OTHER_LANGUAGES = [
     ("Dunkel", "Weiß", "Probe", "Reflexion (%)"),
     ("Dunkelspektrum", "Weißspektrum", "Probenspektrum", "Reflexionsgrad (%)"),
