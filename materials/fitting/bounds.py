@@ -267,9 +267,14 @@ def _strongest(found: list[tuple[np.ndarray, np.ndarray]]) -> Float[np.ndarray, 
     """The places from which the search goes downhill: the worst, no two of them in one place until all are."""
     excess, angles = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.argsort(-excess, kind="stable")
-    _, first = np.unique(np.round(angles[order] / _PLACE), axis=0, return_index=True)
-    apart = np.sort(first)[:_DOWNHILL]
-    return angles[order[apart]]
+    looked_at = 2 * _DOWNHILL
+    while True:
+        # The worst are among the first; most of the others need not be told apart.
+        some = order[:looked_at]
+        _, first = np.unique(np.round(angles[some] / _PLACE), axis=0, return_index=True)
+        if len(first) >= _DOWNHILL or looked_at >= len(order):
+            return angles[some[np.sort(first)[:_DOWNHILL]]]
+        looked_at *= 2
 
 
 @lru_cache(maxsize=3)

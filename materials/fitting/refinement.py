@@ -44,9 +44,10 @@ _TRY_SPECTRA_EVERY = 3
 _DEAREST_SPECTRA = 1.1
 # From the second of such rounds on, guards that stand count this many times as much as in the round before.
 _FIRMER = 2.0
-# Terms from which pairs are drawn anew, so that many terms are not fitted to the same ones for long; and from the first
-# of these on, twice as many.
-_DRAWN_ANEW = (24, 64, 96)
+# Terms from which pairs are drawn anew, so that many terms are not fitted to the same ones for long; and how many times
+# as many before the first of these and from each on: few terms have few numbers to find.
+_DRAWN_ANEW = (8, 24, 64, 96)
+_TIMES_FOR_TERMS = (0.4, 1.0, 2.0, 2.0, 2.0)
 # Every so many samples are enough to find spectra alone from.
 _SPECTRA_THINNED = 4
 
@@ -68,7 +69,8 @@ class Refinement:
         """Return what is seen of the BRDF, at pairs that suit so many terms."""
         times = bisect_right(_DRAWN_ANEW, terms)
         if self._drawn is None or self._drawn[0] != times:
-            pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS) * (2.0 if times else 1.0)
+            pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS) * _TIMES_FOR_TERMS[times]
+            pairs = max(pairs, _FEWEST_PAIRS)
             pairs *= 1.0 if self.brdf.isotropic else _TIMES_FOR_AZIMUTHS
             self._drawn = times, seen_samples(self.brdf, int(pairs), self.settings.seed + times)
         return self._drawn[1]

@@ -1,12 +1,14 @@
 """Packs keep within their bounds everywhere: what is broken is found, and spectra alone always bring it back."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
 from metamer.materials.core.axes import Axis
 from metamer.materials.core.directions import io_from_half_difference, spherical
 from metamer.materials.factored.pack import FactorPack
-from metamer.materials.fitting import refinement
+from metamer.materials.fitting import bounds, refinement
 from metamer.materials.fitting.bounded_spectra import within_bounds
 from metamer.materials.fitting.bounds import LARGEST, LOWEST, Bounds
 from metamer.materials.fitting.candidates import Candidate
@@ -97,3 +99,29 @@ def test_packs_that_are_within_all_bounds_as_they_come_draw_no_samples(monkeypat
     packs = brdf.own_form().packs
     own = refinement.Refinement(brdf, None, None)
     assert own._enforced(Candidate("lobes", packs, None, 0.0, "")) == (packs, True)
+
+
+@pytest.mark.parametrize("places", [3, 500, 40_000])
+def test_the_worst_of_many_places_are_apart_and_in_their_order(places):
+    """Many of the worst are in one place: looking at few of all finds what looking at all of them does."""
+    rng = np.random.default_rng(places)
+    angles = np.round(rng.uniform(0.0, 1.5, (places, 3)) * rng.integers(0, 2, (places, 1)), 3)
+    excess = 1.0 / (1.0 + np.linalg.norm(angles, axis=1)) + rng.integers(0, 3, places)
+    found = bounds._strongest(
+        [(part, at) for part, at in zip(np.split(excess, [1]), np.split(angles, [1]), strict=True)]
+    )
+    order = np.argsort(-excess, kind="stable")
+    _, first = np.unique(np.round(angles[order] / bounds._PLACE), axis=0, return_index=True)
+    np.testing.assert_array_equal(found, angles[order[np.sort(first)[: bounds._DOWNHILL]]])
+
+
+def test_more_terms_are_refined_on_more_pairs(glossy, monkeypatch):
+    asked = []
+    monkeypatch.setattr(refinement, "seen_samples", lambda brdf, count, seed: asked.append(count) or (count, seed))
+    drawn = refinement.Refinement(glossy, SimpleNamespace(pixels=96), SimpleNamespace(seed=0))
+    every = [drawn.samples(terms) for terms in (4, 16, 32, 40, 64)]
+    assert asked[0] * 2 < asked[1] < asked[2] == asked[3] and len(asked) == 4
+    # The same while the number of terms asks for no others; others of the same number then.
+    assert every[2] is every[3] and every[4] != every[3]
+    small = refinement.Refinement(glossy, SimpleNamespace(pixels=16), SimpleNamespace(seed=0))
+    assert small.samples(4)[0] == small.samples(16)[0]
