@@ -6,6 +6,7 @@ is their order, and what an earlier review of the same things has left to take o
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -210,7 +211,7 @@ def _draw_missing(
     reading_of: ReadingOf,
 ) -> None:
     """Fill in `drawn` where it is None; each entry is kept in the folder before it stands there."""
-    missing = [index for index, found in enumerate(drawn) if found is None]
+    missing = _dearest_first(setting, cases, [index for index, found in enumerate(drawn) if found is None])
     done = setting.total - sum(len(cases[index].judged) for index in missing) * len(setting.names)
 
     def finished(row: ReviewRow) -> None:
@@ -226,6 +227,15 @@ def _draw_missing(
             with drawn_rows(out, keys[index]) as (folder, kept):
                 kept.append(_drawn(setting, cases[index], truth, folder, index == 0, finished, warn, reading_of))
             drawn[index] = kept[0]
+
+
+def _dearest_first(setting: Setting, cases: Sequence[ReviewCase], some: Sequence[int]) -> list[int]:
+    """Order cases so that no process works alone at the end: materials of one model share most of their reference, so
+    those of the rarest take longest.
+    """
+    models = [[setting.records[name].model for name in case.judged] for case in cases]
+    alike = Counter(model for index in some for model in models[index])
+    return sorted(some, key=lambda index: min(alike[model] for model in models[index]))
 
 
 def _drawn(

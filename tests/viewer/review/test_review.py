@@ -6,6 +6,7 @@ import pickle
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ from metamer.viewer.display.transform import DisplayTransform
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.context import NoGL
 from metamer.viewer.render.session import RenderSession
-from metamer.viewer.review.review import OWN_LIGHT, review
+from metamer.viewer.review.review import OWN_LIGHT, _dearest_first, review
 from metamer.viewer.software.backend import NumpyBackend, software_session
 from pictures import read_xyz_exr
 from PIL import Image
@@ -454,3 +455,13 @@ def test_pictures_may_be_larger_than_what_they_are_compared_by(scenes, catalogue
     assert again.resumed == 1
     with pytest.raises(InputError, match="references larger than the pictures"):
         run(scene, catalogue, tmp_path / "none", size=20, reference_size=48)
+
+
+def test_materials_that_share_their_reference_with_few_are_drawn_first():
+    models = {"coat/a": "coated", "coat/b": "coated", "metal/c": "metal", "coat/d": "coated", "matt/e": "matt"}
+    setting = SimpleNamespace(records={name: SimpleNamespace(model=model) for name, model in models.items()})
+    cases = [SimpleNamespace(judged=(name,)) for name in models]
+    assert _dearest_first(setting, cases, range(5)) == [2, 4, 0, 1, 3]
+    # Of what is drawn now: one coat is left.
+    assert _dearest_first(setting, cases, [1, 4]) == [1, 4]
+    assert _dearest_first(setting, [SimpleNamespace(judged=("coat/a", "metal/c")), *cases[1:2]], [1, 0]) == [0, 1]
