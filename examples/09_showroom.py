@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 from metamer import Catalogue, Scene, delta_e, illuminant, import_sources, load_scene, observer, render
-from metamer.calibration.report.statistics import delta_e_map, delta_e_statistics
 from metamer.spectral.formats.csv import read_csv_spectra
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
@@ -49,8 +48,7 @@ def main(folder: Path, pixels: int, *names: str) -> None:
         scene = load_scene(HERE / "showroom" / f"{name}.toml", catalogue)
         render(wide(scene, pixels), catalogue).write(folder / f"{name}.png")
         found, truth = (render(wide(scene, min(pixels, 64)), catalogue, reference=slow) for slow in (False, True))
-        seen = np.minimum(found.coverage, truth.coverage)
-        off = delta_e_statistics(delta_e_map(truth.xyz, found.xyz, found.white, seen))
+        off = found.difference(truth)
         print(f"{name}: ΔE94 mean {off.mean:.2f}, p95 {off.p95:.2f}")
 
 

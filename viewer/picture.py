@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from ..calibration.report.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics
 from ..lighting.camera import Camera
 from ..lighting.reference.noise import NOISE_SHARE
 from ..lighting.reference.placement import looks_past, placement_warnings, why_black
@@ -19,8 +20,8 @@ from ..lighting.reference.reference import reference_images
 from ..lighting.scene import Scene, Viewing
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
-from ..runtime.errors import UsageError
-from ..spectral.difference import delta_e_xyz, lab_from_xyz
+from ..runtime.errors import ComparisonError, UsageError
+from ..spectral.difference import Formula, delta_e_xyz, lab_from_xyz
 from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
 from ..spectral.formats.xyz_exr import write_xyz_exr
 from ..spectral.illuminants import illuminant
@@ -78,6 +79,19 @@ class Picture:
     def lab(self) -> Float[np.ndarray, "H W 3"]:
         """CIELAB relative to `white`."""
         return lab_from_xyz(self.xyz, self.white)
+
+    def difference(self, reference: Picture, method: Formula = "CIE 1994") -> DeltaEStatistics:
+        """Compute the statistics of ΔE from a reference of the same view, over the pixels that both show wholly.
+
+        Raises
+        ------
+        ComparisonError : the two are one, differ in size, or are lit by lights of unlike whites.
+        InputError : no pixel is left to compare.
+        """
+        if not np.array_equal(self.white, reference.white):
+            raise ComparisonError("two pictures under unlike lights: their whites differ")
+        seen = np.minimum(self.coverage, reference.coverage)
+        return delta_e_statistics(delta_e_map(reference.xyz, self.xyz, self.white, seen, method))
 
     def rgb(self) -> UInt8[np.ndarray, "H W 3"]:
         """The picture over its background as codes of the scene's display."""

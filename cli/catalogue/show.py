@@ -148,7 +148,7 @@ def _highlight(light: LightError) -> str:
 
 def _parts(record: MaterialRecord) -> list[tuple[str, str]]:
     from ...materials.records.description import shown_spectrum, shown_trials
-    from ..text_chart import text_chart
+    from .text_chart import text_chart
 
     spectrum = shown_spectrum(record)
     parts = [(f"Spectrum: {spectrum.label}", text_chart(spectrum.wavelengths_nm, spectrum.values))]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...calibration.report.text_tables import columns
 from ..output import on_standard_output, write_json
-from ..text_chart import text_chart
+from .text_chart import text_chart
 
 if TYPE_CHECKING:
     from ...materials.btf.apparent_brdf import ApparentBrdf

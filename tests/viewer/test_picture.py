@@ -5,9 +5,10 @@ from importlib.metadata import version
 
 import numpy as np
 import pytest
+from metamer.calibration.report.statistics import compared_pixels
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.factored.pack import FactoredBrdf
-from metamer.runtime.errors import InputError, UnknownNameError, UsageError
+from metamer.runtime.errors import ComparisonError, InputError, UnknownNameError, UsageError
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.formats.exr import read_exr
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
@@ -15,7 +16,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from metamer.viewer.gl.backend import gl_session
-from metamer.viewer.picture import check_output, lit_by, picture, reference_picture, render_spectral
+from metamer.viewer.picture import Picture, check_output, lit_by, picture, reference_picture, render_spectral
 from metamer.viewer.render.session import radiance_weights
 from metamer.viewer.software.backend import software_session
 
@@ -203,3 +204,20 @@ def test_headers_say_what_a_picture_is_of(tiny, software, tmp_path):
         header, _ = read_exr(tmp_path / f"{name}.exr")
         assert header["renderer"].startswith(maker)
         assert {key: header[key] for key in said} == {**said, "renderer": header["renderer"]}
+
+
+def test_difference_from_a_reference_is_that_of_pixels_both_show(scenes, software):
+    scene = scenes.sphere_scene("gloss", size=16, samples=2)
+    xyz, coverage = software.render(scene, None, scenes.SURFACES)
+    truth = Picture(scene, scene.camera(), xyz, coverage, "one")
+    lighter = replace(truth, xyz=1.1 * xyz, coverage=np.where(np.arange(16) < 8, coverage, 0.5 * coverage))
+    off = lighter.difference(truth)
+    seen = compared_pixels(np.minimum(coverage, lighter.coverage), xyz, lighter.xyz)
+    expected = delta_e_xyz(xyz[seen].astype(np.float64), 1.1 * xyz[seen].astype(np.float64), truth.white, "CIE 1994")
+    assert off.pixels == seen.sum() > 20 and off.mean == pytest.approx(expected.mean(), abs=1e-4)
+    assert off.max == pytest.approx(expected.max(), abs=1e-4)
+    # CIE 1994 weighs by the chroma of the reference.
+    assert truth.difference(lighter).mean != off.mean
+    for other, said in ((truth, "itself"), (replace(truth, scene=lit_by(scene, "A")), "unlike lights")):
+        with pytest.raises(ComparisonError, match=said):
+            truth.difference(other)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.cli.text_chart import text_chart
+from metamer.cli.catalogue.text_chart import text_chart
 
 
 def rows(text):
