@@ -73,6 +73,12 @@ _POWER = re.compile(
     r"(?:power|intensit(?:y|ies)|energy|flux|output|radiometric|[mµμunp]?W|lum|luminous)\W{0,2}(?:[\[(][^\[\]()]{0,30}[\])])?",
     re.I,
 )
+# Of these, words that say no more than that a detector gave more or less.
+_ANY_POWER = re.compile(
+    r"(?:(?:relative|rel\.?|normali[sz]ed|norm\.?|total)[ _]*){0,3}(?:power|intensit(?:y|ies)|energy|flux|output)"
+    r"\W{0,2}(?:[\[(][^\[\]()W]{0,30}[\])])?",
+    re.I,
+)
 # A letter that stands for a quantity in a heading; "T%" and "%R" keep theirs.
 _LETTER = re.compile(r"(?<![%\w:=]\s)(?<![%\w:=])\b[RT]\s*$")
 _SETS = {
@@ -285,6 +291,11 @@ def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
 def names_power(heading: str) -> bool:
     """Return whether a heading as a whole is a word for light that is given off, such as "Relative power" or "W"."""
     return bool(_POWER.fullmatch(_one_line(heading)))
+
+
+def names_any_power(heading: str) -> bool:
+    """Return whether a heading as a whole is a word such as "Intensity", which reflected light has, too."""
+    return bool(_ANY_POWER.fullmatch(_one_line(heading)))
 
 
 def names_density(name: str) -> bool:

@@ -28,6 +28,7 @@ from ..shared.words import (
     colour_axis,
     counts_in_lines,
     illuminant_in,
+    names_any_power,
     names_density,
     names_derived,
     names_identifier,
@@ -44,6 +45,8 @@ from .section import Column
 _LETTER = re.compile(r"\s*[RT]\s*")
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
 _WANTED = "reflectance, transmittance or emission"
+# Largest sample of fractions of a surface that is not black: a light that was normalised has 1.
+_DARKEST_OF_FRACTIONS, _NORMALISED = 0.01, 1.0
 # Largest whole number that an analogue-digital converter may give.
 _COUNTED = 1000.0
 
@@ -74,17 +77,18 @@ def judge(
         try:
             _check(column, sign_stated, path)
             numbers = signs_of_numbers(column.grid_nm, column.samples, column.likeness)
-            signs = (
-                [sign_stated] if sign_stated else [*of_file, *_hints_around(column, path, column.table not in belied)]
-            )
+            open_ = sign_stated is None or (sign_stated.says == "emission" and not sign_stated.states)
+            signs = [sign_stated] if sign_stated else []
+            if open_:
+                signs += [*of_file, *_hints_around(column, path, column.table not in belied)]
             called, file = column.name.casefold(), path.stem.casefold()
-            if not (sign_stated or called in file or file in called):
+            if open_ and not (called in file or file in called):
                 signs += signs_of_name("names of spectra", column.name, "the name")
             # Counts of a lamp or of a paint have its names and its shape, too.
             published = column.likeness is not None and column.likeness.published
             counted = may_be_counts or (_may_be_counted(column) and not published)
             hints_count = sign_stated is not None or not counted
-            column.signs = (signs if sign_stated else [*signs, *numbers]) if hints_count else []
+            column.signs = ([*signs, *numbers] if open_ else signs) if hints_count else []
             decision = decided(column.signs, numbers, answer, column.name)
             if decision and decision.quantity != "emission":
                 _check_sample(column, numbers, table_of[column.table])
@@ -118,6 +122,7 @@ def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> lis
         silent = [column for column, own in zip(of_table, owned, strict=True) if own is None]
         # Large whole numbers are counted, whatever is called intensity.
         power = all(names_power(column.words or column.unit) and not _may_be_counted(column) for column in silent)
+        perhaps = power and _may_be_fractions(silent)
         counted = counts_in_lines(of_table[0].around) if around is None else None
         for column, own in zip(of_table, owned, strict=True):
             words = column.words if column.unit in column.words else column.heading
@@ -132,8 +137,16 @@ def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> lis
                 stated.append(Sign("lines", "counts", f"the line {shortened(counted, 60)!r}", True))
             else:
                 says = own or ("emission" if power else None)
-                stated.append(Sign("heading", says, heading, True) if says else None)
+                stated.append(Sign("heading", says, heading, bool(own) or not perhaps) if says else None)
     return stated
+
+
+def _may_be_fractions(columns: Sequence[Column]) -> bool:
+    """Return whether columns below words such as "Intensity" may be what a surface sends back, as fractions of 1."""
+    if not all(names_any_power(column.words or column.unit) for column in columns):
+        return False
+    largest = max((float(np.nanmax(column.samples, initial=0.0)) for column in columns), default=0.0)
+    return _DARKEST_OF_FRACTIONS <= largest < _NORMALISED
 
 
 def _may_be_counted(column: Column) -> bool:

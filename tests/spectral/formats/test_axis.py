@@ -83,7 +83,7 @@ def test_spectral_power_over_frequency_is_refused(written, unit):
     for name, answer in (
         ("irradiance (W/m2/nm)", ImportOptions()),
         ("A", ImportOptions("emission")),
-        ("power", ImportOptions()),
+        ("spectral power", ImportOptions()),
     ):
         with pytest.raises(InputError, match="spectral power over a frequency or an energy"):
             read_spectra(written(table(UNITS[unit], head, name=name)), answer)

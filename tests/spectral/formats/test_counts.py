@@ -149,8 +149,8 @@ def test_a_spectral_evolution_file_says_by_column_what_it_holds(written, heads, 
 
 @pytest.mark.parametrize("head", ["Intensity", "W", "Power", "Relative intensity"])
 def test_large_whole_numbers_are_counted_whatever_is_called_intensity(written, head):
-    for factor, counted in ((700.0, True), (0.1, False), (1e-3, False)):
-        values = np.round(factor * PERCENT, 0 if counted else 6)
+    for factor, counted in ((700.0, True), (0.1, False), (1e-5, False)):
+        values = np.round(factor * PERCENT, 0 if counted else 8)
         path = written(table(("nm", head), values), "red.csv")
         if not counted:
             assert read_spectra(path).entries[0].spectrum.quantity == "emission"
@@ -158,6 +158,22 @@ def test_large_whole_numbers_are_counted_whatever_is_called_intensity(written, h
         with pytest.raises(InputError, match="what was measured"):
             read_spectra(path)
         assert read_spectra(path, ImportOptions("emission")).entries[0].spectrum.samples.max() == values.max()
+
+
+@pytest.mark.parametrize("head", ["Intensity", "intensity (a.u.)", "Rel. intensity", "Power", "Output", "Energy"])
+def test_fractions_called_intensity_are_of_a_light_or_of_a_surface(written, head):
+    """A light that was normalised reaches 1; one that its file is called after needs no more."""
+    values = PERCENT / 100.0
+    with pytest.raises(InputError, match="what was measured") as refusal:
+        read_spectra(written(table(("nm", head), values), "red.csv"))
+    assert head in refusal.value.found
+    answered = read_spectra(written(table(("nm", head), values), "red.csv"), ImportOptions("reflectance", "fraction"))
+    assert answered.entries[0].spectrum.quantity == "reflectance"
+    for name, light in (("lamp.csv", values), ("red.csv", values / values.max()), ("red.csv", PERCENT)):
+        (entry,) = read_spectra(written(table(("nm", head), light), name)).entries
+        assert entry.spectrum.quantity == "emission"
+    (entry,) = read_spectra(written(table(("nm", f"{head} (W/m2/nm)"), values), "red.csv")).entries
+    assert entry.spectrum.quantity == "emission"
 
 
 @pytest.mark.parametrize("head", ["Radiance factor (%)", "Radiance factor"])
