@@ -21,8 +21,9 @@ def directions(u: Float[np.ndarray, "*#n"], v: Float[np.ndarray, "*#n"]) -> Floa
 
 def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
     """(u, v), each from -1 to 1, of directions of any length but 0."""
-    x, y, z = np.moveaxis(to / np.abs(to).sum(axis=-1, keepdims=True), -1, 0)
-    below = y < 0.0
+    x, y, z = np.moveaxis(to, -1, 0)
+    size, below = np.abs(x) + np.abs(y) + np.abs(z), y < 0.0
+    x, z = x / size, z / size
     return (
         np.where(below, np.copysign(1.0 - np.abs(z), x), x),
         np.where(below, np.copysign(1.0 - np.abs(x), z), z),

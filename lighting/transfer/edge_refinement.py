@@ -23,7 +23,7 @@ from ..visibility.edge_bisection import Halving
 from ..visibility.edge_refinement import middle_sites
 from ..visibility.occluders import OFFSET, Occluders
 from ..visibility.refinement import Vertices, divided, edges_between, refined
-from ..visibility.sites import Corners, Sites, corners_of, pieces_of, scaled_triangles, sites_at
+from ..visibility.sites import Corners, Sites, faces_of, pieces_of, scaled_triangles, sites_at
 from .hits import Hits, RayTracer, hits_of, ray_directions
 from .operator import gathering_rows, irradiance_operator
 
@@ -66,8 +66,8 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
     most : sites that are added at most for each there was; 0 adds none.
     """
     fine, refinement, order = refined(scene, longest_edge)
-    bodies = corners_of(scene, pieces_of(scene))
-    corners = bodies.cut(fine, refinement.of)
+    faces = faces_of(scene, pieces_of(scene))
+    corners = faces.cut(fine, refinement.of)
     triangles = corners.triangles.astype(np.float32)
     occluders = Occluders(triangles)
     where = sites_at(corners, occluders)
@@ -83,7 +83,7 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
         if not len(asked) or room <= 0:
             break
         tried = world.with_middles(asked).scaled(*scene.bounds)
-        _, there = middle_sites(bodies, refinement, tried, fronts, asked, occluders)
+        _, there = middle_sites(faces, refinement, tried, fronts, asked, occluders)
         middles = [np.where(one >= 0, one + len(probed), -1) for one in (there.fronts, there.backs)]
         more = probed.with_sites(there)
         off = np.maximum(more.missed(fronts[asked], middles[0]), more.missed(backs[asked], middles[1]))
@@ -96,7 +96,7 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
         before = len(fronts)
         pairs = _with_twins(asked[wanted], edges_between(refinement.pieces, fronts), world.places)
         world = world.with_middles(pairs)
-        refinement, there = middle_sites(bodies, refinement, world.scaled(*scene.bounds), fronts, pairs, occluders)
+        refinement, there = middle_sites(faces, refinement, world.scaled(*scene.bounds), fronts, pairs, occluders)
         fronts, backs = (
             np.append(one, np.where(other >= 0, other + len(probed), -1))
             for one, other in ((fronts, there.fronts), (backs, there.backs))
@@ -108,7 +108,7 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
     if len(fronts) == total:
         return PlacedSites(fine, refinement, order, 0, corners, where, triangles)
     fine, order = divided(scene, refinement, world)
-    corners = bodies.cut(fine, refinement.of)
+    corners = faces.cut(fine, refinement.of)
     triangles = corners.triangles.astype(np.float32)
     where = sites_at(corners, Occluders(triangles))
     return PlacedSites(fine, refinement, order, len(fronts) - total, corners, where, triangles)
@@ -183,29 +183,29 @@ class _Probed:
     hits: Hits
     tracer: RayTracer
     occluders: Occluders
-    bodies: Corners
+    corners: Corners
     sent: Float[np.ndarray, "S 3"]
     straight: Float[np.ndarray, " n"]
     by_others: Float[np.ndarray, "n 3"]
     shut: Bool[np.ndarray, " n"]
 
     @classmethod
-    def of(cls, where: Sites, bodies: Corners, triangles: Float[np.ndarray, "F 3 3"], occluders: Occluders) -> _Probed:
-        tracer, count = RayTracer(triangles, bodies.face_normals), len(where)
+    def of(cls, where: Sites, corners: Corners, triangles: Float[np.ndarray, "F 3 3"], occluders: Occluders) -> _Probed:
+        tracer, count = RayTracer(triangles, corners.face_normals), len(where)
         triangle = np.empty((count, _RAYS), dtype=np.int32)
         place = np.empty((count, _RAYS, 2), dtype=np.uint16)
         for start in range(0, count, _BLOCK):
             rows = slice(start, start + _BLOCK)
             triangle[rows], place[rows] = tracer.met(where.starts[rows], _alike(where.normals[rows], _RAYS))
-        hits = hits_of(where, bodies, triangles, triangle, place)
+        hits = hits_of(where, corners, triangles, triangle, place)
         operator, straight = irradiance_operator(hits), (triangle < 0).mean(axis=1)
         hue = _HUE * hits.part_of_site
         lab = np.stack([np.full(count, _LIGHTNESS), _CHROMA * np.cos(hue), _CHROMA * np.sin(hue)], axis=1)
         colour = xyz_from_lab(lab, _WHITE)
         received = np.maximum(straight, _AT_LEAST)[:, None]
         sent = colour * (received + operator @ (colour * received))
-        shut = shut_sites(where, occluders, bodies.face_normals, bodies.solid)
-        return cls(hits, tracer, occluders, bodies, sent, straight, operator @ sent, shut)
+        shut = shut_sites(where, occluders, corners.face_normals, corners.solid)
+        return cls(hits, tracer, occluders, corners, sent, straight, operator @ sent, shut)
 
     def __len__(self) -> int:
         return len(self.straight)
@@ -213,7 +213,7 @@ class _Probed:
     def with_sites(self, where: Sites) -> _Probed:
         """And further ones, that send nothing."""
         straight, by_others = _received(self.hits, self.tracer, where.starts, where.normals, self.sent, _RAYS)
-        shut = shut_sites(where, self.occluders, self.bodies.face_normals, self.bodies.solid)
+        shut = shut_sites(where, self.occluders, self.corners.face_normals, self.corners.solid)
         return replace(
             self,
             straight=np.concatenate([self.straight, straight]),

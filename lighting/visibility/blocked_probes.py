@@ -13,9 +13,9 @@ from ..vectors import dot
 from .occluders import Occluders
 from .sites import Sites
 
-# Rays that tell it, and the first of them, after which most sites are known to be open; the share of even light that
-# reaches a shut site at most; and how near is at once, in radii of the scene.
-_RAYS, _FIRST, _REACHES, _AT_ONCE = 32, 8, 0.1, 0.003
+# Rays that tell it, of which most sites need few; the share of even light that reaches a shut site at most; and how
+# near is at once, in radii of the scene.
+_RAYS, _REACHES, _AT_ONCE = 32, 0.1, 0.003
 # Sites at once: some 50 MB of rays.
 _BLOCK = 1 << 15
 
@@ -35,9 +35,8 @@ def shut_sites(
     for start in range(0, len(where), _BLOCK):
         some = np.arange(start, min(start + _BLOCK, len(where)))
         reached = np.zeros(len(some))
-        for part in (to[:_FIRST], to[_FIRST:]):
-            for way in part:
-                reached += _reached(where.starts[some], where.normals[some], way, occluders, face_normals, solid)
+        for way in to:
+            reached += _reached(where.starts[some], where.normals[some], way, occluders, face_normals, solid)
             # The mean cosine of directions above a surface is a half.
             left = reached <= _REACHES * 0.5 * _RAYS
             some, reached = some[left], reached[left]

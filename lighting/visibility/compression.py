@@ -44,6 +44,8 @@ _TURNS, _RIDGE = 2, 1e-4
 _STEPS = 8
 # Half a byte reaches from -7 to 7, and that is so many root mean squares of its term.
 _HALF, _REACH = 7, 4.0
+# Codes that are packed at once: less than a megabyte.
+_PACKED = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,12 +163,15 @@ def quick_basis(values: Float[np.ndarray, "n texels"], dark: Bool[np.ndarray, " 
 
 def _principal(values: Float[np.ndarray, "n texels"], most: int) -> Basis:
     """The principal axes of bent distances, as few as leave out little."""
+    from scipy.linalg import eigh
+
     mean = values.mean(axis=0)
     spread = values - mean
-    variances, axes = np.linalg.eigh(spread.T @ spread / len(values))
+    covariance, last = spread.T @ spread / len(values), values.shape[1] - 1
+    variances, axes = eigh(covariance, subset_by_index=[max(last + 1 - most, 0), last], driver="evr")
     variances, axes = np.maximum(variances[::-1], 0.0), axes[:, ::-1]
-    left = variances.sum() - np.cumsum(np.concatenate([[0.0], variances]))
-    needed = int(np.argmax(left <= _LEFT_OUT**2 * values.shape[1]))
+    left = np.trace(covariance) - np.cumsum(np.concatenate([[0.0], variances]))
+    needed = np.count_nonzero(left > _LEFT_OUT**2 * values.shape[1])
     terms = min(most, -(-needed // 4) * 4)
     return Basis(mean.astype(np.float32), np.ascontiguousarray(axes[:, :terms], dtype=np.float32))
 
@@ -194,14 +199,23 @@ def packed(
     steps (K,).
     """
     whole = whole_bytes(codes.shape[1])
-    first, others = codes[:, :whole], codes[:, whole:]
-    largest = np.abs(first).max(axis=0, initial=0.0) / 127.0
-    usual = np.sqrt(np.square(others, dtype=np.float64).sum(axis=0) / max(len(others), 1)) * (_REACH / _HALF)
-    steps = np.concatenate([largest, usual])
+    largest, squares = np.zeros(whole, dtype=codes.dtype), np.zeros(codes.shape[1] - whole)
+    for start in range(0, len(codes), _PACKED):
+        some = codes[start : start + _PACKED]
+        np.maximum(largest, np.abs(some[:, :whole]).max(axis=0), out=largest)
+        squares += np.square(some[:, whole:], dtype=np.float64).sum(axis=0)
+    usual = np.sqrt(squares / max(len(codes), 1)) * (_REACH / _HALF)
+    steps = np.concatenate([largest / 127.0, usual])
     steps = np.where(steps > 0.0, steps, 1.0)
-    large = np.rint(first / steps[:whole]).astype(np.int8)
-    small = np.clip(np.rint(others / steps[whole:]), -_HALF, _HALF).astype(np.int16) + 8
-    return large, (small[:, ::2] + 16 * small[:, 1::2]).astype(np.uint8), steps.astype(np.float32)
+    large = np.empty((len(codes), whole), dtype=np.int8)
+    small = np.empty((len(codes), len(squares) // 2), dtype=np.uint8)
+    for start in range(0, len(codes), _PACKED):
+        some = slice(start, start + _PACKED)
+        number = np.rint(codes[some] / steps)
+        large[some] = number[:, :whole]
+        number = np.clip(number[:, whole:], -_HALF, _HALF) + 8.0
+        small[some] = number[:, ::2] + 16.0 * number[:, 1::2]
+    return large, small, steps.astype(np.float32)
 
 
 def unpacked(whole: Int[np.ndarray, "*n B"], halves: UInt8[np.ndarray, "*n H"]) -> Float[np.ndarray, "*n K"]:

@@ -18,7 +18,7 @@ from .edge_bisection import Halving
 from .occluders import Occluders
 from .pieces import angles
 from .refinement import Vertices
-from .sites import Corners, Sites, sites_at
+from .sites import Corners, Faces, Sites, sites_at
 from .tracing import MAP
 
 #: Root mean square by which maps of bent distances at both ends of an edge differ at least where its middle is a site.
@@ -71,7 +71,7 @@ def far_apart(
 
 
 def middle_sites(
-    bodies: Corners,
+    faces: Faces,
     refinement: Halving,
     vertices: Vertices,
     fronts: Int[np.ndarray, " V"],
@@ -81,7 +81,7 @@ def middle_sites(
     """Triangles cut in the middles of pairs of vertices, and the sites in those, numbered by themselves: found as those
     of vertices are, from the pieces around them.
 
-    bodies, occluders : of the scene, which has radius 1 about the origin. refinement, fronts : before these middles.
+    faces, occluders : of the scene, which has radius 1 about the origin. refinement, fronts : before these middles.
     vertices : with them.
     """
     finer, first = refinement.cut(fronts, pairs), len(fronts)
@@ -92,9 +92,9 @@ def middle_sites(
         finer.pieces[mine].ravel(),
         vertices.facing,
         angles(triangles).ravel(),
-        bodies.face_normals[of],
-        bodies.part[of],
-        bodies.solid[of],
+        faces.face_normals[of],
+        faces.part[of],
+        faces.solid[of],
     )
     all_sites = sites_at(around, occluders)
     front, back = all_sites.fronts[first:], all_sites.backs[first:]

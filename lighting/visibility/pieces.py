@@ -83,5 +83,8 @@ def corner_angles(mesh: Mesh) -> np.ndarray:
 
 def angles(corners: Float[np.ndarray, "F 3 3"]) -> np.ndarray:
     """(F, 3) angles of triangles at their corners, radians."""
-    along, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
-    return np.arctan2(np.linalg.norm(np.cross(along, back), axis=-1), dot(along, back))
+    along = corners[:, [1, 2, 0]] - corners
+    back = -along[:, [2, 0, 1]]
+    # Twice the area, at whatever corner.
+    area = np.linalg.norm(np.cross(along[:, 0], back[:, 0]), axis=-1)
+    return np.arctan2(area[:, None], dot(along, back))

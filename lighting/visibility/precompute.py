@@ -27,7 +27,7 @@ from .half_space import Before
 from .occluders import Occluders
 from .pieces import Pieces
 from .refinement import Vertices, edges_between, refined
-from .sites import Sites, corners_of, nothing_hides, pieces_of, scaled_triangles, sites_at
+from .sites import Sites, faces_of, nothing_hides, pieces_of, scaled_triangles, sites_at
 from .tracing import MAP, Traced, traced
 from .visibility import SceneVisibility
 
@@ -177,8 +177,8 @@ class _Computation:
         self._occluders = Occluders(triangles)
         if before is None:
             _worker.triangles, _worker.occluders = triangles, self._occluders
-        self._bodies = corners_of(scene, found)
-        corners = self._bodies.cut(fine, self._refinement.of)
+        self._faces = faces_of(scene, found)
+        corners = self._faces.cut(fine, self._refinement.of)
         where = sites_at(corners, self._occluders)
         shut = self._shut_sites(where)
         # Shut sites come last: codes are foretold from open sites alone.
@@ -351,7 +351,7 @@ class _Computation:
         pairs = far_apart(edges_between(pieces, fronts), vertices.facing, fronts, backs, codes, most)
         if len(pairs):
             count, vertices = len(fronts), vertices.with_middles(pairs)
-            refinement, finer = middle_sites(self._bodies, refinement, vertices, fronts, pairs, self._occluders)
+            refinement, finer = middle_sites(self._faces, refinement, vertices, fronts, pairs, self._occluders)
             more, done, number = [], 0, len(finer)
             for coded, _, _ in self._traced(finer, np.arange(number)):
                 more.append(coded.astype(np.float16))
@@ -378,7 +378,7 @@ class _Computation:
         )
 
     def _shut_sites(self, where: Sites) -> Bool[np.ndarray, " n"]:
-        return shut_sites(where, self._occluders, self._bodies.face_normals, self._bodies.solid)
+        return shut_sites(where, self._occluders, self._faces.face_normals, self._faces.solid)
 
 
 def _tiles(count: int) -> Iterator[slice]:

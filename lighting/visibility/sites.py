@@ -71,11 +71,32 @@ class Corners:
     part: Int[np.ndarray, " F"]
     solid: Bool[np.ndarray, " F"]
 
+
+@dataclass(frozen=True, eq=False)
+class Faces:
+    """Triangles of a scene, as far as they stay what they are where they are cut: see `Corners`."""
+
+    face_normals: Float[np.ndarray, "F 3"]
+    part: Int[np.ndarray, " F"]
+    solid: Bool[np.ndarray, " F"]
+
+    def corners(self, scene: Scene) -> Corners:
+        """Return the corners of the scene that these are the faces of."""
+        return Corners(
+            scaled_triangles(scene),
+            numbered_faces(scene).ravel(),
+            np.concatenate([each.mesh.normals for each in scene.parts]),
+            np.concatenate([corner_angles(each.mesh) for each in scene.parts]).ravel(),
+            self.face_normals,
+            self.part,
+            self.solid,
+        )
+
     def cut(self, fine: Scene, of: Int[np.ndarray, " T"]) -> Corners:
         """Replace triangles by pieces, `of` which they are: a piece lies in the plane of its
         triangle, and a body stays a body.
         """
-        return _corners(fine, self.face_normals[of], self.part[of], self.solid[of])
+        return Faces(self.face_normals[of], self.part[of], self.solid[of]).corners(fine)
 
 
 def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.ndarray, "F 3 3"]:
@@ -100,7 +121,7 @@ def pieces_of(scene: Scene) -> tuple[Pieces, ...]:
 
 def sites(scene: Scene, found: tuple[Pieces, ...], occluders: Occluders) -> Sites:
     """The sites of a scene; `found` and `occluders` are those of the scene."""
-    return sites_at(corners_of(scene, found), occluders)
+    return sites_at(faces_of(scene, found).corners(scene), occluders)
 
 
 def numbered_faces(scene: Scene) -> Int[np.ndarray, "F 3"]:
@@ -114,43 +135,36 @@ def part_of_face(scene: Scene) -> Int[np.ndarray, " F"]:
     return np.repeat(np.arange(len(scene.parts)), [len(part.mesh.faces) for part in scene.parts])
 
 
-def corners_of(scene: Scene, found: tuple[Pieces, ...]) -> Corners:
-    """Return the corners of a scene."""
+def faces_of(scene: Scene, found: tuple[Pieces, ...]) -> Faces:
+    """Return the faces of a scene of these pieces."""
     normals = np.concatenate([part.mesh.face_normals for part in scene.parts])
-    return _corners(scene, normals, part_of_face(scene), np.concatenate([each.solid[each.of_face] for each in found]))
-
-
-def _corners(
-    scene: Scene, face_normals: Float[np.ndarray, "F 3"], part: Int[np.ndarray, " F"], solid: Bool[np.ndarray, " F"]
-) -> Corners:
-    return Corners(
-        scaled_triangles(scene),
-        numbered_faces(scene).ravel(),
-        np.concatenate([each.mesh.normals for each in scene.parts]),
-        np.concatenate([corner_angles(each.mesh) for each in scene.parts]).ravel(),
-        face_normals,
-        part,
-        solid,
-    )
+    return Faces(normals, part_of_face(scene), np.concatenate([each.solid[each.of_face] for each in found]))
 
 
 def sites_at(corners: Corners, occluders: Occluders) -> Sites:
     """The sites of these corners."""
     triangles, vertex, angles, face_normals = corners.triangles, corners.vertex, corners.angles, corners.face_normals
-    # One row a corner: sheets sort before solids.
     places = triangles.reshape(-1, 3)
-    rows = np.column_stack([np.repeat(corners.solid, 3), np.repeat(corners.part, 3), places, corners.normals[vertex]])
-    kinds, site = welded(rows.astype(np.float64))
+    # One row a vertex, or two where it is of a sheet and a solid: sheets sort before solids.
+    both = 2 * vertex + np.repeat(corners.solid, 3)
+    a_corner = np.full(2 * len(corners.normals), -1)
+    a_corner[both] = np.arange(len(both))
+    there = a_corner >= 0
+    row, a_corner = np.cumsum(there)[both] - 1, a_corner[there]
+    solid, vertex = corners.solid[a_corner // 3], vertex[a_corner]
+    rows = np.column_stack([solid, corners.part[a_corner // 3], places[a_corner], corners.normals[vertex]])
+    kinds, kind = welded(rows.astype(np.float64))
+    site = kind[row]
     fronts = np.full(len(corners.normals), -1, dtype=np.int64)
     # Where a vertex is shared by a sheet and a solid, it counts as the sheet's, which has both sides.
-    order = np.argsort(-site, kind="stable")
-    fronts[vertex[order]] = site[order]
+    for some in (solid, ~solid):
+        fronts[vertex[some]] = kind[some]
     sheets = int((kinds[:, 0] == 0.0).sum())
     place, normal = kinds[:, 2:5], kinds[:, 5:8]
 
     middle = np.repeat(triangles.mean(axis=1), 3, axis=0)
     inwards = _INWARDS * _weighted_mean(site, angles, middle - places, len(kinds))
-    inwards[~_open(site, welded(places)[1].reshape(-1, 3), len(kinds))] = 0.0
+    inwards[~_open(site, welded(place)[1][site].reshape(-1, 3), len(kinds))] = 0.0
 
     def side(sign: float, count: int) -> Float[np.ndarray, "n 3"]:
         """Starts of the first sites on one side."""
@@ -174,10 +188,10 @@ def _open(site: Int[np.ndarray, " corners"], number: Int[np.ndarray, "F 3"], cou
     """(S,) whether the triangles at a site do not go all the way round: some spoke has one triangle only."""
     following, last = number[:, [1, 2, 0]].ravel(), number[:, [2, 0, 1]].ravel()
     far = int(number.max()) + 1
-    spokes = np.concatenate([site * far + following, site * far + last])
-    signs = np.concatenate([np.ones(len(site)), -np.ones(len(site))])
-    which, back = np.unique(spokes, return_inverse=True)
-    lonely = which[np.bincount(back, weights=signs) != 0.0] // far
+    # Both ways round the site, told apart by the last bit.
+    spokes = np.sort(np.concatenate([2 * (site * far + following), 2 * (site * far + last) + 1]))
+    first = np.flatnonzero(np.append(True, spokes[1:] >> 1 != spokes[:-1] >> 1))
+    lonely = (spokes[first] >> 1)[np.add.reduceat(1 - 2 * (spokes & 1), first) != 0] // far
     found = np.zeros(count, dtype=bool)
     found[lonely] = True
     return found

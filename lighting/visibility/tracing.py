@@ -84,10 +84,9 @@ def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], 
     """Trace n sites from their `starts`, above their unit normals."""
     starts, normals = starts.astype(np.float32), normals.astype(np.float32)
     sines = normals @ texels().T
-    above = sines > 0.0
-    site, texel = np.nonzero(above)
     state = np.zeros(sines.shape, dtype=np.uint8)
-    state[above] = _asked(occluders, starts.take(site, axis=0), texels().take(texel, axis=0))
+    site, texel = _places(sines > 0.0)
+    state[site, texel] = _asked(occluders, starts.take(site, axis=0), texels().take(texel, axis=0))
     free, hidden = ((state == one).any(axis=1) for one in (_FREE, _HIDDEN))
     # A site that sees one thing sees it everywhere.
     distances = np.where(free[:, None], np.float32(0.5 * np.pi), np.float32(-0.5 * np.pi))
@@ -96,6 +95,11 @@ def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], 
     if len(some):
         distances[some] = _to_boundaries(starts[some], normals[some], sines[some], state[some], occluders)
     return Traced(distances, not hidden.any(), ~free)
+
+
+def _places(wanted: Bool[np.ndarray, "n m"]) -> tuple[Int[np.ndarray, " r"], Int[np.ndarray, " r"]]:
+    """Find the rows and columns of what is wanted, as `nonzero` does in four times the time."""
+    return np.divmod(np.flatnonzero(wanted), wanted.shape[1])
 
 
 def _asked(
@@ -118,21 +122,24 @@ def _to_boundaries(
     site, boundary = _boundaries(starts, fine, occluders)
     ends = np.searchsorted(site, np.arange(len(starts) + 1))
     free, below = state == _FREE, sines <= 0.0
-    up = texels() - (2.0 * np.minimum(sines, 0.0))[..., None] * normals[:, None]
-    one, texel = np.nonzero(below)
-    mirrored = up[below]
-    # Cosines of the nearest; where there is no boundary that is a right angle, too.
+    # Cosines of the nearest; where there is no boundary that is a right angle, too. Below the horizon a texel t is
+    # mirrored, t - 2 (t . n) n, and its cosine to b is b . t - 2 (b . n) (t . n).
     nearest = np.zeros(state.shape, dtype=np.float32)
+    boundary = np.concatenate([boundary, dot(boundary, normals[site])[:, None]], axis=1)
+    to = np.concatenate([texels().T, np.zeros((1, state.shape[1]), dtype=np.float32)])
+    down = -2.0 * np.minimum(sines, 0.0)
     cosines = np.empty((int(np.diff(ends).max()), state.shape[1]), dtype=np.float32)
     for number in range(len(starts)):
-        near = boundary[ends[number] : ends[number + 1]]
+        near, to[3] = boundary[ends[number] : ends[number + 1]], down[number]
         if len(near):
             # The largest of each column: rows of boundary points lie one after the other in memory.
-            np.matmul(near, up[number].T, out=cosines[: len(near)]).max(axis=0, out=nearest[number])
+            np.matmul(near, to, out=cosines[: len(near)]).max(axis=0, out=nearest[number])
     distances = np.arccos(np.clip(nearest, 0.0, 1.0))
     # Mirrored directions take the state of the four middles around them where these agree; elsewhere a ray tells, or,
     # deep below the horizon, where little hangs on it, the nearest middle.
-    column, row = (np.floor((each + 1.0) * (0.5 * MAP) + 0.5).astype(np.int64) for each in places(mirrored))
+    one, texel = _places(below)
+    mirrored = texels().take(texel, axis=0) + down[below][:, None] * normals.take(one, axis=0)
+    column, row = (((each + 1.0) * (0.5 * MAP) + 0.5).astype(np.int64) for each in places(mirrored))
     found = cells[one, row, column]
     unsure = np.flatnonzero((found == 0) | (found == _BOTH))
     deep = unsure[sines[one[unsure], texel[unsure]] <= -BELOW]
@@ -175,7 +182,7 @@ def _refined(
         # The rim has every point twice.
         for twice in _second_halves(wanted):
             twice[:] = False
-        site, point = np.nonzero(wanted.reshape(len(wanted), -1))
+        site, point = _places(wanted.reshape(len(wanted), -1))
         up = dot(normals.take(site, axis=0), to.take(point, axis=0)) > 0.0
         site, point = site[up], point[up]
         fine.reshape(len(fine), -1)[site, point] = _asked(occluders, starts.take(site, axis=0), to.take(point, axis=0))
@@ -221,7 +228,7 @@ def _boundaries(
     grid, count = _grid(), len(fine)
     differ = (fine[:, :, 1:] ^ fine[:, :, :-1]) == _BOTH, (fine[:, 1:] ^ fine[:, :-1]) == _BOTH
     crossed = np.concatenate([one.reshape(count, -1) for one in differ], axis=1)
-    site, edge = np.nonzero(crossed)
+    site, edge = _places(crossed)
     # The boundary runs in the second half where the middle has the state of the first end.
     halfway = _asked(occluders, starts.take(site, axis=0), grid.halfway.take(edge, axis=0))
     second = halfway == fine.reshape(count, -1)[site, grid.ends[edge, 0]]

@@ -9,7 +9,7 @@ from metamer.lighting.visibility import adaptive_sampling, precompute, refinemen
 from metamer.lighting.visibility.blocked_probes import beside_shut, edges, shut_sites
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.precompute import computed_visibility
-from metamer.lighting.visibility.sites import corners_of, pieces_of, scaled_triangles, sites_at
+from metamer.lighting.visibility.sites import faces_of, pieces_of, scaled_triangles, sites_at
 
 
 def floor_of(size, divisions):
@@ -24,7 +24,7 @@ def floor_of(size, divisions):
 
 def shut_of(scene):
     """Sites of a scene and which are shut."""
-    corners = corners_of(scene, pieces_of(scene))
+    corners = faces_of(scene, pieces_of(scene)).corners(scene)
     occluders = Occluders(scaled_triangles(scene).astype(np.float32))
     where = sites_at(corners, occluders)
     return where, shut_sites(where, occluders, corners.face_normals, corners.solid)
