@@ -227,7 +227,9 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
         _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
     ]
     refused = (f"{called} of {path.name} is left out: {reason.problem}" for called, reason in file.rejected)
-    told = (*((left_out,) if left_out else ()), *refused)
+    # What was converted or assumed is said of a comparison, too.
+    assumed = (f"{path.name}: {note}" for note in file.notes)
+    told = (*((left_out,) if left_out else ()), *refused, *assumed)
     return tuple(replace(one, notes=(*one.notes, *told)) for one in (*single, *at_angles))
 
 

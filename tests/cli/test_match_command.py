@@ -233,6 +233,22 @@ def test_words_that_all_headings_have_need_not_be_written(metamer, tmp_path, hea
 
 
 @pytest.mark.parametrize(
+    ("axis", "head", "said"),
+    [
+        (299792.458 / NM, "THz", "the axis is in THz and converted: nm = 299792.458 / THz"),
+        (NM, "nm", "the file states percent: values from"),
+    ],
+)
+def test_what_was_converted_is_said_once(metamer, tmp_path, axis, head, said):
+    rows = [f"{at:.6f},{100 * one:.4f},{101 * one:.4f}" for at, one in zip(axis, BASE, strict=True)]
+    table, figures = tmp_path / "lots.csv", tmp_path / "m.json"
+    table.write_text("\n".join([f"{head},Master R%,Lot 1 R%", *rows]), encoding="utf-8")
+    code, out, _ = metamer("match", f"{table}#Master", table, "--json", figures)
+    notes = json.loads(figures.read_text(encoding="utf-8"))["notes"]
+    assert code == 0 and out.count(said) == 1 and sum(note.startswith(f"lots.csv: {said}") for note in notes) == 1
+
+
+@pytest.mark.parametrize(
     ("option", "begins"),
     [("--csv", "standard,"), ("--html", "<!doctype html>"), ("--junit", "<?xml"), ("--markdown", "#")],
 )
