@@ -34,14 +34,15 @@ _NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(°|º
 _MEASURED = re.compile(r"[ _,;(\[]+(?:%? ?R ?%?|refl(?:ectance|\.)?|reflexion|β|%)[)\]]?$", re.I)
 # Words before an angle that name no sample.
 _NO_SAMPLE = re.compile(r"r|ρ|refl(?:ectance)?|at|(?:\w+[ _-])?(?:angle|winkel)", re.I)
+_AN_ANGLE = re.compile(r"(?:^|[ _-])(?:angle|winkel)$", re.I)
 # Signs between an angle and a name.
 _JOINTS = " ,;:_-/@°|=(["
-_ANGLE_COLUMN = re.compile(r"(?!.*(?:hue|screen|raster|phase|contact))(?:.*(?:angle|winkel|aspecular)|geometr).*", re.I)
+_ANGLE_COLUMN = re.compile(r"(?!.*(?:hue|screen|raster|phase|contact)).*(?:angle|winkel|aspecular|geometr).*", re.I)
 
 
 class Unlit(NamedTuple):
     """A reading at an aspecular angle in degrees without that of the light: the words that say so, the angle, and
-    whether they say aspecular ("as15") and not only a number.
+    whether they say that it is one ("as15", "15°", a column of angles) and not only a number.
     """
 
     words: str
@@ -118,11 +119,16 @@ def things(readings: Iterable[AngleReading[_One]]) -> tuple[Thing[_One], ...]:
 
 def _called(reading: AngleReading) -> str:
     """The name of the thing that a reading at an angle is of: its own less the angle, in whatever notation."""
-    name = reading.thing or reading.name
-    if reading.angle is None or reading.angle.first is not None:
+    name, angle = reading.thing or reading.name, reading.angle
+    if angle is None or angle.first is not None:
         return without_angle(name)
-    noted = ANGLE_WITHOUT_LIGHT.search(name)
-    return name if noted is None else _joined(name[: noted.start()], name[noted.end() :])
+    if noted := ANGLE_WITHOUT_LIGHT.search(name):
+        return _joined(name[: noted.start()], name[noted.end() :])
+    numbered = _NUMBERED.fullmatch(_MEASURED.sub("", name.strip()))
+    if numbered is None or abs(signed(numbered[2])) != abs(angle.second or 0.0):
+        return name
+    word = numbered[1].strip(_JOINTS)
+    return "" if _NO_SAMPLE.fullmatch(word) else word if numbered[3] else name
 
 
 def _otherwise(one: AngleReading, other: AngleReading) -> bool:
@@ -206,7 +212,8 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
             word = one[1].strip(_JOINTS).casefold()
             # Right behind a word, a hyphen joins them.
             angle = abs(signed(one[2])) if one[1][-1:].isalnum() else signed(one[2])
-            groups.setdefault(("" if _NO_SAMPLE.fullmatch(word) else word, bool(one[3])), {})[at] = angle
+            said = bool(one[3]) or _AN_ANGLE.search(word) is not None
+            groups.setdefault(("" if _NO_SAMPLE.fullmatch(word) else word, said), {})[at] = angle
     groups = {
         key: group
         for key, group in groups.items()
@@ -219,7 +226,7 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
     for (word, degrees), group in groups.items():
         of_word = common_alone or set(FLOP_ANGLES) <= set(group.values())
         if degrees or (of_word if word else alone):
-            found |= {at: Unlit(names[at], angle) for at, angle in group.items() if at not in found}
+            found |= {at: Unlit(names[at], angle, degrees) for at, angle in group.items() if at not in found}
     columns = dict.fromkeys(label for one in details for label in one if _ANGLE_COLUMN.fullmatch(label))
     for label in columns:
         rows: dict[str, dict[int, str]] = {}
@@ -231,8 +238,7 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
                 for at, value in row.items():
                     number = _NUMBERED.fullmatch(value.strip())
                     assert number is not None
-                    noted_so = "aspecular" in label.casefold()
-                    found.setdefault(at, Unlit(f"{names[at]} ({label} {value})", signed(number[2]), noted_so))
+                    found.setdefault(at, Unlit(f"{names[at]} ({label} {value})", signed(number[2]), True))
     return dict(sorted(found.items()))
 
 

@@ -8,6 +8,7 @@ detector may be exchanged, by Helmholtz reciprocity), sphere geometries with the
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -95,7 +96,7 @@ ANGLE_NOTATION = re.compile(
 )
 #: An aspecular angle in a name that does not have that of the light, before or behind the word.
 ANGLE_WITHOUT_LIGHT = re.compile(
-    rf"(?<![A-Za-z0-9.])(?:r?as(?:p(?:ecular)?)?\.?\s*({_SIGNED})|((?:-|\u2212)?{_NUMBER})\s*°?\s*as(?:p(?:ecular)?)?)(?![A-Za-z0-9])",
+    rf"(?<![A-Za-z0-9.])(?:r?as(?:p(?:ec(?:ular)?)?)?\.?\s*({_SIGNED})|((?:-|\u2212)?{_NUMBER})\s*°?\s*as(?:p(?:ec(?:ular)?)?)?)(?![A-Za-z0-9])",
     re.I,
 )
 _LISTED = re.compile(rf"light (-?{_NUMBER}), aspecular (-?{_NUMBER})(?:, azimuth (-?{_NUMBER}))?(?=;|$)")
@@ -119,6 +120,9 @@ _YES = re.compile(r"incl|^(?:yes|true|on|1|in|i|ein|ja|mit|with|crossed|pol\w*)\
 _NO = re.compile(
     r"excl|^(?:no|none|false|off|0|out|e|ex|aus|nein|ohne|without|unpolari[sz]ed|not)\b|\bnone\b|open", re.I
 )
+# No filter at all, one that polarises among them; "Filter_None" of CxF3 is of ultraviolet alone.
+_NO_FILTER = re.compile(r"no(?:ne)?|off|without|ohne|keine?r?", re.I)
+_CUT = re.compile(r"cut|\b[34]\d0\s*nm", re.I)
 _LETTER = re.compile(r"(?<![A-Za-z0-9])M([0-3])(?![0-9A-Za-z])")
 _UNKNOWN = re.compile(r"(?:|-+|\?|n/?a|unknown|not (?:stated|known)|unspecified|unbekannt)", re.I)
 _FILM = re.compile(r"\b(?:film|foil|transparen\w+|translucent|slide|dia|folie)\b", re.I)
@@ -133,10 +137,12 @@ _COLOUR = "|".join(_BACKINGS[name] for name in ("white", "black"))
 _BACKING_IN_NAME = re.compile(
     rf"\b(?:over|on|above|auf|ueber|über|sur) ({_COLOUR})\b|\b({_COLOUR}) (?:backing|background|underlay)\b", re.I
 )
-_UV_IN_NAME = re.compile(r"\bUV (?:(incl\w*|on|in|with)|excl\w*|cut|off|ex|without)\b", re.I)
+_UV_IN_NAME = re.compile(r"\bUV ?(?:(incl\w*|on|in|with)|excl\w*|cut|off|ex|without)\b", re.I)
+_SPECULAR_IN_NAME = re.compile(r"\b(?:specular|gloss)(?: component)? (?:(incl)|excl)", re.I)
+_POLARISED_IN_NAME = re.compile(r"\b(?:(?P<no>(?:un|non) ?)|cross(?:ed)? )?polari[sz](?:ed|ers?)\b", re.I)
 # Digits beside it would be of a chip's notation or a date.
 _GEOMETRY_IN_NAME = re.compile(
-    r"(?<![\w./:])(?:45°?[acx]?[:/]0°?|0°?[:/]45°?[acx]?|d[ie]?[:/]\s?8°?|8°?[:/]d[ie]?)(?![\w./:])"
+    r"(?<![\w./:])(?:45°?[acx]?[:/]0°?|0°?[:/]45°?[acx]?|d[ie]?[:/]\s?8°?|8°?[:/]d[ie]?)(?![\w./:])", re.I
 )
 
 _KINDS = ("directional", "sphere", "multi-angle")
@@ -163,6 +169,11 @@ class Geometry(NamedTuple):
             return self.kind
         turned = "" if self.azimuth == 180.0 else f"az{self.azimuth:g}"
         return f"{'' if self.first is None else f'{self.first:g}'}as{self.second:g}{turned}"
+
+    @property
+    def is_known(self) -> bool:
+        """True if it is of a known kind and no other words."""
+        return self.kind in _KINDS
 
     def matches(self, other: Geometry) -> bool:
         """Return whether both are one geometry, to `ALIKE_DEGREES`; an angle that is not stated may be any."""
@@ -210,10 +221,12 @@ class Measurement:
         for part, said in _in_name(name):
             stated = parts.get(part)
             # Words such as "multi-angle" leave the angle to the name.
-            if stated is None or (isinstance(stated.value, Geometry) and stated.value.kind not in _KINDS):
+            if stated is None or (isinstance(stated.value, Geometry) and not stated.value.is_known):
                 parts[part] = said
         if "polarisation" not in parts and (m := parts.get("measurement condition")) and m.value == "M3":
             parts["polarisation"] = StatedPart(True, m.words, m.field)
+        if "polarisation" not in parts and (no := parts.get("filter")) and _NO_FILTER.fullmatch(no.words):
+            parts["polarisation"] = StatedPart(False, no.words, no.field)
         kind = quantity or _quantity_of(details)
         if kind in ("reflectance", "radiance factor", "transmittance"):
             # A reflectance above 1 is held as a radiance factor: both are what a surface sends back.
@@ -337,13 +350,24 @@ def signed(text: str) -> float:
     return float(digits)
 
 
-def is_condition(label: str) -> bool:
-    """Return whether a label of a file is that of a part of a measurement."""
-    return _part(label) not in (None, "gloss", "anything")
+def is_condition(label: str, perhaps: bool = False) -> bool:
+    """Return whether a label of a file is that of a part of a measurement; perhaps : or may be, as "mode" is."""
+    return _part(label) not in ((None,) if perhaps else (None, "gloss", "anything"))
+
+
+def conditions_in(words: str) -> dict[str, str]:
+    """Find the parts of a measurement that a heading or a line about the values states, in its words, by their labels.
+
+    >>> conditions_in("Reflectance % (45/0), UV cut")
+    {'filter': 'UV cut', 'geometry': '45/0'}
+    """
+    return {part: said.words for part, said in _in_name(words)}
 
 
 def _part(label: str) -> str | None:
     apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", label)
+    # Without accents: "géométrie".
+    apart = "".join(sign for sign in unicodedata.normalize("NFKD", apart) if not unicodedata.combining(sign))
     plain = " ".join(re.sub(r"[^a-z0-9/]+", " ", apart.casefold()).split())
     return next((name for name, pattern in _LABELS if pattern.fullmatch(plain)), None)
 
@@ -353,6 +377,9 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart]
     """The parts that a labelled detail states."""
     text = " ".join(words.split()).strip("\"' ")
     part = _part(label)
+    if part != "geometry" and ANGLE_NOTATION.fullmatch(text):
+        # Such as "Angle" and "Condition": nothing else is written so.
+        return tuple(_geometry(text, label))
     if part is None or _UNKNOWN.fullmatch(text):
         return ()
     if part == "measurement condition" and not is_cxf and not _LETTER.search(text):
@@ -360,7 +387,8 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart]
         return ()
     where = _CXF.get(label, label) if is_cxf else label
     if part == "uv cut":
-        cut = None if _YES.search(text) is _NO.search(text) else bool(_YES.search(text))
+        cut = bool(_YES.search(text) or _CUT.search(text)), bool(_NO.search(text))
+        cut = None if cut[0] == cut[1] else cut[0]
         return () if cut is None else (("filter", StatedPart("uv excluded" if cut else "none", text, where)),)
     if part in ("gloss", "anything"):
         return _in_free_words(text, where, gloss=part == "gloss")
@@ -370,7 +398,7 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart]
     found = _told(part, text, where)
     if part == "geometry" and "geometr" not in label.casefold():
         # A mode may be anything; a geometry has angles, or a sphere.
-        found = [one for one in found if not isinstance(one[1].value, Geometry) or one[1].value.kind in _KINDS]
+        found = [one for one in found if not isinstance(one[1].value, Geometry) or one[1].value.is_known]
     return tuple(found)
 
 
@@ -379,7 +407,7 @@ def _in_free_words(text: str, where: str, gloss: bool) -> tuple[tuple[str, State
     if re.fullmatch(r"M[0-3]", text):
         return (("measurement condition", StatedPart(text, text, where)),)
     included, excluded = bool(_INCLUDED.search(text)), bool(_EXCLUDED.search(text))
-    if gloss and not re.search(r"\d", text):
+    if gloss and included == excluded and not re.search(r"\d", text):
         included, excluded = bool(_YES.search(text)), bool(_NO.search(text))
     if included == excluded:
         return ()
@@ -465,6 +493,8 @@ def _in_name(name: str) -> list[tuple[str, StatedPart]]:
         word = stated.pop()
         value = "included" if word.startswith(("SCI", "SPIN", "RSIN")) else "excluded"
         found.append(("specular component", StatedPart(value, word, "the name")))
+    elif not stated and (gloss := _SPECULAR_IN_NAME.search(words)):
+        found.append(("specular component", StatedPart("included" if gloss[1] else "excluded", gloss[0], "the name")))
     if ultraviolet := _UV_IN_NAME.search(words):
         found.append(("filter", StatedPart("none" if ultraviolet[1] else "uv excluded", ultraviolet[0], "the name")))
     if lies := _BACKING_IN_NAME.search(words):
@@ -472,6 +502,8 @@ def _in_name(name: str) -> list[tuple[str, StatedPart]]:
         found.append(
             ("backing", StatedPart(next(n for n, p in _BACKINGS.items() if re.match(p, named)), lies[0], "the name"))
         )
+    if polarised := _POLARISED_IN_NAME.search(words):
+        found.append(("polarisation", StatedPart(not polarised["no"], polarised[0], "the name")))
     if angles := _GEOMETRY_IN_NAME.search(name):
         found += [told for told in _geometry(angles[0], "the name") if told[0] != "configuration"]
     angles = list(ANGLE_NOTATION.finditer(name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -22,6 +23,8 @@ from ..records.material import MaterialRecord
 from ..records.record import read_record
 from .catalogue import Catalogue
 from .material import Material
+
+_CONDITION = re.compile(r"(?:sample |surface )?(?:conditions?|state)|zustand|bedingung|[ée]tat", re.I)
 
 
 def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOptions = NO_ANSWER) -> tuple[Sample, ...]:
@@ -211,7 +214,8 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
     unlit = without_light([one.name for one in found], [{**beside, **one.details} for one in found])
     for at, one in unlit.items():
         # Angles are paired by their numbers, wherever the light was.
-        if one.noted and found[at].measurement.geometry is None:
+        stated = found[at].measurement.geometry
+        if one.noted and (stated is None or not stated.is_known):
             geometry = Geometry("multi-angle", None, one.aspecular)
             said = {"geometry": StatedPart(geometry, geometry.notation, "the name")}
             found[at] = replace(found[at], measurement=Measurement({**found[at].measurement.parts, **said}))
@@ -227,9 +231,14 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
         _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
     ]
     refused = (f"{called} of {path.name} is left out: {reason.problem}" for called, reason in file.rejected)
+    unpaired = [one.words for one in unlit.values() if not one.noted]
+    each = (
+        f"{', '.join(unpaired)} of {path.name} may be readings of one thing at several angles and are judged each by "
+        "itself: write their angles as 45as15 to have them paired.",
+    )
     # What was converted or assumed is said of a comparison, too.
     assumed = (f"{path.name}: {note}" for note in file.notes)
-    told = (*((left_out,) if left_out else ()), *refused, *assumed)
+    told = (*((left_out,) if left_out else ()), *refused, *(each if unpaired else ()), *assumed)
     return tuple(replace(one, notes=(*one.notes, *told)) for one in (*single, *at_angles))
 
 
@@ -282,9 +291,7 @@ def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:
     """Readings of one name, those together that were measured alike; where there are several kinds, each has a name."""
     groups: list[list[Sample]] = []
     for one in some:
-        group = next(
-            (group for group in groups if not any(one.measurement.unlike(two.measurement) for two in group)), None
-        )
+        group = next((group for group in groups if not any(_apart(one, two) for two in group)), None)
         if group is None:
             groups.append([one])
         else:
@@ -294,7 +301,23 @@ def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:
     firsts = [group[0].measurement for group in groups]
     parts = [part for part in MUST if any(part in one.unlike(two) for one in firsts for two in firsts)]
     labels = [", ".join(one.parts[part].words for part in parts if part in one.parts) for one in firsts]
+    if len(set(labels)) < len(labels):
+        told = [", ".join(_conditions_of(group[0]).values()) for group in groups]
+        labels = [", ".join(filter(None, (label, more))) for label, more in zip(labels, told, strict=True)]
     return [(f"{name}, {label}", group) for label, group in zip(labels, groups, strict=True)]
+
+
+def _apart(one: Sample, two: Sample) -> bool:
+    """Return whether two readings of one name are of two samples, measured unlike or under two conditions."""
+    first, second = _conditions_of(one), _conditions_of(two)
+    return bool(one.measurement.unlike(two.measurement)) or any(
+        first[label] != second[label] for label in first.keys() & second.keys()
+    )
+
+
+def _conditions_of(one: Sample) -> dict[str, str]:
+    """What a file says below headings such as "Condition", which may be that of the sample."""
+    return {label: words for label, words in one.details.items() if _CONDITION.fullmatch(label.strip())}
 
 
 def _together(name: str, some: list[Sample], of_file: dict[str, str]) -> Sample:

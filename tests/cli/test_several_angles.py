@@ -7,6 +7,8 @@ import re
 
 import numpy as np
 import pytest
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.catalogue.samples import samples_of
 from metamer.spectral.angles import AngleReading, things
 from metamer.spectral.measurement import Measurement
 
@@ -354,3 +356,54 @@ def test_angles_without_that_of_the_light_are_paired_by_their_numbers(metamer, t
     for path in sides:
         path.write_text(path.read_text("utf-8").replace(form.format(15), "15").replace(form.format(45), "45"), "utf-8")
     assert metamer("match", f"{sides[0]}#15", f"{sides[1]}#15", *ONE_LIGHT)[0] == 0
+
+
+@pytest.mark.parametrize("form", ["rows", "long"])
+@pytest.mark.parametrize(
+    ("heading", "notation"),
+    [
+        ("Angle", "{}"),
+        ("Winkel", "{}°"),
+        ("Measurement geometry", "{}"),
+        ("Aspecular angle", "{}"),
+        ("Angle", "45as{}"),
+        ("Condition", "r45as{}"),
+    ],
+)
+def test_rows_of_one_name_at_several_angles_are_not_averaged(tmp_path, form, heading, notation):
+    path, at = tmp_path / "lot.csv", {away: notation.format(away) for away in FLOP}
+    read = {away: [float(one) for one in values(away).split()] for away in FLOP}
+    if form == "long":
+        rows = [f"Silver;{at[away]};{nm};{one}" for away in FLOP for nm, one in zip(NM, read[away], strict=True)]
+        path.write_text("\n".join([f"sample;{heading};nm;Reflectance", *rows]))
+    else:
+        rows = [";".join(["Silver", at[away], *map(str, read[away])]) for away in FLOP]
+        path.write_text("\n".join([";".join(["Reflectance of", heading, *(f"{nm} nm" for nm in NM)]), *rows]))
+    (one,) = samples_of(str(path), Catalogue.open)
+    assert one.name == "Silver" and [angle.second for angle in one.geometries] == list(FLOP)
+    for away, part in zip(FLOP, one.angles, strict=True):
+        np.testing.assert_allclose(part.readings[0].samples, read[away])
+
+
+@pytest.mark.parametrize("names", ["{}°", "Silver {}°", "Angle {}", "Silver {}° aspec"])
+def test_names_with_degrees_are_angles_of_one_sample(tmp_path, names):
+    path = tmp_path / "lot.csv"
+    rows = [f"{nm};" + ";".join(values(away).split()[place] for away in FLOP) for place, nm in enumerate(NM)]
+    path.write_text("\n".join(["Reflectance", ";".join(["nm", *map(names.format, FLOP)]), *rows]))
+    (one,) = samples_of(str(path), Catalogue.open)
+    assert one.name == ("Silver" if "Silver" in names else "lot")
+    assert [angle.second for angle in one.geometries] == list(FLOP)
+
+
+def test_rows_of_one_name_under_two_conditions_of_the_sample_are_two_samples(tmp_path):
+    path = tmp_path / "lot.csv"
+    rows = ["red;dry;" + values(15).replace(" ", ";"), "red;wet;" + values(25).replace(" ", ";")]
+    path.write_text("\n".join([";".join(["Reflectance of", "Condition", *(f"{nm} nm" for nm in NM)]), *rows]))
+    assert [one.name for one in samples_of(str(path), Catalogue.open)] == ["red, dry", "red, wet"]
+
+
+def test_numbers_that_may_be_angles_are_noted(tmp_path):
+    path = tmp_path / "lot.csv"
+    path.write_text(table(path, [f"Silver as{away}" for away in FLOP]).read_text().replace(" as", " "))
+    found = samples_of(str(path), Catalogue.open)
+    assert len(found) == len(FLOP) and all("may be readings of one thing" in one.notes[-1] for one in found)

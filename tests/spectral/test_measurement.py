@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from metamer.spectral.formats.registry import details_of_readings, read_spectra
 from metamer.spectral.measurement import Geometry, Measurement, Side, crossed, geometry_in, refusal, remarks
 
 
@@ -62,6 +63,11 @@ def test_geometries_are_compared_by_their_numbers(one, other):
         (("UV-Cut Filter", "on"), ("UV", "full"), "filter"),
         (("Polfilter", "ja"), ("Polarizer", "none"), "polarisation"),
         (("Hintergrund", "weiß"), ("Background", "black"), "backing"),
+        (("Géométrie", "45:0"), ("Geometría", "d:8"), "geometry"),
+        (("Gloss", "SCI"), ("Glanz", "SPEX"), "specular component"),
+        (("UV cut", "no"), ("UV cut", "UVcut 400 nm"), "filter"),
+        (("UV cut", "off"), ("UV cut", "420 nm"), "filter"),
+        (("FILTER", "no"), ("FILTER", "pol"), "polarisation"),
     ],
 )
 def test_what_was_not_measured_alike_is_refused_until_somebody_asks(one, other, part):
@@ -133,6 +139,62 @@ def test_a_name_states_a_specular_component_and_an_angle_but_no_condition():
     for name in ("ASCII red", "5R 4/10", "1/45/0", "Blackboard", "black on request", "red 145/0", "UV red", "spine"):
         assert not Measurement.of(None, {}, name).parts, name
     assert not Measurement.of(None, {}, "M1").parts and not Measurement.of(None, {}, "Texas 15").parts
+
+
+@pytest.mark.parametrize(
+    ("words", "part", "value"),
+    [
+        ("red R% (45°:0°)", "geometry", "directional"),
+        ("Reflectance %, D/8", "geometry", "sphere"),
+        ("Reflectance (specular excluded)", "specular component", "excluded"),
+        ("R [%], gloss included", "specular component", "included"),
+        ("R% UVcut 400 nm", "filter", "uv excluded"),
+        ("R% (UV included)", "filter", "none"),
+        ("R%, black backing", "backing", "black"),
+        ("R%, cross-polarised", "polarisation", True),
+        ("unpolarized reflectance", "polarisation", False),
+    ],
+)
+@pytest.mark.parametrize("where", ["heading", "line above", "heading across"])
+def test_headings_and_lines_about_the_values_state_conditions(tmp_path, words, part, value, where):
+    path, nm = tmp_path / "red.csv", range(400, 701, 20)
+    head, above = ("red", f"{words}\n") if where == "line above" else (words, "")
+    down = f"{above}nm;{head}\n" + "".join(f"{at};{at / 10}\n" for at in nm)
+    across = f"{words};" + ";".join(f"{at} nm" for at in nm) + "\nred;" + ";".join(str(at / 10) for at in nm) + "\n"
+    path.write_text(across if where == "heading across" else down)
+    (entry,) = read_spectra(path).entries
+    found = Measurement.of("reflectance", entry.details, entry.name).parts[part].value
+    assert (found.kind if isinstance(found, Geometry) else found) == value
+
+
+@pytest.mark.parametrize("line", ["# {}: {}", "{} = {}", "{}: {}", "{};{}", "# {}\t{}"])
+@pytest.mark.parametrize(
+    ("label", "words", "part"),
+    [
+        ("Geometry", "45°:0°", "geometry"),
+        ("Filter", "UV cut", "filter"),
+        ("Backing", "white", "backing"),
+        ("Mode", "SCE", "specular component"),
+        ("Measurement condition", "M1", "measurement condition"),
+        ("Polarization", "crossed", "polarisation"),
+    ],
+)
+def test_lines_above_a_table_state_conditions_however_they_are_written(tmp_path, line, label, words, part):
+    path = tmp_path / "red.csv"
+    rows = "".join(f"{at};{at / 10};{at / 20}\n" for at in range(400, 701, 20))
+    path.write_text(f"{line.format(label, words)}\nnm;red R%;blue R%\n{rows}")
+    file = read_spectra(path)
+    for entry in file.entries:
+        assert part in Measurement.of("reflectance", details_of_readings(file) | dict(entry.details)).parts
+
+
+@pytest.mark.parametrize(("head", "words"), [("Filter", "none"), ("Polarization", "none"), ("Geometry", "45/0")])
+def test_conditions_in_a_column_of_a_table_in_long_form(tmp_path, head, words):
+    path = tmp_path / "red.csv"
+    rows = "".join(f"{name},{words},{at},{at / 1000}\n" for name in ("red", "blue") for at in range(400, 701, 20))
+    path.write_text(f"sample,{head},nm,R\n{rows}")
+    for entry in read_spectra(path).entries:
+        assert entry.details[head] == words and entry.spectrum.quantity == "reflectance"
 
 
 def test_several_angles_are_no_geometry():

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ....runtime.errors import InputError
-from ...measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT
+from ...measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT, conditions_in
 from ..import_options import ImportOptions, Scale
 from ..registry import SpectralFile, StatedColour
 from ..shared.decisions import Sign, ValueRange, divisor_of, undecided
@@ -102,6 +102,9 @@ def _details(column: Column, alone: bool) -> dict[str, str]:
         details["units"] = column.unit
     if condition := condition_in(column.words) or condition_in(column.around):
         details["condition"] = condition
+    about = [line for line in column.around.splitlines() if quantity_in(line)]
+    for part, said in [item for words in (column.words, *about) for item in conditions_in(words).items()]:
+        details.setdefault(part, said)
     return details
 
 

@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from ....runtime.errors import InputError
+from ...measurement import is_condition
 from ..shared.text import is_missing, shortened
 from ..shared.words import names_identifier, quantity_in
 from .axis import is_reciprocal_header
@@ -102,7 +103,8 @@ def names_beside(table: Section) -> tuple[int, ...]:
     found, values = [], 0
     for at in range(max(map(len, rows))):
         head = cell(table.heads, at)
-        some = [text for cells in rows if (text := cell(cells, at)) and not is_missing(text)]
+        none = is_condition(head)  # "none" is a filter's, and no missing value
+        some = [text for cells in rows if (text := cell(cells, at)) and (none or not is_missing(text))]
         numbers = [value for text in some if (value := dialect.number(text)) == value]
         sample = _OF_SAMPLES.fullmatch(head) or names_identifier(head)
         called = sample or is_of_rows(head) or _OF_READINGS_APART.search(head)
@@ -220,7 +222,9 @@ def _of_sample(
         head: said[at] for at in sorted(said) if at not in form.names[:1] and (head := cell(heads, at)) and said[at]
     }
     column.beside = beside
-    column.words = " ".join([column.words, *(text for head, text in beside.items() if OF_KINDS.search(head))]).strip()
+    # "R" says what was measured at the end.
+    kinds = [text for head, text in beside.items() if OF_KINDS.search(head)]
+    column.words = " ".join([*kinds, column.words]).strip()
     column.unit = column.unit or next((text for head, text in beside.items() if _OF_UNITS.fullmatch(head)), "")
     return column
 

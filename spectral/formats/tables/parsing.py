@@ -9,6 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 from ....runtime.errors import InputError
+from ...measurement import is_condition
 from ..import_options import NO_ANSWER, ImportOptions
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
 from ..shared.words import quantity_in
@@ -221,7 +222,9 @@ def _preamble(above: Sequence[Row], remarks: Sequence[str], delimiter: str) -> t
         filled = [cell for cell in cells if cell]
         # White space parts words, and no keys from their values.
         filled = filled if delimiter else [" ".join(filled[:40])]
-        parts = re.split(":" if delimiter else "[:=]", filled[0], maxsplit=1) if len(filled) == 1 else []
+        parts = []
+        if len(filled) == 1:
+            parts = _condition_in(filled[0]) or re.split(":" if delimiter else "[:=]", filled[0], maxsplit=1)
         lines.append(": ".join(filled[:40]))
         if len(parts) > 1:
             filled = [part.strip() for part in parts]
@@ -229,9 +232,17 @@ def _preamble(above: Sequence[Row], remarks: Sequence[str], delimiter: str) -> t
             found.setdefault(shortened(filled[0].rstrip(":= "), 60), shortened(" ".join(filled[1:40])))
         elif filled:
             found.setdefault("title", shortened(filled[0]))
+    for key, value in filter(None, map(_condition_in, remarks[:200])):
+        found.setdefault(shortened(key, 60), shortened(value))
     if remarks:
         found["comments"] = shortened("; ".join(remarks[:20]), 400)
     return found, "\n".join([*lines, *remarks[:200]])
+
+
+def _condition_in(line: str) -> list[str]:
+    """A part of a measurement and what a line such as "Filter = none" says of it; [] of any other."""
+    parts = [part.strip() for part in re.split("[:=;,\t]", line, maxsplit=1)]
+    return parts if len(parts) == 2 and parts[1] and is_condition(parts[0], perhaps=True) else []
 
 
 def _heads(table: Section, remarks: Sequence[str]) -> list[str]:
