@@ -37,7 +37,7 @@ ILLUMINANTS, OBSERVERS = ("D65", "A", "TL84"), ("1964_10",)
 
 def match(
     standard: str | Path | Sample,
-    samples: Iterable[str | Path | Sample],
+    samples: Iterable[str | Path | Sample] | str | Path | Sample,
     tolerance: str | None = None,
     *,
     formulas: Sequence[str] | None = None,
@@ -57,7 +57,7 @@ def match(
 
     Parameters
     ----------
-    standard, samples : what `samples_of` names, or samples themselves.
+    standard, samples : what `samples_of` names, or samples themselves; of samples one, or any number.
     tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
     formulas : that ΔE is told by, after that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
     illuminants, observers : None: D65, A and TL84, 10 degrees; where colours without spectra are among them, what
@@ -87,7 +87,7 @@ def match(
         raise UsageError(
             f"{standard} holds {len(more) + 1} samples: name one, as in {f'{standard}#{first.name}'!r}, of {names}"
         )
-    asked_for = tuple(samples)
+    asked_for = (samples,) if isinstance(samples, str | Path | Sample) else tuple(samples)
     found: list[Sample] = []
     taken_out: list[str] = []
     for done, one in enumerate(asked_for):

@@ -10,6 +10,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from metamer import match
+from metamer.spectral.formats.import_options import ImportOptions
 
 NM = np.arange(380, 731, 10)
 BASE = 0.15 + 0.5 / (1.0 + np.exp(-(NM - 560.0) / 20.0))
@@ -274,6 +276,14 @@ def test_readings_of_one_name_are_one_sample(metamer, master, tmp_path):
     code, out, _ = metamer("match", master, readings(tmp_path / "again.txt", again), *SAID, "--json", "-")
     (lot,) = json.loads(out)["samples"]
     assert code == 0 and lot["readings"] == 5
+
+
+def test_one_sample_in_python_needs_no_list(master, lots):
+    """Text is a name as a whole, and not one for each of its letters."""
+    answer = ImportOptions("reflectance")
+    for one in (lots, str(lots)):
+        found = match(str(master), one, answer=answer).samples
+        assert [each.sample.name for each in found] == ["lot 1", "lot 2"]
 
 
 def test_whiteness_and_yellowness_where_asked_for(metamer, tmp_path):
