@@ -207,14 +207,16 @@ def triangle_texels(
     """
     texels = np.empty((len(triangles.parent), TRIANGLE_TEXELS, 4), dtype=np.float32)
     reference, planes = triangles.depth_planes()
-    texels[:, 0] = triangles.corners[:, :2].reshape(-1, 4)
-    texels[:, 1, :2] = triangles.corners[:, 2]
-    texels[:, 1, 2:] = triangles.parent[:, None]
+    # Column by column: numpy is slow where rows are short.
+    for column, one in enumerate(triangles.corners.reshape(-1, 6).T):
+        texels[:, column // 4, column % 4] = one
+    texels[:, 1, 2] = texels[:, 1, 3] = triangles.parent
     texels[triangles.cut, 1, 3] = -1.0 - np.arange(len(triangles.cut))
-    texels[:, 2, :3] = triangles.inverse_w
     texels[:, 2, 3] = np.where(side < 0.0, 2.0 * handedness, handedness)[triangles.parent]
-    texels[:, 3, :3], texels[:, 3:, 3] = planes[:, :3], reference
-    texels[:, 4, :2] = planes[:, 3:]
+    for k in range(3):
+        texels[:, 2, k], texels[:, 3, k] = triangles.inverse_w[:, k], planes[:, k]
+    for k in range(2):
+        texels[:, 3 + k, 3], texels[:, 4, k] = reference[:, k], planes[:, 3 + k]
     texels[:, 4, 2] = 0.0
     return texels
 

@@ -75,6 +75,11 @@ class SceneGeometry:
         return tuple(mesh.uv is not None for mesh in self.meshes)
 
     @cached_property
+    def first_corners(self) -> Float[np.ndarray, "F 3"]:
+        """The first corner of each triangle, world: all that is asked of it when the camera moves."""
+        return self.points.take(self.faces[:, 0], axis=0)
+
+    @cached_property
     def corner_texels(self) -> Float[np.ndarray, "F 9 4"]:
         """Positions, normals and tangents as GPUs take them, float32 with a fourth number that is 0; put together when
         first asked for.
@@ -172,7 +177,7 @@ def _light(scene: Scene, light: DeltaLight, bare: SceneGeometry) -> LightGeometr
     for one in bare.lights:
         if _is_of(one, vector, irradiance):
             return one
-    above = dot(bare.face_normals, light.arrivals(bare.points[bare.faces[:, 0]]).directions)
+    above = dot(bare.face_normals, light.arrivals(bare.first_corners).directions)
     return LightGeometry(vector, irradiance, above, shadow_grid(bare.occluders, vector))
 
 

@@ -80,14 +80,25 @@ class WindowTriangles:
         """
         corners = self.corners.astype(np.float64) / SUBSTEPS
         reference = self.corners[:, 0] // SUBSTEPS
-        (x1, y1), (x2, y2) = (corners[:, 1] - corners[:, 0]).T, (corners[:, 2] - corners[:, 0]).T
-        d1, d2 = (self.nearness[:, 1:] - self.nearness[:, :1]).T
+        x1, y1, x2, y2 = _sides(corners)
+        first, second, third = self.nearness.T
+        d1, d2 = second - first, third - first
         area = x1 * y2 - x2 * y1
         slope_x, slope_y = (d1 * y2 - d2 * y1) / area, (d2 * x1 - d1 * x2) / area
-        offset = reference + 0.5 - corners[:, 0]
-        value = self.nearness[:, 0] + slope_x * offset[:, 0] + slope_y * offset[:, 1]
-        planes = [slope_x, slope_y, value, least_of(self.nearness), most_of(self.nearness)]
-        return reference, np.stack(planes, axis=1).astype(np.float32)
+        across, down = (reference[:, axis] + 0.5 - corners[:, 0, axis] for axis in range(2))
+        planes = np.empty((len(corners), 5), dtype=np.float32)
+        planes[:, 0], planes[:, 1] = slope_x, slope_y
+        planes[:, 2] = first + slope_x * across + slope_y * down
+        planes[:, 3], planes[:, 4] = least_of(self.nearness), most_of(self.nearness)
+        return reference, planes
+
+
+def _sides(corners: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return x and y (T,) of the ways from the first corner (T, 3, 2) to the second, and then to the third: column by
+    column, since numpy is slow where rows are short.
+    """
+    (x0, y0), (x1, y1), (x2, y2) = corners.transpose(1, 2, 0)
+    return x1 - x0, y1 - y0, x2 - x0, y2 - y0
 
 
 def least_of(corners: Float[np.ndarray, "T 3 *c"]) -> Float[np.ndarray, "T *c"]:
@@ -142,11 +153,14 @@ def window_triangles(
         lambda p: window.height * p[..., 2] - p[..., 1],
     )
     beyond = _beyond(points, planes)
-    whole, cut = _whole_and_cut(beyond[faces])
+    whole, cut = _whole_and_cut(beyond.take(faces))
     # Once a vertex, and not once a corner; vertices that are beyond a plane are corners of no whole triangle.
-    places = _on_grid(np.where((beyond == 0)[:, None], points, 1.0))
-    ends = faces if len(whole) == len(faces) else faces[whole]
-    corners, depth, parent = places[ends], depth[ends], whole
+    places, inside = np.empty((len(points), 2), dtype=np.int64), beyond == 0
+    divisor = np.where(inside, w, 1.0)
+    for axis, one in enumerate((across, down)):
+        places[:, axis] = np.rint(np.where(inside, one, 1.0) / divisor * SUBSTEPS)
+    ends = faces if len(whole) == len(faces) else faces.take(whole, axis=0)
+    corners, depth, parent = places.take(ends, axis=0), depth.take(ends), whole
     pieces, weights, which = _cut_by_all(points[faces[cut]], planes)
     # Pieces stand where their triangles would.
     order = np.argsort(which, kind="stable")
@@ -156,16 +170,19 @@ def window_triangles(
         corners, depth = np.insert(corners, at, _on_grid(pieces), axis=0), np.insert(depth, at, pieces[..., 3], axis=0)
         parent = np.insert(parent, at, which)
     cut = at + np.arange(len(at))
-    edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    solid = edge1[:, 0] * edge2[:, 1] != edge1[:, 1] * edge2[:, 0]
+    x1, y1, x2, y2 = _sides(corners)
+    solid = x1 * y2 != y1 * x2
     if not solid.all():
-        corners, depth, parent, weights = corners[solid], depth[solid], parent[solid], weights[solid[cut]]
-        cut = (np.cumsum(solid) - 1)[cut[solid[cut]]]
+        kept, weights = np.flatnonzero(solid), weights[solid[cut]]
+        corners, depth, parent = (one.take(kept, axis=0) for one in (corners, depth, parent))
+        cut = np.searchsorted(kept, cut[solid[cut]])
     if perspective:
         nearest = depth.min(initial=np.inf)
         nearness = nearest / depth
         inverse_w = 1.0 / depth
-        inverse_w /= most_of(inverse_w)[:, None]
+        most = most_of(inverse_w)
+        for column in inverse_w.T:
+            column /= most
     else:
         low, high = depth.min(initial=np.inf), depth.max(initial=-np.inf)
         nearness = 1.0 - 0.5 * (depth - low) / max(high - low, 1e-300)
@@ -205,9 +222,9 @@ def cut_triangles(
 
 def _beyond(points: Float[np.ndarray, "*n c"], planes: _Planes) -> Int[np.ndarray, "*n"]:
     """Return a bit of each point for each plane that it is beyond."""
-    found = np.zeros(points.shape[:-1], dtype=np.uint32)
+    found = np.zeros(points.shape[:-1], dtype=np.uint8)
     for number, plane in enumerate(planes):
-        found |= (plane(points) < 0.0).astype(np.uint32) << np.uint32(number)
+        found |= (plane(points) < 0.0).view(np.uint8) << np.uint8(number)
     return found
 
 
@@ -278,8 +295,8 @@ def rasterise(
     """
     corners = triangles.corners
     reference, planes = triangles.depth_planes()
-    edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]
+    x1, y1, x2, y2 = _sides(corners)
+    area = x1 * y2 - y1 * x2
     # With y down, a positive area is clockwise on the screen; the others are turned round.
     ring = np.where(area[:, None, None] > 0, corners, corners[:, [0, 2, 1]])
     half = SUBSTEPS // 2

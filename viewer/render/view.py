@@ -111,7 +111,7 @@ class View:
 def view_of(scene: SceneGeometry, camera: Camera) -> View:
     """Prepare a scene for rasterising from a camera."""
     perspective = camera.projection == "perspective"
-    first = scene.points[scene.faces[:, 0]]
+    first = scene.first_corners
     to_viewer = camera.position - first if perspective else np.broadcast_to(camera.axes[2], first.shape)
     side = np.where(dot(scene.face_normals, to_viewer) < 0.0, -1.0, 1.0)
     # One product of two matrices: numpy would multiply vertex by vertex.
