@@ -194,8 +194,10 @@ class _Computation:
         # How many sites are traced and not foretold, and how many middles there will be, is known afterwards: until
         # then, half of them, and as many as there may be.
         self._middles = most_middles(self._refinement) // _A_SITE
-        self._filling = self._open if self._open <= adaptive_sampling.WHOLE else self._open // 2
-        self._whole, self._done = self._filling + len(self._rim) + self._middles, 0
+        foretold = self._open > adaptive_sampling.WHOLE
+        self._filling = max(self._open // 2, min(self._open, _TRAINING)) if foretold else self._open
+        # No more counts as done until the next of these three parts begins.
+        self._whole, self._most, self._done = self._filling + len(self._rim) + self._middles, self._filling, 0
         self._free = True
 
     def result(self, seen: SeenPoints | None, on_seen: Callable[[SceneVisibility], object]) -> SceneVisibility | None:
@@ -206,7 +208,7 @@ class _Computation:
         self._jobs = self._most_jobs
         codes, dark, opened = self._codes, self._dark, np.arange(self._open)
         known = self._filled(opened, codes[: self._open], dark[: self._open], training, self._count)
-        self._done = self._filling
+        self._done, self._most = self._filling, self._whole - self._middles
         everywhere = np.arange(self._total)
         self._trace(everywhere, self._rim, codes, dark, self._count)
         inner = np.setdiff1d(np.arange(self._open, self._total), self._rim)
@@ -286,8 +288,8 @@ class _Computation:
 
     def _count(self, number: int, free: bool) -> None:
         """Count sites of the result."""
-        self._free, self._done = self._free and free, self._done + number
-        self._progress(min(self._done, self._whole), self._whole, "visibility")
+        self._free, self._done = self._free and free, min(self._done + number, self._most)
+        self._progress(self._done, self._whole, "visibility")
 
     def _count_middles(self, done: int, number: int) -> None:
         """Say how many of the middles are done."""

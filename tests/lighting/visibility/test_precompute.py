@@ -80,6 +80,16 @@ def test_progress_grows_to_the_whole(scene):
     assert done[-1] == heard[0][1] and {what for *_, what in heard} == {"visibility"}
 
 
+def test_progress_never_goes_back_where_more_are_traced_than_was_expected(scene, monkeypatch):
+    """How many sites are foretold is known afterwards."""
+    monkeypatch.setattr("metamer.lighting.visibility.adaptive_sampling.WHOLE", 8)
+    monkeypatch.setattr(precompute, "_TRAINING", 150)
+    heard = []
+    computed_visibility(scene, progress=lambda done, total, what: heard.append((done, total)))
+    done, (whole,) = [one for one, _ in heard], {total for _, total in heard}
+    assert done == sorted(done) and len(set(done)) > 4 and done[-1] == whole
+
+
 @pytest.mark.slow
 def test_axes_from_few_sites_serve_all(scene, alone, monkeypatch):
     """As in a mesh of two million triangles, where two thousand sites speak for a million."""
