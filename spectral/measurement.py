@@ -378,7 +378,7 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart]
     text = " ".join(words.split()).strip("\"' ")
     part = _part(label)
     if part != "geometry" and ANGLE_NOTATION.fullmatch(text):
-        # Such as "Angle" and "Condition": nothing else is written so.
+        # Nothing but an angle is written so, whatever its heading ("Angle", "Condition") is.
         return tuple(_geometry(text, label))
     if part is None or _UNKNOWN.fullmatch(text):
         return ()

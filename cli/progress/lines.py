@@ -105,11 +105,13 @@ class TimeLeft:
         self._total = 0
         self._heard = [(0, time.monotonic())]
 
-    def heard(self, done: int, total: int, name: str) -> None:
-        """Take note that `done` of `total` steps of a stage are done."""
-        if total != self._total or done < self._heard[-1][0]:
+    def heard(self, done: int, total: int, name: str) -> bool:
+        """Take note that `done` of `total` steps of a stage are done; returns whether they are the first of it."""
+        begins = total != self._total or done < self._heard[-1][0]
+        if begins:
             self._begin(total, name)
         self._heard.append((done, time.monotonic()))
+        return begins
 
     @property
     def seconds(self) -> float | None:
@@ -161,18 +163,15 @@ def progress_bar(
     if not shows_bars(sys.stderr):
         from ...materials.intake.progress import in_words
 
-        tenths, of = -1, 0
+        tenths = -1
 
         def line(done: int, total: int, what: str) -> None:
-            nonlocal tenths, of
-            left.heard(done, total, what)
-            # Work that is counted anew is said anew.
-            tenths, of = tenths if total == of and done * 10 // total >= tenths else -1, total
+            nonlocal tenths
+            tenths = -1 if left.heard(done, total, what) else tenths
             if done * 10 // total > tenths and time.monotonic() - begun >= after:
                 tenths = done * 10 // total
-                seconds = left.seconds
-                telling = seconds and time.monotonic() - begun > 2.0
-                words = f", about {in_words(seconds)} left" if seconds and telling else ""
+                seconds = left.seconds if time.monotonic() - begun > 2.0 else None
+                words = f", about {in_words(seconds)} left" if seconds else ""
                 print(f"{title}: {done}/{total} {what}{words}", file=sys.stderr, flush=True)
 
         yield line

@@ -232,13 +232,15 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
     ]
     refused = (f"{called} of {path.name} is left out: {reason.problem}" for called, reason in file.rejected)
     unpaired = [one.words for one in unlit.values() if not one.noted]
-    each = (
-        f"{', '.join(unpaired)} of {path.name} may be readings of one thing at several angles and are judged each by "
-        "itself: write their angles as 45as15 to have them paired.",
-    )
-    # What was converted or assumed is said of a comparison, too.
-    assumed = (f"{path.name}: {note}" for note in file.notes)
-    told = (*((left_out,) if left_out else ()), *refused, *(each if unpaired else ()), *assumed)
+    told = [left_out] if left_out else []
+    told += refused
+    if unpaired:
+        told.append(
+            f"{', '.join(unpaired)} of {path.name} may be readings of one thing at several angles and are judged each "
+            "by itself: write their angles as 45as15 to have them paired."
+        )
+    # A comparison says what was converted and assumed, as an import does.
+    told += (f"{path.name}: {note}" for note in file.notes)
     return tuple(replace(one, notes=(*one.notes, *told)) for one in (*single, *at_angles))
 
 
@@ -316,7 +318,7 @@ def _apart(one: Sample, two: Sample) -> bool:
 
 
 def _conditions_of(one: Sample) -> dict[str, str]:
-    """What a file says below headings such as "Condition", which may be that of the sample."""
+    """Find the cells below headings such as "Condition", which may be that of the sample."""
     return {label: words for label, words in one.details.items() if _CONDITION.fullmatch(label.strip())}
 
 
@@ -347,7 +349,7 @@ def _named(found: tuple[Sample, ...], name: str, path: Path) -> Sample:
     chosen = [one for one in found if one.name == name]
     # One angle of several is a sample that was read at that angle alone.
     chosen = chosen or [replace(one, angles=(at,)) for one in found for at in one.angles if at.name == name]
-    # Of headings such as "Master R%" and "Lot 1 R%" the words that all of them have need not be written.
+    # Words that all names have, as "R%" in "Master R%" and "Lot 1 R%", need not be written.
     short = _without_common_words([one.name for one in found])
     chosen = chosen or ([found[short.index(name)]] if short.count(name) == 1 else [])
     if not chosen:

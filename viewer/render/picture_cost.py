@@ -50,8 +50,8 @@ _BOUNCE_SECONDS, _PATHS_TRACED = 4e-3, 100_000_000
 
 # What "auto" is taken for here.
 _AUTO_BOUNCES = 8
-# Of a fast picture with bounces: a site's rays with what is worked on, and where they end; seconds to trace them, and
-# to follow light along them.
+# Bytes of a site in a fast picture with bounces, for its rays with what is worked on and where they end; seconds to
+# trace these, and to follow light along them.
 _SITE, _SITE_TRACED_SECONDS, _SITE_SECONDS = 9_000, 1e-4, 7e-4
 
 # Share of the most seconds that visibility takes as a rule: sites are shut, or foretold from those beside them.

@@ -73,7 +73,7 @@ _POWER = re.compile(
     r"(?:power|intensit(?:y|ies)|energy|flux|output|radiometric|[mµμunp]?W|lum|luminous)\W{0,2}(?:[\[(][^\[\]()]{0,30}[\])])?",
     re.I,
 )
-# Of these, words that say no more than that a detector gave more or less.
+# Headings that say no more than that a detector gave more or less.
 _ANY_POWER = re.compile(
     r"(?:(?:relative|rel\.?|normali[sz]ed|norm\.?|total)[ _]*){0,3}(?:power|intensit(?:y|ies)|energy|flux|output)"
     r"\W{0,2}(?:[\[(][^\[\]()W]{0,30}[\])])?",

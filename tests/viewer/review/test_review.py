@@ -462,6 +462,6 @@ def test_materials_that_share_their_reference_with_few_are_drawn_first():
     setting = SimpleNamespace(records={name: SimpleNamespace(model=model) for name, model in models.items()})
     cases = [SimpleNamespace(judged=(name,)) for name in models]
     assert _dearest_first(setting, cases, range(5)) == [2, 4, 0, 1, 3]
-    # Of what is drawn now: one coat is left.
+    # Materials that are drawn already do not count: one coat is left.
     assert _dearest_first(setting, cases, [1, 4]) == [1, 4]
     assert _dearest_first(setting, [SimpleNamespace(judged=("coat/a", "metal/c")), *cases[1:2]], [1, 0]) == [0, 1]
