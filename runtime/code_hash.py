@@ -8,24 +8,29 @@ from __future__ import annotations
 
 import ast
 import hashlib
-import re
+import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from graphlib import TopologicalSorter
 from importlib.metadata import PackageNotFoundError, version
+from itertools import chain, islice
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from .disk_cache import cache_folder
 from .errors import InputError
 from .files import made_folder, written_whole
 
-# Stands in dumps of syntax for the imports of a block, by number, or for an imported name.
-_MARK = re.compile(r"Name\('<(\w+)>'")
+# Fields of syntax that say nothing more: how a name is used stands in where it is.
+_IMPLIED = {"ctx", "kind", "type_comment"}
+_BODIES = ("body", "orelse", "finalbody")
 # Hashes that are kept, of as many states of the code: 64 bytes each.
 _MOST_KEPT = 200
+# Modules whose syntax is kept, some 400 bytes each.
+_MOST_MODULES = 4000
 
 
 def files_hash(root: Path, files: Iterable[Path], libraries: Iterable[str] = ()) -> str:
@@ -81,21 +86,44 @@ def syntax_hash(sources: Mapping[str, bytes]) -> str:
 
 
 def _computed(sources: Mapping[str, bytes]) -> str:
-    modules = {place: _module("/".join(place.split("/")[:-1]), text) for place, text in sources.items()}
+    modules = _modules(sources)
     imports = {place: [_resolved(each, sources) for each in module.imports] for place, module in modules.items()}
     digests: dict[str, str] = {"": ""}
     graph = {place: {target for target, _ in found if target} for place, found in imports.items()}
     for place in TopologicalSorter(graph).static_order():
         found = [(digests[target], name) for target, name in imports[place]]
-        digests[place] = _sha(modules[place].with_digests(found))
+        digests[place] = modules[place].with_digests(found)
     return _sha("".join(sorted(set(digests.values()))))
 
 
-@dataclass(frozen=True)
-class _Import:
-    """One name of a relative import, from `base`, in the block of statements number `body`."""
+def _modules(sources: Mapping[str, bytes]) -> dict[str, _Module]:
+    """Return the modules by place; those that were parsed before are read from disk, by their texts."""
+    file = cache_folder("syntax") / "modules.json"
+    known: dict[str, list[Any]] = {}
+    with suppress(OSError, ValueError, AttributeError):
+        known = dict(json.loads(file.read_text("ascii")).items())
+    found: dict[str, _Module] = {}
+    parsed: dict[str, list[Any]] = {}
+    for place, text in sources.items():
+        folder = "/".join(place.split("/")[:-1])
+        key = _sha(f"{sys.version_info[:2]}|{folder}|{hashlib.sha256(text).hexdigest()}")
+        try:
+            found[place] = _Module.from_stored(known[key])
+        except (KeyError, TypeError, ValueError):
+            found[place] = _parsed(folder, text)
+            parsed[key] = found[place].stored()
+    if parsed:
+        kept = list((known | parsed).items())[-_MOST_MODULES:]
+        with suppress(InputError, OSError):
+            made_folder(file.parent)
+            with written_whole(file) as beside:
+                beside.write_text(json.dumps(dict(kept)), "ascii")
+    return found
 
-    body: int
+
+class _Import(NamedTuple):
+    """One name of a relative import from `base`."""
+
     base: str
     name: str
     alias: str
@@ -103,28 +131,46 @@ class _Import:
 
 @dataclass(frozen=True)
 class _Module:
-    """Syntax of a module without docstrings and imports for types, with marks for relative imports and their names.
+    """Syntax of a module without docstrings and imports for types, and its relative imports.
 
-    syntax : a dump of its tree. imports : in the order of its blocks.
+    digest : of its tree, in which blocks of statements with imports and imported names are numbered as they come.
+    blocks : imports of each of these blocks. names : alias of each of these names.
     """
 
-    syntax: str
-    imports: tuple[_Import, ...]
+    digest: str
+    blocks: tuple[tuple[_Import, ...], ...]
+    names: tuple[str, ...]
+
+    @property
+    def imports(self) -> Iterator[_Import]:
+        """Yield the imports of all blocks, in order."""
+        return chain.from_iterable(self.blocks)
+
+    def stored(self) -> list[Any]:
+        """Return what `from_stored` reads."""
+        return [self.digest, self.blocks, self.names]
+
+    @classmethod
+    def from_stored(cls, stored: list[Any]) -> _Module:
+        """Make the module from `stored`.
+
+        Raises
+        ------
+        TypeError, ValueError : it is something else.
+        """
+        digest, blocks, names = stored
+        if not all(isinstance(word, str) for word in (digest, *names, *chain(*chain(*blocks)))):
+            raise TypeError(stored)
+        return cls(digest, tuple(tuple(_Import(*each) for each in block) for block in blocks), tuple(names))
 
     def with_digests(self, found: Sequence[tuple[str, str]]) -> str:
-        """Return the syntax with imports put in by (digest of the module, name in it or "" for the module itself)."""
-        lines: dict[int, list[str]] = {}
-        names: dict[str, str] = {}
-        for each, (digest, name) in zip(self.imports, found, strict=True):
-            lines.setdefault(each.body, []).append(f"{digest} {name} {each.alias}" if name else digest)
-            names[each.alias] = each.alias if name else digest
-
-        def put_in(mark: re.Match[str]) -> str:
-            word = mark[1]
-            # Sorted, since imports are in the order of the modules' names.
-            return f"Name({sorted(lines[int(word)]) if word.isdigit() else names[word]!r}"
-
-        return _MARK.sub(put_in, self.syntax)
+        """Hash the syntax with each import as (digest of the module, name in it or "" for the module itself)."""
+        pairs = list(zip(self.imports, found, strict=True))
+        names = {each.alias: each.alias if name else digest for each, (digest, name) in pairs}
+        words = iter(f"{digest} {name} {each.alias}" if name else digest for each, (digest, name) in pairs)
+        # Sorted, since imports are in the order of the modules' names.
+        lines = [sorted(islice(words, len(block))) for block in self.blocks]
+        return _sha(f"{self.digest} {lines} {[names[alias] for alias in self.names]}")
 
 
 def _resolved(found: _Import, sources: Mapping[str, bytes]) -> tuple[str, str]:
@@ -136,40 +182,60 @@ def _resolved(found: _Import, sources: Mapping[str, bytes]) -> tuple[str, str]:
     return "", found.name
 
 
-@lru_cache(maxsize=1024)
-def _module(folder: str, text: bytes) -> _Module:
+def _parsed(folder: str, text: bytes) -> _Module:
     """Parse the text of a module in a folder."""
-    tree = ast.parse(text)
-    names: list[ast.Name] = []
-    imports: list[_Import] = []
-    waiting: list[ast.AST] = [tree]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, ast.Name):
-            names.append(node)
-        for part in ("body", "orelse", "finalbody"):
-            body = getattr(node, part, None)
-            if isinstance(body, list):
-                number = len(imports)
-                imports += (found for each in body for found in _imports(folder, each, number))
-                body[:] = [each for each in body if not _is_dropped(each)]
-                if len(imports) > number:
-                    body.insert(0, ast.Expr(ast.Name(f"<{number}>")))
-        waiting += ast.iter_child_nodes(node)
-    aliases = {found.alias for found in imports}
-    for each in names:
-        if each.id in aliases:
-            each.id = f"<{each.id}>"
-    return _Module(ast.dump(tree, annotate_fields=False), tuple(imports))
+    words: list[str] = []
+    blocks: list[tuple[_Import, ...]] = []
+    names: list[int] = []
+
+    def add(value: object) -> None:
+        if isinstance(value, ast.AST):
+            kind = type(value)
+            words.append(kind.__name__)
+            if kind is ast.Name:
+                names.append(len(words))
+                words.append(value.id)
+                return
+            for field in _fields(kind):
+                part = getattr(value, field, None)
+                add(without_imports(part) if field in _BODIES and isinstance(part, list) else part)
+            words.append(")")
+        elif isinstance(value, list):
+            words.append("[")
+            for each in value:
+                add(each)
+            words.append("]")
+        else:
+            words.append(repr(value))
+
+    def without_imports(body: list[ast.stmt]) -> list[ast.stmt]:
+        imports = tuple(found for each in body for found in _imports(folder, each))
+        if imports:
+            words.append(f"<{len(blocks)}>")
+            blocks.append(imports)
+        return [each for each in body if not _is_dropped(each)]
+
+    add(ast.parse(text))
+    aliases = {each.alias for each in chain.from_iterable(blocks)}
+    marked = [place for place in names if words[place] in aliases]
+    numbers: dict[str, int] = {}
+    for place in marked:
+        words[place] = f"<{numbers.setdefault(words[place], len(numbers))}>"
+    return _Module(_sha("\n".join(words)), tuple(blocks), tuple(numbers))
 
 
-def _imports(folder: str, node: ast.stmt, body: int) -> Iterator[_Import]:
+@cache
+def _fields(kind: type[ast.AST]) -> tuple[str, ...]:
+    return tuple(field for field in kind._fields if field not in _IMPLIED)
+
+
+def _imports(folder: str, node: ast.stmt) -> Iterator[_Import]:
     """Yield the names of a relative import."""
     if isinstance(node, ast.ImportFrom) and node.level:
         folders = folder.split("/") if folder else []
         words = [*folders[: len(folders) + 1 - node.level], *(node.module or "").split(".")]
         for name in node.names:
-            yield _Import(body, "/".join(words).strip("/"), name.name, name.asname or name.name)
+            yield _Import("/".join(words).strip("/"), name.name, name.asname or name.name)
 
 
 def _is_dropped(node: ast.stmt) -> bool:

@@ -58,7 +58,10 @@ class Growth:
         rival : given up as soon as the candidate can no longer be better than this one.
         """
         budget, most = self.settings.budget, self.settings.ranks[-1]
-        best = candidate = self._on_finer_grids(self._up_to_farthest_light(candidate))
+        candidate = self._on_finer_grids(self._up_to_farthest_light(candidate))
+        if candidate.judgement.score <= budget and not candidate.within:
+            candidate = self.refinement.bring_within(candidate)
+        best = candidate
         steps, safe = [(candidate.rank, candidate.judgement.headway)], None
         while not best.meets(budget) and candidate.rank + PACK <= most:
             if rival is not None and not self._may_win(candidate, rival):

@@ -1,6 +1,12 @@
 """Code stays the same in other words and under other file names, and becomes another where it computes otherwise."""
 
+import ast
+import json
+import shutil
+from types import SimpleNamespace
+
 import pytest
+from metamer.runtime import code_hash
 from metamer.runtime.code_hash import files_hash, syntax_hash
 from metamer.runtime.disk_cache import cache_folder
 
@@ -117,6 +123,36 @@ def test_hashes_are_kept_and_damaged_ones_computed_again(tmp_path, monkeypatch):
     assert syntax_hash(SOURCES) == "0" * 64
     for damaged in ("", "0" * 63, "ü" * 64):
         file.write_text(damaged, encoding="utf-8")
+        assert syntax_hash(SOURCES) == found
+
+
+def test_only_modules_that_changed_are_parsed_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    texts = []
+
+    def parse(text):
+        texts.append(text)
+        return ast.parse(text)
+
+    monkeypatch.setattr(code_hash, "ast", SimpleNamespace(**vars(ast) | {"parse": parse}))
+    found = syntax_hash(SOURCES)
+    assert len(texts) == len(SOURCES)
+    other = syntax_hash(rewritten("first", b"2 * x", b"2 + x"))
+    assert texts[len(SOURCES) :] == [b"def double(x):\n    return 2 + x\n\n\ndef half(x):\n    return x / 2\n"]
+    shutil.rmtree(cache_folder("code"))
+    assert (syntax_hash(SOURCES), syntax_hash(rewritten("first", b"2 * x", b"2 + x"))) == (found, other)
+    assert len(texts) == len(SOURCES) + 1
+
+
+@pytest.mark.parametrize("damage", ["", "[]", "{}", "null", "{", "ü", '{"%s": 3}', '{"%s": ["a", [[["b"]]], []]}'])
+def test_modules_that_were_kept_and_are_damaged_are_parsed_again(tmp_path, monkeypatch, damage):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    found = syntax_hash(SOURCES)
+    (file,) = cache_folder("syntax").iterdir()
+    keys = json.loads(file.read_text())
+    for key in keys if "%s" in damage else [""]:
+        file.write_text(damage.replace("%s", key), encoding="utf-8")
+        shutil.rmtree(cache_folder("code"))
         assert syntax_hash(SOURCES) == found
 
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from metamer.materials.analytic import AshikhminShirley, CookTorrance, Lambert, OrenNayar
+from metamer.materials.analytic import AshikhminShirley, CoatedDiffuse, CookTorrance, Lambert, OrenNayar
 from metamer.materials.core.axes import Axis
 from metamer.materials.core.brdf import Brdf, Lobe
 from metamer.materials.core.directions import spherical
@@ -62,6 +62,15 @@ def test_every_kind_of_material_meets_its_budget_with_few_terms(brdf, terms):
     assert found.error.mean <= 0.2
     assert found.error.most_negative > -0.01
     assert found.fast.error == found.error
+
+
+def test_lobes_that_meet_the_budget_once_they_are_refined_together_get_no_more_terms():
+    yellow = reflectance(0.13 + 0.76 / (1.0 + np.exp(-(WORKING_WAVELENGTHS_NM - 505.0) / 12.0)))
+    trials = []
+    found = fit(CoatedDiffuse(yellow, 1.5, 0.016), pixels=32, tried=trials.append)
+    # The grid of the body alone is too coarse, with any number of terms.
+    assert min(trial.score for trial in trials if not trial.joint and trial.lobe == 0) > 0.5
+    assert found.rank == max(trial.rank for trial in trials if trial.joint) == 2 and found.score <= 0.5
 
 
 def test_the_declared_error_is_that_of_the_packs_as_a_brdf():
