@@ -150,7 +150,7 @@ def test_scenes_of_the_showroom_and_a_metameric_pair(tmp_path):
         (folder / family).mkdir()
         record = MaterialRecord(name, family, grey.NAME, parameters, provenance, grey.own_form())
         write_record(record, folder / f"{name}.h5")
-    said = run("09_showroom.py", tmp_path, "made", "32", "gloss")
+    said = run("09_showroom.py", tmp_path, "made", "16", "gloss")
     assert number(r"pair, D65: ΔE94 ([\d.]+)", said) < 0.01 and number(r"pair, FL11: ΔE94 ([\d.]+)", said) > 5.0
     assert number(r"gloss: ΔE94 mean ([\d.]+)", said) < 0.5
     assert {path.suffix for path in (tmp_path / "made").glob("*-*.*")} == {".png"}

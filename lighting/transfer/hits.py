@@ -109,7 +109,8 @@ class Hits:
     ) -> Float[np.ndarray, "*n 3"]:
         """Shares of sites about places that are seen: those that are `shut` leave theirs to the others there."""
         kept = np.where(self.shut[sites], 0.0, shares)
-        whole, left = shares.sum(axis=-1, keepdims=True), kept.sum(axis=-1, keepdims=True)
+        # As `sum` does along so short an axis, in a fifth of the time.
+        whole, left = ((one[..., 0] + one[..., 1] + one[..., 2])[..., None] for one in (shares, kept))
         # Where next to nothing is left, nothing is known of it.
         return np.where(
             left > _LEAST * whole, kept * np.divide(whole, left, out=np.ones_like(left), where=left > 0.0), shares
@@ -144,8 +145,8 @@ class Hits:
         both = np.concatenate([self.corners, self.backs])
         found = both[np.where(triangle < 0, 0, triangle)]
         part = place.astype(np.float64) / _WHOLE
-        shares = np.concatenate([1.0 - part.sum(axis=2, keepdims=True), part], axis=2)
-        shares[(triangle < 0)] = 0.0
+        shares = np.concatenate([1.0 - (part[..., :1] + part[..., 1:]), part], axis=2)
+        shares[triangle < 0] = 0.0
         shares[found < 0] = 0.0
         assert triangle.max(initial=-1) < len(both)
         return np.maximum(found, 0), shares
@@ -161,15 +162,21 @@ def ray_directions(
     square = shifted_pattern(numbers, rays)
     # The disc below the hemisphere, even in area: a cosine.
     radius, turn = np.sqrt(square[..., 0]), 2.0 * np.pi * square[..., 1]
+    x, y, z = radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[..., 0])
     across, along = tangents(normals)
-    flat = (radius * np.cos(turn))[..., None] * across[:, None] + (radius * np.sin(turn))[..., None] * along[:, None]
-    return flat + np.sqrt(1.0 - square[..., 0])[..., None] * normals[:, None]
+    found = np.empty((*x.shape, 3))
+    for axis in range(3):
+        found[..., axis] = x * across[:, None, axis] + y * along[:, None, axis] + z * normals[:, None, axis]
+    return found
 
 
 def shifted_pattern(numbers: Int[np.ndarray, " n"], count: int) -> Float[np.ndarray, "n count 2"]:
     """Make points spread evenly over the unit square, each set shifted by an amount of its own."""
     pattern = (0.5 + np.arange(1, count + 1)[:, None] * _STEPS) % 1.0
-    return (pattern + (numbers[:, None] * _SHIFTS % 1.0)[:, None, :]) % 1.0
+    shifted = pattern + (numbers[:, None] * _SHIFTS % 1.0)[:, None, :]
+    # Below 2, so that this is the remainder, exactly.
+    shifted -= shifted >= 1.0
+    return shifted
 
 
 def tangents(normals: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:

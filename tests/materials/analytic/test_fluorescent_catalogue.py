@@ -1,10 +1,8 @@
 """Fluorescent materials from a bispectral picture through the catalogue to pictures."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
+from metamer.cli.main import main
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh.shapes import sphere
@@ -141,9 +139,7 @@ def test_command_imports_and_renders_the_real_picture(shared_data, tmp_path):
     """Import, render under three lights, and the slow truth of the same scene."""
 
     def metamer(*words):
-        command = [sys.executable, "-m", "metamer.cli.main", *map(str, words)]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-        assert done.returncode == 0, done.stdout + done.stderr
+        assert main([*map(str, words)]) == 0, words
 
     source = shared_data / "spectra" / "exr" / "BiSpectral.exr"
     metamer("catalogue", "import", source, "--into", tmp_path / "cat", "--jobs", 1)

@@ -382,7 +382,7 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
         "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "from metamer.cli.main import main; sys.exit(main())"
     )
-    command = [sys.executable, "-c", listen, "catalogue", "import", str(source), "--into", str(cat), "--budget", "3"]
+    command = [sys.executable, "-c", listen, "catalogue", "import", str(source), "--into", str(cat), "--budget", "20"]
     process = subprocess.Popen(
         [*command, "--jobs", "2"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
