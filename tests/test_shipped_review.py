@@ -32,7 +32,7 @@ LONGEST_COMMAND_S = 1500
 def both(tmp_path_factory, kept_catalogue):
     """Folders of the catalogue and of two reviews, made by the command in its own processes."""
     folder = tmp_path_factory.mktemp("shipped")
-    catalogue = kept_catalogue("shipped", ROOT / "catalogs" / "shipped")
+    catalogue = kept_catalogue("shipped", ROOT / "catalogs" / "shipped", "--jobs", "2")
     out, booth = (folder / name for name in ("review", "booth"))
     options = ["--catalogue", catalogue, "--jobs", "2"]
     # A quarter of the shipped scene's pixels: what is off in a picture is off in a small one.
