@@ -4,9 +4,9 @@
 
 Readers are those of both lists of formats. The files that are damaged are small ones written here (`fuzz_seeds`) and,
 with `--data`, those of a folder that the reader recognises. A reader works in a process of its own, with a limit on
-memory and on time for each file; a crash, a hang, too much memory or any other exception is a failure. `--keep` stores
-the files that failed. Each is made again from its number: `--seed` and the reader's name fix all of them. MATLAB files
-are read in forks of one process, some seconds a thousand; a scattered BRDF that is still one takes a second.
+memory and on CPU time for each file; a crash, a hang, too much memory or any other exception is a failure. `--keep`
+stores the files that failed. Each is made again from its number: `--seed` and the reader's name fix all of them. MATLAB
+files are read in forks of one process, some seconds a thousand; a scattered BRDF that is still one takes a second.
 """
 
 from __future__ import annotations
@@ -36,7 +36,10 @@ from metamer.runtime.errors import InputError
 from metamer.spectral.formats import registry as spectral_formats
 from metamer.spectral.formats.import_options import ImportOptions
 
+# Of the processor, not of the clock: how busy the machine is must not decide.
 SECONDS_A_FILE = 10.0
+# On the clock, for what waits and does nothing.
+SECONDS_WITHOUT_AN_ANSWER = 600.0
 # What is asked of images that do not say it.
 ANSWER = ImportOptions(encoding="linear", white=(1.0,), includes_cosine=True)
 # Address space beside what the process has when it begins: a reader that allocates by a number in a damaged file fails.
@@ -171,11 +174,13 @@ class _TooLong(BaseException):
     """Not an Exception: a reader that catches everything must not catch this."""
 
 
-def _serve(connection: Connection, reader: str, seed: int, numbers: list[int], files: dict[str, bytes]) -> None:
-    def too_long(*_: object) -> None:
-        raise _TooLong
+def too_long(*_: object) -> None:
+    """Stop the reading of a file: a handler of SIGPROF."""
+    raise _TooLong
 
-    signal.signal(signal.SIGALRM, too_long)
+
+def _serve(connection: Connection, reader: str, seed: int, numbers: list[int], files: dict[str, bytes]) -> None:
+    signal.signal(signal.SIGPROF, too_long)
     # Libraries of C speak for themselves, a line for each damaged block.
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)
@@ -194,8 +199,8 @@ def _serve(connection: Connection, reader: str, seed: int, numbers: list[int], f
 def _one(reader: str, folder: Path, name: str, content: bytes) -> tuple[str, str, float]:
     path = folder / name
     path.write_bytes(content)
-    begin = time.perf_counter()
-    signal.setitimer(signal.ITIMER_REAL, SECONDS_A_FILE)
+    begin = time.process_time()
+    signal.setitimer(signal.ITIMER_PROF, SECONDS_A_FILE)
     try:
         outcome, place = read(reader, path), ""
     except _TooLong:
@@ -203,13 +208,13 @@ def _one(reader: str, folder: Path, name: str, content: bytes) -> tuple[str, str
     except BaseException as reason:
         outcome, place = type(reason).__name__, traceback.format_exc(limit=-4)
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.setitimer(signal.ITIMER_PROF, 0)
         path.unlink(missing_ok=True)
-    return outcome, place, time.perf_counter() - begin
+    return outcome, place, time.process_time() - begin
 
 
 def fuzzed(reader: str, seed: int, count: int, files: dict[str, bytes]) -> Iterator[tuple[int, str, str, float]]:
-    """(number, outcome, place, seconds) of every file; a process that dies or hangs is an outcome, and replaced."""
+    """(number, outcome, place, CPU seconds) of every file; a process that dies or hangs is an outcome, and replaced."""
     context = multiprocessing.get_context("spawn")
     todo = list(range(count))
     while todo:
@@ -219,8 +224,7 @@ def fuzzed(reader: str, seed: int, count: int, files: dict[str, bytes]) -> Itera
         theirs.close()
         try:
             while todo:
-                # To start may take as long as to read.
-                if not ours.poll(SECONDS_A_FILE + 30):
+                if not _answers(ours, process.pid or 0):
                     yield todo.pop(0), "hang", "no answer, not even to a signal", SECONDS_A_FILE
                     break
                 number, *rest = ours.recv()
@@ -233,6 +237,24 @@ def fuzzed(reader: str, seed: int, count: int, files: dict[str, bytes]) -> Itera
             process.kill()
             process.join()
             ours.close()
+
+
+def _answers(connection: Connection, process: int) -> bool:
+    """Wait until a process has something to say: False where it works for far longer than a signal allows, or waits."""
+    begin, limit = time.monotonic(), _cpu_seconds(process) + SECONDS_A_FILE + 30.0
+    while not connection.poll(1.0):
+        if _cpu_seconds(process) > limit or time.monotonic() - begin > SECONDS_WITHOUT_AN_ANSWER:
+            return False
+    return True
+
+
+def _cpu_seconds(process: int) -> float:
+    """CPU seconds of a process so far; 0 where the system does not tell, or it has ended."""
+    try:
+        words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 GOOD = ("read", "refused", "not recognised")
@@ -304,7 +326,7 @@ def main(words: list[str] | None = None) -> int:
         row = report(reader, args.seed, args.count, files_of(reader, args.data), args.keep)
         rows.append(row)
         said = ", ".join(f"{count} {outcome}" for outcome, count in sorted(row["outcomes"].items()))
-        times = f"{row['seconds']:.0f} s, slowest {row['slowest_seconds']:.2f} s"
+        times = f"{row['seconds']:.0f} s, slowest {row['slowest_seconds']:.2f} CPU s"
         print(f"{reader:16} {row['files']} files in {times}: {said}", flush=True)
         for key, failure in row["failures"].items():
             print(f"    {failure['count']} x {key} (file {failure['number']})", flush=True)

@@ -2,7 +2,9 @@
 
 import importlib
 import random
+import signal
 import sys
+import time
 
 import pytest
 from metamer.materials.formats import registry as material_formats
@@ -67,6 +69,25 @@ def test_failures_of_a_reader_are_found(fuzz, tmp_path, monkeypatch):
     assert row["outcomes"] == {"read": 1, "KeyError": 1, "crash": 1}
     assert [failure["number"] for failure in row["failures"].values()] == [1, 2]
     assert len(list((tmp_path / "kept").iterdir())) == 2
+
+
+@pytest.mark.parametrize(("works", "outcome"), [(True, "too long"), (False, "read")])
+def test_the_limit_is_of_the_processor_and_not_of_the_clock(fuzz, tmp_path, monkeypatch, works, outcome):
+    """A busy machine makes no file too long: what waits is not stopped, and what works is."""
+
+    def read(*_):
+        begin = time.monotonic()
+        while time.monotonic() - begin < (30.0 if works else 0.2):
+            time.sleep(0.0 if works else 0.05)
+        return "read"
+
+    monkeypatch.setattr(fuzz, "read", read)
+    monkeypatch.setattr(fuzz, "SECONDS_A_FILE", 0.05)
+    before = signal.signal(signal.SIGPROF, fuzz.too_long)
+    try:
+        assert fuzz._one("csv", tmp_path, "a.csv", b"1")[0] == outcome
+    finally:
+        signal.signal(signal.SIGPROF, before)
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits of memory are those of Linux")
