@@ -337,6 +337,11 @@ def geometry_in(words: str) -> Geometry | None:
     return Geometry("sphere") if _IS_SPHERE.search(text) else Geometry(text.casefold())
 
 
+def at_an_angle(name: str) -> bool:
+    """Return whether a name is of a reading at an aspecular angle, where a reflectance may be far above 1."""
+    return bool(ANGLE_NOTATION.search(name) or ANGLE_WITHOUT_LIGHT.search(name))
+
+
 def _several(light: str, aspecular: str, azimuth: str) -> Geometry:
     one, two = (float(light) if light else None), signed(aspecular)
     turned = signed(azimuth) % 360.0 if azimuth else 180.0

@@ -10,12 +10,13 @@ fields that say different things are refused, and so is what was only assumed wh
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from ...runtime.errors import InputError
-from ..measurement import is_condition
+from ..measurement import at_an_angle, is_condition
 from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
 from .cgats_quantity import StatedQuantity, check_agreement, said_quantity, signs_of_table
 from .cgats_tables import CgatsTable, read_tables
@@ -123,16 +124,16 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
         for row in table.rows
     ]
     said = said_quantity(table, [band.quantity for band in fields])
+    named = {field.upper(): column for column, field in reversed(beside)}
+    order = [named[key] for key in _NAMES if key in named]
+    names = [next((row[column] for column in order if row[column].strip()), "") for row in table.rows]
     try:
-        decision, scale = _measured(table, said, marks, values, grids, stated, answer, path)
+        decision, scale = _measured(table, said, marks, names, values, grids, stated, answer, path)
     except InputError as reason:
         gathering.rejected.append((place or path.stem, reason))
         return
-    named = {field.upper(): column for column, field in reversed(beside)}
-    order = [named[key] for key in _NAMES if key in named]
     for index, row in enumerate(table.rows):
-        name = next((row[column] for column in order if row[column].strip()), "")
-        name = name or (path.stem if len(table.rows) == 1 else f"{path.stem} {index + 1}")
+        name = names[index] or (path.stem if len(table.rows) == 1 else f"{path.stem} {index + 1}")
         wrong = next((row[at] for at in values_at if np.isnan(table.number(row[at])) and not is_missing(row[at])), None)
         if wrong is not None:
             refusal = InputError("not a number", field=name, found=repr(shortened(wrong, 40)))
@@ -147,6 +148,7 @@ def _measured(
     table: CgatsTable,
     said: StatedQuantity,
     marks: set[str],
+    names: Sequence[str],
     values: np.ndarray,
     grids: list[np.ndarray],
     stated: list[tuple[StatedColour, ...]],
@@ -183,7 +185,9 @@ def _measured(
         raise undecided(signs, None, len(values))
     # A file that says how surfaces were measured says reflectance, if not the word.
     worded = decision.stated or answer.quantity is None
-    scale = _divisor(table, decision, marks, norm, ValueRange.of(finite, decision.quantity, worded), answer)
+    angled = decision.quantity == "reflectance" and any(map(at_an_angle, names))
+    seen = ValueRange.of(finite, "radiance factor" if angled else decision.quantity, worded)
+    scale = _divisor(table, decision, marks, norm, seen, answer)
     if norm and norm != 1.0:
         scale = scale._replace(note=f"values are divided by SPECTRAL_NORM, {norm:g}")
     dark = norm is None and scale.by == 100.0 and highest <= _DARKEST_PERCENT

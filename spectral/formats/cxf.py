@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from .cxf_metadata import TELLING, Stated, file_details, object_details, shared_
 from .cxf_specification import Specification, specification
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, StatedColour, names_its_file
-from .shared.decisions import ValueRange, divisor_of
-from .shared.entry_rules import Gathering
+from .shared.decisions import Divisor, divisor_by_format
+from .shared.entry_rules import Gathering, in_visible
 from .shared.text import shortened
 from .shared.xml import Vocabulary, number, read_xml, root_name
 
@@ -68,9 +68,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
         Not well-formed, not CxF3, or no object has a spectrum: the message lists what is there instead. Values that
         are no percents, where a person says so.
     """
-    said = f"the format ({NAME})"
     in_percent = answer.scale == "percent" and answer.against == "overruled"
-    factors: list[np.ndarray] = []
     root, known, specifications, objects = _opened(path)
     gathered = Gathering(path, NAME)
     if known.note:
@@ -83,6 +81,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
             measured.append((item, values, spectra))
     names = _names([item for item, _, _ in measured], gathered)
     percent = None
+    read_ones: list[_Reading] = []
     for name, (item, values, spectra) in zip(names, measured, strict=True):
         beside = [value for value in values if known.name(value) not in _SPECTRA]
         colours, other = stated_values(beside, name, specifications, known, gathered)
@@ -105,8 +104,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
                 continue
             bounded = known.name(value) in _LISTS and told.angles is None
             most = _LARGEST_FRACTION if bounded else _LARGEST_FACTOR
-            divided = in_percent and quantity != "emission"
-            if quantity != "emission" and not divided and (samples >= most).any():
+            if quantity != "emission" and not in_percent and (samples >= most).any():
                 percent = percent or _percent(called, f"{samples.max():g}")
                 gathered.rejected.append((called, _percent(called, f"{samples.max():g}")))
                 continue
@@ -115,15 +113,14 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
                 details["object"] = name
             if quantity == "emission":
                 details["units"] = "W/(sr m^2 nm)"
-            by, taken = (100.0, f"{quantity} in percent, by --scale, against {said}") if divided else (1.0, "")
-            gathered.add(called, grid, samples, quantity, divisor=by, stated=stated, details=details, taken=taken)
-            factors += [samples[np.isfinite(samples)]] if divided else []
-    if factors:
-        measured_as = answer.quantity or (
-            "reflectance" if not gathered.entries else gathered.entries[0].spectrum.quantity
+            kind = quantity if bounded or quantity != "reflectance" else "radiance factor"
+            read_ones.append(_Reading(called, grid, samples, quantity, kind, stated, details))
+    scales = {} if percent else _scales(read_ones, answer)
+    for one in read_ones:
+        scale = scales.get(one.kind)
+        gathered.add_of_format(
+            one.name, one.grid, one.samples, one.quantity, scale, stated=one.stated, details=one.details
         )
-        scale = divisor_of(ValueRange.of(np.concatenate(factors), measured_as, True), "fraction", said, answer)
-        gathered.note(scale.note or "")
     if percent is not None:
         # A dark sample in percent looks like a bright one in fractions: the others tell.
         fractions = [entry for entry in gathered.entries if entry.spectrum.quantity != "emission"]
@@ -185,6 +182,35 @@ def _opened(path: Path) -> tuple[Element, Vocabulary, dict[str, Specification | 
         for item in known.children(collection, "Object")
     ]
     return root, known, specifications, objects
+
+
+class _Reading(NamedTuple):
+    """One spectrum as the file has it; `kind`: what bounds its values, a radiance factor at an angle."""
+
+    name: str
+    grid: np.ndarray
+    samples: np.ndarray
+    quantity: Quantity
+    kind: str
+    stated: tuple[StatedColour, ...]
+    details: dict[str, str]
+
+
+def _scales(readings: Sequence[_Reading], answer: ImportOptions) -> dict[str, Divisor]:
+    """What readings of each kind are divided by: 1 by the format, unless a person says so of this file alone.
+
+    Raises
+    ------
+    InputError
+        Nothing is as dark or as bright as the format says; or the person's answer does not fit the values.
+    """
+    found: dict[str, Divisor] = {}
+    for kind in dict.fromkeys(one.kind for one in readings if one.kind != "emission"):
+        alike = [one for one in readings if one.kind == kind]
+        seen = np.concatenate([one.samples[in_visible(one.grid)] for one in alike])
+        if scale := divisor_by_format(seen, kind, NAME, answer):
+            found[kind] = scale
+    return found
 
 
 def _percent(field: str, found: str) -> InputError:

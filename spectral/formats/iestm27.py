@@ -9,8 +9,10 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ..spectrum import Quantity
+from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, names_its_file
-from .shared.entry_rules import Gathering
+from .shared.decisions import divisor_by_format
+from .shared.entry_rules import Gathering, in_visible
 from .shared.words import measured, quantity_in
 from .shared.xml import Vocabulary, kept, number, read_xml, root_name, words
 
@@ -43,8 +45,8 @@ _READ = (
     "SpectralQuantity", "ReflectionGeometry", "TransmissionGeometry", "BandwidthFWHM", "BandwidthCorrected",
     "SpectralData"
 )  # fmt: skip
-# Far above any radiance factor that is not a mirror's, far below a reading in percent.
-_LARGEST_FRACTION = 3.0
+#: A person may say the scale of one file alone, against the format.
+SCALED = True
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -54,8 +56,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 @names_its_file
-def read(path: Path) -> SpectralFile:
+def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """The spectrum of a file, named by its description.
+
+    Parameters
+    ----------
+    answer : about this file alone, it may say that its values are percents, against the format.
 
     Raises
     ------
@@ -82,11 +88,13 @@ def read(path: Path) -> SpectralFile:
         (about[key] for key in ("Description", "UniqueIdentifier", "CatalogNumber") if about.get(key)), path.stem
     )
     for place, element in enumerate(distributions, 1):
-        _add(gathered, element, name if len(distributions) == 1 else f"{name} {place}", about, known)
+        _add(gathered, element, name if len(distributions) == 1 else f"{name} {place}", about, known, answer)
     return gathered.finish(kept(about))
 
 
-def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str], known: Vocabulary) -> None:
+def _add(
+    gathered: Gathering, element: Element, name: str, about: dict[str, str], known: Vocabulary, answer: ImportOptions
+) -> None:
     field = "SpectralData"
     told = known.text(element, "SpectralQuantity")
     quantity, units = _QUANTITIES.get(told.lower(), (measured(quantity_in(told)), told))
@@ -104,14 +112,7 @@ def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str]
     grid = np.array([number(point.get("wavelength", ""), field) for point in points])
     samples = np.array([number((point.text or "").strip(), field) for point in points])
     grid, samples = gathered.ascending(name, grid, samples)
-    if quantity != "emission" and (samples > _LARGEST_FRACTION).any():
-        raise InputError(
-            f"{told} looks like percent",
-            field=field,
-            found=f"{samples.max():g}",
-            expected="fractions, 1 for all of the light or for the perfect diffuser",
-            hint="divide by 100",
-        )
+    scale = divisor_by_format(samples[in_visible(grid)], quantity, NAME, answer)
     details = {"quantity": told, "units": units, "geometry": _geometry(element, known)}
     details |= {"bandwidth": known.text(element, "BandwidthFWHM")}
     details |= {"bandwidth corrected": known.text(element, "BandwidthCorrected")}
@@ -119,7 +120,7 @@ def _add(gathered: Gathering, element: Element, name: str, about: dict[str, str]
     for other in known.children(element):
         if known.name(other) not in _READ:
             details[known.name(other) or ""] = words(other)
-    gathered.add(name, grid, samples, quantity, details=kept(details))
+    gathered.add_of_format(name, grid, samples, quantity, scale, details=kept(details))
 
 
 def _geometry(element: Element, known: Vocabulary) -> str:

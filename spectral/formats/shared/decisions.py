@@ -10,15 +10,17 @@ What was measured:
    lines of a lamp, and values that only a light has.
 4. Else the file is refused, with the words that settle it. Nothing is guessed.
 
-Percent or fractions: a stated scale is followed, unless the numbers cannot be on it. Where none is stated, the person's
-answer is, within the same bounds. Where there is neither, a heading that says "reflectance" means fractions unless the
-values can only be percent; numbers that nothing calls anything must not fit both.
+Percent or fractions: a stated scale is followed, unless the numbers cannot be on it or no surface would be as dark or
+as bright; then the person's answer counts for more. Where none is stated, the answer is followed, within the same
+bounds. Where there is neither, a heading that says "reflectance" means fractions unless the values can only be percent;
+numbers that nothing calls anything must not fit both.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, get_args
 
@@ -46,8 +48,8 @@ _DARK_PERCENT, _BRIGHT = 0.02, 0.3
 _MOST_PERCENT = 200.0
 # Whole numbers above this are codes of a picture or counts as soon as percent: few surfaces send back more.
 _MOST_WHOLE_PERCENT = 105.0
-# Largest radiance factor.
-_MOST_FACTOR = 10.0
+# Largest radiance factor, and largest reflectance: fluorescent paints send back less than three times their light.
+_MOST_FACTOR, _MOST_REFLECTANCE = 10.0, 3.0
 _SETTLED_BY_SCALE = "say it: --scale percent or --scale fraction"
 
 
@@ -254,6 +256,7 @@ class ValueRange(NamedTuple):
     worded : True where the file says in words what was measured.
     most : the largest percentage that is taken for one without a unit: more glitters, and is called a radiance factor.
         Of whole numbers it is less.
+    brightest : the largest fraction that is taken where the file states its scale.
     """
 
     lowest: float
@@ -261,6 +264,7 @@ class ValueRange(NamedTuple):
     surface: bool
     worded: bool
     most: float
+    brightest: float
 
     @classmethod
     def of(cls, samples: np.ndarray, quantity: str, worded: bool) -> ValueRange:
@@ -269,7 +273,8 @@ class ValueRange(NamedTuple):
         most = 100.0 * _MOST_FACTOR if worded and quantity == "radiance factor" else _MOST_PERCENT
         if np.all(samples == np.round(samples)):
             most = _MOST_WHOLE_PERCENT
-        return cls(lowest, highest, quantity != "transmittance", worded, most)
+        brightest = _MOST_FACTOR if quantity == "radiance factor" else _MOST_REFLECTANCE
+        return cls(lowest, highest, quantity != "transmittance", worded, most, brightest)
 
     @property
     def said(self) -> str:
@@ -285,6 +290,11 @@ class ValueRange(NamedTuple):
     def dark_for_percent(self) -> bool:
         """True if none reaches one per cent, and as fractions they would be of no dark surface or filter."""
         return 0.0 < self.highest <= 1.0 and (self.surface or self.highest >= _BRIGHT)
+
+    @property
+    def dark_for_fractions(self) -> bool:
+        """True if a surface would send back less than black paints do, as radiances seem to."""
+        return self.surface and self.highest < _BLACKEST
 
     @property
     def only_percent(self) -> bool:
@@ -307,21 +317,12 @@ def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: Imp
         or nobody says anything, and the values fit both or neither; or no surface would be as dark or as bright.
     """
     impossible: dict[Scale, bool] = {"percent": values.only_fractions, "fraction": values.only_percent}
-    doubtful = stated is not None and (impossible[stated] or (stated == "percent" and values.dark_for_percent))
+    doubt = None if stated is None else _doubt(values, stated, words)
     if stated is not None and (answer.scale is None or (answer.scale == stated and impossible[stated])):
-        if doubtful:
-            problem, limit = "the file states percent, and the numbers say fractions", "darker than paints are"
-            if stated == "fraction":
-                problem = f"{'reflectance' if values.surface else 'transmittance'} looks like percent"
-                limit = "nothing sends back as much"
-            raise _refusal(
-                problem,
-                f"{values.said} below {words}: {limit}",
-                "numbers on the scale that the file states",
-                f"{_SETTLED_BY_SCALE}, whichever is right",
-            )
+        if doubt is not None:
+            raise doubt
         return _divisor(stated, values, words)
-    if stated is not None and answer.scale != stated and not doubtful and answer.against != "overruled":
+    if stated is not None and answer.scale != stated and doubt is None and answer.against != "overruled":
         if answer.against == "kept":
             return _divisor(stated, values, words)
         raise AgainstAnswerError.of(
@@ -331,6 +332,8 @@ def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: Imp
             hint="import this file without --scale; where its words are wrong, correct them in the file",
         )
     if answer.scale is not None:
+        if doubt is not None and stated == "fraction" != answer.scale and values.dark_for_fractions:
+            raise doubt
         if impossible[answer.scale]:
             raise _refusal(
                 "the numbers are on another scale than --scale says",
@@ -340,17 +343,12 @@ def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: Imp
                 else "fractions from 0 to 1, radiance factors up to 10",
                 "import this file without --scale, or with the other one",
             )
-        if answer.scale == stated and not doubtful:
+        if answer.scale == stated and doubt is None:
             return _divisor(answer.scale, values, words)
         against = stated is not None and answer.scale != stated
         return _divisor(answer.scale, values, f"--scale, against {words}" if against else "--scale")
-    if values.surface and values.highest < _BLACKEST:
-        raise _refusal(
-            "too dark for a surface, and no unit",
-            f"{values.said}: the brightest sample would send back {100.0 * values.highest:.2g} %",
-            "fractions from 0 to 1, or percent",
-            "a radiance: import this file alone, --as emission; else say --scale fraction, or write the unit above",
-        )
+    if values.dark_for_fractions:
+        raise _too_dark(values, "no unit", "")
     fraction = values.highest <= 2.0 and values.lowest <= 1.5
     if fraction and (values.worded or values.only_fractions):
         return Divisor(1.0, "fraction", f"values from {values.said}")
@@ -369,6 +367,63 @@ def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: Imp
     )
 
 
+def divisor_by_format(values: np.ndarray, quantity: str, name: str, answer: ImportOptions) -> Divisor | None:
+    """Find the divisor of visible values (N) that their format says are fractions; None where there are no values, or
+    they are an emission's.
+
+    Parameters
+    ----------
+    name : of the format.
+    answer : about this file alone, it may say percent against the format.
+
+    Raises
+    ------
+    InputError
+        As of `divisor_of`.
+    """
+    values = values[np.isfinite(values)]
+    if not values.size or "emission" in (quantity, answer.quantity):
+        return None
+    seen, words = ValueRange.of(values, answer.quantity or quantity, True), f"the format ({name})"
+    if answer.against != "overruled":
+        stated = divisor_of(seen, "fraction", words, replace(answer, scale=None))
+        if not answer.allows(quantity):
+            return stated
+    return divisor_of(seen, "fraction", words, answer)
+
+
+def _doubt(values: ValueRange, stated: Scale, words: str) -> InputError | None:
+    """Explain why numbers hardly fit the scale that their file states; None where they do."""
+    if stated == "fraction" and values.dark_for_fractions:
+        return _too_dark(values, "stated as fractions", f" below {words}")
+    bright = values.highest > (100.0 if stated == "percent" else 1.0) * values.brightest
+    if stated == "percent" and (values.only_fractions or values.dark_for_percent):
+        problem, limit = "the file states percent, and the numbers say fractions", "darker than paints are"
+    elif stated == "percent" and bright:
+        return _too_bright(values, words)
+    elif stated == "fraction" and (bright or values.only_percent):
+        problem = f"{'reflectance' if values.surface else 'transmittance'} looks like percent"
+        limit = "nothing sends back as much"
+    else:
+        return None
+    return _refusal(
+        problem,
+        f"{values.said} below {words}: {limit}",
+        "numbers on the scale that the file states",
+        f"{_SETTLED_BY_SCALE}, whichever is right",
+    )
+
+
+def _too_dark(values: ValueRange, how: str, where: str) -> InputError:
+    write = "" if where else ", or write the unit above"
+    return _refusal(
+        f"too dark for a surface, and {how}",
+        f"{values.said}{where}: the brightest sample would send back {100.0 * values.highest:.2g} %",
+        "fractions from 0 to 1, or percent",
+        f"a radiance: import this file alone, --as emission; else say --scale fraction where that is right{write}",
+    )
+
+
 def _divisor(scale: Scale, values: ValueRange, words: str) -> Divisor:
     if scale == "fraction":
         return Divisor(1.0, scale, words)
@@ -381,12 +436,17 @@ def _divisor(scale: Scale, values: ValueRange, words: str) -> Divisor:
 def _check_percent(values: ValueRange) -> None:
     """Refuse a percentage that nothing sends back: what glitters reaches some hundreds towards a mirror."""
     if values.highest > 100.0 * _MOST_FACTOR:
-        raise _refusal(
-            "brighter than anything that is lit",
-            f"{values.said} %",
-            f"up to {100.0 * _MOST_FACTOR:g} %",
-            "counts of an instrument, or a light: export what it makes of them, or import it alone, --as emission",
-        )
+        raise _too_bright(values._replace(brightest=_MOST_FACTOR), "")
+
+
+def _too_bright(values: ValueRange, words: str) -> InputError:
+    answered = ", or --scale percent where it is right" if values.highest <= 100.0 * _MOST_FACTOR else ""
+    return _refusal(
+        "brighter than anything that is lit",
+        f"{values.said} %{words and f', by {words}'}",
+        f"up to {100.0 * values.brightest:g} %",
+        f"counts, or a light: export what the instrument makes of them, or import it alone, --as emission{answered}",
+    )
 
 
 def _refusal(problem: str, found: str, expected: str, hint: str) -> InputError:

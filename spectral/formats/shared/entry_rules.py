@@ -127,6 +127,23 @@ class Gathering:
             **beside,
         )
 
+    def add_of_format(
+        self,
+        name: str,
+        wavelengths_nm: object,
+        values: object,
+        quantity: Quantity,
+        scale: Divisor | None,
+        **beside: Any,
+    ) -> None:
+        """`add` one spectrum of what its format says, on the scale that a person may say instead."""
+        answered = scale if scale and scale.words.startswith("--scale") else None
+        taken = taken_as(Decision(quantity, answered.words, False), answered._replace(words="")) if answered else ""
+        if scale and scale.note:
+            self.note(scale.note)
+        divisor = scale.by if scale else 1.0
+        self.add(name, wavelengths_nm, values, quantity, divisor=divisor, taken=taken, **beside)
+
     def _spectrum(
         self, name: str, grid: np.ndarray, samples: np.ndarray, divisor: float, quantity: Quantity, said: dict[str, str]
     ) -> Spectrum:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ....runtime.errors import InputError
-from ...measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT, conditions_in
+from ...measurement import at_an_angle, conditions_in
 from ..import_options import ImportOptions, Scale
 from ..registry import SpectralFile, StatedColour
 from ..shared.decisions import Sign, ValueRange, divisor_of, undecided
@@ -154,8 +154,7 @@ def _find_scales(columns: Sequence[Column], answer: ImportOptions) -> None:
 
 def _is_at_an_angle(column: Column) -> bool:
     """Return whether a reading says that it is at an aspecular angle, where a reflectance is a radiance factor."""
-    words = " ".join((column.name, column.words, *column.beside.values()))
-    return bool(ANGLE_NOTATION.search(words) or ANGLE_WITHOUT_LIGHT.search(words))
+    return at_an_angle(" ".join((column.name, column.words, *column.beside.values())))
 
 
 def _refuse_two_scales(columns: Sequence[Column], values: ValueRange) -> None:

@@ -245,3 +245,71 @@ def test_large_whole_numbers_are_no_sign_of_light(written, head, name):
     with pytest.raises(InputError, match="what was measured"):
         read_spectra(path)
     assert read_spectra(path, ImportOptions("emission")).entries[0].spectrum.samples.max() == values.max()
+
+
+def _with_its_scale(kind, percents, scale):
+    """A file of one red in each format that states its scale, and the name of it."""
+    values = percents if scale == "percent" else percents / 100.0
+    text = [f"{value:.8g}" for value in values]
+    if kind == "heading":
+        return table(("nm", "R (%)" if scale == "percent" else "R (0-1)"), values), "red.csv"
+    if kind == "line above":
+        return table(("nm", "red"), values, above=f"Reflectance {'%' if scale == 'percent' else '(0-1)'}\n"), "red.csv"
+    if kind in ("norm", "fields"):
+        mark = "NM" if kind == "norm" else "PCT" if scale == "percent" else "DEC"
+        fields = " ".join(f"SPECTRAL_{mark}{nm}" for nm in NM)
+        norm = f"SPECTRAL_NORM {100 if scale == 'percent' else 1}\n" if kind == "norm" else ""
+        form = f"NUMBER_OF_FIELDS {len(NM) + 1}\nBEGIN_DATA_FORMAT\nSAMPLE_ID {fields}\nEND_DATA_FORMAT\n"
+        rows = f"NUMBER_OF_SETS 1\nBEGIN_DATA\nred {' '.join(text)}\nEND_DATA\n"
+        return f'CGATS.17\nMEASUREMENT_TYPE "Reflectance"\n{norm}{form}{rows}', "red.txt"
+    if kind == "spdx":
+        points = "".join(
+            f'<SpectralData wavelength="{nm}">{value}</SpectralData>' for nm, value in zip(NM, text, strict=True)
+        )
+        body = f"<SpectralQuantity>reflectance</SpectralQuantity>{points}"
+        body = f"<Header/><SpectralDistribution>{body}</SpectralDistribution>"
+        return f'<IESTM2714 xmlns="iestm2714" version="1.0">{body}</IESTM2714>', "red.spdx"
+    spectrum = f'<ReflectanceSpectrum ColorSpecification="M" StartWL="400">{" ".join(text)}</ReflectanceSpectrum>'
+    spec = "<MeasurementType>Spectrum_Reflectance</MeasurementType>"
+    spec = f'<MeasurementSpec>{spec}<WavelengthRange StartWL="400" Increment="20"/></MeasurementSpec>'
+    spec = f'<ColorSpecificationCollection><ColorSpecification Id="M">{spec}</ColorSpecification>'
+    item = f'<Object Name="red" Id="o" ObjectType="Standard"><ColorValues>{spectrum}</ColorValues></Object>'
+    body = f"<ObjectCollection>{item}</ObjectCollection>{spec}</ColorSpecificationCollection>"
+    return f'<CxF xmlns="http://colorexchangeformat.com/CxF3-core"><Resources>{body}</Resources></CxF>', "red.cxf"
+
+
+IN_TEXT, BY_FORMAT = ("heading", "line above", "norm", "fields"), ("cxf", "spdx")
+
+
+@pytest.mark.parametrize("kind", [*IN_TEXT, *BY_FORMAT])
+def test_what_no_surface_sends_back_is_asked_about_though_its_scale_is_stated(written, kind):
+    """Some thousandths at every wavelength are a radiance, or were divided twice; five times the light is percent."""
+    scales = ("fraction",) if kind in BY_FORMAT else ("fraction", "percent")
+    for factor, scale in ((0.005, "fraction"), (8.0, "fraction"), *((8.0, scale) for scale in scales[1:])):
+        path = written(*_with_its_scale(kind, factor * PERCENT, scale))
+        with pytest.raises(InputError, match=r"too dark for a surface|looks like percent|brighter than anything"):
+            read_spectra(path)
+        answered = ImportOptions(scale="percent" if factor > 1.0 else "fraction", against="overruled")
+        (entry,) = read_spectra(path, answered).entries
+        right = factor * PERCENT / 100.0 / (100.0 if scale == "fraction" and factor > 1.0 else 1.0)
+        np.testing.assert_allclose(entry.spectrum.samples, right, rtol=1e-5)
+        assert "by --scale" in entry.taken
+    for scale in scales:
+        (entry,) = read_spectra(written(*_with_its_scale(kind, PERCENT, scale))).entries
+        check_percent(entry)
+
+
+@pytest.mark.parametrize("kind", [*IN_TEXT, *BY_FORMAT])
+def test_what_is_too_dark_as_fractions_is_no_percents_whatever_a_folders_answer_says(written, kind):
+    path = written(*_with_its_scale(kind, 0.005 * PERCENT, "fraction"))
+    for against in ("kept", "refused", "overruled"):
+        with pytest.raises(InputError, match="too dark for a surface"):
+            read_spectra(path, ImportOptions(scale="percent", against=against))
+
+
+@pytest.mark.parametrize("name", ["silver 45as15", "silver as15"])
+@pytest.mark.parametrize("norm", [100, 1])
+def test_readings_towards_the_mirror_of_a_chart_may_be_far_above_white(written, name, norm):
+    content, _ = _with_its_scale("norm", 8.0 * PERCENT, "percent" if norm == 100 else "fraction")
+    file = read_spectra(written(content.replace("\nred ", f'\n"{name}" '), "silver.txt"))
+    np.testing.assert_allclose(file.entries[0].spectrum.samples, 0.08 * PERCENT, rtol=1e-6)

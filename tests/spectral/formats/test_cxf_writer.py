@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats import cxf
 from metamer.spectral.formats.cxf_writer import write_cxf
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import SpectralEntry, StatedColour
 from metamer.spectral.spectrum import Spectrum
 
@@ -73,7 +74,7 @@ def test_any_reflectance_comes_back(tmp_path_factory, values, start, step):
     path = tmp_path_factory.mktemp("cxf") / "x.cxf"
     written = [SpectralEntry("x", Spectrum.sampled(start + step * np.arange(len(values)), values))]
     write_cxf(path, written)
-    assert_same(cxf.read(path).entries, written)
+    assert_same(cxf.read(path, ImportOptions(scale="fraction", against="overruled")).entries, written)
 
 
 def test_an_emission_of_nothing_at_a_wavelength_is_no_list(tmp_path):
