@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import struct
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from functools import lru_cache
 from typing import Any
+
+import numpy as np
 
 # ITU-T H.273, tables 2 and 3; those of sRGB, and "unspecified", need no words.
 _PRIMARIES = {4: "BT.470 M", 5: "BT.470 B/G", 6: "BT.601", 7: "SMPTE 240M", 8: "film", 9: "BT.2020", 10: "XYZ"}
@@ -18,6 +22,8 @@ _SRGB_PRIMARIES, _SRGB_CURVE, _UNSAID = 1, 13, 2
 SRGB_XY = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 # Headers hold chromaticities of three or four digits, and gamma as 1/2.2 for the curve of sRGB.
 _XY_OFF, _GAMMA_OFF, _SRGB_GAMMA = 0.002, 0.02, 1 / 2.2
+# Linear light of a gamma of 2.2 is off by 0.009 from that of sRGB, with primaries of BT.601 by 0.06, of P3 by 0.15.
+_LIGHT_OFF = 0.02
 _EXIF, _INTEROPERABILITY = 0x8769, 0xA005
 _COLOUR_SPACE, _GAMMA, _WHITE, _PRIMARIES_TAG, _TRANSFER = 0xA001, 0xA500, 318, 319, 301
 
@@ -31,7 +37,7 @@ def stated_colours(picture: Any, data: bytes) -> tuple[str, ...]:
     data : the file: PNG (cICP, sRGB, gAMA, cHRM), AVIF (nclx), BMP, and whatever has Exif or TIFF's tags.
     """
     if data.startswith(b"\x89PNG"):
-        found = list(_of_png(dict(_png_chunks(data))))
+        found = list(_of_png(dict(_png_chunks(data)), bool(picture.info.get("icc_profile"))))
     elif data[4:12] in (b"ftypavif", b"ftypavis"):
         place = data.find(b"colrnclx")
         codes = struct.unpack_from(">HH", data, place + 8) if 0 <= place <= len(data) - 12 else ()
@@ -43,9 +49,30 @@ def stated_colours(picture: Any, data: bytes) -> tuple[str, ...]:
     return tuple(dict.fromkeys(found))
 
 
+@lru_cache(maxsize=64)
 def is_srgb(profile: bytes) -> bool:
-    """Return whether an ICC profile calls itself sRGB, in the ASCII of version 2 or the UTF-16 of version 4."""
-    return b"sRGB" in profile or "sRGB".encode("utf-16-be") in profile
+    """Return whether an ICC profile gives codes the colours that sRGB gives them, whatever it calls itself.
+
+    Colours are compared in linear light, within what tells a gamma of 2.2 from the curve of sRGB. A profile that cannot
+    be read is none of sRGB.
+    """
+    from PIL import Image, ImageCms
+
+    from .textures import linear_from_srgb
+
+    steps = np.linspace(0, 255, 6).astype(np.uint8)
+    try:
+        stated = ImageCms.ImageCmsProfile(io.BytesIO(profile))
+        grey = stated.profile.xcolor_space == "GRAY"
+        codes = steps[None] if grey else np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(1, -1, 3)
+        picture, srgb = Image.fromarray(codes), ImageCms.createProfile("sRGB")
+        intent = ImageCms.Intent.RELATIVE_COLORIMETRIC
+        transform = ImageCms.buildTransform(stated, srgb, picture.mode, "RGB", renderingIntent=intent)
+        shown = np.asarray(ImageCms.applyTransform(picture, transform))
+    except (ImageCms.PyCMSError, OSError, ValueError):
+        return False
+    meant = codes[..., None] if grey else codes
+    return bool(np.abs(linear_from_srgb(shown / 255.0) - linear_from_srgb(meant / 255.0)).max() <= _LIGHT_OFF)
 
 
 def exr_colours(attributes: Mapping[str, Any]) -> tuple[str, ...]:
@@ -82,14 +109,17 @@ def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
     return reversed(found)
 
 
-def _of_png(chunks: dict[bytes, bytes]) -> Iterator[str]:
-    """In the order in which the specification (PNG 3, section 12.1) lets one chunk stand for all."""
+def _of_png(chunks: dict[bytes, bytes], profiled: bool) -> Iterator[str]:
+    """In the order in which the specification (PNG 3, section 12.1) lets one chunk stand for all.
+
+    profiled : whether there is a profile that can be unpacked.
+    """
     if len(coded := chunks.get(b"cICP", b"")) == 4:
         yield from _of_codes(coded[0], coded[1], "cICP")
         if not coded[3]:
             yield "numbers of video range (cICP)"
         return
-    if b"iCCP" in chunks:
+    if profiled:
         return
     beside = " beside sRGB" if b"sRGB" in chunks else ""
     if len(gamma := chunks.get(b"gAMA", b"")) == 4:

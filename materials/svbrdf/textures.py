@@ -199,23 +199,35 @@ class Texture:
         _ = self._header
         with _guarded(self):
             with Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
-                keyed = "transparency" in picture.info and picture.mode in ("1", "L", "RGB")
-                fine = _raw_mode(picture).startswith(("RGB;16", "RGBA;16", "RGBX;16")) and not keyed
-                if _is_planar(picture) and picture.mode in ("RGB", "RGBA"):
+                key, mode, raw = picture.info.get("transparency"), picture.mode, _raw_mode(picture)
+                fine = raw.startswith(("RGB;16", "RGBA;16", "RGBX;16"))
+                # A key of 16 bits is looked for among values of 16 bits.
+                keyed = key is not None and mode in ("1", "L", "RGB") and not fine
+                if _is_planar(picture) and mode in ("RGB", "RGBA"):
                     hint = "save it with interleaved channels, or as PNG"
                     self._refuse("one plane a channel, of 16 bits", "a planar TIFF", "interleaved channels", hint)
-                high = np.asarray(picture.convert("RGBA") if keyed or picture.mode in ("P", "PA") else picture)
+                white_is_0 = getattr(picture, "tag_v2", {}).get(262) == 0
+                if picture.format == "TIFF" and (mode == "I" or (mode == "F" and white_is_0)):
+                    found = "white as 0, in floats" if mode == "F" else "a sign, or 32 bits"
+                    self._refuse("whole numbers on no scale", found, "8 or 16 bits, or floats", "save it with 16 bits")
+                high = np.asarray(picture.convert("RGBA") if keyed or mode in ("P", "PA") else picture)
             if fine:
                 with Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
                     picture.tile = [tile._replace(args=_other_end(tile.args)) for tile in picture.tile]
                     high = (high.astype(np.uint16) << 8) | np.asarray(picture)
         if high.dtype == bool:
             high = high.astype(np.uint8) * np.uint8(255)
-        if high.dtype == np.int32:
-            if high.min() < 0 or high.max() > 65535:
-                self._refuse("integers of 32 bits", f"up to {high.max()}", "8 or 16 bits", "save it with 16 bits")
+        if high.dtype.kind in "iu" and high.dtype.itemsize > 1:
             high = high.astype(np.uint16)
-        return high[..., None] if high.ndim == 2 else high
+        if raw.startswith("I;12"):
+            high = (high << 4) | (high >> 8)
+        if high.dtype == np.uint16 and white_is_0:
+            high = np.uint16(65535) - high
+        high = high[..., None] if high.ndim == 2 else high
+        if key is not None and high.dtype == np.uint16:
+            there = (high != np.asarray(key)).any(axis=-1, keepdims=True)
+            high = np.concatenate([high, there * np.uint16(65535)], axis=-1)
+        return high
 
     def _refuse(self, problem: str, found: object, expected: str, hint: str) -> NoReturn:
         raise InputError(problem, file=self.file, field=self.field, found=found, expected=expected, hint=hint)

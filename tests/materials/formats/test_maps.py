@@ -34,7 +34,7 @@ def save(path, values):
     return path
 
 
-def png16(values):
+def png16(values, key=None):
     """A PNG of 16 bits a channel (H,W,C), by the PNG specification: Pillow writes none in colour."""
     height, width, channels = values.shape
 
@@ -43,7 +43,10 @@ def png16(values):
 
     head = struct.pack(">IIBBBBB", width, height, 16, {1: 0, 2: 4, 3: 2, 4: 6}[channels], 0, 0, 0)
     rows = b"".join(b"\0" + row.astype(">u2").tobytes() for row in values)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    told = b"" if key is None else chunk(b"tRNS", np.asarray(key, ">u2").tobytes())
+    return (
+        b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + told + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    )
 
 
 def tiff16(values, order, planar=1):
@@ -59,6 +62,18 @@ def tiff16(values, order, planar=1):
         packed = struct.pack(f"{order}HH", value, 0) if kind == 3 and count == 1 else struct.pack(f"{order}I", value)
         out += struct.pack(f"{order}HHI", tag, kind, count) + packed
     return out + b"\0\0\0\0" + struct.pack(f"{order}HHH", 16, 16, 16) + data
+
+
+def grey_tiff(data, width, bits, order="<", white_is_0=False, kind=1):
+    """A TIFF of one grey row, by the TIFF 6.0 specification; kind: 1 whole numbers, 2 with a sign, 3 floats."""
+    entries = [(256, 4, width), (257, 4, 1), (258, 3, bits), (259, 3, 1), (262, 3, 0 if white_is_0 else 1)]
+    entries += [(273, 4, 8), (277, 3, 1), (278, 4, 1), (279, 4, len(data)), (339, 3, kind)]
+    out = (b"II*\0" if order == "<" else b"MM\0*") + struct.pack(f"{order}I", 8 + len(data)) + data
+    out += struct.pack(f"{order}H", len(entries))
+    for tag, form, value in entries:
+        packed = struct.pack(f"{order}HH", value, 0) if form == 3 else struct.pack(f"{order}I", value)
+        out += struct.pack(f"{order}HHI", tag, form, 1) + packed
+    return out + b"\0\0\0\0"
 
 
 def read(path, uplift="mallett-yuksel", answer=NO_ANSWER):
@@ -246,6 +261,37 @@ def test_tiffs_of_16_bits_are_read_in_full(tmp_path, order):
     values = np.random.default_rng(1).integers(0, 65536, (5, 7, 3))
     texture = Texture("albedo", tiff16(values, order), "sRGB", tmp_path / "a.tif", "albedo")
     np.testing.assert_array_equal(texture.values, values)
+
+
+@pytest.mark.parametrize(("bits", "order"), [(8, "<"), (8, ">"), (16, "<")])
+def test_a_tiff_whose_white_is_0_is_turned_round(tmp_path, order, bits):
+    values, most = np.array([0, 5, 200, 255]) * (1 if bits == 8 else 257), 255 if bits == 8 else 65535
+    for white_is_0 in (False, True):
+        data = grey_tiff(values.astype(f"{order}u{bits // 8}").tobytes(), 4, bits, order, white_is_0)
+        texture = Texture("roughness", data, "linear", tmp_path / "a.tif", "roughness")
+        np.testing.assert_array_equal(texture.values[0, :, 0], most - values if white_is_0 else values)
+
+
+def test_12_bits_fill_their_range(tmp_path):
+    data = grey_tiff(bytes.fromhex("000800fff001"), 4, 12)
+    texture = Texture("roughness", data, "linear", tmp_path / "a.tif", "roughness")
+    np.testing.assert_allclose(texture.band(0, slice(0, 1))[0], np.array([0, 2048, 4095, 1]) / 4095, atol=1 / 65535)
+
+
+@pytest.mark.parametrize("stored, bits, kind", [("u4", 32, 1), ("i4", 32, 2), ("i2", 16, 2), ("f4", 32, 3)])
+def test_whole_numbers_of_no_scale_are_refused(tmp_path, stored, bits, kind):
+    """A few small numbers of 32 bits, or with a sign, may be fractions of anything."""
+    data = grey_tiff(np.array([0, 5, 70], f"<{stored}").tobytes(), 3, bits, white_is_0=kind == 3, kind=kind)
+    with pytest.raises(InputError, match="whole numbers on no scale"):
+        _ = Texture("roughness", data, "linear", tmp_path / "a.tif", "roughness").values
+
+
+@pytest.mark.parametrize("channels", [1, 3])
+def test_a_key_of_16_bits_is_transparent_and_the_rest_is_read_in_full(tmp_path, channels):
+    values = np.random.default_rng(1).integers(0, 65536, (2, 3, channels))
+    texture = Texture("albedo", png16(values, values[1, 2]), "sRGB", tmp_path / "a.png", "albedo")
+    np.testing.assert_array_equal(texture.values[..., :channels], values)
+    np.testing.assert_array_equal(texture.values[..., channels], [[65535, 65535, 65535], [65535, 65535, 0]])
 
 
 def test_planes_of_16_bits_are_refused(tmp_path):

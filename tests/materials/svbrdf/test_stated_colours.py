@@ -46,6 +46,13 @@ RENDERING = (b"sRGB", b"\0")
 SRGB_PROFILE = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
 
 
+def profile(curve):
+    """The profile of sRGB with another curve, a gamma, under the same name."""
+    made, place = bytearray(SRGB_PROFILE), SRGB_PROFILE.find(b"para")
+    struct.pack_into(">HH5i", made, place + 8, 3, 0, *(round(v * 65536) for v in (curve, 1.0, 0.0, 1.0, 0.0)))
+    return bytes(made)
+
+
 def exif(**tags):
     """Exif by the numbers of its own tags."""
     made = Image.Exif()
@@ -98,6 +105,7 @@ STATED = {
     "video range": (png(codes(1, 13, 0)), "numbers of video range (cICP)"),
     "cICP before sRGB and gAMA": (png(RENDERING, gamma(1 / 2.2), codes(9, 16)), "PQ (cICP)"),
     "PQ beside a profile": (png(codes(9, 16), icc=SRGB_PROFILE), "PQ (cICP)"),
+    "a profile that cannot be unpacked": (png((b"iCCP", b"x\0\0garbage"), gamma(1.0)), "linear (gAMA 1)"),
     "Adobe RGB in a JPEG": (saved("JPEG", exif=exif(e40961=2)), "Adobe RGB (Exif)"),
     "Adobe RGB by interoperability": (saved("JPEG", exif=exif_of_interoperability(b"R03\0")), "Adobe RGB (Exif)"),
     "uncalibrated": (saved("JPEG", exif=exif(e40961=65535)), "not sRGB (Exif: uncalibrated)"),
@@ -147,6 +155,17 @@ def test_other_colours_than_srgb_are_said(case, tmp_path):
 @pytest.mark.parametrize("case", PLAIN)
 def test_srgb_and_nothing_need_no_words(case, tmp_path):
     assert notes_of(PLAIN[case], tmp_path) == ()
+
+
+@pytest.mark.parametrize("form", ["PNG", "JPEG", "TIFF", "WEBP"])
+def test_a_profile_is_known_by_its_colours_and_not_by_its_name(form, tmp_path):
+    """Profiles of linear light are called "sRGB" as well, as those of editors of pictures are."""
+    for curve, plain in ((1.0, False), (1.8, False), (2.2, True)):
+        named = profile(curve)
+        renamed = named.replace(b"sRGB", b"grey").replace("sRGB".encode("utf-16-be"), "mine".encode("utf-16-be"))
+        for icc in (named, renamed):
+            notes = notes_of(saved(form, icc_profile=icc), tmp_path)
+            assert notes == () if plain else "carries a colour profile of its own" in notes[0], curve
 
 
 @pytest.mark.parametrize("case", STATED)
