@@ -11,9 +11,9 @@ from ...runtime.errors import InputError
 from ..spectrum import Quantity
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, names_its_file
-from .shared.decisions import divisor_by_format
+from .shared.decisions import divisor_by_format, power_per_frequency
 from .shared.entry_rules import Gathering, in_visible
-from .shared.words import measured, quantity_in
+from .shared.words import measured, names_power_per_frequency, names_raw, quantity_in, unit_in
 from .shared.xml import Vocabulary, kept, number, read_xml, root_name, words
 
 if TYPE_CHECKING:
@@ -47,6 +47,10 @@ _READ = (
 )  # fmt: skip
 #: A person may say the scale of one file alone, against the format.
 SCALED = True
+
+
+# What stands for a geometry where there is none.
+_NO_GEOMETRY = ("other", "none", "unknown", "n/a", "-")
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -96,24 +100,13 @@ def _add(
     gathered: Gathering, element: Element, name: str, about: dict[str, str], known: Vocabulary, answer: ImportOptions
 ) -> None:
     field = "SpectralData"
-    told = known.text(element, "SpectralQuantity")
-    quantity, units = _QUANTITIES.get(told.lower(), (measured(quantity_in(told)), told))
-    if quantity is not None and told.lower() not in _QUANTITIES:
-        gathered.note(f"SpectralQuantity {told!r} is none of the standard's words and taken as {quantity}")
-    if quantity is None:
-        raise InputError(
-            "a quantity that is no reflectance, transmittance or emission" if told else "no SpectralQuantity",
-            field="SpectralQuantity",
-            found=told or None,
-            expected=", ".join(_QUANTITIES),
-            hint="absorptance is what reflectance and transmittance leave of 1" if told == "absorptance" else None,
-        )
+    quantity, told, units = _quantity(gathered, element, known)
     points = list(known.children(element, field))
     grid = np.array([number(point.get("wavelength", ""), field) for point in points])
     samples = np.array([number((point.text or "").strip(), field) for point in points])
     grid, samples = gathered.ascending(name, grid, samples)
-    scale = divisor_by_format(samples[in_visible(grid)], quantity, NAME, answer)
-    details = {"quantity": told, "units": units, "geometry": _geometry(element, known)}
+    scale = divisor_by_format(samples[in_visible(grid)], quantity, NAME, answer, unit_in(told))
+    details = {"quantity": told, "units": units, "geometry": _geometry(element, known, quantity, told)}
     details |= {"bandwidth": known.text(element, "BandwidthFWHM")}
     details |= {"bandwidth corrected": known.text(element, "BandwidthCorrected")}
     details |= {"instrument": about.get("MeasurementEquipment", "")}
@@ -123,5 +116,40 @@ def _add(
     gathered.add_of_format(name, grid, samples, quantity, scale, details=kept(details))
 
 
-def _geometry(element: Element, known: Vocabulary) -> str:
-    return known.text(element, "ReflectionGeometry") or known.text(element, "TransmissionGeometry")
+def _quantity(gathered: Gathering, element: Element, known: Vocabulary) -> tuple[Quantity, str, str]:
+    """The quantity, the file's word for it, and its unit."""
+    field = "SpectralQuantity"
+    said = list(dict.fromkeys(words(one) for one in known.children(element, field)))
+    told = said[0] if said else ""
+    quantity, units = _QUANTITIES.get(told.lower(), (measured(quantity_in(told)), told))
+    if len(said) > 1:
+        raise InputError("two quantities of one spectrum", field=field, found=", ".join(said), expected="one")
+    if quantity == "emission" and names_power_per_frequency(told):
+        raise power_per_frequency(field, told)
+    if quantity is None or names_raw(told):
+        raise InputError(
+            "a quantity that is no reflectance, transmittance or emission" if told else "no SpectralQuantity",
+            field=field,
+            found=told or None,
+            expected=", ".join(_QUANTITIES),
+            hint="absorptance is what reflectance and transmittance leave of 1" if told == "absorptance" else None,
+        )
+    if told.lower() not in _QUANTITIES:
+        gathered.note(f"SpectralQuantity {told!r} is none of the standard's words and taken as {quantity}")
+    return quantity, told, units
+
+
+def _geometry(element: Element, known: Vocabulary, quantity: Quantity, told: str) -> str:
+    """The geometry of what was measured; one of something else belies the quantity."""
+    reflected, sent = (known.text(element, f"{kind}Geometry") for kind in ("Reflection", "Transmission"))
+    own, other = (sent, reflected) if quantity == "transmittance" else (reflected, sent)
+    stated = [word for word in (own, other) if word and word.casefold() not in _NO_GEOMETRY]
+    if stated and (quantity == "emission" or stated[0] != own):
+        raise InputError(
+            "the words say one thing, and the geometry another",
+            field="SpectralQuantity",
+            found=f"{told}, and the {'Reflection' if stated[0] == reflected else 'Transmission'}Geometry {stated[0]}",
+            expected="a quantity that is measured so",
+            hint="correct the one that is wrong",
+        )
+    return own or other

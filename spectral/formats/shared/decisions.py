@@ -48,6 +48,8 @@ _DARK_PERCENT, _BRIGHT = 0.02, 0.3
 _MOST_PERCENT = 200.0
 # Whole numbers above this are codes of a picture or counts as soon as percent: few surfaces send back more.
 _MOST_WHOLE_PERCENT = 105.0
+# A surface that glows sends back more than it receives in some of the visible, and less in all of it.
+_BRIGHTEST_MEAN = 1.2
 # Largest radiance factor, and largest reflectance: fluorescent paints send back less than three times their light.
 _MOST_FACTOR, _MOST_REFLECTANCE = 10.0, 3.0
 _SETTLED_BY_SCALE = "say it: --scale percent or --scale fraction"
@@ -240,6 +242,17 @@ def refuse_sensitivity(alike: Iterable[Likeness | None], field: str) -> None:
             )
 
 
+def power_per_frequency(field: str, found: str) -> InputError:
+    """Explain why spectral power over frequencies or energies is refused."""
+    return InputError(
+        "spectral power over a frequency or an energy",
+        field=field,
+        found=found,
+        expected="power per nanometre over wavelengths; reflectance and transmittance may be over either",
+        hint="export over wavelength: power per frequency times c / wavelength² is power per wavelength",
+    )
+
+
 class Divisor(NamedTuple):
     """Divisor of values, the scale in a word, where it was told, and a sentence where something was assumed."""
 
@@ -257,6 +270,7 @@ class ValueRange(NamedTuple):
     most : the largest percentage that is taken for one without a unit: more glitters, and is called a radiance factor.
         Of whole numbers it is less.
     brightest : the largest fraction that is taken where the file states its scale.
+    mean : of all samples.
     """
 
     lowest: float
@@ -265,6 +279,7 @@ class ValueRange(NamedTuple):
     worded: bool
     most: float
     brightest: float
+    mean: float
 
     @classmethod
     def of(cls, samples: np.ndarray, quantity: str, worded: bool) -> ValueRange:
@@ -274,7 +289,15 @@ class ValueRange(NamedTuple):
         if np.all(samples == np.round(samples)):
             most = _MOST_WHOLE_PERCENT
         brightest = _MOST_FACTOR if quantity == "radiance factor" else _MOST_REFLECTANCE
-        return cls(lowest, highest, quantity != "transmittance", worded, most, brightest)
+        return cls(
+            lowest,
+            highest,
+            quantity != "transmittance",
+            worded,
+            most,
+            brightest,
+            float(samples.mean()) if samples.size else 0.0,
+        )
 
     @property
     def said(self) -> str:
@@ -295,6 +318,11 @@ class ValueRange(NamedTuple):
     def dark_for_fractions(self) -> bool:
         """True if a surface would send back less than black paints do, as radiances seem to."""
         return self.surface and self.highest < _BLACKEST
+
+    @property
+    def bright_for_fractions(self) -> bool:
+        """True if a surface that does not shine in a direction would send back more than it receives."""
+        return self.highest > self.brightest or (self.brightest < _MOST_FACTOR and self.mean > _BRIGHTEST_MEAN)
 
     @property
     def only_percent(self) -> bool:
@@ -349,7 +377,7 @@ def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: Imp
         return _divisor(answer.scale, values, f"--scale, against {words}" if against else "--scale")
     if values.dark_for_fractions:
         raise _too_dark(values, "no unit", "")
-    fraction = values.highest <= 2.0 and values.lowest <= 1.5
+    fraction = values.highest <= 2.0 and values.lowest <= 1.5 and not values.bright_for_fractions
     if fraction and (values.worded or values.only_fractions):
         return Divisor(1.0, "fraction", f"values from {values.said}")
     if values.worded:
@@ -367,7 +395,9 @@ def divisor_of(values: ValueRange, stated: Scale | None, words: str, answer: Imp
     )
 
 
-def divisor_by_format(values: np.ndarray, quantity: str, name: str, answer: ImportOptions) -> Divisor | None:
+def divisor_by_format(
+    values: np.ndarray, quantity: str, name: str, answer: ImportOptions, stated: Scale | None = None
+) -> Divisor | None:
     """Find the divisor of visible values (N) that their format says are fractions; None where there are no values, or
     they are an emission's.
 
@@ -375,6 +405,7 @@ def divisor_by_format(values: np.ndarray, quantity: str, name: str, answer: Impo
     ----------
     name : of the format.
     answer : about this file alone, it may say percent against the format.
+    stated : the scale that the file states instead.
 
     Raises
     ------
@@ -385,23 +416,23 @@ def divisor_by_format(values: np.ndarray, quantity: str, name: str, answer: Impo
     if not values.size or "emission" in (quantity, answer.quantity):
         return None
     seen, words = ValueRange.of(values, answer.quantity or quantity, True), f"the format ({name})"
+    stated, words = (stated, "the words of the file") if stated else ("fraction", words)
     if answer.against != "overruled":
-        stated = divisor_of(seen, "fraction", words, replace(answer, scale=None))
+        found = divisor_of(seen, stated, words, replace(answer, scale=None))
         if not answer.allows(quantity):
-            return stated
-    return divisor_of(seen, "fraction", words, answer)
+            return found
+    return divisor_of(seen, stated, words, answer)
 
 
 def _doubt(values: ValueRange, stated: Scale, words: str) -> InputError | None:
     """Explain why numbers hardly fit the scale that their file states; None where they do."""
     if stated == "fraction" and values.dark_for_fractions:
         return _too_dark(values, "stated as fractions", f" below {words}")
-    bright = values.highest > (100.0 if stated == "percent" else 1.0) * values.brightest
     if stated == "percent" and (values.only_fractions or values.dark_for_percent):
         problem, limit = "the file states percent, and the numbers say fractions", "darker than paints are"
-    elif stated == "percent" and bright:
+    elif stated == "percent" and values.highest > 100.0 * values.brightest:
         return _too_bright(values, words)
-    elif stated == "fraction" and (bright or values.only_percent):
+    elif stated == "fraction" and (values.bright_for_fractions or values.only_percent):
         problem = f"{'reflectance' if values.surface else 'transmittance'} looks like percent"
         limit = "nothing sends back as much"
     else:

@@ -106,6 +106,13 @@ _COUNTED_LINE = re.compile(
     re.I | re.M,
 )
 _PHOTONS = re.compile(r"photon|quanta\b|[mµμun]mol\b|einstein", re.I)
+# Watts per hertz or electronvolt, in one unit: "W/m2/nm, 50 Hz" is none.
+_PER_FREQUENCY = re.compile(
+    r"(?:/|(?<![a-z])per )[^,;)\]n]*?(?<![a-z0-9])"
+    r"(?:[kMGTP]?Hz|m?eV|cm ?(?:\^|\*\*)?[-\u2212\u207b][1\u00b9])(?![a-z])|"
+    r"(?<![a-z])(?:[kMGTP]?Hz|m?eV) ?(?:\^|\*\*)? ?\(?[-\u2212\u207b] ?[1\u00b9]",
+    re.I,
+)
 # Lines that say so strongly that two of them on different things leave the question open.
 _STRONG_EMISSION = re.compile(
     r"irradian|(?<![a-z])radiance(?![ _-]*factor)|emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|power[ _]*distribution|"
@@ -264,6 +271,11 @@ def names_raw(heading: str) -> Literal["counts", "photons"] | None:
     """
     heading = _one_line(heading)
     return "photons" if _PHOTONS.search(heading) else "counts" if _COUNTS.search(heading) else None
+
+
+def names_power_per_frequency(words: str) -> bool:
+    """Return whether words name power per hertz, electronvolt or wavenumber, such as "W/m2/Hz"."""
+    return bool(_PER_FREQUENCY.search(_one_line(words)))
 
 
 def counts_in_lines(words: str) -> str | None:

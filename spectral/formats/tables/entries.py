@@ -13,7 +13,7 @@ from ....runtime.errors import InputError
 from ...measurement import at_an_angle, conditions_in
 from ..import_options import ImportOptions, Scale
 from ..registry import SpectralFile, StatedColour
-from ..shared.decisions import Sign, ValueRange, divisor_of, undecided
+from ..shared.decisions import Sign, ValueRange, divisor_of, power_per_frequency, undecided
 from ..shared.entry_rules import DELETED, Gathering, in_visible
 from ..shared.text import shortened
 from ..shared.words import (
@@ -21,6 +21,7 @@ from ..shared.words import (
     condition_in,
     illuminant_in,
     names_condition,
+    names_power_per_frequency,
     observer_in,
     quantity_in,
     stated_colours,
@@ -197,14 +198,12 @@ def _are_of_light(grid: np.ndarray) -> bool:
 def _refuse_densities(columns: Sequence[Column]) -> None:
     """Refuse spectral power over frequency or energy: the power in a nanometre is another number."""
     for column in columns:
-        if column.over and column.decision is not None and column.decision.quantity == "emission":
-            column.refusal = InputError(
-                "spectral power over a frequency or an energy",
-                field=column.name,
-                found=f"{column.decision.words}, over {column.over}",
-                expected="power per nanometre over wavelengths; reflectance and transmittance may be over either",
-                hint="export over wavelength: power per frequency times c / wavelength² is power per wavelength",
-            )
+        if column.decision is None or column.decision.quantity != "emission":
+            continue
+        around = [line for line in column.around.splitlines() if quantity_in(line) == "emission"]
+        unit = next((words for words in (column.words, column.unit, *around) if names_power_per_frequency(words)), "")
+        if column.over or unit:
+            column.refusal = power_per_frequency(column.name, unit or f"{column.decision.words}, over {column.over}")
 
 
 def _of_light(grid: np.ndarray, values: np.ndarray) -> np.ndarray:

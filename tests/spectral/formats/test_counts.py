@@ -300,6 +300,41 @@ def test_what_no_surface_sends_back_is_asked_about_though_its_scale_is_stated(wr
 
 
 @pytest.mark.parametrize("kind", [*IN_TEXT, *BY_FORMAT])
+def test_a_dark_paint_in_percents_is_no_fluorescent_one(written, kind):
+    """From 0.9 to 2.7 at every wavelength: some of it may be above 1 where a paint glows, and not all of it."""
+    path = written(*_with_its_scale(kind, 80.0 + 3.0 * PERCENT, "fraction"))
+    with pytest.raises(InputError, match="looks like percent"):
+        read_spectra(path)
+    glowing = np.where(NM < 560, 5.0, 180.0)
+    (entry,) = read_spectra(written(*_with_its_scale(kind, glowing, "fraction"))).entries
+    np.testing.assert_allclose(entry.spectrum.samples, glowing / 100.0)
+
+
+@pytest.mark.parametrize("head", ["Reflectance", "R"])
+def test_a_dark_paint_without_a_unit_is_asked_about(written, head):
+    with pytest.raises(InputError, match="percent or fractions"):
+        read_spectra(written(table(("nm", head), 0.8 + 0.017 * PERCENT), "red.csv"))
+
+
+UNITS = ["W/m2/Hz", "W m-2 Hz-1", "W/(sr m2 THz)", "W/m^2/eV", "mW/cm2/cm-1"]
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("way", ["unit alone", "words and unit", "line above"])
+def test_power_per_frequency_is_refused_over_wavelengths_too(written, unit, way):
+    heads = {"unit alone": ("nm", unit), "words and unit": ("nm", f"Irradiance ({unit})"), "line above": ("nm", "lamp")}
+    above = f"Irradiance [{unit}]\n" if way == "line above" else ""
+    with pytest.raises(InputError, match="over a frequency or an energy"):
+        read_spectra(written(table(heads[way], PERCENT, above=above), "lamp.csv"))
+
+
+@pytest.mark.parametrize("head", ["Irradiance (W/m2/nm) 50 Hz", "Irradiance at 60 Hz (W/m2/nm)", "W/m2/nm", "mW/nm"])
+def test_power_per_nanometre_of_a_lamp_that_flickers_is_read(written, head):
+    (entry,) = read_spectra(written(table(("nm", head), PERCENT), "lamp.csv")).entries
+    assert entry.spectrum.quantity == "emission"
+
+
+@pytest.mark.parametrize("kind", [*IN_TEXT, *BY_FORMAT])
 def test_what_is_too_dark_as_fractions_is_no_percents_whatever_a_folders_answer_says(written, kind):
     path = written(*_with_its_scale(kind, 0.005 * PERCENT, "fraction"))
     for against in ("kept", "refused", "overruled"):

@@ -30,7 +30,7 @@ def some():
         entry("glass", quantity="transmittance", geometry="0:0"),
         entry("lamp", quantity="emission", top=1e4, comment="warm"),
         entry("line", UNEVEN, "emission"),
-        entry("pearl", np.arange(360.0, 781.0, 1.0), "radiance factor", top=2.9, geometry="45x:0"),
+        entry("pearl", np.arange(360.0, 781.0, 1.0), "radiance factor", top=2.3, geometry="45x:0"),
         entry("bright", quantity="radiance factor", top=40.0),
         entry("infrared", np.arange(900.0, 1700.0, 3.0)),
         entry("early", np.arange(300.0, 400.0, 5.0)),

@@ -84,6 +84,20 @@ def test_namespaces(written, namespace, noted):
     assert bool(iestm27.read(path).notes) == noted
 
 
+@pytest.mark.parametrize("told", ["%R", "R (%)", "percent reflectance"])
+def test_a_file_that_says_percent_is_followed(written, told):
+    (entry,) = iestm27.read(written(document(told, points=((400, 20), (410, 40), (430, 90))))).entries
+    np.testing.assert_allclose(entry.spectrum.samples, [0.2, 0.4, 0.9])
+
+
+def test_a_geometry_that_is_none_says_nothing(written):
+    more = "<ReflectionGeometry>other</ReflectionGeometry><TransmissionGeometry>0:0</TransmissionGeometry>"
+    for quantity, geometry in (("relative", None), ("transmittance", "0:0")):
+        text = document(quantity, more if geometry else more.replace("0:0", "none"))
+        (entry,) = iestm27.read(written(text)).entries
+        assert entry.details.get("geometry") == (geometry or "other")
+
+
 def test_points_are_sorted(written):
     file = iestm27.read(written(document(points=POINTS[::-1])))
     assert file.entries[0].spectrum.wavelengths_nm[0] == 400 and "sorted" in file.notes[0]
@@ -93,6 +107,13 @@ def test_points_are_sorted(written):
     "text, words",
     [
         (document("absorptance"), "absorptance is what"),
+        (document("photon irradiance"), "no reflectance, transmittance or emission"),
+        (document("W/m2/Hz"), "over a frequency"),
+        (document("reflectance", "<SpectralQuantity>transmittance</SpectralQuantity>"), "two quantities"),
+        (document("relative", "<ReflectionGeometry>de:8</ReflectionGeometry>"), "the geometry another"),
+        (document("reflectance", "<TransmissionGeometry>0:0</TransmissionGeometry>"), "the geometry another"),
+        (document("transmittance", "<ReflectionGeometry>45:0</ReflectionGeometry>"), "the geometry another"),
+        (document("%R"), "the numbers say fractions"),
         (document("other"), "no reflectance, transmittance or emission"),
         (document(""), "no SpectralQuantity"),
         (document(points=()), "not a spectrum"),
