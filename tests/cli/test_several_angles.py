@@ -237,7 +237,6 @@ def test_no_reading_at_an_angle_becomes_a_matt_material_unless_somebody_says_so(
     path = cxf(tmp_path / "silver.cxf", form, angles=(15, 110))
     code, out, _ = metamer("catalogue", "import", path, "--into", tmp_path / "none", "--jobs", 1)
     assert code == 4 and "is no matt surface" in out and "45as110" in out and "1 failed" in out
-    path = cxf(tmp_path / "silver.cxf", form)
     matt = tmp_path / "matt"
     assert metamer("catalogue", "import", path, "--into", matt, "--jobs", 1, "--angles", "matt")[0] == 0
     _, out, _ = metamer("catalogue", "show", "silver/silver-45as15", matt)
@@ -245,7 +244,7 @@ def test_no_reading_at_an_angle_becomes_a_matt_material_unless_somebody_says_so(
     kept = tmp_path / "kept"
     assert metamer("catalogue", "import", path, "--into", kept, "--jobs", 1, "--as", "radiance-factor")[0] == 0
     _, out, _ = metamer("catalogue", "list", kept)
-    assert "lambert" not in out and out.count("silver/silver-45as") == 6
+    assert "lambert" not in out and out.count("silver/silver-45as") == 2
 
 
 def test_a_surface_of_the_catalogue_is_read_at_the_angles_of_the_file(metamer, tmp_path, tiny_catalogue):

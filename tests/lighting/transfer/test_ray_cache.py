@@ -162,7 +162,7 @@ def test_a_build_that_is_killed_goes_on_from_what_is_there(tmp_path):
     assert contents(killed) == contents(whole)
 
 
-SMALL = BUILD.replace("sphere(5", "sphere(3").replace("64 * 16", "16 * 16")
+SMALL = BUILD.replace("sphere(5", "sphere(2").replace("64 * 16", "4 * 16")
 KILLED = SMALL.replace(
     "build_rays(scene, sys.argv[1], 16, jobs=int(sys.argv[2]))",
     """

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -101,10 +102,16 @@ PAINTS = {
 }
 
 
+@cache
+def reconstructed_of(name, angles):
+    """A paint's model, of readings without noise."""
+    return reconstructed(read(PAINTS[name], angles))
+
+
 @pytest.mark.parametrize("angles", [THREE, FIVE, SIX, TWELVE, SIXTEEN], ids=len)
 @pytest.mark.parametrize("name", PAINTS)
 def test_light_and_eye_may_change_places_and_nothing_is_negative(name, angles):
-    brdf = reconstructed(read(PAINTS[name], angles))
+    brdf = reconstructed_of(name, angles)
     wi, wo = hemisphere(steepest=89.999, mirror=0.0)
     one, other = brdf.eval(wi, wo), brdf.eval(wo, wi)
     assert np.isfinite(one).all() and (one >= 0.0).all()
@@ -114,8 +121,7 @@ def test_light_and_eye_may_change_places_and_nothing_is_negative(name, angles):
 @pytest.mark.parametrize("name", PAINTS)
 @pytest.mark.parametrize(("angles", "mean", "most"), [(SIX, 0.1, 0.5), (TWELVE, 0.2, 1.5)], ids=["six", "twelve"])
 def test_it_goes_through_its_readings(name, angles, mean, most):
-    readings = read(PAINTS[name], angles)
-    brdf = reconstructed(readings)
+    readings, brdf = read(PAINTS[name], angles), reconstructed_of(name, angles)
     off = differences(readings.values, brdf.eval(readings.wi, readings.wo))
     assert off.mean() <= mean and off.max() <= most
     assert body_albedo(brdf).max() <= 1.0 and brdf.scale == 1.0

@@ -28,11 +28,11 @@ FAMILY = 'family = "grey"\nkind = "analytic"\n' + "".join(
 
 @pytest.fixture(scope="module")
 def workers():
-    """Three processes of one thread each; each is started again when it dies."""
+    """Two processes of one thread each; each is started again when it dies."""
     import distributed
 
     here = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
-    with distributed.LocalCluster(n_workers=3, threads_per_worker=1, processes=True, **here) as started:
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, **here) as started:
         yield started
 
 
@@ -91,7 +91,7 @@ def test_interrupt_keeps_what_is_finished_and_leaves_the_cluster_idle(workers, s
     from distributed import Client
 
     with Client(workers.scheduler_address, set_as_default=False) as client:
-        client.wait_for_workers(3, timeout=240)
+        client.wait_for_workers(2, timeout=240)
         assert not any(client.has_what().values())
 
 

@@ -67,8 +67,18 @@ def worst(found, expected):
     return apart[at], f"at {at}: {found[at]!r} against {expected[at]!r}"
 
 
-def test_exact_at_every_node(brdf, values):
-    apart, evidence = worst(brdf.eval_rgb(nodes().wi[nodes().above], nodes().wo[nodes().above]), values[nodes().above])
+def some_nodes():
+    """All at the ends of each axis, and of the others above the horizon one in seven: any value of each angle."""
+    found = np.zeros(SHAPE, dtype=bool)
+    found.ravel()[::7] = True
+    for axis in range(3):
+        np.moveaxis(found, axis, 0)[[0, 1, -2, -1]] = True
+    return found & nodes().above
+
+
+def test_exact_at_its_nodes(brdf, values):
+    some = some_nodes()
+    apart, evidence = worst(brdf.eval_rgb(nodes().wi[some], nodes().wo[some]), values[some])
     assert apart < 1e-9, evidence
 
 
@@ -131,7 +141,8 @@ def test_a_lost_block_is_filled_from_around_it(values):
     broken[20:40, 30:50] = -1.0
     broken[:, 75:] = 0.0
     brdf = MerlBrdf(broken)
-    apart, evidence = worst(brdf.eval_rgb(nodes().wi[nodes().above], nodes().wo[nodes().above]), values[nodes().above])
+    some = nodes().above & ((broken < 0.0).any(axis=-1) | (broken == 0.0).any(axis=-1) | some_nodes())
+    apart, evidence = worst(brdf.eval_rgb(nodes().wi[some], nodes().wo[some]), values[some])
     assert apart < 0.2, evidence
 
 
