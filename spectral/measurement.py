@@ -60,6 +60,8 @@ _LABELS: tuple[tuple[str, re.Pattern[str]], ...] = (
     # Words that may be anything, and of which some say what was measured.
     ("gloss", re.compile(r"gloss(?: component| mode)?|glanz(?:einschluss|komponente|modus)?|brilliance")),
     ("anything", re.compile(r"units?|(?:mess)?mod(?:e|us)|mask/gloss|options?|settings?")),
+    # Sentences, in which a part stands with its label.
+    ("comment", re.compile(r"(?:object |user )?(?:comments?|remarks?|notes?|bemerkung(?:en)?|kommentare?|remarques?)")),
 )  # fmt: skip
 # What the parts are called in CxF3.
 _CXF = {
@@ -357,7 +359,7 @@ def signed(text: str) -> float:
 
 def is_condition(label: str, perhaps: bool = False) -> bool:
     """Return whether a label of a file is that of a part of a measurement; perhaps : or may be, as "mode" is."""
-    return _part(label) not in ((None,) if perhaps else (None, "gloss", "anything"))
+    return _part(label) not in ((None,) if perhaps else (None, "gloss", "anything", "comment"))
 
 
 def conditions_in(words: str) -> dict[str, str]:
@@ -370,6 +372,8 @@ def conditions_in(words: str) -> dict[str, str]:
 
 
 def _part(label: str) -> str | None:
+    # The label of a tag of CxF3 stands behind that of its collection.
+    label = label.rpartition(": ")[2] if label.startswith("tag") else label
     apart = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", label)
     # Without accents: "géométrie".
     apart = "".join(sign for sign in unicodedata.normalize("NFKD", apart) if not unicodedata.combining(sign))
@@ -395,6 +399,10 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart]
         cut = bool(_YES.search(text) or _CUT.search(text)), bool(_NO.search(text))
         cut = None if cut[0] == cut[1] else cut[0]
         return () if cut is None else (("filter", StatedPart("uv excluded" if cut else "none", text, where)),)
+    if part == "comment":
+        pieces = (re.split(r"\s*[:=]\s*", piece, maxsplit=1) for piece in re.split(r"\s*[;\n]\s*|[,.]\s+", text))
+        stated = [piece for piece in pieces if len(piece) == 2 and is_condition(piece[0])]
+        return tuple(told for name, value in stated for told in _parts(name, value, False))
     if part in ("gloss", "anything"):
         return _in_free_words(text, where, gloss=part == "gloss")
     if part == "source":

@@ -51,6 +51,9 @@ def test_geometries_are_compared_by_their_numbers(one, other):
         (("MEASUREMENT_SOURCE", "WhiteBase=Abs"), ("MEASUREMENT_SOURCE", "WhiteBase=Pap"), "white base"),
         (("MATERIAL", "Polyester film"), ("MATERIAL", "paint"), "film"),
         (("Mode", "SCI"), ("Mode", "SCE"), "specular component"),
+        (("Comments", "Geometry: 45/0; read twice"), ("comment", "panel 3, wet. Geometry = d/8"), "geometry"),
+        (("Remark", "Backing: white"), ("Bemerkung", "Unterlage: schwarz"), "backing"),
+        (("Notes", "Measurement condition: M1"), ("tag Device: MeasurementCondition", "M0"), "measurement condition"),
         (("units", "SCI"), ("units", "SPEX"), "specular component"),
         (("Specular component", "SPINC"), ("Specular component", "SPEXC"), "specular component"),
         (("Gloss", "included"), ("gloss component", "excluded"), "specular component"),
@@ -110,6 +113,11 @@ def test_no_wish_compares_reflectance_with_transmittance(quantity):
 )
 def test_words_that_say_nothing_of_the_measurement_are_none_of_it(label, words):
     assert set(measured(label, words).parts) == {"quantity"}
+
+
+@pytest.mark.parametrize("words", ["looks like SCE under M0", "compare it with the d/8 master", "see note: 45/0", ""])
+def test_a_sentence_without_a_label_states_nothing(words):
+    assert set(measured("Comments", words).parts) == {"quantity"}
 
 
 def test_what_one_side_alone_states_is_noted_and_refuses_nothing():
