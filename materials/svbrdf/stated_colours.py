@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 # ITU-T H.273, tables 2 and 3; those of sRGB, and "unspecified", need no words.
 _PRIMARIES = {4: "BT.470 M", 5: "BT.470 B/G", 6: "BT.601", 7: "SMPTE 240M", 8: "film", 9: "BT.2020", 10: "XYZ"}
@@ -58,8 +59,6 @@ def is_srgb(profile: bytes) -> bool:
     """
     from PIL import Image, ImageCms
 
-    from .textures import linear_from_srgb
-
     steps = np.linspace(0, 255, 6).astype(np.uint8)
     try:
         stated = ImageCms.ImageCmsProfile(io.BytesIO(profile))
@@ -73,6 +72,15 @@ def is_srgb(profile: bytes) -> bool:
         return False
     meant = codes[..., None] if grey else codes
     return bool(np.abs(linear_from_srgb(shown / 255.0) - linear_from_srgb(meant / 255.0)).max() <= _LIGHT_OFF)
+
+
+def linear_from_srgb(values: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch"]:
+    """Return linear light of sRGB values in [0, 1] (IEC 61966-2-1).
+
+    >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(4).tolist()
+    [0.0, 0.214, 1.0]
+    """
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
 def exr_colours(attributes: Mapping[str, Any]) -> tuple[str, ...]:

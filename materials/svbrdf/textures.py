@@ -20,7 +20,7 @@ from ...runtime.errors import InputError
 from ...runtime.private_folder import private_folder
 from ...spectral.formats.exr import MAGIC as EXR_MAGIC
 from ...spectral.formats.exr import ExrPicture, read_picture
-from .stated_colours import exr_colours, is_srgb, stated_colours
+from .stated_colours import exr_colours, is_srgb, linear_from_srgb, stated_colours
 
 Encoding = Literal["sRGB", "linear"]
 
@@ -254,15 +254,6 @@ def _guarded(texture: Texture) -> Iterator[None]:
         found = "no picture of a known format" if isinstance(reason, Image.UnidentifiedImageError) else str(reason)
         problem = "the picture cannot be read"
         raise InputError(problem, **place, found=found[:160], expected=known, hint=_AGAIN) from None
-
-
-def linear_from_srgb(values: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch"]:
-    """Linear light of sRGB values in [0, 1] (IEC 61966-2-1).
-
-    >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(4).tolist()
-    [0.0, 0.214, 1.0]
-    """
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
 
 
 def linear_of_codes(codes: np.ndarray, encoding: Encoding) -> Float[np.ndarray, "*batch 3"]:

@@ -15,7 +15,7 @@ from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.records.hdf5_tree import mapping_from, mapping_node, read_tree, write_tree
 from metamer.materials.records.stored_array import StoredArray
 from metamer.materials.records.stored_files import StoredFiles
-from metamer.materials.svbrdf.textures import linear_from_srgb
+from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.formats.exr import write_exr

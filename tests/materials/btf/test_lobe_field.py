@@ -13,7 +13,7 @@ from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.lobe_field import LobeField, lobe_field
 from metamer.materials.formats.btf_names import directions_of
-from metamer.materials.svbrdf.textures import linear_from_srgb
+from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 

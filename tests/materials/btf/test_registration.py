@@ -8,7 +8,7 @@ from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import BtfImages, HeldImages, displacement
 from metamer.materials.btf.registration import held_out_error, plane_offset, registered
 from metamer.materials.formats.btf_names import directions_of
-from metamer.materials.svbrdf.textures import linear_from_srgb
+from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from scipy.ndimage import gaussian_filter
 
 # h0, and mean, p95 and p99 of held-out views that are asked for.

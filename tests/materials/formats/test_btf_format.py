@@ -10,7 +10,7 @@ from metamer.materials.btf.surface import MeasuredBtf
 from metamer.materials.formats import btf as btf_format
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.source import MaterialSource, Rejected
-from metamer.materials.svbrdf.textures import linear_from_srgb
+from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.import_options import ImportOptions

@@ -8,7 +8,8 @@ from metamer.materials.formats.pictures.normal_maps import green_of, normals_of
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import Rejected
-from metamer.materials.svbrdf.textures import Texture, linear_from_srgb
+from metamer.materials.svbrdf.stated_colours import linear_from_srgb
+from metamer.materials.svbrdf.textures import Texture
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions

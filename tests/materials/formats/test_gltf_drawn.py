@@ -8,7 +8,7 @@ from metamer.materials.core.points import Points
 from metamer.materials.formats import gltf
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import Rejected
-from metamer.materials.svbrdf.textures import linear_from_srgb
+from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
 from PIL import Image
 

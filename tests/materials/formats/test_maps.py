@@ -13,7 +13,8 @@ from metamer.materials.formats.pictures.map_names import map_name
 from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import MaterialSource, Rejected
-from metamer.materials.svbrdf.textures import Texture, linear_from_srgb
+from metamer.materials.svbrdf.stated_colours import linear_from_srgb
+from metamer.materials.svbrdf.textures import Texture
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from metamer.materials.formats.pictures.emission import emission_of
 from metamer.materials.formats.pictures.stand_in import Colour, Number, SurfaceMaps, reflectance_of
-from metamer.materials.svbrdf.textures import Texture, blocks, linear_from_srgb
+from metamer.materials.svbrdf.stated_colours import linear_from_srgb
+from metamer.materials.svbrdf.textures import Texture, blocks
 from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
