@@ -92,9 +92,9 @@ if not TYPE_CHECKING:  # who checks types shall hear of a name that there is not
     def __getattr__(name: str) -> object:
         """What a name stands for; from then on it is an attribute like any other."""
         if name == "__version__":
-            from importlib.metadata import version
+            from .runtime.distribution import installed_version
 
-            found: object = version("metamer")
+            found: object = installed_version()
         elif name in _HOMES:
             from importlib import import_module
 

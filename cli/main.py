@@ -71,9 +71,9 @@ def _run(words: Sequence[str] | None) -> int:
     command = parser(words)
     args = command.parse_args(words)
     if args.version:
-        from importlib.metadata import version
+        from ..runtime.distribution import installed_version
 
-        print(f"metamer {version('metamer')}")
+        print(f"metamer {installed_version()}")
         return 0
     if not hasattr(args, "run"):
         command.print_help()

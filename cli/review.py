@@ -82,11 +82,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Review; 0 where every row is within the budget, 1 where some are near it, 2 where some are over it."""
-    from importlib.metadata import version
-
     from ..calibration.report.protocol import read_protocol
     from ..calibration.report.review_words import as_markdown, row_words
     from ..lighting.scene_file.files import load_scene, scene_file, shipped_scene
+    from ..runtime.distribution import installed_version
     from ..runtime.files import check_outputs
     from ..runtime.worker_pool import usable_cores
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
@@ -128,7 +127,7 @@ def run(args: argparse.Namespace) -> int:
             size=args.size,
             reference_size=args.reference_size,
             jobs=jobs,
-            version=version("metamer"),
+            version=installed_version(),
             progress=progress,
             warn=warn,
             again=args.again,

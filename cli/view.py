@@ -6,12 +6,13 @@ import argparse
 import os
 from pathlib import Path
 
+from ..runtime.distribution import install_hint
 from ..runtime.errors import InputError
 from .options import add_catalogue_option, catalogue_for
 
 # What Debian's and Ubuntu's packages of these libraries are called.
 _LIBRARIES = ("libx11-6", "libxext6", "libxcursor1", "libxi6", "libxinerama1", "libxrandr2", "libgl1")
-_INSTALL = "pip install 'metamer[window]', or `make view`"
+_INSTALL = f"{install_hint('window')}, or `make view`"
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from .distribution import install_hint
 from .errors import InputError
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ def connected(scheduler: str) -> Client:
             field="--scheduler",
             found=scheduler,
             expected="the extra `cluster`",
-            hint="pip install metamer[cluster]",
+            hint=install_hint("cluster"),
         ) from None
     expected = "an address such as tcp://host:8786"
     if not _ADDRESS.fullmatch(scheduler):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from ..runtime.distribution import install_hint
 from ..runtime.errors import InputError
 
 #: Pixels a degree of a 0.7 m wide display of 3840 pixels at 0.7 m, which FLIP takes where nothing is said.
@@ -37,7 +38,7 @@ def flip(
             "FLIP is not installed",
             found="no flip-evaluator",
             expected="the extra `flip`",
-            hint="pip install metamer[flip]",
+            hint=install_hint("flip"),
         ) from None
     if np.shape(reference_srgb) != np.shape(sample_srgb):
         found = f"{np.shape(reference_srgb)} and {np.shape(sample_srgb)}"

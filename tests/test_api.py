@@ -44,7 +44,7 @@ def test_every_name_is_what_its_module_has():
         "annotations",
         "import_module",
     } == set()
-    assert metamer.__version__ == version("metamer")
+    assert metamer.__version__ == version("metamer-colour")
     assert metamer.Catalogue.__module__ == "metamer.materials.catalogue.catalogue"
 
 
@@ -78,7 +78,7 @@ def test_every_name_called_first_says_what_it_is():
 
 
 def test_python_m_metamer_is_the_command(tmp_path):
-    assert python("-m", "metamer", "--version", folder=tmp_path) == f"metamer {version('metamer')}\n"
+    assert python("-m", "metamer", "--version", folder=tmp_path) == f"metamer {version('metamer-colour')}\n"
     said = python("-m", "metamer", "--help", folder=tmp_path)
     assert said == python("-m", "metamer.cli.main", "--help", folder=tmp_path)
     assert said.startswith("usage: metamer ")

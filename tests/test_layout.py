@@ -153,6 +153,20 @@ def test_the_pattern_of_paths_knows_one():
         assert not SOMEBODY_S_PATH.search(sample), sample
 
 
+def test_a_hint_to_install_metamer_has_its_own_name_on_the_package_index():
+    """There, "metamer" is another project."""
+    other = re.compile(
+        r"\b(?:pip|pipx|uv|uvx|tool) (?:install |add |run )[^\n`]*\bmetamer(?!-colour)\b|\bmetamer\[[a-z]+\]"
+    )
+    name = "metamer"
+    assert all(other.search(hint) for hint in (f"pip install {name}", f"uv tool install {name}", f"{name}[window]"))
+    assert not other.search(f"pip install '{name}-colour[window]'")
+    found = []
+    for path in tracked("*.py", "*.md", "*.toml", "*.txt", "Makefile", ".ci/run"):
+        found += [f"{path}: {hit[0]}" for hit in other.finditer((ROOT / path).read_text(encoding="utf-8"))]
+    assert not found, found
+
+
 @pytest.mark.parametrize("folder", ["lighting", "viewer", "calibration"])
 def test_every_refusal_says_what_would_do(folder):
     """An `InputError` that is raised says what was expected, or what to try."""

@@ -9,13 +9,13 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 from ..calibration.report.protocol import read_protocol
 from ..lighting.scene import Scene
 from ..materials.catalogue.catalogue import Catalogue
+from ..runtime.distribution import installed_version
 from ..runtime.errors import UnknownNameError, UsageError
 from ..runtime.worker_pool import usable_cores
 from .gl.backend import create_session, gl_session, software_session
@@ -164,7 +164,7 @@ def review(
             size=size,
             reference_size=reference_size,
             jobs=jobs,
-            version=version("metamer"),
+            version=installed_version(),
             progress=progress,
             again=again,
             ratings=ratings,

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import cast, get_args
 
@@ -19,6 +18,7 @@ from ..calibration.match.uncertainty import Repeatability
 from ..calibration.match.whites import WhiteScale
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.catalogue.samples import repeated_readings, samples_of
+from ..runtime.distribution import installed_version
 from ..runtime.errors import InputError, UnknownNameError, UsageError
 from ..spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..spectral.formula import formula
@@ -118,7 +118,7 @@ def match(
     filled = {name: text for name, text in (signed or {}).items() if text}
     if instrument := first.details.get("instrument", ""):
         filled.setdefault("instrument", instrument)
-    return MatchReport(first, pairs, asked, batches, filled, version("metamer"))
+    return MatchReport(first, pairs, asked, batches, filled, installed_version())
 
 
 def _is_same(one: Sample, other: Sample) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from ..lighting.reference.reference import reference_images
 from ..lighting.scene import Scene, Viewing
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
+from ..runtime.distribution import installed_version
 from ..runtime.errors import ComparisonError, UsageError
 from ..spectral.difference import Formula, delta_e_xyz, lab_from_xyz
 from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
@@ -109,7 +109,7 @@ class Picture:
         """
         output = Path(output)
         check_output(output)
-        words = picture_words(self.scene, self.view, self.made_by, version("metamer"))
+        words = picture_words(self.scene, self.view, self.made_by, installed_version())
         image = ColourImage(self.xyz, "xyz", self.white)
         if output.suffix.lower() == ".exr":
             write_xyz_exr(output, image, np.asarray(self.coverage), words)
@@ -280,7 +280,7 @@ def render_spectral(
     if below.any():
         notes.append(f"{below.mean():.2%} of the samples are below zero (lowest {values.min():.2g}), written as zero.")
     image = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.where(below, 0.0, values), "emission")
-    words = picture_words(scene, view, renderer.made_by, version("metamer"))
+    words = picture_words(scene, view, renderer.made_by, installed_version())
     write_spectral_exr(output, image, RELATIVE_UNITS, words)
     return tuple(notes)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +16,7 @@ from ..lighting.scene import Scene
 from ..lighting.scene_file.files import load_scene
 from ..materials.catalogue.catalogue import Catalogue
 from ..runtime.blas import blas
+from ..runtime.distribution import installed_version
 from ..spectral.observers import observer
 from .picture import Warn, unheard
 from .render.session import RenderSession
@@ -60,7 +60,7 @@ def run_suite(
             renderer=renderer,
             camera=camera,
             jobs=jobs,
-            version=version("metamer"),
+            version=installed_version(),
             progress=progress,
             warn=warn,
             again=again,

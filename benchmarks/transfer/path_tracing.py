@@ -22,6 +22,7 @@ from jaxtyping import Float, Int
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.scene import Scene
 from ...lighting.transfer.relighting import Relighting
+from ...runtime.distribution import install_hint
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ..timing import best_ms, timed
@@ -122,7 +123,7 @@ def found_mitsuba(progress: Callable[[str], None]) -> Any:
             found = importlib.import_module("mitsuba")
             found.set_variant(VARIANT)
     except (ImportError, AttributeError) as problem:
-        progress(f"{NAME}: left out, {problem}; pip install 'metamer[mitsuba]' has it, and it needs LLVM")
+        progress(f"{NAME}: left out, {problem}; {install_hint('mitsuba')} has it, and it needs LLVM")
         return None
     return found
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.distribution import installed_version
 from ...runtime.errors import InputError
 from ...runtime.files import made_folder, written_whole
 from ...spectral.formats.exr import write_exr
@@ -133,8 +133,8 @@ def _pixels(xyz: np.ndarray, white: np.ndarray, coverage: np.ndarray | None, nam
 
 def _write_evidence(result: Result, before: ComparedSide, after: ComparedSide, folder: Path) -> None:
     """Figures and page; of two single pictures also the pixels."""
-    page = render_page(result, before, after, version("metamer"))
-    for name, text in (("regression.json", as_json(result, version("metamer"))), ("index.html", page)):
+    page = render_page(result, before, after, installed_version())
+    for name, text in (("regression.json", as_json(result, installed_version())), ("index.html", page)):
         with written_whole(folder / name) as beside:
             beside.write_text(text, encoding="utf-8")
     if len(before.rows) == len(after.rows) == 1 and "picture" in before.rows[0].layers:

@@ -7,6 +7,7 @@ import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from ...runtime.distribution import install_hint
 from ...runtime.errors import InputError
 from ...runtime.files import written_whole
 
@@ -32,7 +33,7 @@ def check_workbook(path: Path) -> None:
             "a workbook needs openpyxl",
             file=path,
             expected="the extra `xlsx`",
-            hint="pip install 'metamer[xlsx]', or ask for --csv",
+            hint=f"{install_hint('xlsx')}, or ask for --csv",
         ) from None
 
 

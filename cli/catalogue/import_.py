@@ -325,11 +325,12 @@ def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
     if args.json is None:
         return
     from dataclasses import asdict
-    from importlib.metadata import version
+
+    from ...runtime.distribution import installed_version
 
     statuses = ("imported", "skipped", "failed", "new")
     document = {
-        "metamer": version("metamer"),
+        "metamer": installed_version(),
         "catalogue": str(report.folder),
         "budget_delta_e94": args.budget,
         "uplift": args.uplift,

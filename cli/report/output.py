@@ -54,31 +54,30 @@ def check_outputs(args: argparse.Namespace) -> None:
 
 def said(result: Result, before: ComparedSide, after: ComparedSide, args: argparse.Namespace) -> int:
     """Write and print what was asked for; the exit code of the result."""
-    from importlib.metadata import version
-
     from ...calibration.regression.json_result import as_json
     from ...calibration.regression.junit import as_junit
     from ...calibration.regression.markdown import as_markdown
     from ...calibration.regression.table import as_csv, write_xlsx
     from ...calibration.regression.words import as_text
     from ...calibration.report.history import history_text, read_history, with_run
+    from ...runtime.distribution import installed_version
 
     for path, form in ((args.junit, as_junit), (args.csv, as_csv), (args.markdown, as_markdown)):
         if path is not None:
             write_text(path, form(result))
     if args.xlsx is not None:
         write_xlsx(result, args.xlsx)
-    runs = () if args.history is None else with_run(read_history(args.history), result.as_run(version("metamer")))
+    runs = () if args.history is None else with_run(read_history(args.history), result.as_run(installed_version()))
     if args.html is not None:
         from ...calibration.regression.page import render_page
 
         with progress_bar("Writing the page", quiet=on_standard_output(args.json), after=1.0) as progress:
-            page = render_page(result, before, after, version("metamer"), runs, progress)
+            page = render_page(result, before, after, installed_version(), runs, progress)
         write_text(args.html, page)
     if args.history is not None:
         write_text(args.history, history_text(runs))
     if args.json is not None:
-        write_json(args.json, as_json(result, version("metamer")))
+        write_json(args.json, as_json(result, installed_version()))
     if not on_standard_output(args.json):
         printed(as_text(result))
     return result.exit_code

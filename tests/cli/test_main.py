@@ -15,7 +15,7 @@ from metamer.runtime.errors import ComparisonError, InputError, UsageError
 
 
 def test_version(metamer):
-    assert metamer("--version") == (0, f"metamer {version('metamer')}\n", "")
+    assert metamer("--version") == (0, f"metamer {version('metamer-colour')}\n", "")
 
 
 def test_help_names_every_command(metamer):

@@ -12,7 +12,7 @@ def mi():
     """Mitsuba 3 with spectra, or a skip that says what is missing."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        mitsuba = pytest.importorskip("mitsuba", reason="needs the mitsuba extra: pip install 'metamer[mitsuba]'")
+        mitsuba = pytest.importorskip("mitsuba", reason="mitsuba: pip install 'metamer-colour[mitsuba]'")
         if "scalar_spectral" not in mitsuba.variants():
             pytest.skip("this Mitsuba has no scalar_spectral variant")
         mitsuba.set_variant("scalar_spectral")

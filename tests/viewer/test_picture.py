@@ -195,7 +195,7 @@ def test_headers_say_what_a_picture_is_of(tiny, software, tmp_path):
         "illuminant": "A",
         "observer": "CIE 1931 2 Degree Standard Observer",
         "renderer": software.made_by,
-        "software": f"Metamer {version('metamer')}",
+        "software": f"Metamer {version('metamer-colour')}",
     }
     picture(scene, catalogue, None, software).write(tmp_path / "a.exr")
     render_spectral(scene, catalogue, tmp_path / "s.exr", None, software)

@@ -18,6 +18,7 @@ from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.records.record_head import read_head
 from ...runtime.code_hash import files_hash
+from ...runtime.distribution import DISTRIBUTION
 from ...runtime.fingerprint import fingerprint
 from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
@@ -53,5 +54,5 @@ def code_hash() -> str:
     """Hash the code that draws and compares, and the versions of what it calls."""
     root = Path(__file__).parents[2]
     files = [path for name in _CODE for path in (root / name).rglob("*") if path.suffix in _KINDS]
-    lines = (line for line in requires("metamer") or () if "extra ==" not in line)
+    lines = (line for line in requires(DISTRIBUTION) or () if "extra ==" not in line)
     return files_hash(root, files, sorted(re.split(r"[^\w.-]", line)[0] for line in lines))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +13,7 @@ from jaxtyping import Float
 from ...calibration.report.statistics import DeltaEStatistics, delta_e_statistics
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.search.edited_material import VariedCatalogue
+from ...runtime.distribution import installed_version
 from ...runtime.errors import InputError, MetamerError
 from ...spectral.formats.xyz_exr import write_xyz_exr
 from ...spectral.image import ColourImage
@@ -206,7 +206,7 @@ class Frame(CanvasRenderer):
             raise InputError("the picture is not settled yet", field="picture", expected=expected, hint=hint)
         side, found = self.sides[0], read(self.canvases[0])
         made_by = self._renderer(Quality.EXACT, 0).session.made_by
-        words = picture_words(side.lit, self.camera, made_by, version("metamer"))
+        words = picture_words(side.lit, self.camera, made_by, installed_version())
         write_xyz_exr(path, ColourImage(found[..., :3], "xyz", side.white), found[..., 3], words)
 
     def asked_reference(self, number: int = 1) -> AskedView | None:

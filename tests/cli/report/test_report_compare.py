@@ -97,4 +97,4 @@ def test_a_workbook_that_cannot_be_made_is_refused_before_any_work(metamer, tmp_
     words = ("--xlsx", tmp_path / "r.xlsx", "--html", tmp_path / "r.html")
     for command in (("report", "compare", tmp_path / "no", tmp_path / "none"), ("match", "no.cxf", "none.cxf")):
         code, _, err = metamer(*command, *words)
-        assert code == 4 and "metamer[xlsx]" in err and "no such" not in err
+        assert code == 4 and "metamer-colour[xlsx]" in err and "no such" not in err

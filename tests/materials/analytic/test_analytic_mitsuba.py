@@ -13,7 +13,7 @@ WAVELENGTHS = np.array([450.0, 550.0, 650.0])
 
 @pytest.fixture
 def mitsuba():
-    module = pytest.importorskip("mitsuba", reason="the optional extra: pip install metamer[mitsuba]")
+    module = pytest.importorskip("mitsuba", reason="the optional extra: pip install 'metamer-colour[mitsuba]'")
     before = module.variant()
     module.set_variant("scalar_spectral")
     yield module

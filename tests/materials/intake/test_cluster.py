@@ -122,5 +122,5 @@ def test_addresses_that_are_none(source, tmp_path, address):
 @pytest.mark.slow
 def test_without_dask_the_extra_is_named(source, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(InputError, match=r"(?s)Dask is not installed.*pip install metamer\[cluster\]"):
+    with pytest.raises(InputError, match=r"(?s)Dask is not installed.*pip install 'metamer-colour\[cluster\]'"):
         import_sources([source], tmp_path / "cat", scheduler="tcp://127.0.0.1:1")

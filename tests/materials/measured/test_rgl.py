@@ -227,7 +227,7 @@ _TWINS = []
 
 def mitsuba_values(variant, path, wi, wo, wavelengths=()):
     """f_r cos(theta_o) of Mitsuba's `measured`, in RGB or at (four) wavelengths."""
-    mitsuba = pytest.importorskip("mitsuba", reason="the optional extra: pip install metamer[mitsuba]")
+    mitsuba = pytest.importorskip("mitsuba", reason="the optional extra: pip install 'metamer-colour[mitsuba]'")
     before = mitsuba.variant()
     mitsuba.set_variant(variant)
     try:

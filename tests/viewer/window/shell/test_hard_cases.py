@@ -57,7 +57,7 @@ def test_opengl_3_3_is_said_with_what_is_needed(view, small_scene):
 def test_what_is_not_installed_is_said_with_how_to_install_it(view, small_scene, tmp_path):
     (tmp_path / "imgui_bundle.py").write_text("raise ModuleNotFoundError('no imgui', name='imgui_bundle')")
     done = view(small_scene, PYTHONPATH=str(tmp_path))
-    assert done.returncode == 4 and "metamer[window]" in done.stderr and "make view" in done.stderr
+    assert done.returncode == 4 and "metamer-colour[window]" in done.stderr and "make view" in done.stderr
 
 
 @pytest.mark.slow
