@@ -44,9 +44,10 @@ if TYPE_CHECKING:
     from .materials.records.query import Query as Query
     from .materials.search.neighbours import like as like
     from .runtime.errors import MetamerError as MetamerError
-    from .spectral.difference import delta_e as delta_e
+    from .spectral.formula import delta_e as delta_e
     from .spectral.illuminants import illuminant as illuminant
     from .spectral.observers import observer as observer
+    from .spectral.sample import Sample as Sample
     from .spectral.spectrum import Spectrum as Spectrum
     from .viewer.api import render as render
     from .viewer.api import review as review
@@ -69,9 +70,10 @@ _HOMES = {
     "Query": "materials.records.query.Query",
     "Scene": "lighting.scene.Scene",
     "SoftboxLight": "lighting.environment.softbox.SoftboxLight",
+    "Sample": "spectral.sample.Sample",
     "Spectrum": "spectral.spectrum.Spectrum",
     "assert_colour_close": "calibration.regression.assertions.assert_colour_close",
-    "delta_e": "spectral.difference.delta_e",
+    "delta_e": "spectral.formula.delta_e",
     "illuminant": "spectral.illuminants.illuminant",
     "import_sources": "materials.intake.importing.import_sources",
     "like": "materials.search.neighbours.like",

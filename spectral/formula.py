@@ -9,8 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from ..runtime.errors import ComparisonError, InputError, UnknownNameError
-from .axis_letters import XYZ, White
-from .difference import delta_e, delta_e_cmc, lab_from_xyz
+from . import difference
+from .axis_letters import XYZ, Lab, White
+from .difference import delta_e_cmc, lab_from_xyz
 from .effect_difference import DIN_6175_2, delta_e_din_6175_2
 from .measurement import geometry_in
 
@@ -78,7 +79,7 @@ class Formula:
             return delta_e_din_6175_2(reference, sample, self.aspecular)
         if self.cmc is not None:
             return delta_e_cmc(reference, sample, *self.cmc)
-        return delta_e(reference, sample, self.name)  # type: ignore[arg-type]
+        return difference.delta_e(reference, sample, self.name)  # type: ignore[arg-type]
 
     @property
     def words(self) -> str:
@@ -108,6 +109,33 @@ def formula(text: str) -> Formula:
     if folded not in _ALSO:
         raise UnknownNameError("colour difference", text, (*NAMES, *NAMES_AT_ANGLES))
     return Formula(_ALSO[folded])
+
+
+def delta_e(reference_lab: Lab, sample_lab: Lab, method: str = "CIE 1994") -> Float[np.ndarray, "*batch"]:
+    """Colour difference (...) of CIELAB pairs, by a formula that is spelled as people do.
+
+    CIE 1994 and CMC weigh by the reference and are not symmetric: mind which side is which.
+
+    Parameters
+    ----------
+    reference_lab, sample_lab : (...,3) the standard, and what is held beside it.
+    method : as `formula` takes it: "CIE 2000", "dE00", "ciede2000", "CMC(2:1)".
+
+    Raises
+    ------
+    UnknownNameError : another formula. ComparisonError : one that takes more than CIELAB, such as CAM16-UCS.
+
+    >>> delta_e(np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 10.0]), "dE 76")
+    array(3.)
+    """
+    asked = formula(method)
+    if asked.cmc is not None:
+        return delta_e_cmc(reference_lab, sample_lab, *asked.cmc)
+    if not asked.name.startswith("CIE"):
+        raise ComparisonError(
+            f"{asked.name} is no formula of CIELAB alone: `metamer.match` has it, which knows the light and the angle"
+        )
+    return difference.delta_e(reference_lab, sample_lab, asked.name)  # type: ignore[arg-type]
 
 
 def _cmc(text: str, weights: str) -> Formula:

@@ -14,6 +14,7 @@ from jaxtyping import Float
 from ..runtime.errors import ComparisonError, InputError
 from .axis_letters import Lab
 from .difference import lab_from_xyz, xyz_from_lab
+from .foreign_spectra import KINDS, foreign_curves
 from .formats.registry import SpectralEntry, StatedColour
 from .illuminants import illuminant
 from .measurement import Geometry, Measurement, Side, geometry_in
@@ -98,6 +99,34 @@ class Sample:
         details = {**(beside or {}), **entry.details}
         measured = Measurement.of(spectrum.quantity, details, entry.name)
         return cls(entry.name, source, (spectrum,), entry.stated, details=entry.details, measurement=measured)
+
+    @classmethod
+    def of_spectra(cls, value: object, unnamed: str) -> tuple[Sample, ...]:
+        """Take samples from what another library, or plain Python, holds: one for each spectrum.
+
+        Parameters
+        ----------
+        value : a `Spectrum`, or one of `foreign_spectra.KINDS`, of reflectance as a fraction.
+        unnamed : what one without a name is called.
+
+        Raises
+        ------
+        InputError : nothing of the kind; a light; too little of the visible.
+        """
+        if isinstance(value, Spectrum):
+            found = [("", value)]
+        elif (curves := foreign_curves(value)) is not None:
+            found = [(name, Spectrum.sampled(nm, samples)) for name, nm, samples in curves]
+        else:
+            raise InputError(
+                "no sample",
+                field=unnamed,
+                found=repr(value)[:80],
+                expected=f"a path, an id, a Sample, a Spectrum, {KINDS}",
+            )
+        return tuple(
+            cls.of_entry(SpectralEntry(name or unnamed, spectrum), f"a script ({unnamed})") for name, spectrum in found
+        )
 
     @property
     def side(self) -> Side:

@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 from ..runtime.errors import InputError
 from .axis_letters import Wavelengths
+from .foreign_spectra import KINDS, foreign_curves
 from .projection import projected, tent_means
 from .wavelengths import (
     WORKING_WAVELENGTHS_NM,
@@ -82,6 +83,30 @@ class Spectrum:
     def sampled(cls, wavelengths_nm: object, values: object, quantity: Quantity = "reflectance") -> Spectrum:
         """Spectrum from samples: `wavelengths_nm` (L,) ascending nm, `values` (...,L)."""
         return cls(np.asarray(values, dtype=np.float64), validated_wavelengths(wavelengths_nm), quantity)
+
+    @classmethod
+    def of(cls, value: object, quantity: Quantity = "reflectance") -> Spectrum:
+        """Take one spectrum from what another library, or plain Python, holds.
+
+        Parameters
+        ----------
+        value : a `Spectrum`, which is returned as it is, or one of `foreign_spectra.KINDS`; values are fractions, of
+            emission in any unit.
+
+        Raises
+        ------
+        InputError : nothing of the kind, several spectra, or values that the quantity cannot have.
+
+        >>> Spectrum.of({400.0: 0.2, 700.0: 0.4})
+        <Spectrum of reflectance, 400 to 700 nm: 2 samples>
+        """
+        if isinstance(value, Spectrum):
+            return value
+        found = foreign_curves(value)
+        if found is None or len(found) != 1:
+            what = repr(value)[:80] if found is None else f"{len(found)} spectra"
+            raise InputError("no spectrum", field="value", found=what, expected=f"one of a Spectrum, {KINDS}")
+        return cls.sampled(found[0][1], found[0][2], quantity)
 
     @property
     def key(self) -> tuple[bytes, bytes]:

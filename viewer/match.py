@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import cast, get_args
+from typing import Any, cast, get_args
 
 from ..calibration.match.angles import shared_angles
 from ..calibration.match.batch import batch
@@ -20,6 +20,7 @@ from ..materials.catalogue.catalogue import Catalogue
 from ..materials.catalogue.samples import repeated_readings, samples_of
 from ..runtime.distribution import installed_version
 from ..runtime.errors import InputError, UnknownNameError, UsageError
+from ..spectral.foreign_spectra import foreign_curves
 from ..spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..spectral.formula import formula
 from ..spectral.illuminants import illuminant
@@ -27,6 +28,7 @@ from ..spectral.measurement import CROSSINGS, Crossing
 from ..spectral.metamerism import Conditions
 from ..spectral.observers import observer
 from ..spectral.sample import Sample
+from ..spectral.spectrum import Spectrum
 from ..spectral.whiteness import WhitenessMethod
 
 #: What is told where nobody asks for anything else.
@@ -36,8 +38,8 @@ ILLUMINANTS, OBSERVERS = ("D65", "A", "TL84"), ("1964_10",)
 
 
 def match(
-    standard: str | Path | Sample,
-    samples: Iterable[str | Path | Sample] | str | Path | Sample,
+    standard: Any,
+    samples: Any,
     tolerance: str | None = None,
     *,
     formulas: Sequence[str] | None = None,
@@ -57,7 +59,8 @@ def match(
 
     Parameters
     ----------
-    standard, samples : what `samples_of` names, or samples themselves; of samples one, or any number.
+    standard, samples : what `samples_of` names, a `Sample`, a `Spectrum` of reflectance or what another library holds
+        as one (`foreign_spectra.KINDS`); of samples one, or a list of any number.
     tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
     formulas : that ΔE is told by, after that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
     illuminants, observers : None: D65, A and TL84, 10 degrees; where colours without spectra are among them, what
@@ -78,21 +81,27 @@ def match(
     def opened() -> Catalogue:
         return catalogue if isinstance(catalogue, Catalogue) else Catalogue.open(catalogue)
 
-    def named(one: str | Path | Sample) -> tuple[Sample, ...]:
-        return (one,) if isinstance(one, Sample) else samples_of(str(one), opened, answer)
+    def named(one: Any, unnamed: str) -> tuple[Sample, ...]:
+        if isinstance(one, str | Path):
+            return samples_of(str(one), opened, answer)
+        return (one,) if isinstance(one, Sample) else Sample.of_spectra(one, unnamed)
 
-    first, *more = named(standard)
+    first, *more = named(standard, "standard")
     if more:
         names = ", ".join(f"{one.name!r}" for one in (first, *more[:5]))
+        if not isinstance(standard, str | Path):
+            raise UsageError(f"the standard holds {len(more) + 1} samples: give one, of {names}")
         raise UsageError(
             f"{standard} holds {len(more) + 1} samples: name one, as in {f'{standard}#{first.name}'!r}, of {names}"
         )
-    asked_for = (samples,) if isinstance(samples, str | Path | Sample) else tuple(samples)
+    alone = isinstance(samples, str | Path | Sample | Spectrum) or foreign_curves(samples) is not None
+    asked_for: tuple[Any, ...] = (samples,) if alone else tuple(samples)  # type: ignore[arg-type]
     found: list[Sample] = []
     taken_out: list[str] = []
     for done, one in enumerate(asked_for):
-        progress(done, len(asked_for), str(one if not isinstance(one, Sample) else one.name))
-        held = named(one)
+        told = str(one) if isinstance(one, str | Path) else getattr(one, "name", "")
+        progress(done, len(asked_for), told or f"sample {done + 1}")
+        held = named(one, f"sample {done + 1}")
         others = [sample for sample in held if not _is_same(sample, first)]
         # One that is named alone is refused as its own standard.
         taken_out += [str(one)] if 0 < len(others) < len(held) else []
