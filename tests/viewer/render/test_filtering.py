@@ -37,9 +37,9 @@ def plane_to_its_horizon(scenes):
 
 
 def fine_ball(scenes):
-    """81 920 triangles in a hundred pixels."""
+    """20 480 triangles in a hundred pixels."""
     camera = scenes.sphere_scene(size=12, samples=1).camera()
-    return scenes.scene_of([(shapes.sphere(6), "sharp")], [scenes.sun()], camera)
+    return scenes.scene_of([(shapes.sphere(5), "sharp")], [scenes.sun()], camera)
 
 
 @pytest.fixture(scope="module")
