@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -35,6 +36,13 @@ def tracked(*patterns):
         check=True,
     ).stdout.decode()
     return [Path(name) for name in listed.split("\0") if name and (ROOT / name).is_file()]
+
+
+@cache
+def imports_from(path):
+    """What a file imports by `from`, in functions and for types too."""
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    return [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
 
 
 def tool(name):
@@ -114,8 +122,8 @@ def test_nothing_below_imports_the_outermost_package():
     for path in tracked("*.py"):
         if path.parts[0] not in below:
             continue
-        for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.level == len(path.parts):
+        for node in imports_from(path):
+            if node.level == len(path.parts):
                 named = [node.module] if node.module else [name.name for name in node.names]
                 beyond += [f"{path}:{node.lineno}" for name in named if name.split(".")[0] not in below]
     assert not beyond, beyond
@@ -239,8 +247,8 @@ def test_no_module_imports_from_the_folder_that_holds_it():
     """The circle that the contract does not see: a folder's `__init__` gives out what the modules in it hold."""
     wrong = []
     for path in tracked("*.py"):
-        for node in ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8"))):
-            if not (isinstance(node, ast.ImportFrom) and node.level):
+        for node in imports_from(path):
+            if not node.level:
                 continue
             folder = (ROOT / path).parents[node.level - 1].joinpath(*(node.module or "").split("."))
             modules = {entry.stem for entry in folder.iterdir()} if folder in (ROOT / path).parents else set()

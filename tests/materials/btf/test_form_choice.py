@@ -27,9 +27,9 @@ def bumpy():
 @pytest.fixture(scope="module")
 def noisy():
     """Each texel and view a polynomial of its own: full rank, so that no few components do, and a field is exact."""
-    images = bumps(24, 24, views=3, lights=4)
+    images = bumps(16, 16, views=3, lights=4)
     draw = np.random.default_rng(3)
-    kept = 0.03 * draw.normal(size=(len(images.views), 24, 24, 6, 3)) + [[0], [0], [0], [0], [0], [0.15]]
+    kept = 0.03 * draw.normal(size=(len(images.views), 16, 16, 6, 3)) + [[0], [0], [0], [0], [0], [0.15]]
     values = np.einsum("lm,vhwmj->vlhwj", monomials(images.lights.directions), kept).astype(np.float32)
     return HeldImages(images.views, images.lights, values, images.basis)
 

@@ -238,6 +238,7 @@ def test_an_unknown_filtering_is_named():
 def test_the_benchmark_says_what_filtering_costs_and_gains(software, monkeypatch):
     monkeypatch.setattr(benchmark, "CONFIGURATIONS", ((1, "linear"), (1, "mipmapped")))
     monkeypatch.setattr(benchmark, "SURFACES", {"gloss": (200.0, 200.0)})
+    monkeypatch.setattr(benchmark, "RANK", 2)
     said = []
     points = benchmark.filtering_points(software, said.append, balls=2)
     assert software.settings.filtering == "mipmapped"

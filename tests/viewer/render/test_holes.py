@@ -10,6 +10,7 @@ from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.mesh import shapes
 from metamer.lighting.reference.geometry import Tracer, visible_geometry
 from metamer.lighting.reference.reference import reference_images
+from metamer.lighting.visibility import refinement
 from metamer.materials.svbrdf.map_set import Placement
 from metamer.materials.svbrdf.maps import MappedSurface
 from metamer.materials.svbrdf.texel_map import TexelMap
@@ -104,7 +105,8 @@ def test_gl_equals_numpy(scenes, gl, filtering):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
-def test_gl_equals_numpy_in_light_from_all_around(scenes, gl, filtering):
+def test_gl_equals_numpy_in_light_from_all_around(scenes, gl, filtering, monkeypatch):
+    monkeypatch.setattr(refinement, "MOST_VERTICES", 200)
     to = latlong.texel_directions(16, 32)
     sky = EnvironmentLight((1.0 + 0.5 * np.sin(3.0 * to[..., 0]) + 0.5 * to[..., 1])[None], (illuminant("D65"),))
     scene = scene_of(scenes, [sky], size=16, samples=1)

@@ -32,8 +32,8 @@ def apart(scene, one, other, seen):
 @pytest.mark.slow
 @pytest.mark.parametrize("material", ["gloss", "sharp", "brushed"])
 def test_gl_equals_numpy(scenes, gl, material):
-    near = replace(scenes.sphere_scene(material, size=32, samples=1), lights=(softbox(),))
-    for scene in (near, ball_on_a_floor(scenes, material)):
+    near = replace(scenes.sphere_scene(material, size=20, samples=1), lights=(softbox(),))
+    for scene in (near, ball_on_a_floor(scenes, material, size=16)):
         twin, coverage = software_session().render(scene, None, dict(scenes.SURFACES))
         drawn, _ = gl_session(gl).render(scene, None, dict(scenes.SURFACES))
         seen = coverage == 1.0

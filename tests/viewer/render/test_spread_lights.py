@@ -81,7 +81,8 @@ def test_gl_equals_numpy(scenes, gl, material, fields):
 
 
 @pytest.mark.slow
-def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl):
+def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl, monkeypatch):
+    monkeypatch.setattr(refinement, "MOST_VERTICES", 400)
     # Balls of which one shades the other, on a ground of two triangles; and a cloth whose back is seen.
     for scene in (scenes.two_balls(), scenes.cloth_scene("gloss", size=32, samples=1, divisions=10)):
         scene = under(scene, sky(2, contrast=30.0, rotation_deg=20.0))

@@ -8,6 +8,7 @@ from metamer.lighting.environment import latlong
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.prefiltering import GatheredLight
 from metamer.lighting.mesh import shapes
+from metamer.lighting.visibility import refinement
 from metamer.materials.core.directions import spherical
 from metamer.materials.core.points import Points
 from metamer.materials.slices.fit import view_slices
@@ -152,7 +153,7 @@ def test_gl_equals_numpy(scenes, software, hardware, filtering, kind):
         rng = np.random.default_rng(1)
         turn = TexelMap(rng.uniform(0.0, 3.0, (32, 48, 1)).astype(np.float32))
         surface = surface_of(rng.uniform(0.4, 0.8, (32, 48, 2)), 1.0, normal=waves(0.3), turn=turn)
-    scene = scene_of(scenes, TWO, size=24, samples=2)
+    scene = scene_of(scenes, TWO, size=16, samples=2)
     # Single precision, and half.
     for budget in (1e-3, 0.5) if kind == "varied" else (1e-3,):
         form = surface.own_form(budget)
@@ -167,7 +168,8 @@ def test_gl_equals_numpy(scenes, software, hardware, filtering, kind):
 
 
 @pytest.mark.slow
-def test_gl_equals_numpy_where_something_stands_in_the_way(scenes, software, hardware):
+def test_gl_equals_numpy_where_something_stands_in_the_way(scenes, software, hardware, monkeypatch):
+    monkeypatch.setattr(refinement, "MOST_VERTICES", 400)
     parts = [(shapes.sphere(3, uv=True), "cloth"), (shapes.plane(4.0, 4.0).placed(translate=(0, -0.9, 0)), "cloth")]
     camera = replace(scenes.sphere_scene().camera(), width=20, height_px=20, samples=1)
     scene, form = scenes.scene_of(parts, [ONE], camera), {"cloth": varied().own_form(1e-3)}
