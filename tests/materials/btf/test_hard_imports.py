@@ -48,8 +48,8 @@ def contents(catalogue: Path):
 
 @pytest.fixture(scope="module")
 def wool(tmp_path_factory):
-    """Larger than the others: 81 images of 24 x 24."""
-    return saved(tmp_path_factory.mktemp("sets") / "wool", cloth(size=(24, 24)))
+    """81 images of 16 x 16."""
+    return saved(tmp_path_factory.mktemp("sets") / "wool", cloth(size=(16, 16)))
 
 
 @pytest.fixture(scope="module")
