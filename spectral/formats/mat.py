@@ -59,12 +59,13 @@ _RESPONSES = (
     ("optical densities", r"den|densit(?:y|ies)|macular"),
     ("sensitivities of a camera", r"sensitivit(?:y|ies)|responsivit(?:y|ies)|quantum efficiency|qe"),
 )
+_HEADERS = (b"MATLAB 5.0", b"MATLAB 7.3")
 _ILLUM = re.compile(r"(?<![a-z])illum(?:s|inants?)?(?![a-z])", re.I)
 
 
 def recognises(path: Path, head: bytes) -> bool:
     """The header of version 5 or 7.3, or, for version 4, which has none, the suffix and a plausible first matrix."""
-    if head[:10] in (b"MATLAB 5.0", b"MATLAB 7.3"):
+    if head[:10] in _HEADERS:
         return True
     if path.suffix.casefold() != ".mat" or len(head) < 20:
         return False
@@ -79,6 +80,20 @@ def _is_first_matrix(head: bytes, order: str) -> bool:
     return kind // 1000 == 1 if order == ">" else 0 <= kind < 5000
 
 
+def _refuse_foreign_floats(path: Path) -> None:
+    """Refuse floats of a VAX or a Cray, which a file of version 4 may have, and which would be other numbers here."""
+    with path.open("rb") as file:
+        head = file.read(20)
+    kind = int.from_bytes(head[:4], "little")
+    if head[:10] not in _HEADERS and not is_hdf5(head) and 2000 <= kind < 5000:
+        raise InputError(
+            "floats of a machine that is not read",
+            found=f"{('VAX D-float', 'VAX G-float', 'Cray')[kind // 1000 - 2]}, by the type {kind}",
+            expected="IEEE floats",
+            hint="save it again from MATLAB or GNU Octave of today",
+        )
+
+
 @names_its_file
 def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """Read every array that is as long as the wavelengths.
@@ -88,6 +103,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     InputError
         Damaged files, no wavelengths, no array to go with them, or images; the message names the variables.
     """
+    _refuse_foreign_floats(path)
     variables = read_variables(path)
     gathering = Gathering(path, NAME)
     numbers = {name: value for name, value in variables.items() if isinstance(value, np.ndarray)}

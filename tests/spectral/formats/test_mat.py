@@ -2,6 +2,7 @@
 
 import os
 import signal
+import struct
 
 import h5py
 import numpy as np
@@ -313,3 +314,17 @@ def test_a_file_that_takes_too_long_is_refused_and_the_next_one_read(saved, pain
         read(path)
     monkeypatch.undo()
     check(read(path), paints)
+
+
+@pytest.mark.parametrize(("machine", "called"), [(2, "VAX D"), (3, "VAX G"), (4, "Cray")])
+def test_floats_of_other_machines_are_refused(tmp_path, machine, called):
+    """Their bytes would be other numbers here, and nothing in them says so but the type."""
+
+    def variable(name, values):
+        head = struct.pack("<5i", 1000 * machine, 1, len(values), 0, len(name) + 1)
+        return head + name.encode() + b"\0" + np.asarray(values, "<f8").tobytes()
+
+    path = tmp_path / "red.mat"
+    path.write_bytes(variable("wavelength", np.arange(400, 701, 10)) + variable("reflectance", np.full(31, 0.4)))
+    with pytest.raises(InputError, match=called):
+        mat.read(path)
