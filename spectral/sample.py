@@ -136,7 +136,14 @@ class Sample:
     @property
     def spectral(self) -> bool:
         """True if its colour is known under every light."""
-        return bool(self.readings or self.angles) or self.seen is not None
+        if self.angles:
+            return all(one.spectral for one in self.angles)
+        return bool(self.readings) or self.seen is not None
+
+    @property
+    def stated_for(self) -> tuple[tuple[str, str], ...]:
+        """Illuminant and observer of each of its stated colours that has both."""
+        return tuple((one.illuminant, one.observer) for one in self.stated if one.illuminant and one.observer)
 
     @property
     def count(self) -> int:
@@ -211,12 +218,10 @@ class Sample:
             return self.seen(power, seer)
         if self.readings:
             return np.mean([seer.weights(power, one.wavelengths_nm) @ one.samples for one in self.readings], axis=0)
-        for colour in self.stated:
-            if (
-                colour.illuminant
-                and colour.observer
-                and same_conditions((colour.illuminant, colour.observer), (light, eye))
-            ):
+        # At several angles it has a colour at each, and none of its own.
+        for colour in () if self.angles else self.stated:
+            known = colour.illuminant and colour.observer and (colour.illuminant, colour.observer)
+            if known and same_conditions(known, (light, eye)):
                 if colour.space == "XYZ":
                     return colour.values / 100.0
                 return xyz_from_lab(colour.values, seer.white(power))

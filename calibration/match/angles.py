@@ -10,7 +10,7 @@ import numpy as np
 from ...runtime.errors import ComparisonError, UsageError
 from ...spectral.angles import FEWEST, FLOP_ANGLES, FLOP_CONDITIONS, common, flop_index
 from ...spectral.measurement import Geometry, geometry_in
-from ...spectral.sample import Sample
+from ...spectral.sample import Sample, same_conditions
 
 # ΔE*ab from their mean beyond which repeated readings of one angle are hardly of one angle.
 _SCATTER = 1.0
@@ -102,6 +102,8 @@ def _scattered(side: Sample) -> list[str]:
     """Say at which angles repeated readings, which count by their mean, differ by more than `_SCATTER`."""
     notes = []
     for geometry, part in zip(side.geometries, side.angles, strict=True):
+        if len(part.readings) < 2:
+            continue
         labs = np.array([replace(part, readings=(one,)).lab(*FLOP_CONDITIONS) for one in part.readings])
         off = float(np.linalg.norm(labs - labs.mean(axis=0), axis=1).max())
         if off > _SCATTER:
@@ -151,6 +153,8 @@ def over_angles(
 
 
 def _flop(side: Sample) -> float | None:
+    if not side.spectral and not any(same_conditions(FLOP_CONDITIONS, kind) for kind in side.stated_for):
+        return None
     lightness = {}
     for angle in FLOP_ANGLES:
         notation = f"45as{angle:g}"

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...runtime.errors import InputError
-from ...spectral.formats.colours_only import Coloured, read_colours
+from ...spectral.formats.colours_only import Coloured, UnclearColoursError, read_colours
 from ...spectral.formats.registry import details_of_readings, read_filling_gaps
 from ...spectral.illuminants import illuminant
 from ...spectral.measurement import Measurement
@@ -36,6 +36,8 @@ def readings_side(path: Path, seen: SeenSpectra) -> ComparedSide:
         # A file of colours alone is refused by readers of spectra, who say why.
         try:
             colours = read_colours(path, seen.answer)
+        except UnclearColoursError as reason:
+            raise reason.at(file=path) from None
         except InputError:
             raise refusal from None
         return _colours_side(path, colours)

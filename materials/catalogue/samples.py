@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -12,9 +12,9 @@ import numpy as np
 
 from ...runtime.errors import ComparisonError, InputError, UnknownNameError
 from ...spectral.angles import FEWEST, AngleReading, Thing, things, without_light
-from ...spectral.formats.colours_only import colour_in, read_colours
+from ...spectral.formats.colours_only import UnclearColoursError, colour_in, read_colours
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
-from ...spectral.formats.registry import details_of_readings, read_filling_gaps
+from ...spectral.formats.registry import StatedColour, details_of_readings, read_filling_gaps
 from ...spectral.measurement import MUST, Geometry, Measurement, StatedPart, geometry_in, refusal
 from ...spectral.sample import Sample, check_covers
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum
@@ -198,11 +198,18 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
         # A file of colours alone is refused by readers of spectra, who say why.
         try:
             colours = read_colours(path, answer)
+        except UnclearColoursError as reason:
+            raise reason.at(file=path) from None
         except InputError:
             raise refusal from None
-        return tuple(
-            Sample(one.name, str(path), stated=one.stated, details=one.details, measurement=one.measurement)
-            for one in colours
+        return _gathered(
+            [
+                Sample(one.name, str(path), stated=one.stated, details=one.details, measurement=one.measurement)
+                for one in colours
+            ],
+            path,
+            {},
+            {},
         )
     for called, reason in file.rejected:
         if called == name and all(entry.name != name for entry in file.entries):
@@ -211,6 +218,18 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
         raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path, expected="at least one")
     beside = details_of_readings(file)
     found = [Sample.of_entry(entry, str(path), beside) for entry in file.entries]
+    details = {key: value for key, value in file.details.items() if isinstance(value, str)}
+    told = [left_out] if left_out else []
+    told += (f"{called} of {path.name} is left out: {reason.problem}" for called, reason in file.rejected)
+    # A comparison says what was converted and assumed, as an import does.
+    told += (f"{path.name}: {note}" for note in file.notes)
+    return tuple(replace(one, notes=(*one.notes, *told)) for one in _gathered(found, path, beside, details))
+
+
+def _gathered(
+    found: list[Sample], path: Path, beside: Mapping[str, str], details: dict[str, str]
+) -> tuple[Sample, ...]:
+    """Samples of the readings of a file: those at several angles, and those of one name, are of one sample."""
     unlit = without_light([one.name for one in found], [{**beside, **one.details} for one in found])
     for at, one in unlit.items():
         # Angles are paired by their numbers, wherever the light was.
@@ -219,7 +238,6 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
             geometry = Geometry("multi-angle", None, one.aspecular)
             said = {"geometry": StatedPart(geometry, geometry.notation, "the name")}
             found[at] = replace(found[at], measurement=Measurement({**found[at].measurement.parts, **said}))
-    details = {key: value for key, value in file.details.items() if isinstance(value, str)}
     by_name: dict[str, list[Sample]] = {}
     at_angles: list[Sample] = []
     for thing in things(AngleReading(one, one.name, one.details.get("object", ""), one.measurement) for one in found):
@@ -230,17 +248,13 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
     single = [
         _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
     ]
-    refused = (f"{called} of {path.name} is left out: {reason.problem}" for called, reason in file.rejected)
     unpaired = [one.words for one in unlit.values() if not one.noted]
-    told = [left_out] if left_out else []
-    told += refused
+    told = ()
     if unpaired:
-        told.append(
+        told = (
             f"{', '.join(unpaired)} of {path.name} may be readings of one thing at several angles and are judged each "
-            "by itself: write their angles as 45as15 to have them paired."
+            "by itself: write their angles as 45as15 to have them paired.",
         )
-    # A comparison says what was converted and assumed, as an import does.
-    told += (f"{path.name}: {note}" for note in file.notes)
     return tuple(replace(one, notes=(*one.notes, *told)) for one in (*single, *at_angles))
 
 
@@ -263,6 +277,7 @@ def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sam
     return Sample(
         thing.name or path.stem,
         first.source,
+        stated=() if first.readings else first.stated,
         effect=first.effect,
         details={**details, **first.details, "geometry": ", ".join(one.notation for one in thing.angles)},
         measurement=Measurement(common),
@@ -326,7 +341,16 @@ def _together(name: str, some: list[Sample], of_file: dict[str, str]) -> Sample:
     first = some[0]
     readings = tuple(reading for one in some for reading in one.readings)
     details = of_file | dict(first.details)
-    return Sample(name, first.source, readings, first.stated, details=details, measurement=first.measurement)
+    stated = first.stated if readings else _mean_colours(some)
+    return Sample(name, first.source, readings, stated, details=details, measurement=first.measurement)
+
+
+def _mean_colours(some: list[Sample]) -> tuple[StatedColour, ...]:
+    """The mean of colours that are stated of one sample, for each light and observer."""
+    by_kind: dict[tuple[str, str | None, str | None], list[StatedColour]] = {}
+    for colour in (one for sample in some for one in sample.stated):
+        by_kind.setdefault((colour.space, colour.illuminant, colour.observer), []).append(colour)
+    return tuple(replace(like[0], values=np.mean([one.values for one in like], axis=0)) for like in by_kind.values())
 
 
 def _of_folder(path: Path, answer: ImportOptions) -> tuple[Sample, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +12,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
-from ..measurement import Measurement
+from ..measurement import Measurement, conditions_in, is_condition
 from .cgats import conditions_of, illuminant_of, observer_of, recognises
 from .cgats_tables import read_tables
 from .cxf import colours_without_spectra
@@ -20,14 +20,29 @@ from .cxf import recognises as is_cxf
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import HEAD, StatedColour
 from .shared.text import read_lines
-from .shared.words import colour_axis, illuminant_in, observer_in, stated_colours
+from .shared.words import (
+    behind_colour_axis,
+    colour_axis,
+    condition_in,
+    illuminant_in,
+    names_condition,
+    observer_in,
+    stated_colours,
+)
 from .tables.dialect import Dialect, dialects_of
 from .tables.one_reading import check_whole
 from .tables.section import ragged, trimmed
 
 _WORDS = re.compile(r"(lab|lch|xyz)\s*:\s*([^@]+?)\s*(?:@\s*(\S+?)\s*/\s*(\S+))?$", re.I)
 _NAMES = ("SAMPLE_NAME", "SAMPLE_ID", "NAME", "ID", "SAMPLE", "PATCH_NAME", "SAMPLE_LOC")
+_ANGLE_HEAD = re.compile(r"(?:asp(?:ec(?:ular)?)?\.? ?)?(?:angles?|winkel|angolo)(?: ?[\[(].*)?", re.I)
+# Largest of X, Y and Z of white under daylights and bluer lights, Y = 1.
+_WHITE_OF_ONE = 1.25
 _LIKE = "lab:52.1,10.3,-5.6@D65/1964_10"
+
+
+class UnclearColoursError(InputError):
+    """Colours that are there, and of which something has to be said; a file without any is refused otherwise."""
 
 
 class Coloured(NamedTuple):
@@ -72,7 +87,9 @@ def colour_in(text: str) -> StatedColour | None:
     if space.lower() == "lch":
         turn = np.radians(values[2])
         values = np.array([values[0], values[1] * np.cos(turn), values[1] * np.sin(turn)])
-    return StatedColour("XYZ" if space.lower() == "xyz" else "Lab", values, light, eye)
+    found = StatedColour("XYZ" if space.lower() == "xyz" else "Lab", values, light, eye)
+    _check_scale([found], NO_ANSWER)
+    return found
 
 
 def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[Coloured, ...]:
@@ -87,10 +104,8 @@ def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[C
         head = file.read(HEAD)
     if is_cxf(path, head):
         found = [Coloured(*one) for one in colours_without_spectra(path)]
-    elif recognises(path, head):
-        found = _cgats(path)
     else:
-        found = _table(path)
+        found = (_cgats if recognises(path, head) else _table)(path)
     if not found:
         raise InputError(
             "no colours in this file",
@@ -98,6 +113,7 @@ def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[C
             expected="spectra, or columns such as LAB_L, LAB_A, LAB_B",
             hint="export the measurement with its spectra",
         )
+    _check_scale([one for each in found for one in each.stated], answer)
     light, eye = answer.colours_for or (None, None)
     return tuple(
         one._replace(
@@ -109,6 +125,19 @@ def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[C
     )
 
 
+def _check_scale(stated: Sequence[StatedColour], answer: ImportOptions) -> None:
+    """Refuse XYZ of which none is above those of white on a scale to 1: on that to 100, all would be black."""
+    largest = max((float(one.values.max()) for one in stated if one.space == "XYZ"), default=np.inf)
+    if largest <= _WHITE_OF_ONE and answer.scale != "percent":
+        raise UnclearColoursError(
+            "XYZ of a scale to 1, or all black",
+            field="XYZ",
+            found=f"up to {largest:.4g}",
+            expected="Y = 100 for the perfect diffuser",
+            hint="multiply them by 100; where they are of blacks, say --scale percent, or write them as CIELAB",
+        )
+
+
 def _cgats(path: Path) -> list[Coloured]:
     found = []
     for table in read_tables(path):
@@ -117,12 +146,11 @@ def _cgats(path: Path) -> list[Coloured]:
         upper = [field.upper() for field in table.fields]
         name_at = next((upper.index(name) for name in _NAMES if name in upper), None)
         for place, row in enumerate(table.rows, 1):
-            cells = {
-                field: table.number(cell) for field, cell in zip(table.fields, row, strict=True) if colour_axis(field)
-            }
-            if colours := stated_colours(cells, light, eye):
-                name = row[name_at] if name_at is not None else f"{path.stem} {place}"
-                found.append(Coloured(name, colours, details))
+            cells = dict(zip(table.fields, row, strict=True))
+            numbers = {field: table.number(cell) for field, cell in cells.items() if colour_axis(field)}
+            name = row[name_at] if name_at is not None else f"{path.stem} {place}"
+            about = {field: cell for field, cell in cells.items() if cell.strip() and _is_about_a_reading(field)}
+            found += _colours_of(name, numbers, light, eye, details | about)
     return found
 
 
@@ -132,24 +160,68 @@ def _table(path: Path) -> list[Coloured]:
     # White space is in names, too.
     dialect = next((one for one in dialects_of([line for _, line in lines]) if one.delimiter), Dialect(",", "."))
     rows = [(at, trimmed(dialect.cells(line))) for at, line in lines]
-    for start, (_, header) in enumerate(rows):
+    for start, (place, header) in enumerate(rows):
         if sum(colour_axis(cell) is not None for cell in header) < 3:
             continue
+        _check_headings(header, place)
         above = " ".join(" ".join(row) for _, row in rows[: start + 1])
-        light, eye = illuminant_in(above), observer_in(above)
         details = {"format": "CSV"} | dict(labelled for _, row in rows[:start] if (labelled := _labelled(row)))
         found = []
         for at, row in rows[start + 1 :]:
             if len(row) > len(header):
                 raise ragged(at, len(row), len(header), row)
-            of_colours = {head: cell for head, cell in zip(header, row, strict=False) if colour_axis(head)}
+            cells = dict(zip(header, row, strict=False))
+            of_colours = {head: cell for head, cell in cells.items() if colour_axis(head)}
             check_whole(list(of_colours.values()), dialect, at)
-            cells = {head: dialect.number(cell) for head, cell in of_colours.items()}
-            names = [c for h, c in zip(header, row, strict=False) if not colour_axis(h) and c.strip()]
-            if colours := stated_colours(cells, light, eye):
-                found.append(Coloured(names[0] if names else f"{path.stem} {len(found) + 1}", colours, details))
+            numbers = {head: dialect.number(cell) for head, cell in of_colours.items()}
+            others = {head: cell for head, cell in cells.items() if head not in numbers and cell.strip()}
+            own = " ".join(f"{head}: {cell}" for head, cell in others.items() if names_condition(head))
+            named = next((head for head in others if not _is_about_a_reading(head)), None)
+            name = others.pop(named) if named is not None else f"{path.stem} {at - place}"
+            light, eye = (illuminant_in(own) or illuminant_in(above)), (observer_in(own) or observer_in(above))
+            found += _colours_of(name, numbers, light, eye, details | others)
         return found
     return []
+
+
+def _colours_of(
+    name: str, cells: Mapping[str, float], light: str | None, eye: str | None, details: Mapping[str, str]
+) -> list[Coloured]:
+    """The colours of one row; those of one light and observer that stand below several headings are readings apart."""
+    by_words: dict[str, dict[str, float]] = {}
+    for head, value in cells.items():
+        by_words.setdefault(behind_colour_axis(head), {})[head] = value
+    apart = {words: stated_colours(own, light, eye) for words, own in by_words.items()}
+    apart = {words: colours for words, colours in apart.items() if colours}
+    kinds = [(one.space, one.illuminant, one.observer) for colours in apart.values() for one in colours]
+    if len(set(kinds)) == len(kinds):
+        together = stated_colours(cells, light, eye)
+        return [Coloured(name, together, details)] if together else []
+    found = []
+    for words, colours in apart.items():
+        condition = condition_in(words)
+        said = conditions_in(words) | ({"measurement condition": condition} if condition else {})
+        found.append(Coloured(f"{name} {words}".strip(), colours, {**details, **said}))
+    return found
+
+
+def _is_about_a_reading(head: str) -> bool:
+    """Return whether a heading is of how something was read, and so not of its name."""
+    return is_condition(head) or names_condition(head) or bool(_ANGLE_HEAD.fullmatch(head.strip()))
+
+
+def _check_headings(header: list[str], line: int) -> None:
+    """Refuse a heading of a colour that stands twice: the line above may tell them apart, and is not read."""
+    heads = [head.strip() for head in header if colour_axis(head)]
+    twice = [head for head in dict.fromkeys(heads) if heads.count(head) > 1]
+    if twice:
+        raise UnclearColoursError(
+            "two columns of one heading",
+            field=f"line {line}",
+            found=", ".join(twice[:4]),
+            expected="headings that tell them apart",
+            hint='write what differs behind each, such as "L*(SCI)" and "L*(SCE)"',
+        )
 
 
 def _labelled(row: list[str]) -> tuple[str, str] | None:

@@ -406,3 +406,53 @@ def test_numbers_that_may_be_angles_are_noted(tmp_path):
     path.write_text(table(path, [f"Silver as{away}" for away in FLOP]).read_text().replace(" as", " "))
     found = samples_of(str(path), Catalogue.open)
     assert len(found) == len(FLOP) and all("may be readings of one thing" in one.notes[-1] for one in found)
+
+
+LIGHTNESS = {-15: 120.0, 15: 110.0, 25: 80.0, 45: 45.0, 75: 30.0, 110: 25.0}
+
+
+def colours_at_angles(path, form, name="Silver", off=0.0):
+    """CIELAB of one paint at six angles, in the ways in which instruments write it."""
+    rows = {away: (light + off, 1.0 + away / 50.0, -3.0) for away, light in LIGHTNESS.items()}
+    cells = {away: ",".join(f"{value:.2f}" for value in row) for away, row in rows.items()}
+    above = "Illuminant: D65, Observer: 10\n"
+    if form in ("45as{}", "as{}", "{}°"):
+        heads = ",".join(f"{axis}*({form.format(away)})" for away in rows for axis in "Lab")
+        text = f"{above}Name,{heads}\n{name},{','.join(cells.values())}\n"
+    elif form == "CGATS":
+        head = "SAMPLE_NAME MEASUREMENT_GEOMETRY LAB_L LAB_A LAB_B"
+        data = "".join(f'"{name}" "45as{away}" {row.replace(",", " ")}\n' for away, row in cells.items())
+        text = (
+            f'CGATS.17\nILLUMINATION_NAME "D65"\nOBSERVER_ANGLE "10"\nNUMBER_OF_FIELDS 5\nBEGIN_DATA_FORMAT\n{head}\n'
+        )
+        text += f"END_DATA_FORMAT\nNUMBER_OF_SETS 6\nBEGIN_DATA\n{data}END_DATA\n"
+    else:
+        text = f"{above}Name,{form},L*,a*,b*\n"
+        shown = "45as{}" if form == "Geometry" else "{}"
+        text += "".join(f"{name},{shown.format(away)},{row}\n" for away, row in cells.items())
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("form", ["Angle", "Geometry", "CGATS", "45as{}", "as{}", "{}°"])
+def test_colours_without_spectra_at_several_angles_are_one_sample(metamer, tmp_path, form):
+    """Before, the first angle alone was judged, without a word."""
+    suffix = "txt" if form == "CGATS" else "csv"
+    one = colours_at_angles(tmp_path / f"one.{suffix}", form)
+    two = colours_at_angles(tmp_path / f"two.{suffix}", form, "Lot", 0.5)
+    code, _, err = metamer("match", one, two, "--tolerance", "CIE 1976 1.0", "--json", tmp_path / "m.json")
+    assert code == 0, err
+    (sample,) = json.loads((tmp_path / "m.json").read_text())["samples"]
+    assert len(sample["differences"]) == 6
+    assert {round(each["difference"]["lightness"], 6) for each in sample["differences"]} == {0.5}
+    flop = 2.69 * (110.0 - 25.0) ** 1.11 / 45.0**0.86
+    assert sample["angles"]["standard_flop"] == pytest.approx(flop)
+
+
+def test_repeated_colours_of_one_name_count_by_their_mean(tmp_path):
+    path = tmp_path / "red.csv"
+    path.write_text("Illuminant: D65/10\nName,SCI/SCE,L*,a*,b*\nred,SCI,50,40,30\nred,SCI,52,42,31\nred,SCE,40,41,32\n")
+    one, two = samples_of(str(path), Catalogue)
+    assert (one.name, two.name) == ("red, SCI", "red, SCE")
+    np.testing.assert_allclose(one.lab("D65", "1964_10"), [51, 41, 30.5])
+    np.testing.assert_allclose(two.lab("D65", "1964_10"), [40, 41, 32])

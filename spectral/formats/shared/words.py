@@ -408,6 +408,12 @@ def colour_axis(header: str) -> tuple[str, int] | None:
     return None
 
 
+def behind_colour_axis(header: str) -> str:
+    """Return the words behind the axis in the heading of a colour, such as "SCI" in "L*(SCI)"."""
+    match = _COLOUR_COLUMN.match(_one_line(header))
+    return match["rest"].strip(" ()[],;:/_") if match else ""
+
+
 def stated_colours(
     cells: Mapping[str, float], illuminant: str | None = None, observer: str | None = None
 ) -> tuple[StatedColour, ...]:

@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
-from metamer.spectral.formats.colours_only import read_colours
+from metamer.spectral.formats.colours_only import colour_in, read_colours
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import read_spectra
 
@@ -222,6 +222,70 @@ def test_colours_in_a_table_keep_their_decimals(written, between, mark):
 def test_colours_whose_commas_are_two_things_are_refused(written, row):
     with pytest.raises(InputError, match="a row is too long"):
         read_colours(written(f"Name,L*,a*,b*\n{row}\n"))
+
+
+APART = {
+    "SCI and SCE": (("SCI", "SCE"), "specular component"),
+    "angles": (("45as15", "45as110"), "geometry"),
+    "geometries": (("45/0", "d/8"), "geometry"),
+    "conditions": (("M0", "M1"), "measurement condition"),
+}
+
+
+@pytest.mark.parametrize("kind", APART)
+@pytest.mark.parametrize("head", ["{}*({})", "{}* [{}]", "{}* {}", "{}*({}, D65/10°)"])
+def test_colours_below_headings_that_differ_are_readings_apart(written, kind, head):
+    """The first of them alone was read before, without a word."""
+    words, part = APART[kind]
+    heads = ",".join(f'"{head.format(axis, word)}"' for word in words for axis in "Lab")
+    one, two = read_colours(written(f"Illuminant: D65\nName,{heads}\nred,50,40,30,45,42,33\n"))
+    assert [one.stated[0].values.tolist(), two.stated[0].values.tolist()] == [[50, 40, 30], [45, 42, 33]]
+    assert one.name != two.name and one.measurement.unlike(two.measurement) == (part,)
+
+
+def test_colours_for_two_lights_are_of_one_reading(written):
+    heads = ",".join(f"{axis}*({light}/10°)" for light in ("D65", "A") for axis in "Lab")
+    (one,) = read_colours(written(f"Name,{heads}\nred,50,40,30,55,42,33\n"))
+    assert [(each.illuminant, each.observer) for each in one.stated] == [("D65", "1964_10"), ("A", "1964_10")]
+
+
+@pytest.mark.parametrize("above", ["", ",SCI,,,SCE,,\n"])
+def test_headings_of_colours_that_stand_twice_are_asked_about(written, above):
+    with pytest.raises(InputError, match="two columns of one heading"):
+        read_colours(written(f"{above}Name,L*,a*,b*,L*,a*,b*\nred,50,40,30,45,42,33\n"))
+
+
+@pytest.mark.parametrize(
+    "heads", ["Angle,Name", "Name,Angle", "Illuminant,Observer,Name", "SCI/SCE,Name", "Geometry,Name"]
+)
+def test_the_name_of_a_row_is_no_condition(written, heads):
+    cells = {"Name": "red", "Angle": "15", "Illuminant": "A", "Observer": "2°", "SCI/SCE": "SCE", "Geometry": "45as15"}
+    row = ",".join(cells[head] for head in heads.split(","))
+    (one,) = read_colours(written(f"Illuminant: D65/10°\n{heads},L*,a*,b*\n{row},50,40,30\n"))
+    (colour,) = one.stated
+    assert one.name == "red"
+    lit = ("A", "1931_2") if "Illuminant" in heads else ("D65", "1964_10")
+    assert (colour.illuminant, colour.observer) == lit
+
+
+@pytest.mark.parametrize("form", ["table", "cgats", "words"])
+def test_xyz_of_a_scale_to_1_are_no_blacks(written, form):
+    table = "Illuminant: D65/10\nName,X,Y,Z\nred,{},{},{}\nwhite,{},{},{}\n"
+    cgats = "CGATS.17\nNUMBER_OF_FIELDS 4\nBEGIN_DATA_FORMAT\nSAMPLE_ID XYZ_X XYZ_Y XYZ_Z\nEND_DATA_FORMAT\n"
+    cgats += "NUMBER_OF_SETS 2\nBEGIN_DATA\n1 {} {} {}\n2 {} {} {}\nEND_DATA\n"
+    for scale in (1.0, 100.0):
+        numbers = [scale * value for value in (0.301, 0.282, 0.203, 0.94, 1.0, 1.07)]
+        text = {"table": table, "cgats": cgats, "words": "xyz:{},{},{}@D65/1964_10"}[form].format(*numbers)
+        path = None if form == "words" else written(text, "red.csv" if form == "table" else "red.txt")
+        if scale == 1.0:
+            with pytest.raises(InputError, match="scale to 1"):
+                colour_in(text) if path is None else read_colours(path)
+            continue
+        found = colour_in(text) if path is None else read_colours(path)[0].stated[0]
+        assert found.values.tolist() == pytest.approx(numbers[:3])
+    if form == "table":
+        black = written("Illuminant: D65/10\nName,X,Y,Z\nblack,0.31,0.33,0.35\n")
+        assert read_colours(black, ImportOptions(scale="percent"))[0].stated[0].values.tolist() == [0.31, 0.33, 0.35]
 
 
 @pytest.mark.parametrize("places", [(0, 2), (1, 1), (1, 2), (2, 3)])
