@@ -76,7 +76,7 @@ class Formula:
         if self.name == DIN_6175_2:
             if self.aspecular is None:
                 raise ComparisonError(f"{self.name} is for samples that were read at several angles")
-            return delta_e_din_6175_2(reference, sample, self.aspecular)
+            return np.asarray(delta_e_din_6175_2(reference, sample, self.aspecular))
         if self.cmc is not None:
             return delta_e_cmc(reference, sample, *self.cmc)
         return difference.delta_e(reference, sample, self.name)  # type: ignore[arg-type]

@@ -20,7 +20,7 @@ from shape_checks import check_shapes, next_test
 # Shapes in signatures are checked while tests run, and only then: where they cross the public border, which is what
 # `metamer` gives out and the types beneath it.
 PUBLIC = {f"metamer.{home.rpartition('.')[0]}" for home in metamer._HOMES.values()}
-PUBLIC |= {f"metamer.spectral.{name}" for name in ("basis", "folding", "image", "palette", "wavelengths")}
+PUBLIC |= {f"metamer.spectral.{name}" for name in ("basis", "difference", "folding", "image", "palette", "wavelengths")}
 check_shapes(sorted(PUBLIC))
 
 # The same cases in every run, and no limit on one of them: what a loaded machine does is no failure.

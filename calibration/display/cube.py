@@ -23,6 +23,8 @@ from .model import DisplayModel
 SIZE, CURVE_SIZE = 33, 4096
 # Even codes of the nodes beyond those of the display, below and above.
 _BELOW, _ABOVE = (-0.6, -0.2, -0.06), (1.06, 1.3)
+# Power of the even steps between: nodes gather towards black, where the codes of greys bend most.
+_TOWARDS_BLACK = 1.3
 # How far codes go on by themselves before, and from where on wholly, the nearest colour takes over.
 _OWN, _NEAREST = 0.03, 0.10
 # The box in which codes may go on, and what marks a channel that cannot do more where they do not.
@@ -86,7 +88,7 @@ def make_cube(model: DisplayModel, size: int = SIZE) -> Cube:
     """Tabulate the inverse of a model; `size` nodes along an edge, 17 at least."""
     greys = _Greys.of(model)
     inner = size - len(_BELOW) - len(_ABOVE)
-    levels = np.concatenate([_BELOW, np.linspace(0.0, 1.0, inner), _ABOVE])
+    levels = np.concatenate([_BELOW, np.linspace(0.0, 1.0, inner) ** _TOWARDS_BLACK, _ABOVE])
     even = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
     xyz = greys.black + greys.light(even) @ np.linalg.inv(greys.light_from_xyz).T
     nodes = _codes(model, xyz, even)

@@ -69,7 +69,7 @@ def test_from_afar_fine_noise_is_seen_less():
 
 def test_a_missing_package_is_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "flip_evaluator", None)
-    with pytest.raises(InputError, match=r"not installed[\s\S]*metamer\[flip\]"):
+    with pytest.raises(InputError, match=r"not installed[\s\S]*metamer-colour\[flip\]"):
         flip(np.zeros((4, 4, 3)), np.zeros((4, 4, 3)))
 
 

@@ -100,7 +100,7 @@ def test_a_workbook_holds_names_as_text(result, tmp_path):
 
 def test_a_workbook_without_its_library_says_what_to_install(result, tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
-    with pytest.raises(InputError, match=r"metamer\[xlsx\]"):
+    with pytest.raises(InputError, match=r"metamer-colour\[xlsx\]"):
         write_xlsx(result, tmp_path / "r.xlsx")
 
 
