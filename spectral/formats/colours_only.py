@@ -134,7 +134,7 @@ def _check_scale(stated: Sequence[StatedColour], answer: ImportOptions) -> None:
             field="XYZ",
             found=f"up to {largest:.4g}",
             expected="Y = 100 for the perfect diffuser",
-            hint="multiply them by 100; where they are of blacks, say --scale percent, or write them as CIELAB",
+            hint="multiply them by 100; blacks are written as lab:, and a file of blacks is read with --scale percent",
         )
 
 
