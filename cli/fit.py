@@ -173,7 +173,7 @@ def _so_far(trials: list[Trial]) -> str:
 
 
 def _best(trials: list[Trial]) -> Trial:
-    """Of all packs together, once there are some; until then of the lobe that is being fitted."""
+    """Find the best trial of all packs together, once there are some; until then of the lobe that is being fitted."""
     together = [trial for trial in trials if trial.joint]
     return min(together or [it for it in trials if it.lobe == trials[-1].lobe], key=lambda trial: trial.score)
 

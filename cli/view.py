@@ -65,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _shell():
-    """What opens the window, where it is installed."""
+    """Import the module that opens the window, where it is installed."""
     try:
         from ..viewer.window.shell import main_loop
     except ImportError as reason:
@@ -81,7 +81,7 @@ def _shell():
 
 
 def _kept() -> Path:
-    """Where the session is kept when the window is closed."""
+    """Return the path at which the session is kept when the window is closed."""
     state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
     folder = Path(state) / "metamer"
     try:

@@ -322,7 +322,7 @@ def _placed(scene: Scene, camera: str | None, warn: Warn) -> Camera:
 
 
 def _thinned(scene: Scene, wavelengths_nm: Float[np.ndarray, "L"]) -> list[str]:
-    """What sampling the lights of a scene does to the colour of the perfect diffuser, where it can be seen."""
+    """Tell how sampling the lights of a scene moves the colour of the perfect diffuser, where it can be seen."""
     notes = []
     to_xyz = radiance_weights(scene.observer, wavelengths_nm)
     for light in scene.lights:

@@ -147,7 +147,7 @@ class Inverse:
     def _step(
         self, codes: np.ndarray, off: np.ndarray, slope: np.ndarray, damping: np.ndarray, moved: np.ndarray
     ) -> np.ndarray:
-        """Of damped least squares; a code at a bound that would leave the box is held."""
+        """Take a step of damped least squares; a code at a bound that would leave the box is held."""
         downhill = -np.einsum("nij,ni->nj", slope, off) - self.pull**2 * moved
         held = ((codes <= self.low) & (downhill < 0.0)) | ((codes >= self.high) & (downhill > 0.0))
         slope = np.where(held[:, None, :], 0.0, slope)

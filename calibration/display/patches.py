@@ -76,7 +76,7 @@ def _verifying(count: int) -> np.ndarray:
 
 
 def _inner(count: int) -> np.ndarray:
-    """So many codes between 0 and 1, closer together where they are dark: there curves bend most."""
+    """Space codes between 0 and 1, closer together where they are dark: there curves bend most."""
     return (np.arange(1, count + 1) / (count + 1)) ** 1.25
 
 

@@ -289,7 +289,7 @@ def on_sheet(conditions: int, whites: bool = False) -> int:
 
 
 def _shown(report: MatchReport) -> list[dict[str, Any]]:
-    """Of each sample what the page shows beside its figures; its number is its place among the worst."""
+    """Collect what the page shows of each sample beside its figures; its number is its place among the worst."""
     order = {id(one): at for at, one in enumerate(report.samples)}
     one_eye = len({one.observer for one in report.asked.conditions}) == 1
     worst_first, found = report.worst_first, []

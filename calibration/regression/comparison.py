@@ -291,7 +291,7 @@ def _why(layers: Mapping[LayerKind, Figures]) -> list[str]:
 
 
 def _other_facts(before: ComparedSide, after: ComparedSide) -> list[str]:
-    """What made the two sides, where it is not the same."""
+    """Name what made the two sides, where it is not the same."""
     labels = [label for label in {**before.facts, **after.facts} if before.facts.get(label) != after.facts.get(label)]
     return [
         f"{label[:1].upper()}{label[1:]} changed from {before.facts.get(label, 'not stated')} to "

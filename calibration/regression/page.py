@@ -140,7 +140,7 @@ def _named(name: RowName, common: RowName, titles: Mapping[str, str]) -> dict[st
 
 
 def _end_of_scale(result: Result) -> float:
-    """What the maps' scale ends at, ΔE94: a round number, no smaller than the p99 of any layer that moved."""
+    """Return the end of the maps' scale, ΔE94: a round number, no smaller than the p99 of any layer that moved."""
     found = [one.p99 for row in result.rows for one in row.layers.values() if one.moved and math.isfinite(one.p99)]
     largest = max(found, default=0.0)
     if largest <= _LEAST_END:
@@ -196,7 +196,7 @@ def _verdicts_there(views: Iterable[dict[str, Any]]) -> list[str]:
 
 
 def _view(row: RowResult, sides: _Sides, pictured: bool, history: Sequence[Run]) -> dict[str, Any]:
-    """What the page shows of a row: its layers that moved with map and both pictures, or else one picture."""
+    """Collect what the page shows of a row: its layers that moved with map and both pictures, or else one picture."""
     cause = cause_of(row)
     a, b = sides.pair(row)
     moved: list[LayerKind] = [kind for kind, one in row.layers.items() if one.moved or one.undefined]

@@ -179,7 +179,7 @@ def _emitted(path: Path, light: str, eye: str) -> Pixels:
 
 
 def _spectrum(path: Path, place: tuple[int, int]) -> tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"]]:
-    """That of one pixel."""
+    """Read the spectrum of one pixel."""
     spectrum = read_spectral_exr(path).spectrum
     return spectrum.wavelengths_nm, spectrum.samples[place].astype(np.float64)
 

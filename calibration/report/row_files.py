@@ -80,7 +80,7 @@ def _plain(value: Any, arrays: dict[str, np.ndarray]) -> Any:
 
 
 def _whole(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
-    """What `_plain` was given."""
+    """Restore the tree that `_plain` was given."""
     if not isinstance(tree, dict):
         return tree
     if "a" in tree:

@@ -145,7 +145,7 @@ def _print(found: CatalogueComparison) -> None:
 
 
 def _print_texels(found: CatalogueComparison) -> None:
-    """Of BTFs, single texels as both fast forms have them, every light."""
+    """Print single texels of BTFs as both fast forms have them, under every light."""
     shown = [(one, light) for one in found.differences for light in one.texels]
     if shown:
         rows = []

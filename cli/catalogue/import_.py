@@ -225,7 +225,7 @@ def _print_columns(headings: Sequence[str], rows: list[list[str]], **layout: Any
 
 
 def _common_folder(names: list[str]) -> str:
-    """What all names begin with, up to a slash; "" for one name alone."""
+    """Return the words that all names begin with, up to a slash; "" for one name alone."""
     import os
 
     # Letter by letter: names are addresses too, and members of archives.
@@ -315,7 +315,7 @@ def _say_reasons(report: ImportReport, verbose: bool) -> None:
 
 
 def _problem(reason: str) -> tuple[str, ...]:
-    """What a refusal has in common with others: the problem, what was expected, and what to do."""
+    """Return the part of a refusal that others share: the problem, what was expected, and what to do."""
     first, *rest = reason.split("\n")
     return first.rpartition(": ")[2], *(line for line in rest if line.startswith(("  expected: ", "  try: ")))
 

@@ -126,7 +126,7 @@ def _caption(look: Appearance) -> str:
 
 
 def _figures(catalogue: Catalogue, found: Neighbours) -> dict[str, Any]:
-    """What `--json` prints."""
+    """Collect the figures that `--json` prints."""
     wish = found.wish
     return {
         "catalogue": str(catalogue.folder),

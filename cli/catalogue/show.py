@@ -118,7 +118,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
 
 
 def _sliders(record: MaterialRecord) -> str:
-    """What `transfer relight --set` may change of it, or why nothing."""
+    """List the parameters that `transfer relight --set` may change, or say why there are none."""
     from ...materials.records.models import MEASURED
     from ...materials.search.sliders import sliders
 
@@ -131,7 +131,7 @@ def _sliders(record: MaterialRecord) -> str:
 
 
 def _environment(record: MaterialRecord, error: FitError) -> list[tuple[str, str]]:
-    """Of what is drawn under light from all around."""
+    """Give the form that is drawn under light from all around, and its error."""
     form = record.drawn().environment_form()
     lobes = "matt" if form.count == 0 else f"{counted(form.count, 'lobe')} and a cosine"
     figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"

@@ -159,7 +159,7 @@ def _table(found: Relit) -> str:
 
 
 def _figures(after: Scene, found: Relit, seconds: dict[str, float], changes: Changes) -> dict[str, Any]:
-    """What `--json` holds."""
+    """Collect the figures of `--json`."""
     return {
         "scene": after.name,
         "camera": found.after.view.name,

@@ -103,7 +103,7 @@ def _numbers(shown: ShownInfluence) -> list[str]:
 
 
 def _figures(scene: Scene, found: Influence) -> dict[str, Any]:
-    """What `--json` holds."""
+    """Collect the figures of `--json`."""
 
     def numbers(shown: ShownInfluence) -> dict[str, float]:
         return {"mean": shown.mean, "p95": shown.p95, "max": shown.maximum}

@@ -168,6 +168,6 @@ def _rows(layer: SpreadLayer) -> int:
 
 
 def _shared(layer: SpreadLayer, most: int) -> list[range]:
-    """Those rows, shared among draw calls of at most so many rows of all fields together."""
+    """Share those rows among draw calls of at most `most` rows of all fields together."""
     rows, a_call = _rows(layer), max(1, most // _fields(layer))
     return [range(start, min(start + a_call, rows)) for start in range(0, rows, a_call)]

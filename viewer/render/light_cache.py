@@ -210,7 +210,7 @@ def _key(light: SpreadLight, scene: Scene) -> tuple | None:
 
 
 def _before(light: SpreadLight, scene: Scene) -> Before | None:
-    """What of a scene may hide a light; None where all of it may."""
+    """Return the parts of a scene that may hide a light; None where all of it may."""
     if not isinstance(light, SoftboxLight):
         return None
     found = Before(light.position, light.axes[2])

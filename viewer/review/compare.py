@@ -57,7 +57,7 @@ def compare(setting: Setting, case: ReviewCase, drawing: ReviewDrawing) -> Itera
 
 
 def _worst(difference: Float[np.ndarray, "H W"]) -> tuple[int, int]:
-    """Of the pixels that hold a number."""
+    """Find the largest difference among the pixels that hold a number."""
     at = np.argmax(np.where(np.isfinite(difference), difference, -1.0))
     row, column = np.unravel_index(int(at), difference.shape)
     return int(row), int(column)

@@ -163,7 +163,7 @@ def _left(
     lux: Float[np.ndarray, "N B K"],
     seen: Float[np.ndarray, "N Q K"],
 ) -> _Gathered:
-    """What is left of `lux` and `seen` where the scene stands in the light's way.
+    """Return the rest of `lux` and `seen` where the scene stands in the light's way.
 
     What lobes see: of each bright part the share that is free about the axis of their product (Wang et al. 2009,
     eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else what lies where the

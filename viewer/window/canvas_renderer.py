@@ -413,7 +413,7 @@ class CanvasRenderer:
     def _prepared(
         self, quality: Quality, whole: bool = True
     ) -> Iterator[tuple[LiveSession, PreparedSide, list[moderngl.Texture]]]:
-        """What each geometry's renderer has to draw at a quality, and onto which canvases."""
+        """List what each geometry's renderer has to draw at a quality, and onto which canvases."""
         assert self._session is not None
         samples = self._session.samples if quality == Quality.EXACT else 1
         camera = _camera(self._session.view, *self._size, samples)

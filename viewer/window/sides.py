@@ -200,7 +200,7 @@ class SessionObjects:
         return side
 
     def _scene(self, asked: _Asked) -> Scene:
-        """Of what nothing but a light's spectrum and its dimming, or an edit, is left to be put in."""
+        """Make a scene in which only a light's spectrum and its dimming, or an edit, is left to be put in."""
         light = asked.light
         # Of lamps only whether there are any: they take the place of whatever spectrum a map has.
         around = light.booth, light.map, light.uplift, bool(light.lamps)
@@ -227,7 +227,7 @@ class SessionObjects:
         return scene
 
     def _light_around(self, light: LightChoice) -> EnvironmentLight | None:
-        """What takes the place of all lights, as strong on a horizontal plane as the reference illuminance."""
+        """Make the light in place of all lights, as strong on a horizontal plane as the reference illuminance."""
         lux = float(self.scene.viewing.reference_illuminance_lux)
         if light.booth is not None:
             return self._around.get_or(light.booth, lambda: light_booth(light.booth, illuminance_lux=lux, name="booth"))
@@ -314,7 +314,7 @@ class SessionObjects:
 
     @property
     def _folder(self) -> Path:
-        """That files are looked up in."""
+        """Folder that files are looked up in."""
         return Path() if self.scene.path is None else self.scene.path.parent
 
 

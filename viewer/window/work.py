@@ -62,6 +62,6 @@ def work(before: Session | None, after: Session) -> Work:
 
 
 def _places(session: Session) -> list[tuple]:
-    """What decides where the lights of both sides stand."""
+    """List the settings by which the lights of both sides stand where they do."""
     lights = session.light, session.other.light or session.light
     return [(one.booth, one.map, one.rotation_deg) for one in lights]

@@ -227,7 +227,7 @@ def unpacked(data: bytes, known: list[Mesh]) -> tuple[int, AskedView | None]:
 
 
 def _serve(connection: Connection, temporary: str) -> None:
-    """What the process does: the newest view, row by row, until the pipe or the parent is gone."""
+    """Draw the newest view, row by row, until the pipe or the parent is gone."""
     tempfile.tempdir = temporary
     threading.Thread(target=end_with_the_parent, daemon=True).start()
     if hasattr(os, "nice"):

@@ -133,6 +133,6 @@ def _step(window: Window, params: hello_imgui.RunnerParams) -> None:
 
 
 def _first_line(reason: Exception) -> str:
-    """What hello_imgui says, which is many lines, in one; OpenGL by its name."""
+    """Put the many lines of hello_imgui into one; OpenGL by its name."""
     words = " ".join(str(reason).split()) or type(reason).__name__
     return f"{words} (OpenGL {_VERSION} is needed)" if "OpenGL" not in words else words

@@ -186,7 +186,7 @@ class Window:
                     self._load(session, "Read again")
 
     def _read_shaders(self) -> None:
-        """What is drawn from now on; where one does not compile, all of them stay as they were."""
+        """Read the shaders of all later pictures again; where one does not compile, all of them stay as they were."""
         assert self.pictures is not None
         self.desk.forget("shaders")
         if (problem := self.pictures.read_shaders_again()) is not None:

@@ -87,7 +87,7 @@ def _put(session: Session, **changes: str | None) -> Session:
 
 
 def _views(config: str | None, shown: DisplayTransform) -> Mapping[str, tuple[str, ...]]:
-    """What there is to choose from; what is shown where the configuration cannot be read any more."""
+    """Return what there is to choose from; what is shown where the configuration cannot be read any more."""
     try:
         return display_views(config or shown.config)
     except InputError:
