@@ -364,7 +364,7 @@ class Passes:
         self._shadow_tables(light)
 
     def _shadow_tables(self, light: LightGeometry) -> dict[str, moderngl.Texture]:
-        """What `shadows.glsl` reads, kept for other cameras."""
+        """Return the tables that `shadows.glsl` reads, kept for other cameras."""
         if id(light) not in self._shadows:
             grid, owner = light.shadows, resources.Owner(self.context)
             starts = grid.starts.astype(np.float32).view(np.int32)
@@ -394,7 +394,7 @@ class Passes:
 
 
 def _words(file: Path) -> set[str]:
-    """Of a form's GLSL, and of what it includes that lies beside it."""
+    """Collect the words of a form's GLSL, and of what it includes that lies beside it."""
     text = file.read_text("utf-8")
     beside = [file.with_name(name) for name in re.findall(r'#include "([^"]+)"', text)]
     return set(re.findall(r"\w+", text)).union(*(_words(one) for one in beside if one.is_file()))
