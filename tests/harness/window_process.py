@@ -16,6 +16,7 @@ from pathlib import Path
 from imgui_bundle import hello_imgui, imgui, immapp
 from imgui_bundle.immapp import testing
 from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.viewer.window import worker
 from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.session_loader import comparison_of, load, subject_of
 from metamer.viewer.window.shell import main_loop
@@ -175,6 +176,8 @@ def checks_of(path):
 
 
 def main(path, catalogue, words, out):
+    # On a busy machine the lowest priority would never be served.
+    worker.NICE = 0
     checks, module = checks_of(path)
     found = subject_of(words.split(), Catalogue.open(catalogue))
     if isinstance(found, Session):

@@ -146,7 +146,7 @@ class ReferenceWorker:
 
     def _start(self) -> None:
         ours, theirs = SPAWNING.Pipe()
-        self._process = SPAWNING.Process(target=_serve, args=(theirs, str(temporary_folder())), daemon=True)
+        self._process = SPAWNING.Process(target=_serve, args=(theirs, str(temporary_folder()), NICE), daemon=True)
         # Half started it would be nobody's, and print that its parent has gone.
         with undisturbed(), as_workers_should_start():
             self._process.start()
@@ -226,12 +226,12 @@ def unpacked(data: bytes, known: list[Mesh]) -> tuple[int, AskedView | None]:
     return _Unpacker(file, known).load()
 
 
-def _serve(connection: Connection, temporary: str) -> None:
-    """Draw the newest view, row by row, until the pipe or the parent is gone."""
+def _serve(connection: Connection, temporary: str, nice: int) -> None:
+    """Draw the newest view, row by row, until the pipe or the parent is gone; `nice` lowers its priority."""
     tempfile.tempdir = temporary
     threading.Thread(target=end_with_the_parent, daemon=True).start()
     if hasattr(os, "nice"):
-        os.nice(NICE)
+        os.nice(nice)
     meshes: list[Mesh] = []
     surfaces, tracers = _Surfaces(), Tracers()
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
