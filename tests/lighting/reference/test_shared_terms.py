@@ -15,7 +15,6 @@ from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.scene import Part, Scene, Viewing
 from metamer.materials.analytic import AshikhminShirley, CoatedDiffuse, CookTorrance, Lambert, OrenNayar
 from metamer.materials.analytic.metallic_roughness import MetallicRoughness
-from metamer.materials.core import sampling
 from metamer.materials.core.brdf import Brdf, Lobe
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
@@ -72,12 +71,6 @@ class Unknown(Brdf):
     def lobes(self):
         each = self.brdf.lobes()
         return tuple(Lobe(one.frame, self if len(each) == 1 else Unknown(one.brdf)) for one in each)
-
-
-@pytest.fixture(autouse=True)
-def few_tables(monkeypatch):
-    """Directions drawn by tables for few viewers, whose densities are as exact."""
-    monkeypatch.setattr(sampling, "_POLAR", 4)
 
 
 def scene_of(lights, two_parts=True):
