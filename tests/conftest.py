@@ -60,7 +60,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_its_own(tmp_path_factory, request):
-    """What renderers keep from run to run, away from the user's; hashes of code and compiled shaders stay."""
+    """Set the caches of renderers apart, away from the user's; hashes of code and compiled shaders stay."""
     folder = tmp_path_factory.mktemp("cache")
     if (cache := getattr(request.config, "cache", None)) is not None:
         made_by = hashlib.sha256((ROOT / "runtime" / "code_hash.py").read_bytes()).hexdigest()

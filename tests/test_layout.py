@@ -40,7 +40,7 @@ def tracked(*patterns):
 
 @cache
 def imports_from(path):
-    """What a file imports by `from`, in functions and for types too."""
+    """Find imports by `from` in a file, in functions and for types too."""
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     return [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
 

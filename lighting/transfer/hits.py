@@ -109,7 +109,7 @@ class Hits:
     ) -> Float[np.ndarray, "*n 3"]:
         """Shares of sites about places that are seen: those that are `shut` leave theirs to the others there."""
         kept = np.where(self.shut[sites], 0.0, shares)
-        # As `sum` does along so short an axis, in a fifth of the time.
+        # Sums along so short an axis take five times as long by `sum`.
         whole, left = ((one[..., 0] + one[..., 1] + one[..., 2])[..., None] for one in (shares, kept))
         # Where next to nothing is left, nothing is known of it.
         return np.where(

@@ -58,10 +58,7 @@ class Growth:
         rival : given up as soon as the candidate can no longer be better than this one.
         """
         budget, most = self.settings.budget, self.settings.ranks[-1]
-        candidate = self._on_finer_grids(self._up_to_farthest_light(candidate))
-        if candidate.judgement.score <= budget and not candidate.within:
-            candidate = self.refinement.bring_within(candidate)
-        best = candidate
+        best = candidate = self._within_once_met(self._on_finer_grids(self._up_to_farthest_light(candidate)))
         steps, safe = [(candidate.rank, candidate.judgement.headway)], None
         while not best.meets(budget) and candidate.rank + PACK <= most:
             if rival is not None and not self._may_win(candidate, rival):
@@ -104,7 +101,13 @@ class Growth:
         ]
         best_first = [pack for pack, _ in sorted(tried, key=lambda one: one[1])]
         candidate = self.refinement.refine_once(candidate, merged((*packs, *best_first[: 1 if more == PACK else None])))
-        return self.refinement.bring_within(candidate) if candidate.judgement.score <= settings.budget else candidate
+        return self._within_once_met(candidate)
+
+    def _within_once_met(self, candidate: Candidate) -> Candidate:
+        """Bring a candidate that meets the budget within its bounds."""
+        if candidate.within or candidate.judgement.score > self.settings.budget:
+            return candidate
+        return self.refinement.bring_within(candidate)
 
     def _more(self, candidate: Candidate) -> int:
         """Return how many terms are added next: few near the budget, more where there are many already."""

@@ -197,7 +197,7 @@ class _Reading(NamedTuple):
 
 
 def _scales(readings: Sequence[_Reading], answer: ImportOptions) -> dict[str, Divisor]:
-    """What readings of each kind are divided by: 1 by the format, unless a person says so of this file alone.
+    """Find the divisor of readings of each kind: 1 by the format, unless a person says so of this file alone.
 
     Raises
     ------

@@ -49,7 +49,7 @@ _READ = (
 SCALED = True
 
 
-# What stands for a geometry where there is none.
+# Words in place of a geometry where there is none.
 _NO_GEOMETRY = ("other", "none", "unknown", "n/a", "-")
 
 

@@ -36,7 +36,7 @@ from metamer.runtime.errors import InputError
 from metamer.spectral.formats import registry as spectral_formats
 from metamer.spectral.formats.import_options import ImportOptions
 
-# Of the processor, not of the clock: how busy the machine is must not decide.
+# Seconds of the processor, not of the clock: how busy the machine is must not decide.
 SECONDS_A_FILE = 10.0
 # On the clock, for what waits and does nothing.
 SECONDS_WITHOUT_AN_ANSWER = 600.0
