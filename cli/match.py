@@ -7,8 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..calibration.report.text_tables import columns
-from ..runtime.errors import InputError, UsageError
-from .options import Added, add_across_option, add_answer_options, add_json_option, answer_of, comma_separated
+from ..runtime.errors import UsageError
+from .options import (
+    Added,
+    add_across_option,
+    add_answer_options,
+    add_json_option,
+    answer_of,
+    checked,
+    comma_separated,
+    illuminant_names,
+    observer_name,
+)
 from .output import on_standard_output, write_json, write_text
 from .progress.lines import progress_bar
 
@@ -34,10 +44,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     match.add_argument("standard", metavar="STANDARD", help="what the samples are to match")
     match.add_argument("samples", metavar="SAMPLE", nargs="+", help="one or more, or files and folders that hold them")
-    match.add_argument("--tolerance", metavar="WORDS", help='such as "CMC 2:1 1.0" or "CIE 2000 0.8"; none: not judged')
+    match.add_argument(
+        "--tolerance",
+        type=_tolerance,
+        metavar="WORDS",
+        help='such as "CMC 2:1 1.0" or "CIE 2000 0.8"; none: not judged',
+    )
     match.add_argument(
         "--formulas",
-        type=comma_separated,
+        type=_formulas,
         action=Added,
         metavar="X,Y",
         help="ΔE by these (default: CIE 2000,CMC 2:1,CIE 1994,CIE 1976, and at angles DIN 6175-2); also CMC l:c, "
@@ -45,12 +60,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     match.add_argument(
         "--illuminants",
-        type=comma_separated,
+        type=illuminant_names,
         action=Added,
         metavar="X,Y",
         help="default: D65,A,TL84; that of a standard of one colour",
     )
-    match.add_argument("--observers", type=comma_separated, action=Added, metavar="X,Y", help="default: 1964_10")
+    match.add_argument("--observers", type=_observers, action=Added, metavar="X,Y", help="default: 1964_10")
     match.add_argument(
         "--angles",
         type=comma_separated,
@@ -61,7 +76,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     match.add_argument(
         "--repeatability",
-        type=float,
+        type=_repeatability,
         metavar="D",
         help="ΔE*ab that the instrument's readings scatter by, root mean square",
     )
@@ -100,7 +115,6 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.report.sheets import check_workbook
     from ..runtime.files import check_outputs
 
-    _check_words(args)
     if on_standard_output(args.xlsx):
         raise UsageError("--xlsx: a workbook goes into a file, not to standard output")
     asked = (args.html, args.json, args.csv, args.xlsx, args.junit, args.markdown)
@@ -128,24 +142,26 @@ def run(args: argparse.Namespace) -> int:
     return max(codes[one.verdict] for one in report.samples)
 
 
-def _check_words(args: argparse.Namespace) -> None:
-    """Raise `UsageError` for words of the command that name nothing, before any file is read."""
+def _tolerance(text: str) -> str:
     from ..calibration.match.tolerance import Tolerance
-    from ..calibration.match.uncertainty import Repeatability
-    from ..spectral.formula import formula
-    from ..spectral.illuminants import illuminant
-    from ..spectral.observers import observer
 
-    try:
-        if args.tolerance is not None:
-            Tolerance.of(args.tolerance)
-        if args.repeatability is not None:
-            Repeatability(args.repeatability)
-        for check, names in ((formula, args.formulas), (illuminant, args.illuminants), (observer, args.observers)):
-            for name in names or ():
-                check(name)
-    except InputError as reason:
-        raise UsageError(str(reason)) from None
+    return checked(text, Tolerance.of)
+
+
+def _formulas(text: str) -> tuple[str, ...]:
+    from ..spectral.formula import formula
+
+    return tuple(checked(name, formula) for name in comma_separated(text))
+
+
+def _observers(text: str) -> tuple[str, ...]:
+    return tuple(map(observer_name, comma_separated(text)))
+
+
+def _repeatability(text: str) -> float:
+    from ..calibration.match.uncertainty import Repeatability
+
+    return float(checked(text, lambda number: Repeatability(float(number))))
 
 
 def _report(args: argparse.Namespace) -> MatchReport:

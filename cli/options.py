@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..runtime.errors import InputError, UnknownNameError
 from .output import say
 
 if TYPE_CHECKING:
@@ -24,6 +26,34 @@ def comma_separated(text: str) -> tuple[str, ...]:
     if not words:
         raise argparse.ArgumentTypeError("names nothing")
     return words
+
+
+def checked(text: str, check: Callable[[str], object]) -> str:
+    """Return a word of an option as it is; raises `ArgumentTypeError` with the words of an `InputError` of `check`."""
+    try:
+        check(text)
+    except InputError as reason:
+        raise argparse.ArgumentTypeError(str(reason)) from None
+    return text
+
+
+def illuminant_name(text: str) -> str:
+    """Return the name of an illuminant that is known."""
+    from ..spectral.illuminants import illuminant
+
+    return checked(text, illuminant)
+
+
+def illuminant_names(text: str) -> tuple[str, ...]:
+    """Return names of illuminants that are known."""
+    return tuple(map(illuminant_name, comma_separated(text)))
+
+
+def observer_name(text: str) -> str:
+    """Return the name of an observer that is known."""
+    from ..spectral.observers import observer
+
+    return checked(text, observer)
 
 
 class Added(argparse.Action):
@@ -138,7 +168,9 @@ def renderer_for(choice: str) -> RenderSession:
 
 
 def amounts(text: str, sign: str = "=") -> dict[str, float]:
-    """Amounts by words, which are not checked here; raises `ArgumentTypeError` where the text is no such list."""
+    """Amounts by words of a wish; raises `ArgumentTypeError` where the text is no such list."""
+    from ..materials.search.appearance_offset import WORDS
+
     found: dict[str, float] = {}
     for part in text.split(","):
         word, given, number = (piece.strip() for piece in part.partition(sign))
@@ -148,6 +180,9 @@ def amounts(text: str, sign: str = "=") -> dict[str, float]:
             amount = float(number)
         except ValueError:
             raise argparse.ArgumentTypeError(f"{word}: a number, not {number}") from None
+        if word not in WORDS:
+            unknown = UnknownNameError("word for a wish", word, WORDS).at(expected=", ".join(WORDS))
+            raise argparse.ArgumentTypeError(str(unknown))
         if word in found:
             raise argparse.ArgumentTypeError(f"{word} is said twice")
         found[word] = amount

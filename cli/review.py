@@ -14,6 +14,7 @@ from .options import (
     add_renderer_option,
     catalogue_for,
     comma_separated,
+    illuminant_names,
     positive_count,
     positive_delta_e,
     renderer_for,
@@ -37,7 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     add_output_option(command, "default: review", metavar="DIR", default=Path("review"))
     command.add_argument(
-        "--illuminants", type=comma_separated, action=Added, metavar="A,B", help="default: those of the scene"
+        "--illuminants", type=illuminant_names, action=Added, metavar="A,B", help="default: those of the scene"
     )
     command.add_argument(
         "--materials",

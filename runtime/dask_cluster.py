@@ -30,8 +30,7 @@ def connected(scheduler: str) -> Client:
         from distributed import Client
     except ImportError:
         raise InputError(
-            "Dask is not installed",
-            field="--scheduler",
+            "--scheduler: Dask is not installed",
             found=scheduler,
             expected="the extra `cluster`",
             hint=install_hint("cluster"),

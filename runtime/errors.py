@@ -62,7 +62,7 @@ class ComparisonError(MetamerError):
 
 
 class InputError(MetamerError):
-    """A file or value that cannot be used.
+    """A file or value that cannot be used; one of an option (`field` is `--NAME`, no `file`) is wrong usage.
 
     Parameters
     ----------
@@ -95,6 +95,9 @@ class InputError(MetamerError):
             if value is not None and str(value)
         ]
         super().__init__("\n".join(lines))
+        # The value of an option, and no file's.
+        wrong_usage = file is None and (field or "").startswith("--")
+        self.exit_code = UsageError.exit_code if wrong_usage else MetamerError.exit_code
 
     def at(
         self,

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from .errors import InputError, NoRoomError
+from .errors import InputError, NoRoomError, UsageError
 from .locks import abandoned, made_and_held
 from .private_folder import private_folder
 from .shutdown import clearing
@@ -177,9 +177,9 @@ def check_outputs(outputs: Iterable[str | Path], read: Iterable[str | Path] = ()
             continue
         place = os.path.realpath(path)
         if place in inputs:
-            raise InputError("this command reads the file and would write over it", file=path, hint="name another file")
+            raise UsageError(f"{path}: this command reads the file and would write over it, name another file")
         if place in taken:
-            raise InputError("one file for two outputs", file=path, found=taken[place], hint="name a file for each")
+            raise UsageError(f"{path}, {taken[place]}: one file for two outputs, name a file for each")
         taken[place] = path
 
 

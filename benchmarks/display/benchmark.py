@@ -20,6 +20,7 @@ from ...calibration.display.drift import without_drift
 from ...calibration.display.inverse import Inverse
 from ...calibration.display.model_fit import MODELS, fit
 from ...calibration.display.patches import patches
+from ...runtime.errors import InputError
 from ...spectral.difference import delta_e_xyz, lab_from_xyz
 from ...viewer.display.config import write_config
 from ...viewer.display.transform import DEFAULT_VIEW, DisplayTransform
@@ -87,9 +88,13 @@ def run(
         if figure not in worst or value > worst[figure][0]:
             worst[figure] = (float(value), where)
 
-    for display in displays():
-        if case is not None and not any(fnmatchcase(display.name, one.strip()) for one in case.split(",")):
-            continue
+    there = displays()
+    patterns = ("*",) if case is None else [one.strip() for one in case.split(",")]
+    chosen = [display for display in there if any(fnmatchcase(display.name, one) for one in patterns)]
+    if not chosen:
+        names = ", ".join(display.name for display in there)
+        raise InputError("no display is called so", field="--case", found=case, expected=names)
+    for display in chosen:
         for seed in range(seeds):
             where = f"{display.name}, seed {seed}"
             with tempfile.TemporaryDirectory() as folder:

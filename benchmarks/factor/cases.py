@@ -69,10 +69,10 @@ def chosen_cases(names: Sequence[str] | None, data: Path | None = None) -> tuple
     if data is not None:
         expected = f"a folder with any of {', '.join(PLACES)}"
         if not data.is_dir():
-            raise InputError("no such folder", file=data, field="--data", expected=expected)
+            raise InputError("no such folder", file=data, expected=expected)
         measured = measured_cases(data)
         if not measured:
-            raise InputError("no measured materials", file=data, field="--data", expected=expected)
+            raise InputError("no measured materials", file=data, expected=expected)
         there += measured
     if names is None:
         return there

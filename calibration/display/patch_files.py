@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
+from ...runtime.errors import UsageError
 from ...runtime.files import written_whole
 
 _SUFFIXES = (".ti1", ".csv")
@@ -18,16 +18,11 @@ def write_patches(path: str | Path, codes: Float[np.ndarray, "N 3"], bits: int =
 
     Raises
     ------
-    InputError, NoRoomError : another suffix; the folder is missing or its disk full.
+    UsageError : another suffix. InputError, NoRoomError : the folder is missing, or its disk full.
     """
     path = Path(path)
     if path.suffix.lower() not in _SUFFIXES:
-        raise InputError(
-            "patches are written as .ti1 or .csv",
-            file=path,
-            found=path.suffix or "no suffix",
-            expected=" or ".join(_SUFFIXES),
-        )
+        raise UsageError(f"{path}: patches are written as {' or '.join(_SUFFIXES)}")
     steps = 2**bits - 1
     sent = np.round(codes * steps).astype(int)
     text = _ti1(sent / steps) if path.suffix.lower() == ".ti1" else _csv(sent, steps)

@@ -8,7 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...calibration.report.text_tables import columns
-from ..options import Added, add_json_option, comma_separated, opened, positive_count, positive_delta_e
+from ..options import (
+    Added,
+    add_json_option,
+    illuminant_names,
+    observer_name,
+    opened,
+    positive_count,
+    positive_delta_e,
+)
 from ..output import on_standard_output, write_json
 from ..progress.lines import progress_bar
 
@@ -34,13 +42,13 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     diff.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up (default: as for list)")
     diff.add_argument(
         "--illuminants",
-        type=comma_separated,
+        type=illuminant_names,
         action=Added,
         default=("D65", "A", "FL11"),
         metavar="X,Y",
         help="default: D65,A,FL11",
     )
-    diff.add_argument("--observer", default="1931_2", metavar="NAME", help="default: 1931_2")
+    diff.add_argument("--observer", type=observer_name, default="1931_2", metavar="NAME", help="default: 1931_2")
     diff.add_argument(
         "--of",
         choices=("packs", "original"),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ...calibration.report.text_tables import columns
 from ...materials.catalogue.shipped import shipped_sources
 from ...materials.records.standing import missed_words, misses_budget
-from ...runtime.errors import UsageError, visible
+from ...runtime.errors import InputError, UsageError, visible
 from ..options import CATALOGUE_HELP, add_json_option, positive_count, positive_delta_e
 from ..output import figures_file, say_paragraph, write_json
 from ..progress.imports import import_shown
@@ -56,6 +56,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     )
     bring.add_argument(
         "--uplift",
+        choices=("mallett-yuksel", "jakob-hanika", "smits"),
         default="mallett-yuksel",
         metavar="METHOD",
         help="how spectra are made for RGB measurements: mallett-yuksel (default), jakob-hanika or smits",
@@ -173,7 +174,10 @@ def _answer(args: argparse.Namespace) -> ImportOptions:
     cosine = {"yes": True, "no": False}.get(args.includes_cosine)
     of_btfs = (args.encoding, args.white, cosine, args.texel_mm, args.fill, args.btf_form)
     of_tables = {"angles": args.angles, "decimal": args.decimal}
-    return ImportOptions(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs, **of_tables)
+    try:
+        return ImportOptions(quantity, args.scale, args.maps, args.normal_map, args.specular_map, *of_btfs, **of_tables)
+    except InputError as reason:
+        raise UsageError(str(reason)) from None
 
 
 def _white(text: str) -> tuple[float, ...]:

@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..options import observer_name
+
 if TYPE_CHECKING:
     from ...calibration.display.readings import Readings
 
@@ -18,7 +20,9 @@ def add_readings_argument(verb: argparse.ArgumentParser, name: str = "readings")
     verb.add_argument(
         "--white-luminance", type=float, metavar="L", help="cd/m2 of white, where XYZ are relative to white = 100"
     )
-    verb.add_argument("--observer", metavar="NAME", help="whose XYZ they are, or are made of spectra (1931_2)")
+    verb.add_argument(
+        "--observer", type=observer_name, metavar="NAME", help="whose XYZ they are, or are made of spectra (1931_2)"
+    )
 
 
 def readings_of(args: argparse.Namespace, name: str = "readings") -> Readings:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from ...calibration.report.text_tables import columns
-from ..options import add_json_option
+from ..options import add_json_option, observer_name
 from ..output import write_json
 
 
@@ -20,7 +20,13 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     )
     verb.add_argument("first", type=Path, metavar="A.ccss", help="spectra of a display")
     verb.add_argument("second", type=Path, metavar="B.ccss", help="spectra of another")
-    verb.add_argument("--matched-for", default="1931_2", metavar="NAME", help="whom both are D65 for (default: 1931_2)")
+    verb.add_argument(
+        "--matched-for",
+        type=observer_name,
+        default="1931_2",
+        metavar="NAME",
+        help="whom both are D65 for (default: 1931_2)",
+    )
     add_json_option(verb)
     verb.set_defaults(run=run)
 
@@ -28,9 +34,8 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Compare and print; 0."""
     from ...calibration.display.primaries import apart_for, read_primaries
-    from ...spectral.observers import OBSERVERS, observer
+    from ...spectral.observers import OBSERVERS
 
-    observer(args.matched_for)
     one, other = read_primaries(args.first), read_primaries(args.second)
     found = {name: apart_for(one, other, args.matched_for, name) for name in OBSERVERS}
     print(f"{one.name} beside {other.name}: both D65 for {args.matched_for}; their whites are apart by")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...runtime.errors import InputError, UnknownNameError, UsageError
+from ..options import illuminant_name
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -41,7 +42,12 @@ def add_change_options(command: argparse.ArgumentParser) -> None:
         help="a light's spectrum, by what scene.toml names (FL11, a file, an emission of the catalogue), or off; "
         "LIGHT.KEY=X a number of it, such as lamp.intensity_cd=800 or sky.rotation_deg=90; may be given again",
     )
-    command.add_argument("--illuminant", metavar="NAME", help="in place of every light's own spectrum, before --light")
+    command.add_argument(
+        "--illuminant",
+        type=illuminant_name,
+        metavar="NAME",
+        help="in place of every light's own spectrum, before --light",
+    )
 
 
 def _material_of_part(text: str) -> tuple[str, str]:
@@ -124,7 +130,7 @@ def _fitted(material: Material) -> str:
 def _neither(catalogue: Catalogue, word: str) -> InputError:
     if Path(word).suffix:
         hint = "paths start at the current folder; ids are those of `metamer catalogue list`"
-        return InputError("neither a file nor a material of the catalogue", field="--material", found=word, hint=hint)
+        return InputError("--material: neither a file nor a material of the catalogue", found=word, hint=hint)
     return UnknownNameError("material", word, catalogue.ids(), file=catalogue.folder)
 
 

@@ -146,7 +146,7 @@ def _find(changes: Changes, part: str, wish: dict[str, float], steps: int | None
     if not found.found:
         expected, hint = f"{_words(wish)}, or a part of it", "wish for less, or import more materials"
         problem = "no other material is nearer to the wish than it is itself"
-        raise InputError(problem, field=f"--like {part}", found=found.of.id, expected=expected, hint=hint)
+        raise InputError(f"--like {part}: {problem}", found=found.of.id, expected=expected, hint=hint)
     changes.notes.append(_chosen(part, found))
     changes.notes += [f"not looked at: {reason}" for reason in found.unusable]
     changes.scene = changes.scene.with_material(part, found.found[0].summary.id)

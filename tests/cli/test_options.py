@@ -3,6 +3,7 @@
 import argparse
 import json
 
+import pytest
 from metamer.cli.parser import parser
 
 #: Names that are still taken and that no help shows.
@@ -60,6 +61,42 @@ def test_wrong_usage_of_every_command_ends_with_64(metamer):
     for words, _ in commands():
         code, out, err = metamer(*words, "--no-such-option")
         assert code == 64 and not out and "usage:" in err, words
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "render s.toml -o o.png --illuminant D66",
+        "review s.toml --illuminants D65,D66",
+        "transfer show s.toml --illuminant D66",
+        "transfer relight s.toml --illuminant D66",
+        "transfer relight s.toml --like seat=warner:10",
+        "report compare a.csv b.csv --illuminants D66",
+        "report compare a.csv b.csv --observer 1931_3",
+        "report compare a.csv b.csv --json x.json --csv x.json",
+        "match a.csv b.csv --json x.json --csv x.json",
+        "catalogue diff a b --observer 1931_3",
+        "catalogue diff a b --illuminants D66",
+        "catalogue preview --illuminant D66",
+        "catalogue like paint/red --but warner=10",
+        "catalogue import s.csv --uplift smit",
+        "catalogue import s.csv --fill 3",
+        "catalogue import s.csv --texel-mm 0",
+        "catalogue export * --format cxf4 -o y",
+        "display patches -o patches.txt",
+        "display claim readings.csv --observer 1931_3",
+        "display observer a.ccss b.ccss --matched-for 1931_3",
+        "bench display --case none",
+        "bench factor --cases none",
+    ],
+)
+def test_a_word_that_no_option_knows_is_wrong_usage(metamer, tmp_path, monkeypatch, tiny_catalogue, words):
+    """Before a file is read: there is none here."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("METAMER_CATALOGUE", str(tiny_catalogue))
+    code, out, err = metamer(*words.split())
+    assert code == 64 and not out and "metamer" in err, err
+    assert not list(tmp_path.iterdir())
 
 
 def test_an_old_name_of_an_option_is_taken():

@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from metamer.runtime.errors import InputError, NoRoomError
+from metamer.runtime.errors import InputError, NoRoomError, UsageError
 from metamer.runtime.files import (
     check_outputs,
     check_writable,
@@ -215,7 +215,7 @@ def test_what_a_command_reads_it_does_not_write_over(tmp_path, named):
         inputs = [f"{read}#red"]
     elif named == "in its folder":
         inputs = ["paint/red", read.parent]
-    with pytest.raises(InputError, match="would write over it"):
+    with pytest.raises(UsageError, match="would write over it"):
         check_outputs(outputs, inputs)
     check_outputs([tmp_path / "lots" / "page.html"], inputs)
     assert read.read_text() == "1"
@@ -227,5 +227,5 @@ def test_two_outputs_have_a_file_each_and_may_share_a_device(tmp_path):
     check_outputs([tmp_path / "page", tmp_path / "table"])
     check_outputs([os.devnull, os.devnull])
     for twice in (["page", "page"], ["page", "./page"], ["page", "link"]):
-        with pytest.raises(InputError, match="one file for two outputs"):
+        with pytest.raises(UsageError, match="one file for two outputs"):
             check_outputs([tmp_path / name for name in twice])

@@ -61,7 +61,7 @@ def test_mistakes_are_explained(capsys, catalogue, tmp_path, words, expected):
         out.write_text("mine")
         words = words[:-1]
     code, _, told = run(capsys, *words, "--catalogue", catalogue, "-o", out)
-    assert code == 4 and expected in told, told
+    assert code == (64 if "cvs" in words else 4) and expected in told, told
     assert not out.exists() or out.read_text() == "mine"
 
 

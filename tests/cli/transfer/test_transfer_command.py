@@ -38,7 +38,7 @@ def test_a_floor_below_a_ball(metamer, scene, tiny_catalogue, tmp_path):
     ("words", "code", "said"),
     [
         (["--rays", "0"], 64, "at least 1"),
-        (["--illuminant", "D66"], 4, "D66"),
+        (["--illuminant", "D66"], 64, "D66"),
         (["--json", "/nowhere/found.json"], 4, "nowhere"),
     ],
 )
