@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError
 from ...spectral.adaptation import adaptation_matrix
+from ...spectral.difference import delta_e_xyz
 from .inverse import Inverse
 from .model import DisplayModel
 
@@ -19,6 +20,8 @@ PICTURE_WHITE_XYZ = np.array([0.3127 / 0.3290, 1.0, (1.0 - 0.3127 - 0.3290) / 0.
 Black = Literal["absolute", "bpc"]
 # ΔE94 from the white asked for that still counts as shown, and halvings of the luminance: to a millionth.
 _SHOWN, _HALVINGS = 0.02, 24
+# A white that is to be as bright as can be may give up this share of it, in so many steps, for whole codes.
+_GIVEN_UP, _STEPS = 0.01, 101
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +66,9 @@ def aimed(
 ) -> Aim:
     """The aim of a white by name or chromaticity (x, y), adapted to by Bradford.
 
-    luminance : cd/m2 of white; None: the largest that the display shows of this white. absolute : whether the model is
-    in cd/m2; where it is not, a luminance cannot be asked for.
+    luminance : cd/m2 of white; None: the largest that the display shows of this white, or up to 1 % less where codes of
+    eight bits come nearer to it. absolute : whether the model is in cd/m2; where it is not, a luminance cannot be asked
+    for.
 
     Raises
     ------
@@ -96,7 +100,7 @@ def aimed(
             expected=f"at most {most:.1f} cd/m2 of a white of x {x:.4f}, y {y:.4f}",
             hint="ask for less, or leave --luminance out",
         )
-    y_white = most if luminance is None else luminance
+    y_white = luminance or (most if white == "native" else _whole_codes(model, unit, most))
     if not y_white > 0.01 * native[1]:
         raise InputError(
             "the display cannot show this white",
@@ -116,6 +120,16 @@ def aimed(
     )
     words = f"{name}, x {x:.4f}, y {y:.4f}, {y_white:.1f} {unit_words}"
     return Aim(target, adapted, model.xyz(np.zeros((1, 3)))[0], words)
+
+
+def _whole_codes(model: DisplayModel, unit_xyz: Float[np.ndarray, "3"], most: float) -> float:
+    """Find the luminance of a white that codes of eight bits come nearest to: rounding is seen on white first."""
+    native = model.xyz(np.ones((1, 3)))[0]
+    levels = most * (1.0 - np.linspace(0.0, _GIVEN_UP, _STEPS))
+    whites = unit_xyz * levels[:, None]
+    codes, _ = Inverse(model, native).codes(whites)
+    rounded = model.xyz(np.round(codes * 255.0) / 255.0)
+    return float(levels[np.argmin(delta_e_xyz(whites, rounded, native))])
 
 
 def largest_luminance(model: DisplayModel, unit_xyz: Float[np.ndarray, "3"]) -> float:

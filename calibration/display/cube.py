@@ -16,13 +16,14 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
+from ...spectral.difference import delta_e_xyz
 from .inverse import Inverse
 from .model import DisplayModel
 
 #: Nodes along an edge, and entries of a curve.
 SIZE, CURVE_SIZE = 33, 4096
 # Even codes of the nodes beyond those of the display, below and above.
-_BELOW, _ABOVE = (-0.6, -0.2, -0.06), (1.06, 1.3)
+_BELOW, _ABOVE = (-0.6, -0.2, -0.06, -0.02), (1.06, 1.3)
 # Power of the even steps between: nodes gather towards black, where the codes of greys bend most.
 _TOWARDS_BLACK = 1.3
 # How far codes go on by themselves before, and from where on wholly, the nearest colour takes over.
@@ -31,8 +32,13 @@ _OWN, _NEAREST = 0.03, 0.10
 _BEYOND, _MARK = 0.15, 0.05
 # Share and gamma of the light that greys have at least, for the curves.
 _LEAST, _LEAST_GAMMA = 0.25, 2.4
-# What codes are kept near even codes by: ΔE94 for all of the range.
+# ΔE94 by which the nearest colour has to be nearer than codes that are cut off, to be taken wholly: among the darkest
+# colours it hardly is, and greys would go back where one channel after the other comes to its end.
+_WORTH = 2.0
+# What codes are kept near even codes by: ΔE94 for all of the range, and more for the darkest, of which a display shows
+# hardly anything: there, greys of another white would go back and forth between codes that look alike.
 _PULL = 1.0
+_DARK_PULL, _DARK = 20.0, 0.03
 # ΔE94 from which on a node is not reached in that box, and the nearest colour is looked for anew.
 _MISSED = 0.1
 # Codes at which greys are looked at, for the curves.
@@ -160,8 +166,9 @@ def _codes(model: DisplayModel, xyz: np.ndarray, even: np.ndarray) -> np.ndarray
     white = model.white_xyz
     near = ((even > -2.0 * _OWN - 1e-9) & (even < 1.0 + 2.0 * _OWN + 1e-9)).all(axis=1)
     own = np.clip(even, -_BEYOND, 1.0 + _BEYOND)
-    wider = Inverse(model, white, -_BEYOND, 1.0 + _BEYOND, _PULL)
-    own[near], left = wider.codes_from(xyz[near], own[near])
+    wider = Inverse(model, white, -_BEYOND, 1.0 + _BEYOND)
+    pull = _PULL + _DARK_PULL * np.exp(-np.abs(even[near]).max(axis=1) / _DARK)
+    own[near], left = wider.codes_from(xyz[near], own[near], pull)
     excess = np.maximum(own - 1.0, -own).max(axis=1)
     share = np.clip((excess - _OWN) / (_NEAREST - _OWN), 0.0, 1.0)
     share[~near] = 1.0
@@ -169,7 +176,9 @@ def _codes(model: DisplayModel, xyz: np.ndarray, even: np.ndarray) -> np.ndarray
     missed[np.flatnonzero(near)[left > _MISSED]] = True
     share[missed] = 1.0
     outside = np.flatnonzero(share > 0.0)
-    nearest, _ = Inverse(model, white).codes(xyz[outside], starts=1)
+    nearest, nearest_off = Inverse(model, white).codes(xyz[outside], starts=1)
+    cut = delta_e_xyz(xyz[outside], model.xyz(np.clip(own[outside], 0.0, 1.0)), white)
+    share[outside] *= np.clip((cut - nearest_off) / _WORTH, 0.0, 1.0)
     # A channel at its bound goes on outwards: what is cut off there is what is counted.
     marked = np.where(nearest >= 1.0, np.maximum(own[outside], 1.0 + _MARK), nearest)
     marked = np.where(nearest <= 0.0, np.minimum(own[outside], -_MARK), marked)

@@ -11,8 +11,8 @@ from .readings import Readings
 
 # Whites that are needed before drift is told from noise, and before it is smoothed.
 _FEWEST, _SMOOTHED = 3, 5
-# Weights of bending that are tried, over places from 0 to 1, smoothest first: a straight line, nearly.
-_SMOOTHING = tuple(10.0**power for power in range(1, -6, -1))
+# Weights of bending that are tried, over places from 0 to 1, smoothest first: no drift at all, a straight line nearly.
+_SMOOTHING = (np.inf, *(10.0**power for power in range(1, -6, -1)))
 # Share of luminance: what repeats of white scatter by, from which on no steady drift is behind it.
 _RESTLESS = 0.01
 
@@ -90,6 +90,8 @@ def _course(
 
 
 def _spline(known: np.ndarray, values: np.ndarray, wanted: np.ndarray, smoothing: float) -> np.ndarray:
+    if np.isinf(smoothing):
+        return np.repeat(values.mean(axis=0, keepdims=True), len(wanted), axis=0)
     from scipy.interpolate import make_smoothing_spline
 
     return make_smoothing_spline(known, values, lam=smoothing)(wanted)

@@ -43,7 +43,6 @@ class Inverse:
     white_xyz: Float[np.ndarray, "3"]
     low: float = 0.0
     high: float = 1.0
-    pull: float = 0.0
 
     @cached_property
     def _lattice(self) -> tuple[np.ndarray, Any]:
@@ -83,10 +82,16 @@ class Inverse:
         return found, left
 
     def codes_from(
-        self, xyz: Float[np.ndarray, "N 3"], start: Float[np.ndarray, "N 3"]
+        self,
+        xyz: Float[np.ndarray, "N 3"],
+        start: Float[np.ndarray, "N 3"],
+        pull: Float[np.ndarray, " N"] | None = None,
     ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-        """The same from codes that are near by already: faster, never farther than they are, not always the nearest."""
-        return self._descended(lab_from_xyz(xyz, self.white_xyz), np.clip(start, self.low, self.high))
+        """The same from codes that are near by already: faster, never farther than they are, not always the nearest.
+
+        pull : (N,) ΔE94 that a move over the whole range of codes is held to cost.
+        """
+        return self._descended(lab_from_xyz(xyz, self.white_xyz), np.clip(start, self.low, self.high), pull)
 
     def _off(self, wanted: np.ndarray, shown: np.ndarray) -> np.ndarray:
         """ΔL*, ΔC*/S_C and ΔH*/S_H of CIELAB pairs: as long as their ΔE94 (CIE 116-1995)."""
@@ -106,8 +111,11 @@ class Inverse:
     def _at(self, wanted: np.ndarray, codes: np.ndarray) -> np.ndarray:
         return self._off(wanted, lab_from_xyz(self.model.xyz(codes), self.white_xyz))
 
-    def _descended(self, wanted: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _descended(
+        self, wanted: np.ndarray, codes: np.ndarray, pull: np.ndarray | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         begun, codes = codes, np.array(codes)
+        pulled = np.zeros(len(codes)) if pull is None else pull**2
         off = self._at(wanted, codes)
         left = np.sum(off**2, axis=1)
         damping, slope = np.full(len(codes), 1e-3), np.empty((len(codes), 3, 3))
@@ -118,10 +126,10 @@ class Inverse:
                 break
             slope[fresh] = self._slope(wanted[fresh], codes[fresh], off[fresh])
             moved = codes[going] - begun[going]
-            step = self._step(codes[going], off[going], slope[going], damping[going], moved)
+            step = self._step(codes[going], off[going], slope[going], damping[going], pulled[going, None], moved)
             trial = np.clip(codes[going] + step, self.low, self.high)
             trial_off = self._at(wanted[going], trial)
-            trial_left = np.sum(trial_off**2, axis=1) + self.pull**2 * np.sum((trial - begun[going]) ** 2, axis=1)
+            trial_left = np.sum(trial_off**2, axis=1) + pulled[going] * np.sum((trial - begun[going]) ** 2, axis=1)
             nearer = trial_left < left[going]
             # What comes hardly nearer any more has arrived, at the edge of what can be shown.
             ended = np.abs(trial - codes[going]).max(axis=1) <= _STILL
@@ -145,19 +153,23 @@ class Inverse:
         return np.stack(slopes, axis=-1)
 
     def _step(
-        self, codes: np.ndarray, off: np.ndarray, slope: np.ndarray, damping: np.ndarray, moved: np.ndarray
+        self,
+        codes: np.ndarray,
+        off: np.ndarray,
+        slope: np.ndarray,
+        damping: np.ndarray,
+        pulled: np.ndarray,
+        moved: np.ndarray,
     ) -> np.ndarray:
         """Take a step of damped least squares; a code at a bound that would leave the box is held."""
-        downhill = -np.einsum("nij,ni->nj", slope, off) - self.pull**2 * moved
+        downhill = -np.einsum("nij,ni->nj", slope, off) - pulled * moved
         held = ((codes <= self.low) & (downhill < 0.0)) | ((codes >= self.high) & (downhill > 0.0))
         slope = np.where(held[:, None, :], 0.0, slope)
         normal = np.einsum("nij,nik->njk", slope, slope)
         diagonal = np.einsum("njj->nj", normal)
         size = np.maximum(diagonal.max(axis=1, keepdims=True), 1e-9)
         # A channel that does nothing here is held by the last term, whose sum with the others is never singular.
-        normal[:, range(3), range(3)] += (
-            damping[:, None] * (diagonal + 1e-3 * size) + 1e-12 * size + self.pull**2 + held
-        )
+        normal[:, range(3), range(3)] += damping[:, None] * (diagonal + 1e-3 * size) + 1e-12 * size + pulled + held
         return np.linalg.solve(normal, np.where(held, 0.0, downhill)[..., None])[..., 0]
 
 

@@ -33,11 +33,16 @@ class Residual:
     plane: Float[np.ndarray, "4 3"]
 
     @classmethod
-    def through(cls, codes: Float[np.ndarray, "N 3"], left: Float[np.ndarray, "N 3"], smoothing: float) -> Residual:
+    def through(
+        cls,
+        codes: Float[np.ndarray, "N 3"],
+        left: Float[np.ndarray, "N 3"],
+        smoothing: float | Float[np.ndarray, " N"],
+    ) -> Residual:
         """Near (N,3) of what is left at codes; `smoothing` 0 is through them, more passes by them more smoothly."""
         count = len(codes)
         system = np.zeros((count + 4, count + 4))
-        system[:count, :count] = _cubed_distances(codes, codes) + smoothing * np.eye(count)
+        system[:count, :count] = _cubed_distances(codes, codes) + np.diag(np.broadcast_to(smoothing, count))
         system[:count, count:] = _plane(codes)
         system[count:, :count] = system[:count, count:].T
         # By least squares where all codes lie in a plane, and the spline is not told beyond it.
@@ -141,12 +146,15 @@ def light_of(curves: tuple[Curve, Curve, Curve], codes: Float[np.ndarray, "N 3"]
 
 
 def features(light: Float[np.ndarray, "N 3"], count: int, power: float = 1.0) -> Float[np.ndarray, "N F"]:
-    """Terms of a mixture: 1, the channels, and with eight of them the smaller of each pair and of all, to a power."""
+    """Terms of a mixture: 1, the channels, and with eight of them the smaller of each pair and of all, to a power.
+
+    Channels below 0 give nothing together, so that codes beyond the display's own go on as its channels do.
+    """
     columns = [np.ones(len(light)), *light.T]
     if count == _MINIMA:
         red, green, blue = light.T
         smaller = np.stack([np.minimum(red, green), np.minimum(green, blue), np.minimum(red, blue), light.min(axis=1)])
-        columns += [*(np.sign(smaller) * np.abs(smaller) ** power)]
+        columns += [*(np.maximum(smaller, 0.0) ** power)]
     return np.stack(columns, axis=1)
 
 

@@ -76,7 +76,7 @@ def _gains(readings: Readings, count: int) -> DisplayModel:
     seen, weights = roots(xyz, white), _seen_weights(xyz, white)
     usual_curve = GainOffsetGamma(1.0, 2.2)
     start = (usual_curve, usual_curve, usual_curve)
-    begun = _mixture(start, codes, xyz, white, count, 1.0) / white
+    begun = _mixture(start, readings, count, 1.0) / white
     usual = np.concatenate([np.ones(3), np.full(3, 2.2), np.ones(1)])
 
     def curves(parameters: np.ndarray) -> tuple[Curve, Curve, Curve]:
@@ -103,11 +103,12 @@ def _seen_weights(xyz: np.ndarray, white: np.ndarray) -> Float[np.ndarray, "N 3 
 
 
 def _mixture(
-    curves: tuple[Curve, Curve, Curve], codes: np.ndarray, xyz: np.ndarray, white: np.ndarray, count: int, power: float
+    curves: tuple[Curve, Curve, Curve], readings: Readings, count: int, power: float
 ) -> Float[np.ndarray, "F 3"]:
-    """The mixture of least squares, each reading weighed by how much a small change of it is seen."""
+    """Fit the mixture by least squares, each reading weighed by how much a small change of it is seen."""
+    codes, xyz, white = readings.codes, readings.xyz, readings.white_xyz
     made = features(light_of(curves, codes), count, power)
-    slope = 1.0 / (3.0 * roots(xyz, white) ** 2)
+    slope = np.sqrt(readings.repeats)[..., None] / (3.0 * roots(xyz, white) ** 2)
     columns = [np.linalg.lstsq(made * s[:, None], x * s, rcond=None)[0] for x, s in zip(xyz.T, slope.T, strict=True)]
     return np.stack(columns, axis=1)
 
@@ -152,7 +153,7 @@ def _matrix(readings: Readings, name: str, count: int) -> DisplayModel:
     curves, codes, xyz, white = _measured_curves(readings), readings.codes, readings.xyz, readings.white_xyz
 
     def made(power: float) -> DisplayModel:
-        return DisplayModel(name, curves, _mixture(curves, codes, xyz, white, count, power), white, power=power)
+        return DisplayModel(name, curves, _mixture(curves, readings, count, power), white, power=power)
 
     def left(power: float) -> float:
         return float(np.sum((roots(made(power).mixed(codes), white) - roots(xyz, white)) ** 2))
@@ -172,17 +173,19 @@ def _with_residual(model: DisplayModel, readings: Readings) -> DisplayModel:
     """The model and a spline of what it leaves, as smooth as leaves readings that it has not seen best."""
     left = roots(readings.xyz, readings.white_xyz) - roots(model.mixed(readings.codes), readings.white_xyz)
     weights, parts = _seen_weights(readings.xyz, readings.white_xyz), folds(readings, 5)
+    # The mean of many readings, as white's is, has less noise to be smoothed.
+    noise = np.broadcast_to(1.0 / np.asarray(readings.repeats), len(left))
     best, least = _SMOOTHING[0], np.inf
     for smoothing in _SMOOTHING:
         total = 0.0
         for held in parts:
             kept = np.setdiff1d(np.arange(len(left)), held)
-            spline = Residual.through(readings.codes[kept], left[kept], smoothing)
+            spline = Residual.through(readings.codes[kept], left[kept], smoothing * noise[kept])
             off = np.einsum("nij,nj->ni", weights[held], spline.at(readings.codes[held]) - left[held])
             total += float(np.sum(np.sqrt(np.sum(off**2, axis=1))))
         if total < least:
             best, least = smoothing, total
-    return replace(model, residual=Residual.through(readings.codes, left, best))
+    return replace(model, residual=Residual.through(readings.codes, left, best * noise))
 
 
 def folds(readings: Readings, count: int) -> list[np.ndarray]:

@@ -24,7 +24,7 @@ _GRID, _BETWEEN = 17, 12
 _PLACES = 5
 
 
-def patches(count: int, purpose: Purpose = "characterise", white_every: int = 15) -> Float[np.ndarray, "N 3"]:
+def patches(count: int, purpose: Purpose = "characterise", white_every: int = 8) -> Float[np.ndarray, "N 3"]:
     """Codes from 0 to 1 in the order in which to show them.
 
     `count` different ones; full white is first and last, and once more after every `white_every` of them, so that what

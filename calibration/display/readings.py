@@ -47,6 +47,7 @@ class Readings:
     measured : when, ISO 8601, as the file says it; "" where it does not.
     details : whatever else the file says.
     notes : what was taken, converted or corrected, a sentence each.
+    repeats : how many readings each is the mean of.
     """
 
     codes: Float[np.ndarray, "N 3"]
@@ -60,6 +61,7 @@ class Readings:
     measured: str = ""
     details: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    repeats: Int[np.ndarray, " N"] | int = 1
 
     def __post_init__(self) -> None:
         _check(self)
@@ -117,14 +119,15 @@ class Readings:
             summed = np.zeros((len(codes), spectra.radiance.shape[1]))
             np.add.at(summed, which, spectra.radiance)
             spectra = replace(spectra, radiance=summed / count)
-        return replace(self, codes=codes, xyz=xyz, spectra=spectra)
+        return replace(self, codes=codes, xyz=xyz, spectra=spectra, repeats=count[:, 0])
 
     def taken(self, which: Int[np.ndarray, " M"] | np.ndarray) -> Readings:
         """Some of the readings, by index or mask."""
         spectra = self.spectra
         if spectra is not None:
             spectra = replace(spectra, radiance=spectra.radiance[which])
-        return replace(self, codes=self.codes[which], xyz=self.xyz[which], spectra=spectra)
+        repeats = self.repeats if isinstance(self.repeats, int) else self.repeats[which]
+        return replace(self, codes=self.codes[which], xyz=self.xyz[which], spectra=spectra, repeats=repeats)
 
     def seen_by(self, name: str) -> Readings:
         """The same readings for another observer.

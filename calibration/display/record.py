@@ -84,7 +84,11 @@ class DisplayRecord:
             "repeatability": None if self.repeatability is None else self.repeatability.tolist(),
             "notes": list(self.notes),
             "model": self.model.document,
-            "readings": {"codes": readings.codes.tolist(), "xyz": readings.xyz.tolist()},
+            "readings": {
+                "codes": readings.codes.tolist(),
+                "xyz": readings.xyz.tolist(),
+                "repeats": np.broadcast_to(readings.repeats, len(readings)).tolist(),
+            },
             "verifications": [dict(one) for one in self.verifications],
         }
         if readings.spectra is not None:
@@ -128,6 +132,8 @@ def read_record(path: str | Path) -> DisplayRecord:
             bool(kept["absolute"]),
             spectra,
             kept["measured"],
+            # Files of before it was kept have none.
+            repeats=np.array(kept["readings"].get("repeats", np.ones(len(array["codes"]))), dtype=np.int64),
         )
         return DisplayRecord(
             kept["name"],

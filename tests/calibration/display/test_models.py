@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 from metamer.benchmarks.display.simulated import NM, SimulatedDisplay
-from metamer.calibration.display.aim import PICTURE_WHITE_XYZ, aimed
+from metamer.calibration.display.aim import PICTURE_WHITE_XYZ, aimed, largest_luminance
 from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.choice import choose
 from metamer.calibration.display.cube import make_cube, tetrahedral
 from metamer.calibration.display.drift import without_drift
 from metamer.calibration.display.icc import matrix_profile, profile_error
 from metamer.calibration.display.inverse import Inverse
+from metamer.calibration.display.model_fit import fit
 from metamer.calibration.display.patches import patches
 from metamer.calibration.display.readings import Readings
 from metamer.calibration.display.record import read_record
@@ -156,6 +157,57 @@ def test_what_cannot_be_shown_leaves_the_codes(lcd_choice):
     assert cube.look_up(model.white_xyz * 1.05).max() > 1.001
 
 
+def test_greys_never_go_back(lcd_choice, wrgb_choice):
+    """Down to greys darker than the display's black, where one channel after the other comes to its end."""
+    for model in (lcd_choice.model, wrgb_choice.model):
+        greys = np.linspace(0.0, 1.0, 1025)[:, None] ** 3 * aimed(model).white_xyz
+        codes = np.clip(make_cube(model).look_up(greys), 0.0, 1.0)
+        assert np.max(np.maximum.accumulate(codes, axis=0) - codes) < 0.25 / 255.0
+        assert codes[-1].min() > 0.5
+
+
+def test_codes_below_black_go_on_as_the_channels_do(wrgb_choice):
+    """A blue less than none takes nothing from what red and green give together with white sub-pixels."""
+    model = wrgb_choice.model
+    without, below = (model.mixed(np.array([[0.5, 0.4, blue]])) for blue in (0.0, -0.05))
+    alone = model.mixed(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -0.05]]))
+    assert below - without == pytest.approx(alone[1:] - alone[:1], rel=1e-9)
+    assert np.all(below < without)
+
+
+def test_white_that_is_read_often_is_believed(simulated):
+    """By a seed whose other patches pull white away, by nearly the ΔE94 of 0.4 that is seen."""
+    display = simulated["RGB OLED"]
+    readings = display.measured(patches(125), 4)
+    once = np.flatnonzero(~(readings.codes >= 1.0).all(axis=1) | (np.arange(len(readings)) == len(readings) - 1))
+    truth, white = display.xyz(np.ones((1, 3)))[0], np.ones((1, 3))
+    often = fit("residual", readings.averaged()).xyz(white)[0]
+    assert delta_e_xyz(truth, often, truth) < 0.15
+    assert delta_e_xyz(readings.white_xyz, often, truth) < 0.1
+    assert delta_e_xyz(readings.white_xyz, fit("residual", readings.taken(once)).xyz(white)[0], truth) > 0.2
+
+
+def test_white_without_drift_is_the_mean_of_all_its_readings(simulated):
+    """Its own noise is not taken for a course."""
+    readings = simulated["LCD"].measured(patches(125), 1)
+    found = without_drift(readings)
+    assert found.luminance == 1.0 and np.array_equal(found.readings.xyz, readings.xyz)
+
+
+def test_the_brightest_white_has_whole_codes(simulated):
+    """In eight bits it is nearer to what was aimed at, for a hundredth of its luminance at most."""
+    off = []
+    for name in ("sRGB LED", "CRT", "LCD with cross-talk"):
+        model = choose(simulated[name].measured(patches(61), 0)).model
+        most, aim = largest_luminance(model, PICTURE_WHITE_XYZ), aimed(model)
+        assert 0.99 * most - 1e-9 <= aim.white_xyz[1] <= most
+        for white in (aim.white_xyz, PICTURE_WHITE_XYZ * most):
+            codes = Inverse(model, model.white_xyz).codes(white[None])[0]
+            off.append(delta_e_xyz(white, model.xyz(np.round(codes * 255.0) / 255.0)[0], white))
+    after, before = np.array(off).reshape(3, 2).T
+    assert np.all(after <= before + 1e-9) and after.mean() < 0.9 * before.mean()
+
+
 def test_tetrahedra_keep_the_diagonal():
     """On greys nothing of other hues is mixed in."""
     nodes = np.random.default_rng(1).random((5, 5, 5, 3))
@@ -204,6 +256,7 @@ def test_a_record_comes_back_as_it_was(wrgb, tmp_path):
     codes = np.random.default_rng(0).random((50, 3))
     assert np.array_equal(again.model.xyz(codes), found.model.xyz(codes))
     assert again.digest == found.digest and again.notes == found.notes
+    assert np.array_equal(again.readings.repeats, found.readings.repeats) and again.readings.repeats.max() > 4
     (tmp_path / "d.json").write_text('{"metamer_display": 1}')
     with pytest.raises(InputError, match="a damaged file of a display"):
         read_record(tmp_path / "d.json")
