@@ -210,8 +210,15 @@ def _key(light: SpreadLight, scene: Scene) -> tuple | None:
 
 
 def _before(light: SpreadLight, scene: Scene) -> Before | None:
-    """Return the parts of a scene that may hide a light; None where all of it may."""
+    """Return the parts of a scene that may hide a light; None where all of it may.
+
+    Nothing of the scene is behind a softbox that stands wholly outside of its bounding box: any ray through it goes on
+    outwards. It then shares the visibility of lights from all around.
+    """
     if not isinstance(light, SoftboxLight):
+        return None
+    low, high = scene.bounds
+    if ((light.corners >= high).all(axis=0) | (light.corners <= low).all(axis=0)).any():
         return None
     found = Before(light.position, light.axes[2])
     return None if all(found.holds(part.mesh.vertices) for part in scene.parts) else found

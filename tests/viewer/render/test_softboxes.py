@@ -5,12 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.lighting.camera import Camera
+from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.mesh import shapes
 from metamer.lighting.reference.reference import reference_images
+from metamer.lighting.visibility.half_space import Before
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.viewer.gl.backend import gl_session
+from metamer.viewer.render.light_cache import visibilities
 from metamer.viewer.software.backend import software_session
 
 
@@ -66,6 +69,15 @@ def test_soft_shadows_are_the_references(scenes):
 
 
 @pytest.mark.slow
+def test_a_softbox_above_everything_needs_no_visibility_of_its_own(scenes):
+    """Its plane may cut the floor: where the floor lies, no ray through the softbox comes."""
+    scene, room = ball_on_a_floor(scenes, "matt"), EnvironmentLight(np.ones((1, 4, 8)), (illuminant("D65"),))
+    above, aside = softbox((1.5, 2.4, 1.8)), softbox((2.5, 0.2, 1.8), target=(0, -0.5, 0))
+    assert not all(Before(one.position, one.axes[2]).holds(scene.parts[1].mesh.vertices) for one in (above, aside))
+    assert visibilities(replace(scene, lights=(above, room))) == 1
+    assert visibilities(replace(scene, lights=(aside, room))) == 2
+
+
 def test_what_stands_behind_a_softbox_does_not_hide_it(scenes):
     wall = shapes.plane(9.0, 9.0).placed(rotate_deg=(90, 0, 0), translate=(0, 0, 5.0)), "matt"
     camera = ball_on_a_floor(scenes).camera()
