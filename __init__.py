@@ -40,10 +40,12 @@ if TYPE_CHECKING:
     from .lighting.scene_file.files import shipped_scene as shipped_scene
     from .materials.catalogue.catalogue import Catalogue as Catalogue
     from .materials.catalogue.material import Material as Material
+    from .materials.fitting.fit import fit as fit
     from .materials.intake.importing import import_sources as import_sources
     from .materials.records.query import Query as Query
     from .materials.search.neighbours import like as like
     from .runtime.errors import MetamerError as MetamerError
+    from .spectral.formats.named_spectra import read_spectra as read_spectra
     from .spectral.formula import delta_e as delta_e
     from .spectral.illuminants import illuminant as illuminant
     from .spectral.observers import observer as observer
@@ -74,6 +76,7 @@ _HOMES = {
     "Spectrum": "spectral.spectrum.Spectrum",
     "assert_colour_close": "calibration.regression.assertions.assert_colour_close",
     "delta_e": "spectral.formula.delta_e",
+    "fit": "materials.fitting.fit.fit",
     "illuminant": "spectral.illuminants.illuminant",
     "import_sources": "materials.intake.importing.import_sources",
     "like": "materials.search.neighbours.like",
@@ -82,6 +85,7 @@ _HOMES = {
     "load_scene": "lighting.scene_file.files.load_scene",
     "match": "viewer.match.match",
     "observer": "spectral.observers.observer",
+    "read_spectra": "spectral.formats.named_spectra.read_spectra",
     "render": "viewer.api.render",
     "review": "viewer.api.review",
     "shipped_scene": "lighting.scene_file.files.shipped_scene",

@@ -94,6 +94,19 @@ def illuminant(name: str) -> Spectrum:
     return Spectrum.sampled(table.wavelengths, table.values, "emission")
 
 
+def as_light(light: object) -> Spectrum:
+    """Return a light by its name, or as `Spectrum.of` takes it: of emission, in any unit.
+
+    Raises
+    ------
+    UnknownNameError, InputError : as of `illuminant` and `Spectrum.of`.
+
+    >>> as_light({400.0: 1.0, 700.0: 1.0})
+    <Spectrum of emission, 400 to 700 nm: 2 samples>
+    """
+    return illuminant(light) if isinstance(light, str) else Spectrum.of(light, "emission")
+
+
 def canonical_name(name: str) -> str:
     """The name that colour-science gives a light, of another that it has: "FL11" for "TL84" and "F11".
 

@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from ..runtime.errors import InputError, UnknownNameError
 from .axis_letters import Wavelengths, White
+from .illuminants import as_light
 from .spectrum import Spectrum
 from .wavelengths import interpolation_matrix, is_finer, times_interpolation
 
@@ -20,6 +21,8 @@ OBSERVERS = {
     "2015_2": "CIE 2015 2 Degree Standard Observer",
     "2015_10": "CIE 2015 10 Degree Standard Observer",
 }
+#: Maximum luminous efficacy, lm/W (CIE 015:2018, K_m).
+EFFICACY = 683.002
 # Lights and wavelengths whose weights are kept: whatever is lit again and again asks for the same few.
 _KEPT = 256
 
@@ -97,8 +100,9 @@ class Observer:
         functions = interpolation_matrix(self.wavelengths_nm, grid, "zero", "linear") @ self.cmfs
         return grid, (power * _trapezoid(grid))[:, None] * functions
 
-    def white(self, light: Spectrum) -> White:
-        """XYZ (3,) of the perfect diffuser under `light`, Y = 1."""
+    def white(self, light: object) -> White:
+        """Compute XYZ (3,) of the perfect diffuser, Y = 1, under a light as of `illuminants.as_light`."""
+        light = as_light(light)
         return self.weights(light, light.wavelengths_nm).sum(axis=1)
 
 

@@ -262,13 +262,13 @@ def same_conditions(one: tuple[str, str], other: tuple[str, str]) -> bool:
     return eyes[0].name == eyes[1].name and lights[0].key == lights[1].key
 
 
-def check_covers(spectrum: Spectrum, file: str, name: str) -> None:
+def check_covers(spectrum: Spectrum, file: str | None, name: str) -> None:
     """Raise `InputError` where a spectrum is too short for a colour."""
     low, high = (float(end) for end in spectrum.wavelengths_nm[[0, -1]])
     check_range(low, high, file, name)
 
 
-def check_range(low: float, high: float, file: str | Path, name: str) -> None:
+def check_range(low: float, high: float, file: str | Path | None, name: str) -> None:
     """Raise `InputError` where a range in nm leaves out more of a colour than `MOST_MISSED`."""
     if (missed := missed_share(low, high)) > MOST_MISSED:
         raise InputError(

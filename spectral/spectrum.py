@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -30,9 +32,11 @@ Quantity = Literal["reflectance", "transmittance", "radiance factor", "emission"
 _UNBOUNDED = ("radiance factor", "emission")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class Spectrum:
     """Samples over wavelengths, and what they measure.
+
+    Scripts may give one thing alone: what `Spectrum.of` takes.
 
     Parameters
     ----------
@@ -49,11 +53,25 @@ class Spectrum:
     <Spectrum of reflectance, 400 to 700 nm: 2 samples>
     >>> grey.resampled(np.array([380.0, 550.0])).samples
     array([0.5, 0.5])
+    >>> 0.5 * grey + 0.5 * Spectrum({400.0: 0.1, 700.0: 0.3})
+    <Spectrum of reflectance, 400 to 700 nm: 2 samples>
     """
 
     samples: Float[np.ndarray, "..."]
     wavelengths_nm: Wavelengths
     quantity: Quantity
+
+    # numpy's numbers and arrays leave products with a spectrum to it.
+    __array_ufunc__ = None
+
+    def __init__(self, samples: Any, wavelengths_nm: Any = None, quantity: Quantity = "reflectance") -> None:
+        if wavelengths_nm is None:
+            taken = Spectrum.of(samples, quantity)
+            samples, wavelengths_nm, quantity = taken.samples, taken.wavelengths_nm, taken.quantity
+        object.__setattr__(self, "samples", samples)
+        object.__setattr__(self, "wavelengths_nm", wavelengths_nm)
+        object.__setattr__(self, "quantity", quantity)
+        self.__post_init__()
 
     def __post_init__(self) -> None:
         samples = np.asarray(self.samples, dtype=np.float64)
@@ -107,6 +125,77 @@ class Spectrum:
             what = repr(value)[:80] if found is None else f"{len(found)} spectra"
             raise InputError("no spectrum", field="value", found=what, expected=f"one of a Spectrum, {KINDS}")
         return cls.sampled(found[0][1], found[0][2], quantity)
+
+    def xyz(self, light: object = None, observer: object = "1931_2") -> Float[np.ndarray, "... 3"]:
+        """Compute XYZ (...,3) as `spectrum_colour.xyz`: under D65 where no light is given; Y = 1 is perfect white."""
+        return _colour("xyz")(self, light, observer)
+
+    def lab(self, light: object = None, observer: object = "1931_2") -> Float[np.ndarray, "... 3"]:
+        """Compute CIELAB (...,3) relative to the white of the light; parameters and errors as of `xyz`."""
+        return _colour("lab")(self, light, observer)
+
+    def to_colour(self) -> Any:
+        """Make a `colour.SpectralDistribution`, or of (n,L) samples `colour.MultiSpectralDistributions`."""
+        return _colour("to_colour")(self)
+
+    def plot(self, axes: Any = None, **style: Any) -> Any:
+        """Draw the curve with matplotlib, as `spectrum_colour.plot`; returns the axes."""
+        return _colour("plot")(self, axes, **style)
+
+    def _repr_html_(self) -> str:
+        return _colour("as_html")(self)
+
+    def __mul__(self, other: object) -> Spectrum:
+        """Multiply by a number, or by a spectrum on the same wavelengths: light by what it meets, filter by filter."""
+        if isinstance(other, Spectrum):
+            self._check_same_grid(other)
+            emissions = [one for one in (self, other) if one.quantity == "emission"]
+            if len(emissions) == 2:
+                raise InputError("a product of two lights", field="quantity", expected="a light and what it meets")
+            kinds = {self.quantity, other.quantity}
+            both = self.quantity if len(kinds) == 1 else "emission" if emissions else "radiance factor"
+            return Spectrum(self.samples * other.samples, self.wavelengths_nm, both)
+        if not _is_number(other):
+            return NotImplemented
+        return Spectrum(self.samples * float(cast(float, other)), self.wavelengths_nm, self.quantity)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: object) -> Spectrum:
+        """Divide by a number that is not 0."""
+        if not _is_number(other):
+            return NotImplemented
+        if other == 0:
+            raise InputError("a spectrum divided by 0", field="divisor", found=other, expected="another number")
+        return self * (1.0 / float(cast(float, other)))
+
+    def __add__(self, other: object) -> Spectrum:
+        """Add a spectrum of the same quantity on the same wavelengths: lights, or shares of a mixture."""
+        return self._combined(other, 1.0)
+
+    def __sub__(self, other: object) -> Spectrum:
+        """Subtract a spectrum of the same quantity on the same wavelengths; none may become negative."""
+        return self._combined(other, -1.0)
+
+    def _combined(self, other: object, sign: float) -> Spectrum:
+        if not isinstance(other, Spectrum):
+            return NotImplemented
+        self._check_same_grid(other)
+        if self.quantity != other.quantity:
+            raise InputError("quantities do not mix", field="quantity", found=other.quantity, expected=self.quantity)
+        return Spectrum(self.samples + sign * other.samples, self.wavelengths_nm, self.quantity)
+
+    def _check_same_grid(self, other: Spectrum) -> None:
+        if not np.array_equal(self.wavelengths_nm, other.wavelengths_nm):
+            low, high = other.wavelengths_nm[[0, -1]]
+            mine = self.wavelengths_nm
+            raise InputError(
+                "spectra on other wavelengths",
+                field="wavelengths_nm",
+                found=f"{low:g} to {high:g} nm, {other.wavelengths_nm.size} samples",
+                expected=f"{mine[0]:g} to {mine[-1]:g} nm, {mine.size} samples",
+                hint="resample one: other.resampled(one.wavelengths_nm)",
+            )
 
     @property
     def key(self) -> tuple[bytes, bytes]:
@@ -176,6 +265,15 @@ class Spectrum:
             extrapolation
         ]
         return f"known from {low:g} to {high:g} nm; from {wavelengths_nm[0]:g} to {wavelengths_nm[-1]:g} nm, {how}"
+
+
+def _colour(name: str) -> Callable[..., Any]:
+    """Return a function of the module of colours, which is built on this one and loaded when it is asked for."""
+    return getattr(import_module(".spectrum_colour", __package__), name)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
 
 
 def as_float(number: int | float) -> float:

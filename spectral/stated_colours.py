@@ -11,14 +11,11 @@ from ..runtime.errors import InputError
 from .difference import delta_e, lab_from_xyz, xyz_from_lab
 from .formats.registry import SpectralEntry, StatedColour
 from .illuminants import illuminant
-from .observers import Observer, observer
+from .observers import EFFICACY, Observer, observer
 from .spectrum import Spectrum
 
 #: What graphic arts compute colours for (ISO 13655), and what is taken where a file does not say.
 USUAL_ILLUMINANT, USUAL_OBSERVER = "D50", "1931_2"
-
-#: Maximum luminous efficacy, lm/W (CIE 015:2018, K_m).
-EFFICACY = 683.002
 
 # Whites that instruments and charts are computed for, in the order of how common they are.
 _WHITES = [(light, angle) for light in ("D50", "D65", "A", "C", "FL2", "FL11") for angle in ("1931_2", "1964_10")]

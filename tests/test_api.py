@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +14,7 @@ from pathlib import Path
 import metamer
 import numpy as np
 import pytest
+from metamer.materials.records.record import MARKER
 from metamer.materials.records.record_head import read_head
 from metamer.runtime.errors import InputError, UnknownNameError, UsageError
 from metamer.viewer.api import renderer_named
@@ -214,6 +216,98 @@ def test_a_renderer_is_kept_where_one_is_given(scene, catalogue):
         renderer_named("softwear")
 
 
+def test_a_scene_is_its_file_and_a_light_whatever_holds_a_spectrum(scene, catalogue):
+    import io
+
+    import colour
+
+    named = metamer.render(scene, catalogue, illuminant="A", renderer="software")
+    read = metamer.render(str(scene.path), catalogue, illuminant=colour.SDS_ILLUMINANTS["A"], renderer="software")
+    np.testing.assert_array_equal(read.xyz, named.xyz)
+    assert any("in place of the spectra" in note for note in read.scene.notes)
+    spectrum = metamer.render(scene.path, catalogue, illuminant=metamer.illuminant("A"), renderer="software")
+    np.testing.assert_array_equal(spectrum.xyz, named.xyz)
+    with Image.open(io.BytesIO(named._repr_png_())) as shown:
+        np.testing.assert_array_equal(np.asarray(shown), named.rgb())
+    with pytest.raises(InputError, match="no such file"):
+        metamer.render("nothing.toml", catalogue)
+    with pytest.raises(InputError, match="no spectrum"):
+        metamer.render(scene, catalogue, illuminant=3)
+
+
+@pytest.mark.parametrize("kind", ["dict", "colour", "pandas"])
+def test_a_spectrum_becomes_a_material_that_is_drawn(kind, scene, tmp_path):
+    import colour
+    import pandas
+
+    nm, red = np.arange(380.0, 781.0, 10.0), np.linspace(0.05, 0.8, 41)
+    value = {
+        "dict": dict(zip(nm, red, strict=True)),
+        "colour": colour.SpectralDistribution(red, nm),
+        "pandas": pandas.Series(red, nm),
+    }[kind]
+    made = metamer.Material.from_spectrum(value, "mine/red")
+    np.testing.assert_allclose(made.xyz("A"), metamer.Spectrum(value).xyz("A"), atol=2e-6)
+    assert made.spectrum().quantity == "reflectance" and np.array_equal(made.spectrum().samples, red)
+    (tmp_path / MARKER).write_text("")
+    catalogue = metamer.Catalogue.open(tmp_path)
+    assert catalogue.add(made) == tmp_path / "mine" / "red.h5"
+    np.testing.assert_array_equal(catalogue["mine/red"].xyz(), made.xyz())
+    picture = metamer.render(scene.with_material(scene.parts[0].name, "mine/red"), catalogue, renderer="software")
+    assert picture.xyz[8, 12, 0] > picture.xyz[8, 12, 2] > 0
+    with pytest.raises(InputError, match="there is a material of this id"):
+        catalogue.add(made)
+    for name in ("red", "../red", "a/../red", "/red", "a/"):
+        with pytest.raises(InputError, match="not an id"):
+            catalogue.add(replace(made, id=name))
+
+
+def test_what_is_no_matt_colour_becomes_no_surface():
+    nm = np.arange(380.0, 781.0, 10.0)
+    lamp = metamer.Material.from_spectrum((nm, np.linspace(0.0, 9.0, 41)), "mine/lamp", "emission")
+    assert not lamp.is_surface and lamp.spectrum().samples[-1] == 9.0
+    with pytest.raises(InputError, match="too little of the visible"):
+        metamer.Material.from_spectrum({500.0: 0.2, 600.0: 0.4})
+    with pytest.raises(InputError, match="no spectrum"):
+        metamer.Material.from_spectrum("red.csv")
+    with pytest.raises(InputError, match="more than one spectrum"):
+        metamer.Material.from_spectrum(metamer.Spectrum.sampled(nm, np.zeros((2, 41))))
+
+
+def test_every_material_has_a_spectrum(catalogue):
+    for name in catalogue:
+        material = catalogue[name]
+        assert material.xyz("A") == pytest.approx(material.spectrum().xyz("A"), abs=2e-6), name
+        assert name in material._repr_html_() and "<svg" in material._repr_html_()
+    copper = catalogue["tiny/copper"].spectrum()
+    assert copper.quantity == "radiance factor"
+    assert "4 materials" in catalogue._repr_html_() and "tiny/copper" in catalogue._repr_html_()
+
+
+def test_figures_of_a_match_are_a_table_and_a_drawing(catalogue):
+    from matplotlib.figure import Figure
+
+    red = catalogue["tiny/matt-red"].spectrum()
+    report = metamer.match(red, [red * 0.9, red * 0.98], "CIE 2000 0.8")
+    frame = report.to_pandas()
+    assert list(frame["sample"].unique()) == ["sample 1", "sample 2"] and len(frame) == 6
+    first = frame.iloc[0]
+    expected = metamer.delta_e(red.lab("D65", "1964_10"), (red * 0.9).lab("D65", "1964_10"), "CIE 2000")
+    assert first["ΔE CIE 2000"] == pytest.approx(float(expected), abs=1e-9)
+    shown = report._repr_html_()
+    assert "sample 1" in shown and "fail" in shown and f"{first['ΔE CIE 2000']:.2f}" in shown
+    axes = report.plot(Figure().subplots())
+    assert len(axes.lines) == 5 and axes.get_xlabel() == "Δa*"
+    assert axes.lines[2].get_xdata()[0] == pytest.approx(first["Δa*"])
+
+
+def test_a_match_with_a_stated_colour_is_no_list_of_letters():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        report = metamer.match("lab:50,10,10@D65/1964_10", "lab:50,10,11@D65/1964_10")
+    assert len(report.samples) == 1 and report.samples[0].differences[0].delta_e["CIE 1976"] == pytest.approx(1.0)
+
+
 def test_a_picture_of_nothing_is_warned_of(scene, catalogue):
     with pytest.warns(UserWarning, match="sees no"):
         metamer.render(scene, catalogue, camera="away", renderer="software")
@@ -236,4 +330,7 @@ def test_review_of_a_script_is_that_of_the_command(scene, catalogue, tmp_path):
     command = ["review", scene.path, "--catalogue", catalogue.folder, "--illuminants", "A", "--renderer", "software"]
     said = python("-m", "metamer", *map(str, command), "--camera", "near", "--out", str(tmp_path / "script"))
     assert "resumed: 1 of 1 rows were there" in said
+    frame = found.to_pandas()
+    assert list(frame["p99"]) == [row.statistics.p99 for row in found.rows]
+    assert "tiny/satin-green" in found._repr_html_() and found.verdict.split("<")[0][:20] in found._repr_html_()
     assert found.verdict in said and re.search(r"1 picture in \d+ s\.", said)

@@ -180,7 +180,7 @@ def test_a_metallic_panel_is_light_and_dark(tmp_path):
 
 @pytest.fixture
 def tiny_catalogue(tmp_path):
-    """The catalogue that the README's Python opens, with the one material that it loads."""
+    """The catalogue that Python in the README and in docs/python.md opens, with the one material that it loads."""
     grid = WORKING_WAVELENGTHS_NM
     paint = AshikhminShirley(Spectrum.sampled(grid, RED), Spectrum.sampled(grid, np.full(grid.size, 0.04)), 25.0, 25.0)
     found = fit(paint, budget=5.0, ranks=(1,), pixels=16)
@@ -200,6 +200,21 @@ def test_a_batch_that_passes_in_daylight_fails_under_lamps(tmp_path):
     assert number(r"other pigment: fail\n  D65, 1964_10: ΔE2000 (\S+)", said) < 0.01
     assert number(r"A, 1964_10: ΔE2000 (\S+) .*greyer", said) > 0.8
     assert "</html>" in (tmp_path / "match.html").read_text(encoding="utf-8")
+
+
+def test_python_of_the_docs(tiny_catalogue, monkeypatch):
+    snippets = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "python.md").read_text(encoding="utf-8"), re.S)
+    assert len(snippets) == 5
+    monkeypatch.chdir(tiny_catalogue)
+    # A smaller picture: its size is not what is shown. The one material of this catalogue is on the sphere.
+    text = (ROOT / "examples" / "sphere.toml").read_text(encoding="utf-8").replace("= 256", "= 32")
+    Path("sphere.toml").write_text(re.sub(r'material = "[^"]*"', 'material = "mine/dye"', text), encoding="utf-8")
+    known = {}
+    for snippet in snippets:
+        exec(compile(snippet.replace('metamer.shipped_scene("sphere")', '"sphere.toml"'), "python.md", "exec"), known)
+    assert known["dyes"]["dye"].samples == pytest.approx(known["dye"].samples, abs=1e-5)
+    assert "sample 1" in known["report"].summary and known["lot"].verdict == "pass"
+    assert known["picture"].xyz.shape == (32, 32, 3)
 
 
 def test_python_of_the_readme(tiny_catalogue, monkeypatch):

@@ -34,11 +34,11 @@ Progress = Callable[[int, int, str], None]
 
 
 def render(
-    scene: Scene,
+    scene: Scene | str | Path,
     catalogue: Catalogue | None = None,
     *,
     camera: str | None = None,
-    illuminant: str | None = None,
+    illuminant: object = None,
     reference: bool = False,
     bounces: int | Literal["auto"] | None = None,
     noise: float | None = None,
@@ -52,9 +52,9 @@ def render(
 
     Parameters
     ----------
-    catalogue : where the materials are; default: `Catalogue.open()`.
+    scene : or the path of its file. catalogue : where the materials are; default: `Catalogue.open()`.
     camera : its name in the scene; default: the first.
-    illuminant : in place of every light's own spectrum.
+    illuminant : in place of every light's own spectrum: its name, or an emission as of `Spectrum.of`.
     reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture.
     bounces : surfaces that light may come by beside the one that is seen, or "auto": as many as can be seen; default:
         what the scene says (`Scene.bounces`), which is none where it says nothing.
@@ -75,6 +75,7 @@ def render(
     if not reference and noise is not None:
         raise UsageError("noise is of references: add reference=True")
     catalogue = Catalogue.open() if catalogue is None else catalogue
+    scene = _read(scene, catalogue)
     scene = lit_by(scene if bounces is None else replace(scene, bounces=bounces), illuminant)
     view = scene.camera(camera)
     kind = "reference" if reference else "picture"
@@ -101,7 +102,7 @@ def render(
 
 
 def review(
-    scene: Scene,
+    scene: Scene | str | Path,
     catalogue: Catalogue | None = None,
     out: str | Path = "review",
     *,
@@ -125,7 +126,7 @@ def review(
 
     Parameters
     ----------
-    catalogue : where the materials are; default: `Catalogue.open()`.
+    scene : or the path of its file. catalogue : where the materials are; default: `Catalogue.open()`.
     illuminants : names; default: those of the scene's review, or of its lights.
     materials : ids or patterns to sweep over the review's part, or the first; default: those of the scene's review.
     budget : ΔE94 that the 99th percentile of each row is held against.
@@ -146,6 +147,7 @@ def review(
     from .review.review import review as review_into
 
     catalogue = Catalogue.open() if catalogue is None else catalogue
+    scene = _read(scene, catalogue)
     # Read first: a review takes minutes.
     ratings = () if protocol is None else read_protocol(protocol)
     jobs = jobs or usable_cores()
@@ -172,6 +174,14 @@ def review(
     for line in result.warnings:
         warnings.warn(line, stacklevel=2)
     return result
+
+
+def _read(scene: Scene | str | Path, catalogue: Catalogue) -> Scene:
+    if isinstance(scene, Scene):
+        return scene
+    from ..lighting.scene_file.files import load_scene
+
+    return load_scene(scene, catalogue)
 
 
 def renderer_named(name: str) -> tuple[RenderSession, NoGL | None]:

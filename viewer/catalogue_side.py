@@ -85,7 +85,7 @@ def _shown(path: Path, changed: int, seen: SeenSpectra) -> _Shown:
 
 def _reading(path: Path, light: str, eye: str) -> Pixels:
     record = read_record(path)
-    spectrum = record.spectrum()
+    spectrum = record.measured_spectrum()
     if spectrum is None or spectrum.samples.ndim != 1:
         raise InputError("no spectrum to compare", file=path, field=record.id, expected="one reflectance")
     weights = observer(eye).weights(illuminant(light), spectrum.wavelengths_nm)

@@ -21,14 +21,16 @@ from ..materials.catalogue.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
 from ..runtime.distribution import installed_version
 from ..runtime.errors import ComparisonError, UsageError
+from ..runtime.notebook import new_axes
 from ..spectral.difference import Formula, delta_e_xyz, lab_from_xyz
+from ..spectral.formats.png_writer import png_bytes
 from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
 from ..spectral.formats.xyz_exr import write_xyz_exr
-from ..spectral.illuminants import illuminant
+from ..spectral.illuminants import as_light
 from ..spectral.image import ColourImage
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .display.gl_pass import DisplayPass
-from .display.png import quantise, write_png
+from .display.png import SRGB_DISPLAY, quantise, write_png
 from .display.transform import DisplayTransform
 from .gl.backend import GLBackend
 from .render.indirect_cache import counted
@@ -97,6 +99,23 @@ class Picture:
         """The picture over its background as codes of the scene's display."""
         return quantise(_encoded(self.scene, self.xyz, self.coverage, display_for(self.scene.viewing), None)[0])
 
+    def _repr_png_(self) -> bytes:
+        """Encode the picture for its display, for a notebook."""
+        is_srgb = display_for(self.scene.viewing).display == SRGB_DISPLAY
+        return png_bytes(self.rgb(), [(b"sRGB", b"\x01")] if is_srgb else [])
+
+    def plot(self, axes: Any = None) -> Any:
+        """Show the picture with matplotlib; returns the axes.
+
+        Raises
+        ------
+        InputError : matplotlib is not installed.
+        """
+        axes = new_axes() if axes is None else axes
+        axes.imshow(self.rgb())
+        axes.set_axis_off()
+        return axes
+
     def write(self, output: str | Path, warn: Warn = unheard, renderer: RenderSession | None = None) -> tuple[str, ...]:
         """Write .exr (XYZ and coverage) or .png (display-encoded); returns what has to be said of it.
 
@@ -123,13 +142,14 @@ class Picture:
         return notes
 
 
-def lit_by(scene: Scene, name: str | None) -> Scene:
-    """The scene under a named illuminant, which a note of it says last, or as it is."""
-    if name is None:
+def lit_by(scene: Scene, light: object) -> Scene:
+    """Return the scene under a light as of `illuminants.as_light`, which a note of it says last; None: as it is."""
+    if light is None:
         return scene
+    name = light if isinstance(light, str) else str(getattr(light, "name", "") or "a given spectrum")
     # What notes say of the lights' own spectra is not true of this scene any more.
     replaced = f"lit by {name} in place of the spectra that the scene gives its lights"
-    lit = scene.with_illuminant(illuminant(name), name)
+    lit = scene.with_illuminant(as_light(light), name)
     return replace(lit, notes=(*lit.notes, replaced))
 
 

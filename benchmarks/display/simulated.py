@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ...calibration.display.readings import LUMENS_PER_WATT, Readings, ReadingSpectra
-from ...spectral.observers import observer
+from ...calibration.display.readings import Readings, ReadingSpectra
+from ...spectral.observers import EFFICACY, observer
 
 #: Noise of the instrument: standard deviation of X, Y and Z each, a share of the reading, and cd/m2 besides.
 NOISE_SHARE, NOISE_CD_M2 = 0.0015, 0.003
@@ -43,12 +43,12 @@ class SimulatedDisplay:
     def _radiance(self) -> Float[np.ndarray, "K L"]:
         """W/(sr m2 nm) of each emitter driven fully."""
         white = self.drive(np.ones((1, 3))) @ self.emitters
-        y = LUMENS_PER_WATT * float((observer("1931_2").sensitivity(NM) @ white[0])[1])
+        y = EFFICACY * float((observer("1931_2").sensitivity(NM) @ white[0])[1])
         return self.emitters * (self.white_cd_m2 / y)
 
     def xyz(self, codes: Float[np.ndarray, "N 3"], eye: str = "1931_2") -> Float[np.ndarray, "N 3"]:
         """What it shows, in cd/m2, without noise."""
-        weights = LUMENS_PER_WATT * self._radiance @ observer(eye).sensitivity(NM).T
+        weights = EFFICACY * self._radiance @ observer(eye).sensitivity(NM).T
         return self.drive(np.asarray(codes, dtype=np.float64)) @ weights
 
     def spectra(self, codes: Float[np.ndarray, "N 3"]) -> ReadingSpectra:

@@ -9,14 +9,12 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...runtime.errors import InputError
-from ...spectral.observers import observer
+from ...spectral.observers import EFFICACY, observer
 
 # Codes nearer than this are one patch: a quarter of a step of 12 bits.
 _SAME_CODE = 1.0 / 16384.0
 # Of the largest luminance: what an instrument's noise may go below zero by.
 _NEGATIVE_SHARE = 1e-3
-#: Lumen per watt, which makes cd/m2 of spectral radiance (CIE 015:2018, 7.1).
-LUMENS_PER_WATT = 683.002
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +27,7 @@ class ReadingSpectra:
     def xyz(self, observer_name: str) -> Float[np.ndarray, "N 3"]:
         """XYZ with Y in cd/m2 (CIE 015:2018 eq. 7.1 with K_m)."""
         weights = observer(observer_name).sensitivity(self.wavelengths_nm)
-        return LUMENS_PER_WATT * self.radiance @ weights.T
+        return EFFICACY * self.radiance @ weights.T
 
 
 @dataclass(frozen=True, eq=False)

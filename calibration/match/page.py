@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...runtime.notebook import data_frame
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import xyz_from_lab
 from ...spectral.illuminants import booth_words, illuminant
@@ -23,7 +24,9 @@ from ..report.review_data import LIGHT_ICONS
 from ..report.review_facts import light_title, light_words, within_sentence
 from ..report.row_name import short_observer
 from .batch import Batch
+from .notebook import as_html, plot
 from .pairs import WORST_FIRST, MatchedPairs, MatchOptions, PairDifference
+from .table import headings, lines
 from .tolerance import VERDICT_WORDS, Verdict
 
 #: What a person may fill in beforehand; what is left open is a line to write on.
@@ -81,6 +84,17 @@ class MatchReport:
     batches: Sequence[Batch | None] = ()
     signed: Mapping[str, str] = field(default_factory=dict)
     version: str = ""
+
+    def to_pandas(self) -> Any:
+        """Make a `pandas.DataFrame`, a line a sample and condition, as of `table`; raises where pandas is missing."""
+        return data_frame(headings(self), lines(self))
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw where samples lie about their standard, as of `notebook.plot`."""
+        return plot(self, axes)
+
+    def _repr_html_(self) -> str:
+        return as_html(self, self.summary, self.facts)
 
     @property
     def verdict(self) -> Verdict:

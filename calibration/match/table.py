@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
+from ...spectral.sample import Sample
 from ..report.sheets import Cell, csv_text, write_workbook
-from .page import MatchReport
-from .pairs import MatchedPairs, PairDifference
+from .pairs import MatchedPairs, MatchOptions, PairDifference
 
 _AXES = ("ΔL*", "Δa*", "Δb*", "ΔC*", "ΔH*")
 _FIRST = ("standard", "sample", "source", "readings", "verdict of sample", "angle", "illuminant", "observer", "verdict")
 
 
-def headings(report: MatchReport) -> list[str]:
+class Tabled(Protocol):
+    """Match that a table is made of."""
+
+    @property
+    def standard(self) -> Sample:
+        """Return the standard."""
+        ...
+
+    @property
+    def samples(self) -> Sequence[MatchedPairs]:
+        """Return the samples beside it."""
+        ...
+
+    @property
+    def asked(self) -> MatchOptions:
+        """Return what was asked for."""
+        ...
+
+
+def headings(report: Tabled) -> list[str]:
     """Return the headings of the columns: indices and whiteness where there are any, ± where known."""
     labs = [f"{axis} of {side}" for side in ("standard", "sample") for axis in ("L*", "a*", "b*")]
     figures = [*_AXES, *(f"ΔE {one.name}" for one in report.asked.formulas)]
@@ -29,33 +49,33 @@ def headings(report: MatchReport) -> list[str]:
     return [*_FIRST, *labs, *figures, *spreads, "direction", *_indices(report), *whites, "notes"]
 
 
-def lines(report: MatchReport) -> Iterator[list[Cell]]:
+def lines(report: Tabled) -> Iterator[list[Cell]]:
     """The lines, samples in the order given."""
     for one in report.samples:
         for found in one.differences:
             yield _line(report, one, found)
 
 
-def as_csv(report: MatchReport) -> str:
+def as_csv(report: Tabled) -> str:
     """The table as RFC 4180 has it."""
     return csv_text(headings(report), lines(report))
 
 
-def write_xlsx(report: MatchReport, path: Path) -> None:
+def write_xlsx(report: Tabled, path: Path) -> None:
     """The table as a workbook; raises as `write_workbook` does."""
     write_workbook(path, "match", headings(report), lines(report))
 
 
-def _indices(report: MatchReport) -> list[str]:
+def _indices(report: Tabled) -> list[str]:
     """Names of indices without those of observers and illuminants, which are the line's."""
     return list(dict.fromkeys(index.name for one in report.samples for index in one.indices))
 
 
-def _whites(report: MatchReport) -> list[str]:
+def _whites(report: Tabled) -> list[str]:
     return list(dict.fromkeys(white.name for one in report.samples for white in one.whites))
 
 
-def _line(report: MatchReport, one: MatchedPairs, found: PairDifference) -> list[Cell]:
+def _line(report: Tabled, one: MatchedPairs, found: PairDifference) -> list[Cell]:
     where, sample = found.conditions, one.sample
     names = [formula.name for formula in report.asked.formulas]
     cells: list[Cell] = [report.standard.name, sample.name, sample.source, sample.count, one.verdict]

@@ -133,7 +133,7 @@ _SHOWN = 6
 
 def _from_catalogue(named: str, catalogue: Any) -> tuple[Spectrum, str, tuple[str, ...]]:
     record = catalogue.load(named)
-    spectrum = record.spectrum()
+    spectrum = record.measured_spectrum()
     if record.quantity != "emission" or spectrum is None:
         raise InputError(
             "not the spectrum of a light",

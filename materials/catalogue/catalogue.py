@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import fnmatch
+import html
 import os
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.notebook import html_table
+from ..records.material import MaterialRecord
 from ..records.models import SPECTRA, no_surface
 from ..records.query import Query, Summary, material_files, summary
-from ..records.record import MARKER, SUFFIX, check_marker, read_record
+from ..records.record import MARKER, SUFFIX, check_marker, read_record, write_record
 from ..records.record_head import other_material
 from .material import Material
 
@@ -48,6 +52,13 @@ class Catalogue:
         check_marker(folder)
         return cls(folder)
 
+    def _repr_html_(self) -> str:
+        known = self.ids()
+        families = Counter(material_id.partition("/")[0] for material_id in known)
+        words = ", ".join(f"{count} {family}" for family, count in families.items())
+        told = f"<p><b>{html.escape(str(self.folder))}</b>: {len(known)} materials ({html.escape(words)})</p>"
+        return told + html_table(["id"], [[material_id] for material_id in known])
+
     def ids(self) -> tuple[str, ...]:
         """Every material's id, sorted; files are not opened."""
         return tuple(sorted(material_id for material_id, _ in material_files(self.folder, SUFFIX)))
@@ -68,6 +79,23 @@ class Catalogue:
             first = next(iter(found.values()))
             raise no_surface(first.model, first.id)
         return surfaces
+
+    def add(self, material: MaterialRecord) -> Path:
+        """Write a material into the catalogue, whole or not at all; returns its file.
+
+        Raises
+        ------
+        InputError : there is one of its id, or the id is none. NoRoomError : the disk is full.
+        """
+        family, _, name = material.id.partition("/")
+        plain = family and name and all(part and not part.startswith(".") for part in material.id.split("/"))
+        if not plain:
+            raise InputError("not an id of a material", field="id", found=material.id, expected="family/name")
+        path = self.folder / f"{material.id}{SUFFIX}"
+        if path.exists():
+            raise InputError("there is a material of this id", file=path, field=material.id, hint="take another name")
+        write_record(material, path)
+        return path
 
     def path(self, material_id: str) -> Path:
         """The file of a material; raises `UnknownNameError`, which gives the nearest ids."""

@@ -240,7 +240,7 @@ def _statistics(light: str, difference: Float[np.ndarray, " N"]) -> LightDiffere
 
 
 def _spectrum_xyz(record: MaterialRecord, lights: Sequence[Spectrum], eye: Observer) -> Float[np.ndarray, "lights 1 3"]:
-    spectrum = record.spectrum()
+    spectrum = record.measured_spectrum()
     if spectrum is None or spectrum.samples.ndim != 1:
         raise InputError("no spectrum to compare", field=record.id, expected="wavelengths_nm and values in `original`")
     if spectrum.quantity == "emission":

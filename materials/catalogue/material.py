@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import html
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from ...runtime.errors import InputError
-from ...spectral import illuminants, observers
 from ...spectral.difference import lab_from_xyz
-from ...spectral.observers import Observer
-from ...spectral.spectrum import Spectrum
-from ..records.material import MaterialRecord
+from ...spectral.illuminants import as_light
+from ...spectral.observers import Observer, observer
+from ...spectral.sample import check_covers
+from ...spectral.spectrum import Quantity, Spectrum
+from ...spectral.spectrum_colour import as_html, plot, swatch
+from ...spectral.wavelengths import material_wavelengths
+from ..analytic.lambert import Lambert
+from ..records.material import MaterialRecord, Provenance
 from .instrument_reading import InstrumentReading
 
 __all__ = ["Material"]
@@ -27,6 +33,58 @@ class Material(MaterialRecord):
     normal), fluorescence included. A spectrum without a surface has no geometry: it counts as it was measured.
     """
 
+    @classmethod
+    def from_spectrum(
+        cls, value: object, name: str = "script/material", quantity: Quantity = "reflectance", budget: float = 0.5
+    ) -> Material:
+        """Make a material of one spectrum, which `Catalogue.add` puts into a catalogue.
+
+        Parameters
+        ----------
+        value : as of `Spectrum.of`. Of reflectance it becomes a perfectly diffuse surface; else it has none.
+        name : its id, "family/name". budget : ΔE94 of the form that renderers draw, as of `metamer.fit`.
+
+        Raises
+        ------
+        InputError : as of `Spectrum.of`; several spectra; a light or too little of the visible for a surface.
+        """
+        from ..fitting.fit import fit
+
+        spectrum = Spectrum.of(value, quantity)
+        if spectrum.samples.ndim != 1:
+            found = f"shape {spectrum.samples.shape}"
+            raise InputError("more than one spectrum", field="value", found=found, expected="one")
+        model, parameters, fast, notes = spectrum.quantity.replace(" ", "_"), {}, None, ""
+        if spectrum.quantity == "reflectance":
+            check_covers(spectrum, None, name)
+            surface = Lambert(spectrum.resampled(material_wavelengths([spectrum.wavelengths_nm])))
+            model, parameters = surface.NAME, {"wavelengths_nm": surface.wavelengths_nm, **surface.parameters()}
+            fast = fit(surface, budget=budget).fast.with_slices_of(surface, budget)
+            notes = "taken to be perfectly diffuse"
+        provenance = Provenance("a script", "not stated", "measured", notes=notes)
+        original = {
+            "wavelengths_nm": spectrum.wavelengths_nm,
+            "values": spectrum.samples,
+            "quantity": spectrum.quantity,
+        }
+        return cls(name, name.partition("/")[0], model, parameters, provenance, fast, original=original)
+
+    def spectrum(self) -> Spectrum:
+        """Return the spectrum that was measured; of a surface without one, its radiance factor at 45a:0.
+
+        Raises
+        ------
+        InputError : it fluoresces, so that no spectrum tells its colour; else as of `reading`.
+        """
+        if (measured := self.measured_spectrum()) is not None:
+            return measured
+        reading = self.reading()
+        if reading.brdf is not None:
+            hint = "its xyz(light) and lab(light) tell it"
+            raise InputError("no spectrum tells the colour of what fluoresces", field=self.id, hint=hint)
+        # A fitted BRDF may be a little below zero: it is then black there.
+        return Spectrum.sampled(reading.wavelengths_nm, np.maximum(reading.factor, 0.0), "radiance factor")
+
     def reading(self) -> InstrumentReading:
         """The curve that the colours are made of.
 
@@ -36,7 +94,7 @@ class Material(MaterialRecord):
         """
         if self.is_surface:
             return InstrumentReading.of(self.brdf())
-        spectrum = self.spectrum()
+        spectrum = self.measured_spectrum()
         if spectrum is None or spectrum.samples.ndim != 1 or spectrum.quantity == "emission":
             light = self.quantity == "emission"
             raise InputError(
@@ -47,12 +105,12 @@ class Material(MaterialRecord):
             )
         return InstrumentReading(spectrum.wavelengths_nm, spectrum.samples)
 
-    def xyz(self, light: str | Spectrum = "D65", observer: str | Observer = "1931_2") -> Float[np.ndarray, "3"]:
+    def xyz(self, light: object = "D65", observer: str | Observer = "1931_2") -> Float[np.ndarray, "3"]:
         """XYZ (3,) at 45a:0; the perfect diffuser has Y = 1.
 
         Parameters
         ----------
-        light : the name of an illuminant, or an emission.
+        light : the name of an illuminant, or an emission as of `Spectrum.of`.
         observer : its name as of `metamer.observer`, or the observer itself.
 
         Raises
@@ -61,15 +119,31 @@ class Material(MaterialRecord):
         """
         return self._seen(light, observer)[0]
 
-    def lab(self, light: str | Spectrum = "D65", observer: str | Observer = "1931_2") -> Float[np.ndarray, "3"]:
+    def lab(self, light: object = "D65", observer: str | Observer = "1931_2") -> Float[np.ndarray, "3"]:
         """CIELAB (3,) at 45a:0, relative to the white of the light; parameters and errors as of `xyz`."""
         return lab_from_xyz(*self._seen(light, observer))
 
-    def _seen(self, light: str | Spectrum, observer: str | Observer) -> tuple[np.ndarray, np.ndarray]:
+    def plot(self, axes: Any = None, **style: Any) -> Any:
+        """Draw its spectrum with matplotlib, as of `Spectrum.plot`; raises what `spectrum` does."""
+        return plot(self.spectrum(), axes, **({"label": self.id} | style))
+
+    def _seen(self, light: object, seen_by: str | Observer) -> tuple[np.ndarray, np.ndarray]:
         """XYZ of the material and of white."""
-        spectrum = light if isinstance(light, Spectrum) else illuminants.illuminant(light)
-        eye = observer if isinstance(observer, Observer) else observers.observer(observer)
+        spectrum = as_light(light)
+        eye = seen_by if isinstance(seen_by, Observer) else observer(seen_by)
         return self.reading().xyz(spectrum, eye), eye.white(spectrum)
+
+    def _repr_html_(self) -> str:
+        """Colour under D65, curve, and how well it is known."""
+        standing = f"{html.escape(self.id)}: {html.escape(self.model)}, {html.escape(self.provenance.kind)}"
+        try:
+            drawn = as_html(self.spectrum())
+        except InputError:
+            try:
+                drawn = swatch(self.xyz())
+            except InputError:
+                drawn = ""
+        return f"<div>{drawn}<div>{standing}</div></div>"
 
     def __repr__(self) -> str:
         return f"<Material {self.id}: {self.model}, {self.provenance.kind}>"

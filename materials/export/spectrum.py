@@ -46,7 +46,7 @@ def exported_spectrum(record: MaterialRecord) -> SpectralEntry:
         for name, value in record.original.items()
         if name.startswith("details.")
     }
-    spectrum = record.spectrum()
+    spectrum = record.measured_spectrum()
     if spectrum is None:
         spectrum, how = _computed(record)
         details |= {"geometry": how[0], COMPUTED: how[1]}

@@ -88,7 +88,7 @@ def measured_range(record: MaterialRecord) -> tuple[float, float] | None:
     """Wavelengths in nm from and to which the colour was measured; None where the record does not say."""
     stated = record.original.get(COLOUR_RANGE)
     if stated is None:
-        spectrum = record.spectrum() if colour_standing(record) == "measured" else None
+        spectrum = record.measured_spectrum() if colour_standing(record) == "measured" else None
         stated = None if spectrum is None else spectrum.wavelengths_nm
     if stated is None or not np.size(stated):
         return None

@@ -32,7 +32,7 @@ class ShownSpectrum:
 
 def shown_spectrum(record: MaterialRecord) -> ShownSpectrum:
     """The measured spectrum where the record keeps one, else pi f_r of the original data at annular 45:0."""
-    spectrum = record.spectrum()
+    spectrum = record.measured_spectrum()
     if spectrum is not None and spectrum.samples.ndim == 1:
         return ShownSpectrum(spectrum.wavelengths_nm, spectrum.samples, f"{spectrum.quantity}, as measured")
     brdf = record.brdf()

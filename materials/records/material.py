@@ -144,8 +144,8 @@ class MaterialRecord:
             return average
         raise InputError("not one BRDF", field=self.id, found=self.model, expected="a material with an average")
 
-    def spectrum(self) -> Spectrum | None:
-        """The one spectrum that was measured, at its own wavelengths; None where the record keeps none, or several."""
+    def measured_spectrum(self) -> Spectrum | None:
+        """Return the one spectrum that was measured, at its own wavelengths; None where there is none, or several."""
         for kept in (self.original, self.parameters):
             nm, values = kept.get("wavelengths_nm"), kept.get("values")
             if nm is not None and values is not None and np.shape(nm) == np.shape(values):

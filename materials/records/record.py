@@ -88,7 +88,7 @@ def write_record(record: MaterialRecord, path: Path, *, copy: bool = True) -> No
     ------
     InputError : something in the record cannot be stored, or the folder cannot be written to or has no room.
     """
-    if not record.is_surface and record.spectrum() is None:
+    if not record.is_surface and record.measured_spectrum() is None:
         expected = "wavelengths_nm (L,) and values (L,)"
         raise InputError("a spectrum without samples", file=path, field="original", expected=expected)
     made_folder(path.parent)

@@ -38,7 +38,7 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
             xyz = np.pi * mean.xyz(Points(*annular_45_0()), Folding(eye, [light])).mean(axis=0)
         geometry = "45a:0"
     else:
-        spectrum = record.spectrum()
+        spectrum = record.measured_spectrum()
         if spectrum is None or spectrum.samples.ndim != 1:
             return None
         if spectrum.quantity == "emission":

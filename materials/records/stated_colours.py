@@ -37,7 +37,7 @@ def recomputed_colours(record: MaterialRecord) -> tuple[StatedComparison, ...]:
     ------
     InputError : a colour is stated for a light or an observer that is not tabulated here.
     """
-    spectrum, stated = record.spectrum(), stated_colours(record.original)
+    spectrum, stated = record.measured_spectrum(), stated_colours(record.original)
     if spectrum is None or spectrum.samples.ndim != 1 or not stated:
         return ()
     return compared(SpectralEntry(record.id, spectrum, stated))

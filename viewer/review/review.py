@@ -6,13 +6,15 @@ is their order, and what an earlier review of the same things has left to take o
 
 from __future__ import annotations
 
+import html
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from shutil import rmtree
+from typing import Any
 
 from ...calibration.report.history import HISTORY, read_history
 from ...calibration.report.rating import Rating
@@ -23,6 +25,7 @@ from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.catalogue.instrument_reading import InstrumentReading
+from ...runtime.notebook import data_frame, html_table, new_axes
 from ...runtime.shutdown import clearing, saying
 from ..picture import Warn, unheard
 from ..render.session import RenderSession
@@ -40,6 +43,8 @@ from .write import write
 __all__ = ["OWN_LIGHT", "ReviewResult", "review"]
 
 Progress = Callable[[int, int, str], None]
+# Columns of a review as a table.
+_HEADINGS = ("material", "illuminant", "observer", "mean", "p95", "p99", "maximum")
 ReadingOf = Callable[[str], InstrumentReading]
 
 
@@ -59,6 +64,39 @@ class ReviewResult:
     facts: str = ""
     warnings: tuple[str, ...] = ()
     resumed: int = 0
+
+    def to_pandas(self) -> Any:
+        """Make a `pandas.DataFrame`, a line a row of the report: names, and ΔE94 of the fast picture.
+
+        Raises
+        ------
+        InputError : pandas is not installed.
+        """
+        return data_frame(_HEADINGS, self._lines())
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw the 99th percentile of ΔE94 of each row with matplotlib; returns the axes.
+
+        Raises
+        ------
+        InputError : matplotlib is not installed.
+        """
+        axes = new_axes() if axes is None else axes
+        axes.barh([f"{one.material}, {one.illuminant}" for one in self.rows], [one.statistics.p99 for one in self.rows])
+        axes.invert_yaxis()
+        axes.set_xlabel("ΔE94, 99th percentile")
+        return axes
+
+    def _lines(self) -> Iterator[list[object]]:
+        for one in self.rows:
+            found = one.statistics
+            yield [one.material, one.illuminant, one.observer, found.mean, found.p95, found.p99, found.max]
+
+    def _repr_html_(self) -> str:
+        words = (
+            f"<p><b>{html.escape(self.verdict)}</b><br>{html.escape(self.facts)}<br>{html.escape(str(self.page))}</p>"
+        )
+        return words + html_table(_HEADINGS, self._lines())
 
 
 def review(

@@ -18,9 +18,8 @@ from ...spectral.bispectral import Bispectral
 from ...spectral.formats.spectral_exr import RELATIVE_UNITS
 from ...spectral.illuminants import illuminant
 from ...spectral.image import ColourImage
-from ...spectral.observers import Observer
+from ...spectral.observers import EFFICACY, Observer
 from ...spectral.spectrum import Spectrum
-from ...spectral.stated_colours import EFFICACY
 from ..render.session import radiance_weights
 
 # Light that is raised by more than this at a wavelength raises the noise of the picture with it, which is said.

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from ....spectral.illuminants import illuminant
-from ....spectral.observers import observer
-from ....spectral.stated_colours import EFFICACY
+from ....spectral.observers import EFFICACY, observer
 from ....spectral.upsampling import upsampling
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ...svbrdf.textures import blocks

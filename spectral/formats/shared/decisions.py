@@ -52,6 +52,8 @@ _MOST_WHOLE_PERCENT = 105.0
 _BRIGHTEST_MEAN = 1.2
 # Largest radiance factor, and largest reflectance: fluorescent paints send back less than three times their light.
 _MOST_FACTOR, _MOST_REFLECTANCE = 10.0, 3.0
+#: Beginning of notes on what the answer settled.
+BY_ANSWER = "the import says"
 _SETTLED_BY_SCALE = "say it: --scale percent or --scale fraction"
 
 
@@ -460,7 +462,7 @@ def _divisor(scale: Scale, values: ValueRange, words: str) -> Divisor:
         return Divisor(1.0, scale, words)
     _check_percent(values)
     doubt = "; none of them exceeds 1, which is dark for percent" if values.highest <= 1.0 else ""
-    by_whom = "the import says" if words.startswith("--scale") else "the file states"
+    by_whom = BY_ANSWER if words.startswith("--scale") else "the file states"
     return Divisor(100.0, scale, words, f"{by_whom} percent: values from {values.said} are divided by 100{doubt}")
 
 

@@ -93,8 +93,8 @@ def test_every_quantity_is_stored_and_comes_back(sources, tmp_path, monkeypatch)
     for each in entries:
         record = catalogue.load(f"chart/{id_word(each.name)}")
         assert record.quantity == each.name and record.is_surface == (each.name == "reflectance")
-        np.testing.assert_array_equal(record.spectrum().samples, each.spectrum.samples)
-        np.testing.assert_array_equal(record.spectrum().wavelengths_nm, each.spectrum.wavelengths_nm)
+        np.testing.assert_array_equal(record.measured_spectrum().samples, each.spectrum.samples)
+        np.testing.assert_array_equal(record.measured_spectrum().wavelengths_nm, each.spectrum.wavelengths_nm)
 
 
 def test_names_that_stand_twice_are_numbered_and_that_is_noted(sources):

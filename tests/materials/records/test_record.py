@@ -138,7 +138,7 @@ def test_half_that_is_not_is_refused(tmp_path):
 def test_spectrum_without_a_surface(tmp_path, model, words, step):
     found, _ = back(spectrum_only(model), tmp_path)
     assert not found.is_surface and found.summands == () and found.error is None
-    spectrum = found.spectrum()
+    spectrum = found.measured_spectrum()
     assert spectrum.quantity == model.replace("_", " ") == found.quantity
     np.testing.assert_array_equal(spectrum.wavelengths_nm, [380.0, 401.5, 560.0, 730.0])
     with pytest.raises(InputError, match=f"(?s){words}.*{step}"):
@@ -149,11 +149,11 @@ def test_one_spectrum_or_none():
     """Of a measurement in many directions, or of another quantity, there is no one spectrum to speak of."""
     nm = np.array([400.0, 500.0])
     kept = {"wavelengths_nm": nm, "values": np.array([0.1, 0.2])}
-    assert surface(original=kept).spectrum().quantity == "reflectance"
-    assert surface(original=kept | {"quantity": "transmittance"}).spectrum().quantity == "transmittance"
-    assert surface(original=kept | {"quantity": "index"}).spectrum() is None
-    assert surface(original=kept | {"values": np.ones((5, 2))}).spectrum() is None
-    assert surface().spectrum() is None
+    assert surface(original=kept).measured_spectrum().quantity == "reflectance"
+    assert surface(original=kept | {"quantity": "transmittance"}).measured_spectrum().quantity == "transmittance"
+    assert surface(original=kept | {"quantity": "index"}).measured_spectrum() is None
+    assert surface(original=kept | {"values": np.ones((5, 2))}).measured_spectrum() is None
+    assert surface().measured_spectrum() is None
 
 
 def test_spectrum_without_samples_is_refused(tmp_path):

@@ -85,7 +85,7 @@ def test_a_review_sees_every_nanometre_that_was_measured(scenes, tmp_path):
     eye = scene.observer
     for (material_id, light), figure in found.items():
         record = catalogue.load(material_id)
-        spectrum = record.spectrum()
+        spectrum = record.measured_spectrum()
         white = eye.white(illuminant(light))
         truth = eye.weights(illuminant(light), spectrum.wavelengths_nm) @ spectrum.samples
         shown = np.pi * record.summands[0].palette.folded(Folding(eye, [illuminant(light)]))[0, 0]
