@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from scipy.optimize import root_scalar
-
 from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
@@ -21,6 +19,8 @@ def needle_for(brdf: FlakeTilt, units: float) -> float | None:
 
     A reading above what a coat of that index can have gives the narrowest.
     """
+    from scipy.optimize import root_scalar
+
     folding = Folding(observer("1931_2"), [illuminant("D65")])
 
     def above(width: float) -> float:

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from scipy.interpolate import PchipInterpolator
 
 from ...spectral.difference import delta_e_xyz
 from ...spectral.folding import Folding
@@ -151,5 +150,7 @@ def _curve(angle: Float[np.ndarray, " n"], values: Float[np.ndarray, "n K"]) -> 
     means = np.stack([np.bincount(group, column) / count for column in values.T], axis=1)
     if len(nodes) == 1:
         return lambda at: np.broadcast_to(means, (len(at), means.shape[1]))
+    from scipy.interpolate import PchipInterpolator
+
     through = PchipInterpolator(nodes, means)
     return lambda at: through(np.clip(at, nodes[0], nodes[-1]))

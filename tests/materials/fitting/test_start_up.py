@@ -1,4 +1,4 @@
-"""What only a fit needs is imported by a fit alone."""
+"""What only a fit needs is imported by a fit alone, and what only some files need not by the readers of all."""
 
 import subprocess
 import sys
@@ -12,7 +12,23 @@ trials_from(np.zeros(0, dtype=[("rank", int)]))
 print(*(name for name in ("tensorly", "metamer.materials.fitting.fit") if name in sys.modules))
 """
 
+_READERS = """
+import sys
+from metamer.materials.formats import registry
+assert registry.formats()
+print(*(name for name in ("tensorly", "scipy", "colour") if name in sys.modules))
+"""
+
+
+def imported_by(code):
+    """Names of the heavy libraries that a program says it holds."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
+    return done.stdout.split()
+
 
 def test_a_picture_and_a_record_do_not_wait_for_the_fit():
-    done = subprocess.run([sys.executable, "-c", _RENDER], capture_output=True, text=True, check=True, timeout=120)
-    assert done.stdout.split() == []
+    assert imported_by(_RENDER) == []
+
+
+def test_files_are_recognised_before_anything_heavy_is_there():
+    assert imported_by(_READERS) == []
