@@ -7,12 +7,17 @@ from jaxtyping import Float
 
 
 def refined(table: np.ndarray, axis: int, times: int, ends: str) -> np.ndarray:
-    """`table` with `times` - 1 more nodes between each two of an axis, by cubic splines; `ends` as scipy has them."""
+    """`table` with `times` - 1 more nodes between each two of an axis, by cubic splines; `ends` as scipy has them.
+
+    A spline is linear in what it goes through: one matrix makes it of every line of the table.
+    """
     from scipy.interpolate import CubicSpline
 
     places = np.arange(table.shape[axis], dtype=float)
     finer = np.linspace(0.0, places[-1], times * (len(places) - 1) + 1)
-    return CubicSpline(places, table, axis=axis, bc_type=ends)(finer)
+    nodes = CubicSpline(places, np.eye(len(places)), bc_type=ends)(finer)
+    before, after = table.shape[:axis], table.shape[axis + 1 :]
+    return (nodes @ table.reshape(*before, len(places), -1)).reshape(*before, len(finer), *after)
 
 
 def multilinear(table: Float[np.ndarray, "H D P L"], places: tuple[np.ndarray, ...]) -> Float[np.ndarray, "N L"]:
