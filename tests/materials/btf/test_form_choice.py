@@ -21,15 +21,15 @@ from metamer.spectral.formats.import_options import BtfFormName
 
 @pytest.fixture(scope="module")
 def bumpy():
-    return bumps()
+    return bumps(views=3, lights=3)
 
 
 @pytest.fixture(scope="module")
 def noisy():
     """Each texel and view a polynomial of its own: full rank, so that no few components do, and a field is exact."""
-    images = bumps(16, 16, views=3, lights=4)
+    images = bumps(8, 8, views=3, lights=3)
     draw = np.random.default_rng(3)
-    kept = 0.03 * draw.normal(size=(len(images.views), 16, 16, 6, 3)) + [[0], [0], [0], [0], [0], [0.15]]
+    kept = 0.03 * draw.normal(size=(len(images.views), 8, 8, 6, 3)) + [[0], [0], [0], [0], [0], [0.15]]
     values = np.einsum("lm,vhwmj->vlhwj", monomials(images.lights.directions), kept).astype(np.float32)
     return HeldImages(images.views, images.lights, values, images.basis)
 
@@ -71,10 +71,10 @@ def test_all_forms_are_judged_by_the_same_texels(bumpy):
 @pytest.mark.slow
 def test_a_field_is_taken_where_local_pca_is_far_off(noisy):
     """And within the budget, or near it, local PCA is."""
-    found = btf_form(noisy, 0.5)
+    found = btf_form(noisy, 0.4)
     assert isinstance(found, FieldForm)
-    ours = btf_form(noisy, 0.5, name="lpca")
-    assert isinstance(ours, BtfForm) and worst_mean(ours.error) > 2 * 0.5
+    ours = btf_form(noisy, 0.4, name="lpca")
+    assert isinstance(ours, BtfForm) and worst_mean(ours.error) > 2 * 0.4
     assert worst_mean(found.error) < 0.5 * worst_mean(ours.error)
     assert isinstance(btf_form(noisy, worst_mean(ours.error)), BtfForm)
     assert found.note.startswith("fast form rfp, chosen by its error: ΔE94")

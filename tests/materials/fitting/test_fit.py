@@ -270,7 +270,7 @@ def test_unusable_arguments_are_refused():
 def test_terms_do_not_cancel_where_no_picture_looks(frame):
     """Told in angles of incidence, a highlight had light of -0.9 in the plane of incidence, or of -0.5: by rounding."""
     brdf = AshikhminShirley(RED, GREY, 40.0, 40.0)
-    found = fit(brdf, frame=frame, budget=1.0, pixels=48)
+    found = fit(brdf, frame=frame, budget=1.0, pixels=32, ranks=(8, 24))
     rng = np.random.default_rng(3)
     theta_i, theta_o = np.radians(89.9) * rng.random((2, 120_000)) ** 0.7
     phi = np.pi * (1.0 - rng.random(120_000) ** 2)
@@ -280,8 +280,9 @@ def test_terms_do_not_cancel_where_no_picture_looks(frame):
     assert shaded.min() >= -0.02
     assert (shaded.max(axis=0) <= 2.0 * np.maximum(original, 0.02)).all()
     # What is reported was looked for there, too.
-    assert found.error.most_negative <= shaded.min() + 1e-3
+    assert -0.02 <= found.error.most_negative <= shaded.min() + 1e-3
     assert found.error.largest <= 2.0
+    assert found.score <= 2.5
 
 
 @pytest.mark.slow

@@ -299,10 +299,10 @@ def test_refining_packs_of_two_frames_together_beats_either_alone(samples, packs
 
 
 @pytest.mark.slow
-def test_a_brdf_that_names_no_lobes_is_split_and_the_same_seed_gives_the_same_bits(glossy):
+def test_a_brdf_that_names_no_lobes_is_split_and_the_same_seed_gives_the_same_bits():
     def found():
-        trials = []
-        return fit(Whole(glossy), budget=1e-6, ranks=(2, 4), pixels=32, seed=5, tried=trials.append), trials
+        trials, satin = [], Whole(AshikhminShirley(RED, GREY, 4.0, 4.0))
+        return fit(satin, budget=1e-6, ranks=(2, 4), pixels=32, seed=5, tried=trials.append), trials
 
     (one, trials), (other, _) = found(), found()
     assert any(trial.joint for trial in trials)

@@ -73,8 +73,8 @@ class StackMean(lambert.Lambert):
 
 
 def written(path: Path, shape: tuple[int, ...], seed: int = 0) -> Path:
-    """A stack of float16 in [0, 0.9), by a formula, a row of texels at a time."""
-    stack = np.lib.format.open_memmap(path, "w+", np.float16, (*shape, COEFFICIENTS))
+    """A stack of float32 in [0, 0.9), by a formula, a row of texels at a time."""
+    stack = np.lib.format.open_memmap(path, "w+", np.float32, (*shape, COEFFICIENTS))
     noise = np.random.default_rng(seed).random((shape[1], shape[2], COEFFICIENTS), np.float32)
     slope = np.linspace(0.2, 0.9, COEFFICIENTS, dtype=np.float32)
     del stack
@@ -82,7 +82,7 @@ def written(path: Path, shape: tuple[int, ...], seed: int = 0) -> Path:
         np.lib.format.read_magic(file)
         np.lib.format.read_array_header_1_0(file)
         for row in range(shape[0]):
-            file.write((noise * slope * (1.0 - row / (2 * shape[0]))).astype(np.float16).tobytes())
+            file.write((noise * (slope * np.float32(1.0 - row / (2 * shape[0])))).tobytes())
     return path
 
 

@@ -353,14 +353,10 @@ def test_measured_files_are_imported_and_come_back_exactly(shared_data, tmp_path
         ("measured/garnet-red", "measured/krylon-blue", "measured/mystique"), "imported"
     )
     record = Catalogue.open(tmp_path / "cat").load("measured/krylon-blue")
-    assert record.provenance.kind == "measured"
     (source,) = read_sources(shared_data / "brdf" / "cornell-spectral" / "krylon_blue.brdf")
+    assert record.provenance.kind == "measured" and record.model == source.model
     for name, value in source.parameters.items():
         np.testing.assert_array_equal(record.parameters[name], value, err_msg=name)
-    up, aside = np.array([0.0, 0.0, 1.0]), np.array([0.6, 0.0, 0.8])
-    np.testing.assert_array_equal(
-        record.brdf().eval(up, aside), rebuild(source.model, source.parameters).eval(up, aside)
-    )
     assert import_sources([shared_data / "brdf" / "cornell-spectral"], tmp_path / "cat", jobs=1).count("skipped") == 3
 
 
@@ -382,9 +378,13 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
         "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "from metamer.cli.main import main; sys.exit(main())"
     )
-    command = [sys.executable, "-c", listen, "catalogue", "import", str(source), "--into", str(cat), "--budget", "20"]
+    words = ["catalogue", "import", str(source), "--into", str(cat), "--budget", "20", "--jobs", "2"]
     process = subprocess.Popen(
-        [*command, "--jobs", "2"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        [sys.executable, "-c", listen, *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
     for line in process.stdout:
         if "imported" in line:
@@ -404,9 +404,8 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
     before = Catalogue.open(cat).ids()
     assert 0 < len(before) < 8
     assert not any(Catalogue.open(cat).verify().values())
-    again = subprocess.run([*command, "--jobs", "2"], capture_output=True, text=True, timeout=300)
-    assert again.returncode == 0, again.stderr
-    assert f"{len(before)} skipped" in again.stdout
+    again = import_sources([source], cat, jobs=1, budget=20.0)
+    assert (again.count("skipped"), again.count("imported")) == (len(before), 8 - len(before))
     assert len(Catalogue.open(cat).ids()) == 8
 
 
