@@ -177,6 +177,8 @@ class RglBrdf(Brdf):
     def _resampled(self) -> Float[np.ndarray, "S H W L"]:
         measured_nm = self.measurement.wavelengths_nm
         assert measured_nm is not None
+        if np.array_equal(measured_nm, self.wavelengths_nm):
+            return self._stored
         matrix = np.stack([np.interp(self.wavelengths_nm, measured_nm, unit) for unit in np.eye(len(measured_nm))])
         return self._stored @ matrix
 
