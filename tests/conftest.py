@@ -4,6 +4,7 @@ import gc
 import hashlib
 import importlib.util
 import os
+import runpy
 import shutil
 import subprocess
 import sys
@@ -81,6 +82,18 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no measured data at {folder}; set METAMER_DATA to the folder that holds brdf/, spectra/, meshes/")
     return folder
+
+
+@pytest.fixture(scope="session")
+def merl_table(shared_data):
+    """Gives tables (90,90,180,3) of measured materials by name: what the folder's own script writes into files."""
+
+    def table(name):
+        script = runpy.run_path(str(shared_data / "brdf" / "merl-fits" / "write_binary.py"))
+        with script["FITS"]:
+            return script["table"](name)
+
+    return table
 
 
 @pytest.fixture

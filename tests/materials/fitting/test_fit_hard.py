@@ -54,9 +54,9 @@ def test_the_azimuth_wraps_around_without_a_seam():
 @pytest.mark.slow
 def test_the_order_of_materials_does_not_matter():
     """With joint refinement too: a budget out of reach makes sure that it runs."""
-    brdfs = [OrenNayar(RED, 0.35), AshikhminShirley(RED, GREY, 20.0, 20.0)]
-    forward = [fit(brdf, budget=1e-6, ranks=(2,), pixels=PIXELS) for brdf in brdfs]
-    backward = [fit(brdf, budget=1e-6, ranks=(2,), pixels=PIXELS) for brdf in reversed(brdfs)][::-1]
+    brdfs = [OrenNayar(RED, 0.35), AshikhminShirley(RED, GREY, 4.0, 4.0)]
+    forward = [fit(brdf, budget=1e-6, ranks=(2,), pixels=16) for brdf in brdfs]
+    backward = [fit(brdf, budget=1e-6, ranks=(2,), pixels=16) for brdf in reversed(brdfs)][::-1]
     assert all(any(trial.joint for trial in found.trials) for found in forward)
     for one, other in zip(forward, backward, strict=True):
         for a, b in zip(one.fast.packs, other.fast.packs, strict=True):

@@ -33,7 +33,7 @@ def test_text_is_no_tensor(tmp_path):
 @pytest.mark.slow_cases("ashikhmin_shirley", "cook_torrance", "oren_nayar", "metallic_roughness", "coated_diffuse")
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.NAME)
 def test_a_table_looks_like_its_brdf(tmp_path, model, record_property):
-    sphere = sphere_protocol(48)
+    sphere = sphere_protocol(32)
     for brdf in model.examples(WORKING_WAVELENGTHS_NM)[:3]:
         if not brdf.isotropic:
             continue

@@ -1,14 +1,10 @@
 """Lobes fitted to BRDFs: found again where they are some, near where they are not, and refused where they cannot be."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
 from metamer.materials.analytic.lambert import Lambert
 from metamer.materials.core.protocol import LIGHTS, sphere_protocol
-from metamer.materials.formats.merl import read_merl
 from metamer.materials.gaussians.brdf import SHADOWING_DEG, GaussianBrdf
 from metamer.materials.gaussians.fit import colour_difference_slope, fit_gaussians
 from metamer.materials.measured.merl import MerlBrdf
@@ -80,11 +76,8 @@ MERL = {"gray-plastic": 0.5, "chrome-steel": 0.65}
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", MERL)
-def test_measured_materials_in_three_lobes(shared_data, tmp_path, name):
-    script = shared_data / "brdf" / "merl-fits" / "write_binary.py"
-    path = tmp_path / f"{name}.binary"
-    subprocess.run([sys.executable, str(script), name, str(path)], check=True, capture_output=True)
-    brdf = MerlBrdf.from_measurement(read_merl(path))
+def test_measured_materials_in_three_lobes(merl_table, name):
+    brdf = MerlBrdf(merl_table(name))
     error = _error(brdf, fit_gaussians(brdf, 3), 64)
     assert error[0] <= MERL[name]
     # Spectra, not colours, are fitted: other lights are no worse.

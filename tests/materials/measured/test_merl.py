@@ -1,6 +1,5 @@
 """MERL tables as BRDFs: exact where measured, whole where readings dropped out, and few terms once fitted."""
 
-import runpy
 from functools import cache
 from types import SimpleNamespace
 
@@ -196,13 +195,6 @@ def test_a_damaged_file_does_not_hold_up_a_folder(tmp_path, values):
     assert "ends early" in str(torn.reason)
 
 
-def fitted(shared_data, name):
-    """From the table that the folder's own script writes into files."""
-    script = runpy.run_path(str(shared_data / "brdf" / "merl-fits" / "write_binary.py"))
-    with script["FITS"]:
-        return MerlBrdf(script["table"](name))
-
-
 # Terms, then ΔE94 mean and 95th percentile.
 BARS = {
     "red-fabric": (32, 0.5, 1.0),
@@ -215,17 +207,17 @@ BARS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", BARS)
-def test_smooth_fits_of_measured_materials_in_few_terms(shared_data, name):
+def test_smooth_fits_of_measured_materials_in_few_terms(merl_table, name):
     terms, mean, p95 = BARS[name]
-    result = fit(fitted(shared_data, name), budget=1.5, pixels=64, ranks=(8, terms))
+    result = fit(MerlBrdf(merl_table(name)), budget=1.5, pixels=64, ranks=(8, terms))
     assert result.rank <= terms, result
     assert result.error.mean <= mean, result.error
     assert result.error.p95 <= p95, result.error
 
 
 @pytest.mark.slow
-def test_smooth_fits_are_met_at_their_nodes(shared_data):
-    brdf = fitted(shared_data, "specular-blue-phenolic")
+def test_smooth_fits_are_met_at_their_nodes(merl_table):
+    brdf = MerlBrdf(merl_table("specular-blue-phenolic"))
     mirrored = brdf.values[:, :, -np.arange(180) % 180]
     known = nodes().above & (brdf.values > 0).all(axis=-1) & (mirrored > 0).all(axis=-1)
     apart, evidence = worst(

@@ -190,7 +190,7 @@ import numpy as np
 sys.path.insert(0, sys.argv[1])
 import test_large_arrays as tests
 from metamer.runtime.errors import NoRoomError
-stack = np.random.default_rng(0).random((2, 3000, 3000))
+stack = np.random.default_rng(0).random((2, 1000, 1000))
 resource.setrlimit(resource.RLIMIT_FSIZE, (9_000_000, resource.RLIM_INFINITY))
 with tempfile.TemporaryDirectory() as folder:
     try:
