@@ -15,6 +15,8 @@ from .locks import abandoned, made_and_held
 from .shutdown import clearing, undisturbed
 
 _NAME = re.compile(r"metamer-[0-9a-f]{32}")
+# Of Linux: open files of this process by their numbers, also those that are in memory alone.
+_OPEN_FILES = Path("/proc/self/fd")
 
 
 @contextmanager
@@ -23,6 +25,24 @@ def private_folder() -> Iterator[Path]:
     clear_abandoned()
     path = temporary_folder() / f"metamer-{uuid.uuid4().hex}"
     with clearing(lambda: shutil.rmtree(path, ignore_errors=True)), made_and_held(path, lambda: path.mkdir(mode=0o700)):
+        yield path
+
+
+@contextmanager
+def file_of(data: bytes, name: str) -> Iterator[Path]:
+    """The path of a file of these bytes while the block lasts, for libraries that read files alone.
+
+    name : where the system keeps no files in memory, that of a file in a private folder.
+    """
+    if _OPEN_FILES.is_dir() and hasattr(os, "memfd_create"):
+        with os.fdopen(os.memfd_create(name), "wb") as file:
+            file.write(data)
+            file.flush()
+            yield _OPEN_FILES / str(file.fileno())
+        return
+    with private_folder() as folder:
+        path = folder / name
+        path.write_bytes(data)
         yield path
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Shaped
 
 from ...runtime.errors import InputError, UnknownNameError
-from ...runtime.private_folder import private_folder
+from ...runtime.private_folder import file_of
 from ...spectral.basis import SpectralBasis
 from ...spectral.formats.exr import MAGIC, read_picture
 from ...spectral.illuminants import illuminant
@@ -97,10 +97,7 @@ class Coding:
     def _of_exr(self, data: bytes, file: Path) -> Shaped[np.ndarray, "H W C"]:
         if self.encoding == "srgb":
             raise _encoded_floats(file)
-        with private_folder() as folder:
-            # OpenEXR reads files alone, and a record holds bytes.
-            copy = folder / "image.exr"
-            copy.write_bytes(data)
+        with file_of(data, "image.exr") as copy:
             try:
                 picture = read_picture(copy, MOST_TEXELS)
             except InputError as reason:

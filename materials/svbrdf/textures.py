@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...runtime.errors import InputError
-from ...runtime.private_folder import private_folder
+from ...runtime.private_folder import file_of
 from ...spectral.formats.exr import MAGIC as EXR_MAGIC
 from ...spectral.formats.exr import ExrPicture, read_picture
 from .stated_colours import exr_colours, is_srgb, linear_from_srgb, stated_colours
@@ -150,10 +150,7 @@ class Texture:
 
     @cached_property
     def _exr_picture(self) -> ExrPicture:
-        # OpenEXR reads files alone, and a record holds bytes.
-        with private_folder() as folder:
-            copy = folder / "map.exr"
-            copy.write_bytes(self.data)
+        with file_of(self.data, "map.exr") as copy:
             try:
                 return read_picture(copy, MOST_TEXELS * 4)
             except InputError as reason:

@@ -204,7 +204,8 @@ def _unreadable(path: Path, reason: str) -> InputError:
         "the OpenEXR file cannot be read",
         file=path,
         field="pixels" if "channels of" in reason else "header",
-        found=reason.strip().split("\n")[0][:160],
+        # It may be a copy with a name that nobody gave.
+        found=reason.replace(f" '{path}'", "").strip().split("\n")[0][:160],
         expected="a whole OpenEXR picture",
         hint=_AGAIN,
     )

@@ -155,6 +155,20 @@ def test_private_folders_go_and_so_do_those_of_killed_processes(temporary):
     assert sorted(temporary.iterdir()) == sorted(others)
 
 
+@pytest.mark.parametrize("in_memory", [True, False])
+def test_bytes_are_a_file_as_long_as_the_block_lasts(temporary, monkeypatch, in_memory):
+    if not in_memory:
+        monkeypatch.setattr(private_folder, "_OPEN_FILES", temporary / "none")
+    elif not private_folder._OPEN_FILES.is_dir():
+        pytest.skip("no files in memory on this system")
+    data = bytes(range(256)) * 1000
+    with pytest.raises(ZeroDivisionError), private_folder.file_of(data, "map.exr") as path:
+        assert path.is_file() and path.stat().st_size == len(data) and path.read_bytes() == data
+        assert len(list(temporary.iterdir())) == (0 if in_memory else 1)
+        _ = 1 // 0
+    assert not path.exists() and not list(temporary.iterdir())
+
+
 def test_a_folder_that_is_cleared_away_while_it_is_made_is_made_again(temporary, monkeypatch):
     """Between making and locking it, another process may take it for abandoned."""
     locked, tries = locks._locked, []

@@ -204,6 +204,15 @@ def test_openexr_is_read_by_its_channels(tmp_path):
         files(tmp_path, replace(coding, encoding="srgb"), (4, 3), views=one, lights=one).image(0, 0)
 
 
+@pytest.mark.parametrize("left", [5, 200, -30])
+def test_damaged_openexr_is_refused_by_its_own_name_alone(tmp_path, left):
+    write_exr(tmp_path / "a.exr", {}, {"green": np.ones((8, 8))})
+    data = (tmp_path / "a.exr").read_bytes()[:left]
+    with pytest.raises(InputError) as refused:
+        Coding("linear", (1.0,), channels=("green",)).codes(data, tmp_path / "theirs.exr")
+    assert refused.value.file == tmp_path / "theirs.exr" and "/" not in str(refused.value.found)
+
+
 def test_three_coefficients_are_a_colour_and_its_spectrum():
     basis = uplifted_basis()
     rgb = np.random.default_rng(0).random((50, 3))
