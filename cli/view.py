@@ -6,7 +6,7 @@ import argparse
 import os
 from pathlib import Path
 
-from ..runtime.distribution import install_hint
+from ..runtime.distribution import install_hint, system_hint
 from ..runtime.errors import InputError
 from .options import add_catalogue_option, catalogue_for
 
@@ -70,7 +70,7 @@ def _shell():
         from ..viewer.window.shell import main_loop
     except ImportError as reason:
         if "cannot open shared object file" in str(reason):
-            hint = "apt-get install " + " ".join(_LIBRARIES)
+            hint = system_hint(_LIBRARIES)
             raise InputError("the window lacks a library of the system", found=str(reason), hint=hint) from reason
         if reason.name not in ("imgui_bundle", "glfw"):
             raise
@@ -82,8 +82,10 @@ def _shell():
 
 def _kept() -> Path:
     """Return the path at which the session is kept when the window is closed."""
-    state = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
-    folder = Path(state) / "metamer"
+    from platformdirs import user_state_path
+
+    moved = os.environ.get("XDG_STATE_HOME")
+    folder = Path(moved) / "metamer" if moved else user_state_path("metamer", appauthor=False)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as reason:

@@ -7,5 +7,9 @@ from pathlib import Path
 
 
 def cache_folder(name: str) -> Path:
-    """Return `metamer/NAME` in the user's cache, which `XDG_CACHE_HOME` moves; it need not exist."""
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "metamer" / name
+    """Return `metamer/NAME` in the system's cache of the user, or in `XDG_CACHE_HOME`; it need not exist."""
+    if moved := os.environ.get("XDG_CACHE_HOME"):
+        return Path(moved) / "metamer" / name
+    from platformdirs import user_cache_path
+
+    return user_cache_path("metamer", appauthor=False) / name

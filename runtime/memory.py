@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from .errors import InputError
 
 _GIGA = 1e9
-_PROC, _GROUP = Path("/proc"), Path("/sys/fs/cgroup")
+_GROUP = Path("/sys/fs/cgroup")
 
 
 def available_bytes() -> int | None:
@@ -44,12 +43,10 @@ def check_room(needed: int, problem: str, found: str, hint: str, **place: Any) -
 
 
 def _system() -> int | None:
-    with suppress(OSError, ValueError, IndexError):
-        for line in (_PROC / "meminfo").read_text().splitlines():
-            if line.startswith("MemAvailable:"):
-                return 1024 * int(line.split()[1])
-    with suppress(AttributeError, OSError, ValueError):
-        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    import psutil
+
+    with suppress(OSError, psutil.Error):
+        return psutil.virtual_memory().available
     return None
 
 
@@ -68,11 +65,13 @@ def _control_group() -> int | None:
 
 
 def _address_space() -> int | None:
-    with suppress(ImportError, OSError, ValueError, IndexError):
+    """Return what a limit on the process's own addresses leaves; Windows and macOS keep none."""
+    import psutil
+
+    with suppress(ImportError, OSError, ValueError, psutil.Error):
         import resource
 
         most = resource.getrlimit(resource.RLIMIT_AS)[0]
         if most != resource.RLIM_INFINITY:
-            pages = int((_PROC / "self" / "statm").read_text().split()[0])
-            return max(0, most - pages * os.sysconf("SC_PAGE_SIZE"))
+            return max(0, most - psutil.Process().memory_info().vms)
     return None

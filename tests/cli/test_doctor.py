@@ -3,7 +3,8 @@
 import sys
 
 import pytest
-from metamer.viewer.gl.context import INSTALL_LINE
+from metamer.runtime.distribution import system_hint
+from metamer.viewer.gl.context import SYSTEM_PACKAGES
 
 
 def test_without_gl_it_names_the_packages_and_the_line_that_installs_them(metamer, monkeypatch):
@@ -12,7 +13,14 @@ def test_without_gl_it_names_the_packages_and_the_line_that_installs_them(metame
     assert code == 0
     assert "renderer: software (numpy)" in out
     assert "METAMER_NO_GL is set" in out
-    assert INSTALL_LINE in out and "apt-get install libegl1 libgl1-mesa-dri" in out
+    assert system_hint(SYSTEM_PACKAGES) in out
+
+
+def test_a_system_without_apt_is_not_told_to_use_it(metamer, monkeypatch, tmp_path):
+    monkeypatch.setenv("METAMER_NO_GL", "1")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    _, out, _ = metamer("doctor", "--brief")
+    assert "apt-get" not in out and "libegl1, libgl1-mesa-dri" in out
 
 
 def test_with_gl_it_names_version_and_device(metamer, gl):

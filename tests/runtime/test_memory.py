@@ -1,5 +1,8 @@
 """What memory there is: the least of what system, control group and process leave."""
 
+from types import SimpleNamespace
+
+import psutil
 import pytest
 from metamer.runtime import memory
 from metamer.runtime.memory import available_bytes
@@ -7,11 +10,9 @@ from metamer.runtime.memory import available_bytes
 
 @pytest.fixture
 def machine(tmp_path, monkeypatch):
-    """A system with 8 GB available, and no group; both folders are there to be written to."""
-    for name in ("proc", "group"):
-        (tmp_path / name).mkdir()
-    (tmp_path / "proc" / "meminfo").write_text("MemTotal: 16000000 kB\nMemAvailable: 8000000 kB\n")
-    monkeypatch.setattr(memory, "_PROC", tmp_path / "proc")
+    """A system with 8 GB available, and no group, whose folder is there to be written to."""
+    (tmp_path / "group").mkdir()
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=8_192_000_000))
     monkeypatch.setattr(memory, "_GROUP", tmp_path / "group")
     monkeypatch.setattr(memory, "_address_space", lambda: None)
     return tmp_path
@@ -36,6 +37,17 @@ def test_a_container_without_a_limit_leaves_what_the_system_has(machine):
 def test_a_system_that_says_nothing_refuses_nothing(machine, monkeypatch):
     monkeypatch.setattr(memory, "_system", lambda: None)
     assert available_bytes() is None
+
+
+def test_a_limit_on_addresses_leaves_what_is_not_used():
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    used = psutil.Process().memory_info().vms
+    try:
+        resource.setrlimit(resource.RLIMIT_AS, (used + 2_000_000_000, before[1]))
+        assert 1_000_000_000 < (memory._address_space() or 0) <= 2_000_000_000
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
 
 
 def test_this_machine_has_some_memory():

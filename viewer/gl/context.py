@@ -6,6 +6,7 @@ import os
 from typing import TYPE_CHECKING, Any
 from weakref import WeakSet
 
+from ...runtime.distribution import system_hint
 from ...runtime.errors import MetamerError
 
 if TYPE_CHECKING:
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
 REQUIRED_VERSION = 410
 DISABLE_VARIABLE = "METAMER_NO_GL"
 SYSTEM_PACKAGES = ("libegl1", "libgl1-mesa-dri")
-INSTALL_LINE = "apt-get install " + " ".join(SYSTEM_PACKAGES)
-
 
 # Contexts that were made here; whatever hosts a window makes its own ones current.
 _made: WeakSet[moderngl.Context] = WeakSet()
@@ -33,7 +32,7 @@ class NoGL(MetamerError):
         tried = "\n".join(f"  {backend}: {reason}" for backend, reason in attempts)
         super().__init__(
             f"no OpenGL {REQUIRED_VERSION // 100}.{REQUIRED_VERSION % 100} context could be made\n{tried}\n"
-            f"  try: {INSTALL_LINE}   (Debian and Ubuntu; a software driver is enough, no display is needed)"
+            f"  try: {system_hint(SYSTEM_PACKAGES)}   (a software driver is enough, no display is needed)"
         )
 
 

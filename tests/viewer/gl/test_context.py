@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from metamer.runtime.distribution import system_hint
 from metamer.runtime.errors import MetamerError
 from metamer.viewer.display.gl_pass import DisplayPass
 from metamer.viewer.display.transform import DisplayTransform
@@ -19,7 +20,7 @@ def test_environment_forces_the_software_path(monkeypatch):
     with pytest.raises(module.NoGL, match="METAMER_NO_GL") as caught:
         module.create_context()
     assert isinstance(caught.value, MetamerError)
-    assert module.INSTALL_LINE in str(caught.value)
+    assert system_hint(module.SYSTEM_PACKAGES) in str(caught.value)
 
 
 def test_failure_names_back_ends_and_packages(monkeypatch):
