@@ -204,7 +204,14 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
             raise refusal from None
         return _gathered(
             [
-                Sample(one.name, str(path), stated=one.stated, details=one.details, measurement=one.measurement)
+                Sample(
+                    one.name,
+                    str(path),
+                    stated=one.stated,
+                    details=one.details,
+                    measurement=one.measurement,
+                    notes=(f"{path.name}: {one.details['converted']}",) if "converted" in one.details else (),
+                )
                 for one in colours
             ],
             path,

@@ -36,6 +36,13 @@ from .tables.section import ragged, trimmed
 _WORDS = re.compile(r"(lab|lch|xyz)\s*:\s*([^@]+?)\s*(?:@\s*(\S+?)\s*/\s*(\S+))?$", re.I)
 _NAMES = ("SAMPLE_NAME", "SAMPLE_ID", "NAME", "ID", "SAMPLE", "PATCH_NAME", "SAMPLE_LOC")
 _ANGLE_HEAD = re.compile(r"(?:asp(?:ec(?:ular)?)?\.? ?)?(?:angles?|winkel|angolo)(?: ?[\[(].*)?", re.I)
+# Colours in other coordinates: a heading for each of them, and the headings of what they are converted to.
+_POLAR = tuple(re.compile(f"(?:lch_?)?{axis}", re.I) for axis in (r"l\*?", r"c\*?(?:ab)?", "h(?:ab)?°?"))
+_CHROMATICITY = (re.compile("x"), re.compile("y"), re.compile("Y"))
+_CONVERTED = (
+    (_POLAR, ("L*", "a*", "b*"), "a* and b* are C* cos h and C* sin h"),
+    (_CHROMATICITY, ("X", "Y", "Z"), "X and Z are x Y / y and (1 - x - y) Y / y"),
+)
 # Largest of X, Y and Z of white under daylights and bluer lights, Y = 1.
 _WHITE_OF_ONE = 1.25
 _LIKE = "lab:52.1,10.3,-5.6@D65/1964_10"
@@ -160,12 +167,17 @@ def _table(path: Path) -> list[Coloured]:
     # White space is in names, too.
     dialect = next((one for one in dialects_of([line for _, line in lines]) if one.delimiter), Dialect(",", "."))
     rows = [(at, trimmed(dialect.cells(line))) for at, line in lines]
+    rows, words = _converted(rows, dialect)
     for start, (place, header) in enumerate(rows):
         if sum(colour_axis(cell) is not None for cell in header) < 3:
             continue
         _check_headings(header, place)
         above = " ".join(" ".join(row) for _, row in rows[: start + 1])
-        details = {"format": "CSV"} | dict(labelled for _, row in rows[:start] if (labelled := _labelled(row)))
+        details = (
+            {"format": "CSV"}
+            | ({"converted": words} if words else {})
+            | dict(labelled for _, row in rows[:start] if (labelled := _labelled(row)))
+        )
         found = []
         for at, row in rows[start + 1 :]:
             if len(row) > len(header):
@@ -182,6 +194,45 @@ def _table(path: Path) -> list[Coloured]:
             found += _colours_of(name, numbers, light, eye, details | others)
         return found
     return []
+
+
+def _converted(rows: list[tuple[int, list[str]]], dialect: Dialect) -> tuple[list[tuple[int, list[str]]], str]:
+    """Turn a table of L*, C*, h or of x, y, Y, without L*, a*, b* or X, Y, Z, into one of these; with what was done."""
+    for start, (_, header) in enumerate(rows):
+        for patterns, wanted, words in _CONVERTED:
+            heads = [re.sub(r"\s*[\[(](?:°|deg|degrees)[\])]$", "", head.strip()) for head in header]
+            found = [[at for at, head in enumerate(heads) if pattern.fullmatch(head)] for pattern in patterns]
+            if any(len(columns) != 1 for columns in found) or sum(colour_axis(head) is not None for head in header) > 2:
+                continue
+            first, second, third = (columns[0] for columns in found)
+            made = [(at, list(row)) for at, row in rows]
+            for at, name in zip((first, second, third), wanted, strict=True):
+                made[start][1][at] = name
+            for line, row in made[start + 1 :]:
+                if len(row) <= max(first, second, third):
+                    continue
+                numbers = [dialect.number(row[at]) for at in (first, second, third)]
+                row[first], row[second], row[third] = (
+                    f"{number:.17g}".replace(".", dialect.decimal) for number in _in_usual(patterns, numbers, line)
+                )
+            return made, words
+    return rows, ""
+
+
+def _in_usual(patterns: object, numbers: Sequence[float], line: int) -> Sequence[float]:
+    """Convert L*, C*, h in degrees to L*, a*, b* (CIE 015:2018, 8.2.1), or x, y, Y to X, Y, Z (7.3)."""
+    if patterns is _POLAR:
+        lightness, chroma, hue = numbers
+        if chroma < 0.0:
+            raise UnclearColoursError(
+                "a chroma below 0", field=f"line {line}", found=chroma, expected="C* of 0 or more"
+            )
+        return lightness, chroma * np.cos(np.radians(hue)), chroma * np.sin(np.radians(hue))
+    x, y, luminous = numbers
+    if not (0.0 <= x <= 1.0 and 0.0 < y <= 1.0 and x + y <= 1.0):
+        found = f"x {x:g}, y {y:g}"
+        raise UnclearColoursError("no chromaticity", field=f"line {line}", found=found, expected="0 to 1, y above 0")
+    return x * luminous / y, luminous, (1.0 - x - y) * luminous / y
 
 
 def _colours_of(
