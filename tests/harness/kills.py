@@ -93,13 +93,8 @@ def kills(
 ) -> list[dict]:
     """`count` imports that are killed once each, then completed; raises where one ends with other bytes."""
     whole = folder / "undisturbed"
-    # The shorter of two, so that few kills come too late.
     seconds = timed(command(source, whole, jobs))["seconds"]
     expected, rng, found = contents(whole), random.Random(seed), []
-    shutil.rmtree(whole)
-    seconds = min(seconds, timed(command(source, whole, jobs))["seconds"])
-    if contents(whole) != expected:
-        raise RuntimeError("two imports that nobody disturbed differ")
     for number in range(count):
         catalogue = folder / "killed"
         shutil.rmtree(catalogue, ignore_errors=True)
