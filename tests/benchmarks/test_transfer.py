@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from metamer.benchmarks.timing import best_ms
 from metamer.benchmarks.transfer import (
     bars,
     benchmark,
@@ -22,6 +23,7 @@ from metamer.benchmarks.transfer import (
 from metamer.benchmarks.transfer.pixels import difference, seen_sites, truth_of
 from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.transfer.bodies import Bodies
+from metamer.lighting.visibility import precompute, refinement
 from metamer.materials.fitting.fit import fit
 from metamer.materials.tensors.brdf_tensor import brdf_tensor
 from metamer.materials.tensors.components import components_of
@@ -41,15 +43,20 @@ def small():
         patched.setattr(scenes, "sphere", lambda fineness: sphere(1))
         patched.setattr(benchmark, "QUICK", (24, 8, 1e8))
         patched.setattr(benchmark, "QUICK_EDGE", 0.8)
-        patched.setattr(tensors, "_FINEST", 0.8)
+        patched.setattr(tensors, "_FINEST", 1.6)
+        patched.setattr(tensors, "best_ms", partial(best_ms, times=1))
+        patched.setattr(ours, "best_ms", partial(best_ms, times=1))
         patched.setattr(benchmark, "OUR_RAYS", ((32,), (32,)))
         patched.setattr(benchmark, "OUR_BOUNCES", (0, 1, None))
         patched.setattr(ours, "ALL", 3)
         patched.setattr(pixels, "ALL", 3)
         patched.setattr(ours, "SITES", 24)
         patched.setattr(ours, "PATHS", 64)
+        # Of the renderer's picture.
+        patched.setattr(refinement, "MOST_VERTICES", 400)
+        patched.setattr(precompute, "_TRAINING", 400)
         patched.setattr(whole_pictures, "fit", partial(fit, budget=2.0, pixels=32))
-        patched.setattr(benchmark, "shared_by_all", lambda: (brdf_tensor(CT, disc=Disc(10)), components_of(CT)))
+        patched.setattr(benchmark, "shared_by_all", lambda: (brdf_tensor(CT, disc=Disc(6)), components_of(CT)))
         yield benchmark.run()
 
 
