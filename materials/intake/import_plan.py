@@ -27,7 +27,22 @@ from .sources import read_with
 Status = Literal["new", "skipped", "failed"]
 # Names that nothing but a measurement, or an archive of them, has.
 _MEASUREMENTS = (
-    *(".bsdf", ".binary", ".brdf", ".cgats", ".ccss", ".csv", ".cxf", ".mat", ".sp", ".spd", ".spdx", ".ti3", ".tsv"),
+    *(
+        ".bsdf",
+        ".binary",
+        ".brdf",
+        ".cgats",
+        ".ccss",
+        ".csv",
+        ".cxf",
+        ".mat",
+        ".qtx",
+        ".sp",
+        ".spd",
+        ".spdx",
+        ".ti3",
+        ".tsv",
+    ),
     ".zip",
 )
 # Above this many bytes, a material is read again when its turn comes: a hundred measured tables fit into no memory.

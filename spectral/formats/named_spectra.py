@@ -21,9 +21,9 @@ def read_spectra(
 
     Parameters
     ----------
-    file : text, CSV, CGATS, CxF3, JDX, EXR and other formats that `metamer catalogue import` reads spectra from.
+    file : text, CSV, CGATS, CxF3, QTX, EXR and other formats that `metamer catalogue import` reads spectra from.
     as_ : quantity of the values, where the file does not say it, or not rightly: "reflectance", "transmittance",
-        "radiance factor", "emission". scale : "fraction" or "percent". decimal : mark of numbers, "." or ",".
+        "radiance factor", "emission". scale : "fraction" or "percent". decimal : mark of numbers, "point" or "comma".
 
     Returns
     -------

@@ -26,6 +26,7 @@ FORMATS = (
     "mat",
     "cxf",
     "iestm27",
+    "qtx",
     "cgats",
     "instrument_text",
     "spd",

@@ -65,6 +65,11 @@ METER = "Model Name\tM1\nLUX\t100.0\nCCT\t5000\nX\t96.42\nY\t100.0\nZ\t82.49\n" 
 ACROSS = "Export\nReflectance\nIlluminant: D65\n\nName;L*(10°/D65);a*(10°/D65);b*(10°/D65);400 nm;410 nm;420 nm\n" + (
     "Rot;40,1;50,2;20,3;0,051;0,062;0,073\nBlau;30,0;1,0;-40,0;0,251;0,262;0,273\n"
 )
+SHADES = "".join(
+    f"[{kind}_DATA 0],\r\n{of}_NAME=a,\r\n{of}_REFLPOINTS=4,\r\n{of}_REFLINTERVAL=10,\r\n{of}_REFLLOW=400,\r\n"
+    f"{of}_VIEWING=%R USAV SCI UV Inc,\r\nILLNAME=D65 10 Deg,\r\n{of}_X=20,\r\n{of}_R={values},\r\n"
+    for kind, of, values in (("STANDARD", "STD", "5.1,6.2,7.3,8.4"), ("BATCH", "BAT", "5,1;6,2;7,3;8,4"))
+)
 SCATTERED = "# laboratory\n# sample\n3\n400 500 600\n" + "".join(
     f"{ti:.2f} 0 {to:.2f} {phi:.2f} 0.1 0.2 0.3\n"
     for ti in (0.1, 0.7, 1.2)
@@ -112,6 +117,7 @@ def seeds() -> dict[str, dict[str, bytes]]:
     return {
         "cxf": {"a.cxf": _written(write_cxf, [grey, wide]), "b.cxf": _written(write_cxf, [lamp])},
         "iestm27": {"a.spdx": TM27.format(data=rows).encode()},
+        "qtx": {"a.qtx": SHADES.encode()},
         "cgats": {"a.txt": CHART.encode(), "a.sp": LAMP.encode(), "a.ccss": LAMP.replace("SPECT\n", "CCSS\n").encode()},
         "instrument_text": {"meter.txt": METER.encode(), "across.csv": ACROSS.encode()},
         "spd": {"a.spd": b"# power\n400 1.0\n410 2.0\n420 1.5\n"},

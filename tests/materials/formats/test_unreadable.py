@@ -12,7 +12,6 @@ SAMPLES = {
     "paint.bin": (b"\x89HDF\r\n\x1a\n" + b"\0" * 500 + b"com.xrite.Materials\0", "X-Rite AxF", "CxF3"),
     "a.h5": (b'{"format":"metamer-material","schema":2}\n', "a material of a catalogue", "catalogue list"),
     "ink.mif": (b"\r\n[FILE INFO]\r\nVERSION=2000\r\n", "X-Rite MIF, of Ink Master or PantoneLIVE", "CxF3"),
-    "shade.qtx": (b"[STANDARD_DATA 0]\r\nSTD_NAME=Blue\r\n", "Datacolor QTX", "CSV"),
     "a.mesx": (b"\x01\x02", "a Konica Minolta SpectraMagic document", "CSV"),
     "brand.ase": (b"ASEF\0\1\0\0", "colour swatches", "measure"),
     "press.icc": (b"\0" * 36 + b"acsp", "an ICC profile", "CGATS"),
