@@ -112,8 +112,8 @@ def run(args: argparse.Namespace) -> int:
     from ..calibration.match.junit import as_junit
     from ..calibration.match.markdown import as_markdown
     from ..calibration.match.table import as_csv, write_xlsx
-    from ..calibration.report.sheets import check_workbook
     from ..runtime.files import check_outputs
+    from ..runtime.sheets import check_workbook
 
     if on_standard_output(args.xlsx):
         raise UsageError("--xlsx: a workbook goes into a file, not to standard output")

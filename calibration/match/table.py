@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
+from ...runtime.sheets import Cell, csv_text, write_workbook
 from ...spectral.sample import Sample
-from ..report.sheets import Cell, csv_text, write_workbook
 from .pairs import MatchedPairs, MatchOptions, PairDifference
 
 _AXES = ("ΔL*", "Δa*", "Δb*", "ΔC*", "ΔH*")

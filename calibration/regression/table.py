@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..report.sheets import Cell, csv_text, write_workbook
+from ...runtime.sheets import Cell, csv_text, write_workbook
 from .result import Figures, Result, RowResult
 from .row import RowName
 

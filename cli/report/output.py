@@ -40,8 +40,8 @@ def add_output_options(command: argparse.ArgumentParser) -> None:
 
 def check_outputs(args: argparse.Namespace) -> None:
     """Refuse, before any work, files that cannot be written."""
-    from ...calibration.report.sheets import check_workbook
     from ...runtime import files
+    from ...runtime.sheets import check_workbook
 
     asked = (getattr(args, name) for name in (*(name for name, _ in _FILES), "history"))
     # Into a folder that is compared, a page may be written.

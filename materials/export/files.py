@@ -20,6 +20,7 @@ from ...spectral.formats.registry import SpectralEntry
 from ...spectral.spectrum import Spectrum
 from ..records.material import MaterialRecord
 from .spectrum import COMPUTED, exported_spectrum, provenance_tags
+from .table import write_material_parquet, write_material_workbook
 
 # Folders of this name are nobody's but ours: those of killed exports are deleted.
 _WORKPLACE = ".metamer-export."
@@ -343,6 +344,10 @@ FORMATS = {
     ),
     "merl": ExportFormat(".binary", False, _merl, "MERL table of the BRDF in red, green and blue"),
     "mitsuba": ExportFormat("", False, _mitsuba, "folder with a Mitsuba 3 scene of the material on a sphere"),
+    "parquet": ExportFormat(
+        ".parquet", True, write_material_parquet, "table of names, colours, errors and spectra for data frames"
+    ),
     "ubo": ExportFormat("", False, _btf, "folder of a BTF's images under UBO2003's names: OpenEXR, linear sRGB", True),
     "ubo-spectral": ExportFormat("", False, partial(_btf, spectral=True), "the same, a channel a wavelength", True),
+    "xlsx": ExportFormat(".xlsx", True, write_material_workbook, "the table of parquet as a workbook"),
 }

@@ -7,9 +7,9 @@ import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ...runtime.distribution import install_hint
-from ...runtime.errors import InputError
-from ...runtime.files import written_whole
+from .distribution import install_hint
+from .errors import InputError
+from .files import written_whole
 
 #: None where there is nothing to say.
 Cell = str | float | int | None
