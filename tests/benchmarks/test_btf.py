@@ -109,7 +109,7 @@ def test_bytes_are_those_of_the_data_sets():
 
 
 def test_a_form_of_so_many_bytes_has_clusters_for_all_of_them():
-    images, ways = bumps(64, 64, views=3, lights=3), {way.size: way for way in methods(True)}
+    images, ways = bumps(40, 40, views=3, lights=3), {way.size: way for way in methods(True)}
     medium, filled = (ways[size].make(images) for size in ("medium", "30 B"))
     assert medium.bytes_per_texel < filled.bytes_per_texel <= 1.01 * BYTES
     # There are no more clusters than a byte can number.
