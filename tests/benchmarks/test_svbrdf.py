@@ -12,6 +12,7 @@ from metamer.benchmarks.svbrdf.surface import ShadedPoints
 from metamer.benchmarks.svbrdf.truth import truth
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.irradiance import Irradiance
+from metamer.lighting.visibility import precompute, refinement
 from metamer.spectral.illuminants import illuminant
 
 pytestmark = pytest.mark.slow
@@ -101,6 +102,8 @@ def figures():
     patch.setattr(rendering, "ROWS", (32, 32))
     patch.setattr(rendering, "PICTURE", (8, 8))
     patch.setattr(meshes, "SUBDIVISIONS", 2)
+    patch.setattr(refinement, "MOST_VERTICES", 200)
+    patch.setattr(precompute, "_TRAINING", 400)
     # It has a test of its own.
     patch.setattr(spectrum_cost, "spectrum_cost", lambda *given: [])
     yield benchmark.run()

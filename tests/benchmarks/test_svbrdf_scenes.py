@@ -7,7 +7,7 @@ from metamer.benchmarks.svbrdf.light import PreparedLight
 from metamer.benchmarks.svbrdf.spectrum_cost import NAME
 from metamer.lighting.environment.booth import light_booth
 from metamer.lighting.environment.irradiance import Irradiance
-from metamer.lighting.visibility import refinement
+from metamer.lighting.visibility import precompute, refinement
 from metamer.materials.analytic.cook_torrance import fresnel
 from metamer.materials.analytic.lambert import Lambert
 from metamer.runtime.errors import InputError
@@ -68,6 +68,7 @@ def test_what_is_under_a_point_is_not_seen_and_some_of_the_sky_is_hidden(on_floo
 def test_a_matt_cow_under_a_measured_sky(shared_data, monkeypatch):
     monkeypatch.setattr(rendering, "PICTURE", (10, 10))
     monkeypatch.setattr(rendering, "ROWS", (64, 64))
+    monkeypatch.setattr(precompute, "_TRAINING", 400)
     rows = benchmark.run(data=shared_data, pattern="matt red, spot")["rows"]
     by_method = {row["method"]: row for row in rows}
     assert set(by_method) == {"ours", "paper", "no-visibility", "ambient-occlusion", "sh25"}
@@ -146,6 +147,7 @@ def test_spectra_are_exact_and_rgb_is_not(gl, monkeypatch):
 
     monkeypatch.setattr(refinement, "MOST_VERTICES", 200)
     monkeypatch.setattr(spectrum_cost, "PIXELS", 16)
+    monkeypatch.setattr(spectrum_cost, "TURNS", 1)
     monkeypatch.setattr(meshes, "SUBDIVISIONS", 2)
     found = {row["method"]: row for row in benchmark.run(pattern=NAME)["rows"]}
     assert set(found) == {"ours", "rgb"}
