@@ -36,7 +36,7 @@ def test_without_a_browser_it_says_so(monkeypatch):
 @pytest.mark.parametrize("page", ["review", "regression"])
 def test_a_page_of_82_materials_under_three_lights_is_no_larger_than_6_mb(page, tmp_path, monkeypatch):
     """Of a few materials, at the size that pictures get where there are many: what each row adds."""
-    few, more, many = 12, 36, 246
+    few, more, many = 6, 18, 246
     side = plots.embedded_side
     # Pairs of pictures that a row has.
     each = {"review": 1, "regression": 2}[page]
