@@ -35,12 +35,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "match",
         help="samples beside a standard: differences, verdicts, metamerism",
         description="Does this batch match the master? STANDARD and SAMPLE are an id of the catalogue, a file of "
-        "readings (CxF3, CGATS, QTX, instrument text, tables such as CSV with wavelengths down or across, or a sample, "
-        "a wavelength and its value in each row), FILE#NAME for one reading of it, a folder of such files, or "
-        'a colour such as "lab:52.1,10.3,-5.6@D65/1964_10". Readings of one name in one file count as one sample, by '
-        "their mean. Exit code 1 where a verdict is too close to call, or a tolerance is given and nothing of a sample "
-        "is judged, since a colour was made up and not measured; 2 where a sample fails, 3 where nothing can be "
-        "compared, 4 where a file is unusable, 64 where words of the command are.",
+        "readings (CxF3, CGATS, QTX, JCAMP-DX, instrument text, tables such as CSV with wavelengths down or across, "
+        "or a sample, a wavelength and its value in each row), FILE#NAME for one reading of it, a folder of such "
+        'files, or a colour such as "lab:52.1,10.3,-5.6@D65/1964_10". Readings of one name in one file count as '
+        "one sample, by their mean. Exit code 1 where a verdict is too close to call, or a tolerance is given and "
+        "nothing of a sample is judged, since a colour was made up and not measured; 2 where a sample fails, 3 "
+        "where nothing can be compared, 4 where a file is unusable, 64 where words of the command are.",
     )
     match.add_argument("standard", metavar="STANDARD", help="what the samples are to match")
     match.add_argument("samples", metavar="SAMPLE", nargs="+", help="one or more, or files and folders that hold them")

@@ -35,6 +35,8 @@ _MEASUREMENTS = (
         ".ccss",
         ".csv",
         ".cxf",
+        ".dx",
+        ".jdx",
         ".mat",
         ".qtx",
         ".sp",

@@ -27,6 +27,7 @@ FORMATS = (
     "cxf",
     "iestm27",
     "qtx",
+    "jcamp",
     "cgats",
     "instrument_text",
     "spd",

@@ -70,6 +70,33 @@ SHADES = "".join(
     f"{of}_VIEWING=%R USAV SCI UV Inc,\r\nILLNAME=D65 10 Deg,\r\n{of}_X=20,\r\n{of}_R={values},\r\n"
     for kind, of, values in (("STANDARD", "STD", "5.1,6.2,7.3,8.4"), ("BATCH", "BAT", "5,1;6,2;7,3;8,4"))
 )
+PACKED = """##TITLE= outer
+##DATA TYPE= LINK
+##BLOCKS= 2
+##TITLE= tile
+##DATA TYPE= UV/VIS SPECTRUM
+##XUNITS= NANOMETERS
+##YUNITS= REFLECTANCE
+##XFACTOR= 1
+##YFACTOR= 0.001
+##FIRSTX= 400
+##LASTX= 460
+##NPOINTS= 7
+##FIRSTY= 0.3
+##XYDATA= (X++(Y..Y))
+400C00J0S%j1
+430B99%TJ
+460C00
+##END=
+##TITLE= glass
+##XUNITS= 1/CM
+##YUNITS= %T
+##NPOINTS= 3
+##XYPOINTS= (XY..XY)
+25000, 80.5; 20000, 81.5; 15000, ?
+##END=
+##END=
+"""
 SCATTERED = "# laboratory\n# sample\n3\n400 500 600\n" + "".join(
     f"{ti:.2f} 0 {to:.2f} {phi:.2f} 0.1 0.2 0.3\n"
     for ti in (0.1, 0.7, 1.2)
@@ -118,6 +145,7 @@ def seeds() -> dict[str, dict[str, bytes]]:
         "cxf": {"a.cxf": _written(write_cxf, [grey, wide]), "b.cxf": _written(write_cxf, [lamp])},
         "iestm27": {"a.spdx": TM27.format(data=rows).encode()},
         "qtx": {"a.qtx": SHADES.encode()},
+        "jcamp": {"a.jdx": PACKED.encode()},
         "cgats": {"a.txt": CHART.encode(), "a.sp": LAMP.encode(), "a.ccss": LAMP.replace("SPECT\n", "CCSS\n").encode()},
         "instrument_text": {"meter.txt": METER.encode(), "across.csv": ACROSS.encode()},
         "spd": {"a.spd": b"# power\n400 1.0\n410 2.0\n420 1.5\n"},

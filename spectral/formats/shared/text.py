@@ -62,7 +62,7 @@ def head_text(head: bytes) -> str:
 
 
 def is_jcamp(text: str) -> bool:
-    """Return whether a text is JCAMP-DX: packed ordinates, in units and with factors of its own, are no table."""
+    """Return whether a text begins as JCAMP-DX: packed ordinates, with units and factors of its own, are no table."""
     return bool(_JCAMP.match(text))
 
 

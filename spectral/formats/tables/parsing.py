@@ -74,7 +74,7 @@ def parse_table(path: Path, answer: ImportOptions = NO_ANSWER) -> TextTable:
             "JCAMP-DX is not a table",
             found=shortened(next(line for line in lines if line.strip()), 40),
             expected="a wavelength and its values on each line",
-            hint="export the measurement as CSV: its packed values need the factors and units of its header",
+            hint="read it as what it is: its packed values need the factors and units of its header",
         )
     comments: list[tuple[int, str]] = []
     plain: list[tuple[int, str]] = []

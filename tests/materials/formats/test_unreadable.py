@@ -31,8 +31,6 @@ SAMPLES = {
         "an OpenDocument spreadsheet",
         "CSV",
     ),
-    "paint.txt": (b"##TITLE= paint\r\n##JCAMP-DX= 4.24\r\n##XUNITS= NANOMETERS\r\n", "JCAMP-DX", "CSV"),
-    "paint.dx": (b"\xef\xbb\xbf##JCAMP-DX=5.01\n", "JCAMP-DX", "CSV"),
     "paint.spc": (b"\x00\x4b\x00\x00", "Galactic SPC", "GRAMS"),
     "field.000": (b"as7" + b"\0" * 200, "a binary file of an ASD spectrometer", "ViewSpec"),
     "field.asd": (b"ASDa comment".ljust(160, b"\0"), "a binary file of an ASD spectrometer", "ViewSpec"),
