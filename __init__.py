@@ -96,7 +96,7 @@ __all__ = ["__version__", *_HOMES]  # pyright: ignore[reportUnsupportedDunderAll
 if not TYPE_CHECKING:  # who checks types shall hear of a name that there is not
 
     def __getattr__(name: str) -> object:
-        """What a name stands for; from then on it is an attribute like any other."""
+        """Return what a name stands for; from then on it is an attribute like any other."""
         if name == "__version__":
             from .runtime.distribution import installed_version
 

@@ -82,7 +82,7 @@ def lost(scheduler: str) -> InputError:
 
 
 def _environment(code: Callable[[], str]) -> tuple[str, str]:
-    """What has to be equal here and there: the code of the work, and the Python that pickles it."""
+    """Return what has to be equal here and there: the code of the work, and the Python that pickles it."""
     import platform
 
     return code(), ".".join(platform.python_version_tuple()[:2])

@@ -51,7 +51,7 @@ def _system() -> int | None:
 
 
 def _control_group() -> int | None:
-    """What the limit of the group leaves; pages of files that it could let go count as free."""
+    """Return the bytes that the limit of the group leaves; pages of files that it could let go count as free."""
     for limit, used, files in (
         ("memory.max", "memory.current", "inactive_file"),
         ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes", "total_inactive_file"),

@@ -261,7 +261,7 @@ def ending_words(code: int | None) -> str:
 
 
 def _serve(connection: Connection, work: Callable[..., Any], says: bool, temporary: str) -> None:
-    """What a process does: a task, its result, the next; until the pipe or the parent is gone."""
+    """Do a task, send its result, and do the next; until the pipe or the parent is gone."""
     # Known, it is not tried with a file, which would stay where this process is ended in between.
     tempfile.tempdir = temporary
     threading.Thread(target=end_with_the_parent, daemon=True).start()

@@ -52,7 +52,7 @@ def flip(
 
 
 def _checked(name: str, picture: np.ndarray) -> Float[np.ndarray, "height width 3"]:
-    """As FLIP takes it, which clips in silence what lies beyond 0 and 1."""
+    """Check a picture and return it as FLIP takes it, which clips in silence what lies beyond 0 and 1."""
     if picture.ndim != 3 or picture.shape[2] != 3 or not picture.size:
         raise InputError("no picture", field=name, found=f"shape {picture.shape}", expected="(height, width, 3)")
     low, high = picture.min(), picture.max()

@@ -100,12 +100,12 @@ def _block_1994(lab: Float[np.ndarray, "2 3 n"]) -> Float[np.ndarray, " n"]:
 
 
 def _squared(values: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """In place."""
+    """Square values in place."""
     return np.square(values, out=values)
 
 
 def _chroma(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """In place of `a`; `b` is lost."""
+    """Compute chroma in place of `a`; `b` is lost."""
     return np.sqrt(np.add(_squared(a), _squared(b), out=a), out=a)
 
 
@@ -165,7 +165,7 @@ def _saturation(chroma: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
 def _again(
     found: Float[np.ndarray, " n"], reference: Float[np.ndarray, "n 3"], sample: Float[np.ndarray, "n 3"]
 ) -> None:
-    """In double precision, what single precision has no number for."""
+    """Compute in double precision what single precision has no number for."""
     some = np.flatnonzero(np.isnan(found))
     if len(some):
         found[some] = delta_e(reference[some], sample[some], "CIE 2000")

@@ -84,7 +84,7 @@ def metamerism_index(
 def _difference_of_blacks(
     standard: Sample, sample: Sample, reference: Conditions, test: Conditions
 ) -> Float[np.ndarray, "3"]:
-    """What the test conditions see of the difference of both metameric blacks."""
+    """Compute the tristimulus values of the difference of both metameric blacks under the test conditions."""
     for side in (standard, sample):
         if side.seen is not None:
             raise ComparisonError(f"{side.name}: fluoresces, so no spectrum of reflectance can be decomposed")

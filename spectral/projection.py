@@ -113,7 +113,7 @@ def _least_squares(source_bytes: bytes, target_bytes: bytes) -> tuple[np.ndarray
 
 
 def _looked_at(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Where both are compared: at the samples of both within the coarse grid, and evenly where those are rare."""
+    """Find where both are compared: at the samples of both within the coarse grid, and evenly where those are rare."""
     inside = source[(source > target[0]) & (source < target[-1])]
     knots = np.unique(np.concatenate([target, inside]))
     pieces = np.ceil(np.diff(knots) / (np.diff(target).min() / _LOOKS) - 1e-9).astype(int).clip(1)

@@ -70,7 +70,7 @@ def sent_by(surface: np.ndarray, radiances: Float[np.ndarray, "*n L"]) -> Float[
 
 
 def _paths(start: np.ndarray, surfaces: Matrices, bounces: int, generator: np.random.Generator) -> list[np.ndarray]:
-    """What becomes of the rows of `start` after 0, 1, ..., `bounces` surfaces; at most `_MOST` rows of each."""
+    """Compute what becomes of the rows of `start` after 0, 1, ..., `bounces` surfaces; at most `_MOST` rows of each."""
     steps = [start]
     for _ in range(bounces):
         last = steps[-1]

@@ -92,7 +92,7 @@ class Upsampling:
     def _mixed(
         self, rgb: Float[np.ndarray, "*batch 3"], corners: Float[np.ndarray, "V C"]
     ) -> Float[np.ndarray, "*batch C"]:
-        """What stands at the corners, mixed as their spectra are."""
+        """Mix what stands at the corners as their spectra are mixed."""
         rgb = np.asarray(rgb, dtype=np.float64)
         bad = ~(np.isfinite(rgb) & (rgb >= 0)).all(axis=-1)
         if bad.any():

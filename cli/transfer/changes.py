@@ -166,7 +166,7 @@ def relit_lights(scene: Scene, given: Sequence[tuple[str, str]], catalogue: Cata
 
 
 def _change(scene: Scene, named: str, value: str, catalogue: Catalogue) -> tuple[set[int], _Change]:
-    """Which lights change, and how."""
+    """Return the numbers of the lights that change, and their change."""
     name, dot, key = named.rpartition(".")
     if scene.lights_like(named):
         return set(scene.lights_like(named)), _lamp(named, value, catalogue)

@@ -155,7 +155,7 @@ def _measured(
     answer: ImportOptions,
     path: Path,
 ) -> tuple[Decision, Divisor]:
-    """What the values (N,L) of a table are, and what to divide them by.
+    """Decide what the values (N,L) of a table are, and what to divide them by.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def _is_colour(field: str) -> bool:
 
 
 def _norm(table: CgatsTable, marks: set[str]) -> float | None:
-    """What the file divides by, None where it does not say; the names of fields may say it, too, and then the same."""
+    """Return the norm of the file, None where it has none; the names of fields may say it, too, and then the same."""
     norm = keyword_number(table, "SPECTRAL_NORM")
     if norm is not None and not norm > 0.0:
         raise InputError(
@@ -231,7 +231,7 @@ def _divisor(
     values: ValueRange,
     answer: ImportOptions,
 ) -> Divisor:
-    """What to divide by for fractions: the norm, else what the names of fields or the format say, else the values."""
+    """Find the divisor to fractions: by the norm, else what the names of fields or the format say, else the values."""
     if decision.quantity == "emission":
         return Divisor(norm or 1.0, "fraction", "")
     if norm is not None:
@@ -248,7 +248,7 @@ def _divisor(
 
 
 def _common(table: CgatsTable, place: str) -> dict[str, str]:
-    """What the keywords say of every sample, under the names that all readers use."""
+    """Return what the keywords say of every sample, under the names that all readers use."""
     found = {"table": place} if place else {}
     for name, keys in _DETAILS.items():
         if value := next((table.keywords[key] for key in keys if table.keywords.get(key)), ""):

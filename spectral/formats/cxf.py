@@ -243,7 +243,7 @@ def _names(objects: list[Element], gathered: Gathering) -> list[str]:
 
 
 def _specifications(resources: list[Element], known: Vocabulary) -> dict[str, Specification | None]:
-    """By Id; None where two share one."""
+    """Return the colour specifications by Id; None where two share one."""
     found: dict[str, Specification | None] = {}
     for resource in resources:
         for collection in known.children(resource, "ColorSpecificationCollection"):

@@ -64,7 +64,7 @@ def shared_out(
 
 
 def _agreement(one: Specification, other: Specification | None) -> int:
-    """How many parts two specifications share, -1 where they contradict each other; most where they are one."""
+    """Count the parts that two specifications share, -1 where they contradict each other; most where they are one."""
     if other is one:
         return len(TELLING) + 1
     if other is None:

@@ -183,8 +183,8 @@ def _headers(path: Path) -> list[_Header]:
 
 @contextmanager
 def _unheard() -> Iterator[None]:
-    """What the library itself writes to the terminal, a line a scanline of a damaged file, goes nowhere: the refusal
-    says it once."""
+    """Discard what the library itself writes to the terminal, a line a scanline of a damaged file: the refusal says it
+    once."""
     with _ONE_AT_A_TIME, ExitStack() as stack:
         # Its Python part prints on standard output, its C part writes to the second file descriptor.
         stack.enter_context(redirect_stdout(io.StringIO()))

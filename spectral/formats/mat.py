@@ -134,7 +134,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
 
 
 def _axis_of(name: str, value: np.ndarray, axes: dict[str, np.ndarray]) -> str | None:
-    """Which of the wavelengths an array goes with: those of its own struct, else the only ones of its size."""
+    """Find the wavelengths that an array goes with: those of its own struct, else the only ones of its size."""
     vector = value.ndim == 2 and min(value.shape) == 1
     if name in axes or value.ndim != 2 or _AXIS.fullmatch(name):
         return None
@@ -230,7 +230,7 @@ def _gather(
 
 
 def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str]:
-    """As many words as there are spectra, of one those beside it in its struct; "" where there are none."""
+    """Return as many words as there are spectra, of one those beside it in its struct; "" where there are none."""
     struct = name.rpartition(".")[0]
     for key, value in variables.items():
         beside = struct and key.rpartition(".")[0] == struct and _NAMES.fullmatch(key)
@@ -240,7 +240,7 @@ def _labels(name: str, count: int, variables: dict[str, Variable]) -> list[str]:
 
 
 def _response(words: str) -> str | None:
-    """What is no spectrum of a colour by these words, such as "colour-matching functions"; None where it may be one."""
+    """Name what is no spectrum of a colour by these words, as "colour-matching functions"; None where it may be one."""
     words = words.rpartition(".")[2].replace("_", " ")
     if _KIND.get(words.partition(" ")[0].casefold()) or measured(quantity_in(words)):
         return None
@@ -250,7 +250,7 @@ def _response(words: str) -> str | None:
 
 
 def _of_toolbox(name: str) -> str | None:
-    """What a variable of the Psychophysics Toolbox holds that is no spectrum of a colour; None of any other."""
+    """Name what a variable of the Psychophysics Toolbox holds that is no spectrum of a colour; None of any other."""
     return _TOOLBOX[name[0].upper()] if re.fullmatch(r"[TB](?:_\w+)?", name, re.I) else None
 
 
@@ -268,7 +268,7 @@ def _no_colour(what: str, field: str) -> InputError:
 def _decision(
     name: str, said: str, grid: np.ndarray, spectra: np.ndarray, answer: ImportOptions, path: Path
 ) -> Decision:
-    """What a variable holds: by its own name, the comment, the person, or signs that agree.
+    """Decide what a variable holds: by its own name, the comment, the person, or signs that agree.
 
     Raises
     ------
@@ -304,7 +304,7 @@ def _decision(
 def _scale(
     name: str, said: str, grid: np.ndarray, spectra: np.ndarray, decision: Decision, answer: ImportOptions
 ) -> Divisor | None:
-    """What the values of a variable are divided by; None for an emission, and where there are no values."""
+    """Find the divisor of the values of a variable; None for an emission, and where there are no values."""
     visible = spectra[:, in_visible(grid)] if in_visible(grid).any() else spectra
     finite = visible[np.isfinite(visible)]
     if decision.quantity == "emission" or not finite.size:
@@ -316,7 +316,7 @@ def _scale(
 
 
 def _named(name: str) -> str | None:
-    """What the name of a variable says, its own before that of the struct that it is in."""
+    """Return the quantity that the name of a variable says, its own before that of the struct that it is in."""
     for part in reversed(name.split(".")):
         if named := _KIND.get(part.partition("_")[0].casefold()) or quantity_in(part.replace("_", " ")):
             return named

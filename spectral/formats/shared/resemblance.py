@@ -185,7 +185,7 @@ class _Places(NamedTuple):
 
 @lru_cache(maxsize=16)
 def _places(grid: bytes) -> _Places | None:
-    """Where samples are compared with their neighbours on this grid; None where it does not reach or resolve both
+    """Find where samples are compared with their neighbours on this grid; None where it does not reach or resolve both
     lines.
     """
     nodes = np.frombuffer(grid)

@@ -95,7 +95,7 @@ def gathered(
 
 
 def _details(column: Column, alone: bool) -> dict[str, str]:
-    """What is said of a column; the keys above its table are about it where it is `alone` there."""
+    """Collect what is said of a column; the keys above its table are about it where it is `alone` there."""
     details = dict(column.preamble) if alone else {}
     others = {head: cell for head, cell in column.beside.items() if not colour_axis(head)}
     details |= {shortened(head, 60): shortened(cell) for head, cell in others.items()}
@@ -122,7 +122,7 @@ def _colours(column: Column, table: TextTable, alone: bool) -> tuple[StatedColou
 
 
 def _find_scales(columns: Sequence[Column], answer: ImportOptions) -> None:
-    """What each column is divided by: one answer for all columns with one unit below one kind of heading."""
+    """Find the divisor of each column: one answer for all columns with one unit below one kind of heading."""
     groups: dict[tuple[int, Scale | None, str, bool], list[tuple[Column, str]]] = {}
     for column in columns:
         usable = column.bad is None and column.refusal is None

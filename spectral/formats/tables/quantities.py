@@ -98,7 +98,7 @@ def judge(
 
 
 def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> list[Sign | None]:
-    """What each column states of itself, else the lines above its table, else all headings of it together."""
+    """Find what each column states of itself, else the lines above its table, else all headings of it together."""
     stated: list[Sign | None] = []
     for _, group in groupby(columns, key=lambda column: column.table):
         of_table = list(group)
@@ -186,7 +186,7 @@ def _belied_by_colours(columns: Sequence[Column]) -> set[int]:
 
 
 def _hints_around(column: Column, path: Path, colours: bool) -> list[Sign]:
-    """What the lines above hint at, such as a title; a chart and a lamp in them may both be true.
+    """Find what the lines above hint at, such as a title; a chart and a lamp in them may both be true.
 
     colours : whether colours beside may be those of the spectrum.
     """
