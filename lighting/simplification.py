@@ -63,7 +63,7 @@ def is_closed(mesh: Mesh) -> bool:
 
 
 def _clustered(mesh: Mesh, cells: int) -> Mesh | None:
-    """None where no triangle is left."""
+    """Merge the vertices of a mesh by cells; None where no triangle is left."""
     low, high = mesh.bounds
     size = max(float((high - low).max()), 1e-300)
     cell = np.floor((mesh.vertices - low) / size * cells).astype(np.int64)

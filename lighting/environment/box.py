@@ -101,7 +101,7 @@ class Box:
         return np.asarray(self.size, dtype=np.float64)[list(_others(axis))]
 
     def _edges(self, axis: int) -> Float[np.ndarray, " n"]:
-        """Where patches begin and end along an axis, from 0 to the size."""
+        """Compute where patches begin and end along an axis, from 0 to the size."""
         return np.linspace(0.0, float(self.size[axis]), PATCHES + 1)
 
     def _parallel(self, first: tuple[int, int], second: tuple[int, int]) -> Float[np.ndarray, "q q"]:

@@ -102,7 +102,7 @@ class BrightLight:
 
 
 def _integrals(sharpness: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """Of exp(lambda (v . p - 1)) over the sphere, sr."""
+    """Integrate exp(lambda (v . p - 1)) over the sphere, sr."""
     return -2.0 * np.pi * np.expm1(-2.0 * sharpness) / sharpness
 
 

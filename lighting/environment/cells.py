@@ -77,7 +77,7 @@ def cells_of(environment: EnvironmentLight, count: int) -> Cells:
 
 
 def _whole(worth: list[np.ndarray], bound: float) -> list[Bool[np.ndarray, "side side"]]:
-    """Of each level, coarsest first, the squares that are cells."""
+    """Find the squares of each level that are cells, coarsest level first."""
     there, found = np.ones(worth[0].shape, dtype=bool), []
     for number, each in enumerate(worth):
         last = number == len(worth) - 1

@@ -74,5 +74,5 @@ class CubeMap:
 
 @lru_cache(maxsize=2)
 def _kept(across: int) -> CubeMap:
-    """With its directions, which each turn of a light asks for."""
+    """Keep a cube map with its directions, which each turn of a light asks for."""
     return CubeMap(across)

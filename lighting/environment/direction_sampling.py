@@ -86,6 +86,6 @@ def _halved(
 
 
 def _under_tent(place: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """From evenly in [0, 1] to -1 to 1, most often in the middle: the density 1 - |x|."""
+    """Map places even in [0, 1] to -1 to 1, most often in the middle: the density 1 - |x|."""
     place = np.clip(place, 0.0, 1.0)
     return np.where(place < 0.5, np.sqrt(2.0 * place) - 1.0, 1.0 - np.sqrt(2.0 - 2.0 * place))

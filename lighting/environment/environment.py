@@ -147,7 +147,7 @@ class EnvironmentLight(SpreadLight):
 
     @staticmethod
     def _relative_illuminances(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, " K"]:
-        """Of each field on a horizontal plane, lit from above."""
+        """Compute the relative illuminance of each field on a horizontal plane, lit from above."""
         height, width = fields.shape[1:]
         # The sine of the elevation, which is exactly 0 on the horizon: light from below must not come to 1e-33 lx.
         edges = np.clip(np.sin(np.pi * (0.5 - np.arange(height + 1) / height)), 0.0, None)

@@ -109,7 +109,7 @@ class LightMap:
         return replace(mended, notes=(*self.notes, self._said_of(bad, mended, f"row {row}, column {column}")))
 
     def _said_of(self, bad: Bool[np.ndarray, "H W"], mended: LightMap, first: str) -> str:
-        """How many texels are taken for black, how much of all directions they are, and how much of the light."""
+        """Say how many texels are taken for black, how much of all directions they are, and how much of the light."""
         solid = latlong.solid_angles(*self.size)
         directions = float(bad.sum(axis=1) @ solid) / (4.0 * np.pi)
         values = self.at(bad)

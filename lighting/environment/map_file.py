@@ -142,7 +142,7 @@ def _check_sides(path: Path, height: int, width: int) -> None:
 
 
 def _light_of(path: Path, channels: Mapping[str, np.ndarray]) -> tuple[Kind, str, dict[Any, np.ndarray]]:
-    """What the picture's light is, in which layer, and its channels by name or wavelength."""
+    """Find what the picture's light is, in which layer, and its channels by name or wavelength."""
     spectral: dict[str, dict[float, np.ndarray]] = {}
     named: dict[str, dict[str, np.ndarray]] = {}
     no_light = set()
@@ -178,7 +178,7 @@ def _light_of(path: Path, channels: Mapping[str, np.ndarray]) -> tuple[Kind, str
 
 
 def _left_out(channels: Mapping[str, np.ndarray], layer: str, chosen: Mapping[Any, np.ndarray]) -> tuple[str, ...]:
-    """What is said of channels that are no light: alpha where it is not 1 everywhere, further layers, depth, ..."""
+    """Write notes on channels that are no light: alpha where it is not 1 everywhere, further layers, depth, ..."""
     taken = {id(pixels) for pixels in chosen.values()}
     others = [name for name, pixels in channels.items() if id(pixels) not in taken]
     notes = []

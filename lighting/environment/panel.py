@@ -38,7 +38,7 @@ class GatheredPanel:
 
     @property
     def _sides(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """From the first corner, across and along; their cross product looks the way the front does."""
+        """Sides from the first corner, across and along; their cross product looks the way the front does."""
         return self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]
 
     @cached_property

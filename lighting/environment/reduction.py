@@ -140,7 +140,7 @@ def reduced(
 
 
 def _fewest(metric: _Metric, wanted: np.ndarray, budget_delta_e94: float) -> int:
-    """How many spectra the budget needs if they may be negative: fewer that may not never do."""
+    """Count the spectra that the budget needs if they may be negative: fewer that may not never do."""
     left, singular, right = np.linalg.svd(wanted, full_matrices=False)
     for count in range(2, singular.size):
         shown = (left[:, :count] * singular[:count]) @ right[:count]
@@ -150,8 +150,8 @@ def _fewest(metric: _Metric, wanted: np.ndarray, budget_delta_e94: float) -> int
 
 
 def _corners(seen: np.ndarray, wanted: np.ndarray, count: int) -> np.ndarray:
-    """Where spectra may begin: the sample farthest from the mean, then always the one farthest from the flat through
-    those before it; all pushed away from the mean until somewhere nothing is left of them.
+    """Choose where spectra may begin: the sample farthest from the mean, then always the one farthest from the flat
+    through those before it; all pushed away from the mean until somewhere nothing is left of them.
     """
     chosen = [int(np.argmax(np.sum((wanted - wanted.mean(axis=0)) ** 2, axis=1)))]
     rest = wanted - wanted[chosen[0]]

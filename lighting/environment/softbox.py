@@ -152,7 +152,7 @@ class SoftboxLight(SpreadLight):
         return np.where(in_front[:, None], self.luminance_cd_m2 * self._vector_irradiance(points), 0.0)
 
     def _vector_irradiance(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Of a luminance of 1, whichever side the points are on: towards the light."""
+        """Compute the vector irradiance of a luminance of 1, whichever side the points are on: towards the light."""
         corners = self.corners
         total = np.zeros_like(points)
         for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -217,7 +217,7 @@ class SoftboxLight(SpreadLight):
 
 
 def _solid_angle(frame: Float[np.ndarray, "5 n"]) -> Float[np.ndarray, " n"]:
-    """Of rectangles, sr: four right-angled corners, each arctan(x y / (z r))."""
+    """Compute the solid angle of rectangles, sr: four right-angled corners, each arctan(x y / (z r))."""
     x0, y0, x1, y1, z = frame
     total = np.zeros_like(z)
     for x, y, sign in ((x1, y1, 1.0), (x0, y1, -1.0), (x1, y0, -1.0), (x0, y0, 1.0)):

@@ -140,7 +140,7 @@ class _Scene:
         return name
 
     def _joints(self, node: JsonNode) -> Float[np.ndarray, "J 4 4"]:
-        """How each joint of a node's skin carries points of the mesh into the world."""
+        """Return the matrices by which the joints of a node's skin carry points of the mesh into the world."""
         skin = self.skins[node.whole("skin", below=len(self.skins))]
         joints = _numbers(skin, "joints", len(self.nodes))
         missing = [joint for joint in joints if joint not in self.worlds]

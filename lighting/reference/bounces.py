@@ -208,7 +208,7 @@ class BounceSum:
         uniform: Float[np.ndarray, "n d"],
         bounce: int,
     ) -> tuple[Int[np.ndarray, " k"], Met, Float[np.ndarray, "k 2"] | None, Carried]:
-        """Where paths meet a surface again; lights that they meet count, but those of the surface that is seen."""
+        """Find where paths meet a surface again; lights that they meet count, but those of the surface that is seen."""
         wi = np.zeros((len(path), 3))
         for number, worn in enumerate(self._wearing):
             mine = np.flatnonzero(met.part == number)

@@ -70,7 +70,7 @@ class PathColours:
         self._bright = np.sum([fold.sum(axis=0) for fold in self._folds], axis=0)
 
     def _fold(self, spectra: Sequence[Spectrum]) -> Float[np.ndarray, "L M3"]:
-        """From reflectances to XYZ in each picture."""
+        """Return the weights from reflectances to XYZ in each picture."""
         return np.concatenate([self._seen_by.weights(spectrum, self._nm).T for spectrum in spectra], axis=1)
 
     def _power(self, spectra: Sequence[Spectrum]) -> Float[np.ndarray, "L M"]:

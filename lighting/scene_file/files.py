@@ -180,13 +180,13 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
 
 
 def _own(table: Mapping[str, Any]) -> str:
-    """How a part is called by itself: its name, its shape or its file's name; "" where it has nothing that is text."""
+    """Name a part by itself: its name, its shape or its file's name; "" where it has nothing that is text."""
     found = next((table[key] for key in ("name", "shape", "mesh") if key in table), "")
     return "" if not isinstance(found, str) else found if "name" in table or "shape" in table else Path(found).stem
 
 
 def _names(tables: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[str]]:
-    """What each part is called, with a number where it has no `name` and others are called so; and notes on those."""
+    """Name each part, with a number where it has no `name` and others are called so; and write notes on those."""
     taken_names = {_own(table) for table in tables if "name" in table}
     names, notes = [], []
     for number, table in enumerate(tables, 1):

@@ -83,13 +83,13 @@ def _from_file(file: Path, named: str, entry: str | int | None) -> tuple[Spectru
 
 
 def _held(spectrum: Spectrum, named: str) -> tuple[str, ...]:
-    """What is assumed of a lamp beyond its measured range."""
+    """Say what is assumed of a lamp beyond its measured range."""
     note = spectrum.range_note(WORKING_WAVELENGTHS_NM)
     return (f"{named} is {note}",) if note else ()
 
 
 def _quantities(file: Path) -> str:
-    """What a file says that it holds; "" where it says nothing, or holds a lamp after all."""
+    """Read what a file says that it holds; "" where it says nothing, or holds a lamp after all."""
     try:
         said = {one.spectrum.quantity for one in read_spectra(file).entries}
     except InputError:

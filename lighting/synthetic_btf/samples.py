@@ -195,7 +195,7 @@ def _places(
     count: int,
     random: np.random.Generator,
 ) -> Int[np.ndarray, "S S"]:
-    """Which of its dyes each place of a yarn has: smooth along it, and another for each yarn."""
+    """Choose which of its dyes each place of a yarn has: smooth along it, and another for each yarn."""
     number = np.floor(across).astype(np.int64) % count
     turns = random.integers(1, 4, (2, count))
     start = random.random((2, count))

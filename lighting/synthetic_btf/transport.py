@@ -79,7 +79,7 @@ class ReliefTransport:
 
     @cached_property
     def _sources(self) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"], Int[np.ndarray, " n"]]:
-        """Of each gathering ray that meets something: whose it is, which facet it meets, and that one's dye."""
+        """Sources of gathering rays that meet something: whose a ray is, which facet it meets, and that one's dye."""
         facet, ray = np.nonzero(self.met >= 0)
         source = self.met[facet, ray]
         return facet, source, self.relief.facet_dyes[source]

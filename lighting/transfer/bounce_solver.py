@@ -106,7 +106,7 @@ def _relative(
     shown_in: Sequence[Spectrum],
     lux: Float[np.ndarray, "S K"],
 ) -> tuple[Regions, Float[np.ndarray, "S K J"]]:
-    """What all sites pass on as matt ones, and what they do of `lux`, where every surface keeps each wavelength."""
+    """Return what all sites pass on as matt ones, and do of `lux`, where every surface keeps each wavelength."""
     wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
     # Rays outlive materials: parts wear those of this scene.
     worn = [replace(fine, material=part.material) for fine, part in zip(transport.fine.parts, scene.parts, strict=True)]

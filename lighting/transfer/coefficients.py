@@ -124,7 +124,7 @@ class Coefficients:
 
     @cached_property
     def _powers(self) -> list[Float[np.ndarray, " L"]]:
-        """Of each spectrum, Y = 1."""
+        """Powers of each spectrum, Y = 1."""
         nm = self.basis.wavelengths_nm
         return [one.averaged(nm).samples / self.observer.luminous(one) for one in self.spectra]
 

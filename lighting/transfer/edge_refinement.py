@@ -117,8 +117,8 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
 def _with_twins(
     chosen: Int[np.ndarray, "n 2"], edges: Int[np.ndarray, "E 2"], places: Float[np.ndarray, "V 3"]
 ) -> Int[np.ndarray, "m 2"]:
-    """Those of all edges that lie where the chosen ones do: on the other side of a crease a mesh is cut as well, since
-    it would not be closed otherwise.
+    """Find all edges that lie where the chosen ones do: on the other side of a crease a mesh is cut as well, since it
+    would not be closed otherwise.
     """
     number, pack = welded(places)[1].astype(np.int64), np.array([len(places), 1])
     return edges[np.isin(np.sort(number[edges], axis=1) @ pack, np.sort(number[chosen], axis=1) @ pack)]

@@ -117,7 +117,7 @@ def ray_radiosity(
 
 
 def _directions(prepared: Precomputation, ray: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
-    """Of ascending ray numbers."""
+    """Return the directions of rays by their numbers, which ascend."""
     rays = prepared.hits.rays
     first, last = int(ray[0]) // rays, int(ray[-1]) // rays + 1
     return prepared.hits.directions(slice(first, last)).reshape(-1, 3)[ray - first * rays]

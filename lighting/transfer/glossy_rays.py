@@ -118,7 +118,7 @@ def _of_sites(hits: Hits, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 
 def _ends(
     hits: Hits, frames: Float[np.ndarray, "S 3 3"], glossy: Bool[np.ndarray, " P"], cells: HemisphereCells
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-    """Of rays that end on glossy parts, block by block: number, sites about, shares, and these sites' cells."""
+    """Yield rays that end on glossy parts, block by block: number, sites about, shares, and these sites' cells."""
     of_triangle = np.append(np.tile(glossy[hits.part], 2), False)
     for start in range(0, max(len(hits.sites), 1), _BLOCK):
         rows = slice(start, start + _BLOCK)

@@ -134,7 +134,7 @@ def _between(
     seen: Callable[[Float[np.ndarray, "n K J"]], Float[np.ndarray, "n 3"]],
     white: Float[np.ndarray, "3"],
 ) -> ShownInfluence:
-    """Of points that are even in area."""
+    """Compute the influence shown at points that are even in area."""
     found = between_sites(fine, hits, whole.all.reshape(len(whole.all), -1))
     part = hits.part_of_site[found.sites[:, 0]]
     straight = np.einsum("nc,nckj->nkj", found.shares, whole.first[found.sites])
@@ -147,7 +147,7 @@ def _between(
 
 
 def _y(scene: Scene, surface: Surface) -> float:
-    """What a surface makes of even light of the first light's colour."""
+    """Compute the Y that a surface makes of even light of the first light's colour."""
     light, glowing = scene.lights[0].spectrum, donaldson(surface)
     if glowing is not None:
         return float(glowing.fold(light, scene.observer)[1])
@@ -179,7 +179,7 @@ def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regio
 def _shown(
     delta: Float[np.ndarray, " S"], areas: Float[np.ndarray, " S"], which: Bool[np.ndarray, " S"]
 ) -> ShownInfluence:
-    """Of some sites; where they stand for no area nothing is shown."""
+    """Summarise the differences of some sites; where they stand for no area nothing is shown."""
     area = areas[which]
     if not area.sum() > 0.0:
         return ShownInfluence(0.0, 0.0, 0.0)

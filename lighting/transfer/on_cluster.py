@@ -96,7 +96,7 @@ def _traced(
     first: int,
     rays: int,
 ) -> Ends | None:
-    """None where this worker has no triangles of the scene."""
+    """Trace rays on a worker; None where this worker has no triangles of the scene."""
     if bodies is not None:
         _hold(key, bodies)
     # Another thread of this worker may be given another scene meanwhile.

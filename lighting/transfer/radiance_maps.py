@@ -201,7 +201,7 @@ def _middles(side: int) -> Float[np.ndarray, "T 3"]:
 
 @cache
 def _coarser(sharpness: float, side: int) -> Float[np.ndarray, "T finest"] | None:
-    """From texels that rays fell onto to a level; None is those themselves.
+    """Compute the matrix from texels that rays fell onto to a level; None for those themselves.
 
     What falls onto the four texels next to it and is read between four is blurred by a tent twice: Gaussians lack that.
     """

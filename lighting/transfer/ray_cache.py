@@ -227,7 +227,7 @@ def _read(
 def _traced_here(
     tasks: Iterable[tuple[np.ndarray, np.ndarray, int, int]], held: tuple[np.ndarray, np.ndarray]
 ) -> Generator[tuple[int, tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]], None, None]:
-    """In this process, with an index of its own: another scene may be traced meanwhile."""
+    """Trace in this process, with an index of its own: another scene may be traced meanwhile."""
     tracer = RayTracer(*held)
     for number, task in enumerate(tasks):
         yield number, _traced(*task, tracer)

@@ -113,7 +113,7 @@ class RadiantRegions:
 
     @cached_property
     def _first(self) -> Float[np.ndarray, "R K J"]:
-        """Of each region under each light, 1 lux."""
+        """First reflection of each region under each light, 1 lux."""
         nm, seen_by = self.basis.wavelengths_nm, self.observer
         each = [[one.radiance(light, nm) / seen_by.luminous(light) for light in self.lights] for one in self.surfaces]
         return self.basis.project(np.array(each))

@@ -165,14 +165,14 @@ class Relighting:
 
     @cached_property
     def _matt(self) -> Float[np.ndarray, "S F"]:
-        """What sites send out evenly of it."""
+        """Light that sites send out evenly of what they receive of lights."""
         part, lux = self.prepared.hits.part_of_site, self.received.lux.T
         each = [one[:, None] * terms[part] for one, terms in zip(lux, self._terms, strict=True)]
         return self.coefficients.joined(each).astype(self.dtype, copy=False)
 
     @cached_property
     def _terms(self) -> list[Float[np.ndarray, "P J"]]:
-        """What each part sends out evenly of 1 lux of each spectrum."""
+        """Light that each part sends out evenly of 1 lux of each spectrum."""
         return self._sent_by_parts(np.stack([one.matt for one in self._fitting]))
 
     def _sent_by_parts(self, reflected: Float[np.ndarray, "P L"]) -> list[Float[np.ndarray, "P J"]]:
@@ -199,12 +199,12 @@ class Relighting:
 
     @cached_property
     def _cells(self) -> tuple[CellLight, ...]:
-        """What glossy sites send into cells, of lights that spread."""
+        """Light that glossy sites send into cells, of lights that spread."""
         return cell_radiosity(self.rays, self.reflections, self._fitting, self.received, self.coefficients, self.dtype)
 
     @cached_property
     def _ends(self) -> Float[np.ndarray, "n F"]:
-        """What rays that end on glossy parts bring, of lights from one direction."""
+        """Light that rays that end on glossy parts bring, of lights from one direction."""
         return ray_radiosity(self.prepared, self.rays, self._fitting, self.received, self.coefficients, self.dtype)
 
     @cached_property
@@ -248,7 +248,7 @@ class Relighting:
     def _direct_colours(
         self, to_xyz: Float[np.ndarray, "F 3"], albedos: Float[np.ndarray, "P L"]
     ) -> Float[np.ndarray, "S 3"]:
-        """What sites send out of what lights give them, every part as a matt one."""
+        """Compute the colours that sites send out of what lights give them, every part as a matt one."""
         sent, part = self._sent_by_parts(albedos), self.prepared.hits.part_of_site
         kinds = to_xyz.reshape(self.coefficients.kinds, self.basis.size, 3)
         of_parts = np.stack([one @ kinds[k % len(kinds)] for k, one in enumerate(sent)], axis=1)
@@ -256,7 +256,7 @@ class Relighting:
 
     @cached_property
     def _sent(self) -> Float[np.ndarray, "S F"]:
-        """What sites send out evenly, of all the light that others are to receive."""
+        """Light that sites send out evenly, of all the light that others are to receive."""
         if self.bounces is not None and self.bounces < 2:
             return self._matt
         return self._matt + self.passed.all.reshape(len(self._matt), -1).astype(self.dtype)

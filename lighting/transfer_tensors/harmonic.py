@@ -105,7 +105,7 @@ def _of(to: Float[np.ndarray, "n N 3"]) -> Float[np.ndarray, "n N B"]:
 
 
 def _radiosity(hits: Hits, regions: Regions, operator: Any) -> Float[np.ndarray, "S B J"]:
-    """What each site sends out of each harmonic of the light around, all bounces together."""
+    """Compute what each site sends out of each harmonic of the light around, all bounces together."""
     received = np.empty((len(hits.sites), COUNT))
     step = max(1, _AT_ONCE // hits.rays)
     for start in range(0, len(hits.sites), step):

@@ -134,7 +134,7 @@ def thinned(
 def _missed(
     around: Surroundings, codes: Float[np.ndarray, "n K"], known: Int[np.ndarray, " k"], which: Int[np.ndarray, " m"]
 ) -> Float[np.ndarray, " m"]:
-    """By how much known sites are missed by what is known around them, root mean square over the map."""
+    """Compute how far known sites are missed by what is known around them, root mean square over the map."""
     found, tree = np.empty(len(which)), KDTree(around.both[known])
     for start in range(0, len(which), _BLOCK):
         some = which[start : start + _BLOCK]
@@ -214,6 +214,6 @@ def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) ->
 def _nearest(
     tree: KDTree, asked: Float[np.ndarray, "m d"], count: int
 ) -> tuple[Float[np.ndarray, "m c"], Int[np.ndarray, "m c"]]:
-    """How far off the nearest in a tree are, and which these are."""
+    """Find how far off the nearest in a tree are, and which these are."""
     far, near = (np.asarray(each).reshape(len(asked), -1) for each in tree.query(asked, min(count, tree.n)))
     return far, near

@@ -94,7 +94,7 @@ def words(folder: Path) -> str:
 
 
 def _files(folder: Path) -> Iterator[tuple[int, int, Path]]:
-    """When each was used last (ns), its size and its name."""
+    """Yield when each file was used last (ns), its size and its name."""
     for file in folder.glob(f"*{_SUFFIX}"):
         with suppress(FileNotFoundError):
             found = file.stat()

@@ -274,7 +274,7 @@ def _solved(
     right: Float[np.ndarray, "n K"],
     hold: float,
 ) -> Float[np.ndarray, "n K"]:
-    """For each row w of weights the solution of (known^T diag(w) known + ridge) x = right.
+    """Solve (known^T diag(w) known + ridge) x = right for each row w of weights.
 
     products : see `_products`. All rows' matrices come out of one multiplication, as triangles packed the way LAPACK
     takes them: what is an upper one row by row is a lower one column by column.

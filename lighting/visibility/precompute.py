@@ -395,7 +395,7 @@ def _in_tiles(
     basis: Basis | None,
     jobs: int,
 ) -> Generator:
-    """What `_tile` gives for these sites, tile by tile, in order."""
+    """Yield what `_tile` gives for these sites, tile by tile, in order."""
     if not len(which):
         return
     tiles = [which[tile] for tile in _tiles(len(which))]
