@@ -86,6 +86,6 @@ def _window(azimuth: float) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray,
 
 @cache
 def _black_glass() -> float:
-    """What polished black glass reflects of the beam."""
+    """Compute the reflectance of polished black glass for the beam."""
     cos2 = np.cos(INCIDENCE) ** 2
     return float(fresnel(np.array([cos2]), np.array([1.0 - cos2]), np.array([_BLACK_GLASS]), np.zeros(1))[0, 0])

@@ -120,7 +120,7 @@ class MetallicRoughness(AnalyticBrdf):
         return (reflected * _facet_geometry(wi, wo, self.coat_alpha))[:, None]
 
     def _through(self, fall: np.ndarray) -> np.ndarray:
-        """What the coat lets through, 1 - w Fc, (N,)."""
+        """Compute what the coat lets through, 1 - w Fc, (N,)."""
         return 1.0 - self.coat * (_COAT_F0 + (1.0 - _COAT_F0) * fall)
 
 

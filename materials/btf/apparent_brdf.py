@@ -70,7 +70,7 @@ def apparent_brdf(
 
 
 def _measured(images: BtfImages, x: int, y: int) -> Float[np.ndarray, "V Lt J"]:
-    """As `BtfImages.registered` has it, of the four texels around it alone."""
+    """Interpolate the texel as `BtfImages.registered` has it, of the four texels around it alone."""
     found = np.empty((len(images.views), len(images.lights), images.basis.size))
     for view in range(len(images.views)):
         across, down = displacement(images.views.directions[view], images.offset) + np.array([x, y])

@@ -189,7 +189,7 @@ def judged(
 
 
 def _folded(basis: SpectralBasis, light: str) -> tuple[Float[np.ndarray, "J 3"], Float[np.ndarray, "3"]]:
-    """From coefficients of f_r cos(theta_i) to XYZ, and the white."""
+    """Return the matrix from coefficients of f_r cos(theta_i) to XYZ, and the white."""
     seen, lamp = observer("1931_2"), illuminant(light)
     return np.pi * basis.fold(lamp, seen).T, seen.weights(lamp, basis.wavelengths_nm).sum(axis=1)
 

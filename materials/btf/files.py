@@ -187,7 +187,7 @@ class BtfFiles(BtfImages):
         return " ".join(f"{name}{angle:03.4g}" for name, angle in zip(("tl", "pl", "tv", "pv"), found, strict=True))
 
     def _around(self, view: int, light: int) -> list[tuple[tuple[int, int], float]]:
-        """What a missing image is made of, and the share of each.
+        """Return the images that a missing one is made of, and the share of each.
 
         Of the lights around it, seen from there; where there are none, of the views around it in that light.
         """

@@ -184,7 +184,7 @@ class Hemisphere:
     def _within(
         self, plane: Float[np.ndarray, "N 2"], which: Int[np.ndarray, "N m"]
     ) -> tuple[Int[np.ndarray, " N"], Float[np.ndarray, "N 3"]]:
-        """Of some triangles a point the one that it lies in: whose smallest share is the largest."""
+        """Find, of some triangles for each point, the one that it lies in: whose smallest share is the largest."""
         here = np.concatenate([plane, np.ones((len(plane), 1))], axis=1)
         best = np.full(len(plane), -np.inf)
         found, share = np.zeros(len(plane), dtype=np.int64), np.zeros((len(plane), 3))

@@ -165,7 +165,7 @@ class LobeField(ReflectanceField):
         return folded(np.concatenate([level._rows(self._tallest) for level in (self, *self._coarser)]))
 
     def _rows(self, tallest: float) -> np.ndarray:
-        """Of each view and texel its lobes, codes of axis and exponent, and then its amplitudes; float16."""
+        """Lay out, for each view and texel, its lobes, codes of axis and exponent, and then its amplitudes; float16."""
         sets, lobes = self.axes.shape[3:5]
         texels, size = self.height * self.width, self.basis.size
         quads = -(-size // 4)

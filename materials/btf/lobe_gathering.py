@@ -58,7 +58,7 @@ class LobeGathering(EnvironmentForm):
         return self._count(False)
 
     def _count(self, filtered: bool) -> int:
-        """Of one level, or of two."""
+        """Count the Gaussians a point of one level, or of two."""
         sets, lobes = self.field.axes.shape[3:5]
         return (2 if filtered else 1) * _AROUND * sets * lobes + 1
 

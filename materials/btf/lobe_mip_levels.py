@@ -65,7 +65,7 @@ def _values(
     amplitudes: Float[np.ndarray, "H W k1 J"],
     lights: Float[np.ndarray, "Lt 3"],
 ) -> Float[np.ndarray, "H W Lt J"]:
-    """Of each texel under each light."""
+    """Compute the values of each texel under each light."""
     lobes = lobe_values(axes, exponents, lights)
     of_lobes = amplitudes[:, :, 1:].astype(np.float32)
     if lobes.shape[2] == 1:
@@ -82,7 +82,7 @@ def _moments(
     amplitudes: Float[np.ndarray, "H W k1 J"],
     to_y: Float[np.ndarray, " J"],
 ) -> Float[np.ndarray, "H W G k 4"]:
-    """Of each lobe, the widest first, how much light it is, and that times the mean of its directions."""
+    """Compute for each lobe, the widest first, how much light it is, and that times the mean of its directions."""
     given = amplitudes[:, :, 1:].astype(np.float32)
     shown = (given @ to_y)[:, :, None] if exponents.shape[2] == 1 else given.swapaxes(2, 3)
     much = np.abs(shown) / (exponents + 1.0)

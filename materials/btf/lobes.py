@@ -94,7 +94,7 @@ def _table(
 def _pursued(
     values: Float[np.ndarray, "N Lt"], squares: Float[np.ndarray, "N Lt"], table: Float[np.ndarray, "m Lt"], count: int
 ) -> Int[np.ndarray, "N k"]:
-    """Which of the table's lobes to begin with: orthogonal matching pursuit, beside a constant."""
+    """Choose which of the table's lobes to begin with: orthogonal matching pursuit, beside a constant."""
     total = squares.sum(axis=1, keepdims=True)
     own = squares @ (table * table).T - (squares @ table.T) ** 2 / total
     own = np.maximum(own, 1e-3 * total)
@@ -160,7 +160,7 @@ def _linear(values, weights, directions, axes, log_n):
 
 
 def _products(values, weights, directions, linear, axes, log_n):
-    """Of all derivatives, and last of what is missed, the products with each other, summed over lights."""
+    """Multiply all derivatives, and last what is missed, with each other, summed over lights."""
     count = axes.shape[1]
     size, lights = values.shape
     rows = np.empty((size, 4 * count + 2, lights), dtype=np.float32)
@@ -188,7 +188,7 @@ def _products(values, weights, directions, linear, axes, log_n):
 
 
 def _step(products: Float[np.ndarray, "N m1 m1"], damping: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N m"]:
-    """What to change: the damped normal equations."""
+    """Solve the damped normal equations for what to change."""
     square = np.ascontiguousarray(products[:, :-1, :-1].transpose(1, 2, 0))
     right = np.ascontiguousarray(products[:, :-1, -1:].transpose(1, 2, 0))
     every = np.arange(len(square))

@@ -82,7 +82,7 @@ class LocalPca:
         return self._tabled(self.parts * self.part_steps[..., None].astype(np.float32))
 
     def _tabled(self, parts: Float[np.ndarray, "q c1 G"]) -> Float[np.ndarray, "q V Lt c1 J"]:
-        """Of parts of the dictionary's functions, brought to length 1; the first of each is a mean's."""
+        """Tabulate parts of the dictionary's functions, brought to length 1; the first of each is a mean's."""
         functions = self.dictionary.functions() / self.dictionary.lengths[:, None, None, None].astype(np.float32)
         count, views, lights, size = len(parts), len(self.views), len(self.lights), self.basis.size
         numbers = views * lights * size
@@ -212,7 +212,7 @@ def _coordinates(
     orthonormal: Float[np.ndarray, "n V Lt J"],
     heard: Callable[[float], None],
 ) -> Float[np.ndarray, "N n"]:
-    """What each texel has of each function, as it is seen: a view's images at a time."""
+    """Compute what each texel has of each function, as it is seen: a view's images at a time."""
     texels, lights, size = images.height * images.width, len(images.lights), images.basis.size
     total = np.zeros((texels, len(orthonormal)), dtype=np.float32)
     rows = np.empty((lights, texels, size), dtype=np.float32)

@@ -112,7 +112,7 @@ def _vectors(
 
 
 def _means(vectors: Float[np.ndarray, "H W n"]) -> list[Float[np.ndarray, "_ _ n"]]:
-    """Of all levels but the first; float32."""
+    """Compute the means of all levels but the first; float32."""
     if not vectors.shape[2]:
         return [level[..., :0].astype(np.float32) for level in levels_of(np.zeros((*vectors.shape[:2], 1)))[1:]]
     parts = [

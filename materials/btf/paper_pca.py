@@ -67,7 +67,7 @@ class PaperPca:
         return coarser(self.number, self.weights, self._span())
 
     def _span(self) -> Span:
-        """Of all rows, about the mean of all texels."""
+        """Compute the span of all rows, about the mean of all texels."""
         rows, count = self._scaled, len(self.brdfs)
         shape, texels = rows.shape[1:], np.bincount(self.number.ravel(), minlength=count) / self.number.size
         average = np.tensordot(texels.astype(np.float32), rows[:, 0], axes=1)
@@ -172,7 +172,7 @@ def _span(
 def _coordinates(
     images: BtfImages, mean: Float[np.ndarray, " n"], span: Float[np.ndarray, "G n"], heard: Callable[[float], None]
 ) -> Float[np.ndarray, "N G"]:
-    """What each texel has of each component: a view's images at a time."""
+    """Compute what each texel has of each component: a view's images at a time."""
     texels, lights, size = images.height * images.width, len(images.lights), images.basis.size
     total = np.zeros((texels, len(span)), dtype=np.float32)
     rows = np.empty((texels, lights, size), dtype=np.float32)

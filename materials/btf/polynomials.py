@@ -104,7 +104,7 @@ class Polynomials(ReflectanceField):
         return tuple(replace(self, codes=codes) for codes in self._means())
 
     def _means(self) -> list[Float[np.ndarray, "V _ _ 6 J"]]:
-        """Of the codes, in half precision as the GPU has them: off by 1/16 of a step at most."""
+        """Compute the means of the codes, in half precision as the GPU has them: off by 1/16 of a step at most."""
         shape = (self.height, self.width, math.prod(self.codes.shape[3:]))
         views = [levels_of(codes.reshape(shape).astype(np.float32))[1:] for codes in self.codes]
         return [

@@ -123,7 +123,7 @@ def _with_sum(functions: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d1"]:
 
 
 def _lobes(to: Float[np.ndarray, "d 3"], angles: Float[np.ndarray, " m"], lowest: float):
-    """Of each exponent lobes about axes at all angles, and of what is even one; at directions, as they are lit."""
+    """Yield for each exponent lobes about axes at all angles, and one that is even; at directions, as they are lit."""
     low = to[:, 2] < lowest
     level = np.sqrt(np.maximum(1.0 - to[:, 2] ** 2, 0.0))
     inward = np.where(low, np.sqrt(1.0 - lowest * lowest) / np.where(level > 0.0, level, 1.0), 1.0)

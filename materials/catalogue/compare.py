@@ -214,7 +214,7 @@ def _check_original(record: MaterialRecord) -> None:
 
 
 def _form_words(a: Fast, b: Fast) -> list[str]:
-    """What became of the kind of form, and of those of texels with an error of their own, size and error."""
+    """Say what became of the kind of form, and of those of texels with an error of their own, size and error."""
     said = [] if a.WORDS == b.WORDS else [f"form {a.WORDS} -> {b.WORDS}"]
     if a.texel_error is None and b.texel_error is None:
         return said
@@ -225,7 +225,7 @@ def _form_words(a: Fast, b: Fast) -> list[str]:
 
 
 def _environment_words(a: MaterialRecord, b: MaterialRecord) -> str:
-    """What became of the stored environment forms, by the protocol of `slices.error`; "" where they are alike."""
+    """Say what became of the stored environment forms, by the protocol of `slices.error`; "" where they are alike."""
     forms = [one.fast.slices if isinstance(one.fast, FactoredBrdf) else None for one in (a, b)]
     if forms[0] is None or forms[1] is None:
         return "" if forms[0] is forms[1] else f"environment form {'new' if forms[0] is None else 'gone'}"

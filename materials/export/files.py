@@ -149,7 +149,7 @@ def _workplace(folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def _placed(work: Path, folder: Path) -> Iterator[None]:
-    """What is wrong with a file is said with the name that it was to have."""
+    """Report what is wrong with a file under the name that it was to have."""
     try:
         yield
     except InputError as reason:
@@ -160,7 +160,7 @@ def _placed(work: Path, folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _of(record: MaterialRecord) -> Iterator[None]:
-    """What is wrong with a material is said with its id."""
+    """Report what is wrong with a material under its id."""
     try:
         yield
     except InputError as reason:
@@ -208,7 +208,7 @@ def _cxf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 
 
 def _notes(record: MaterialRecord, entry: SpectralEntry) -> list[str]:
-    """How a spectrum came about that was not measured, and what is lost of a material with pictures."""
+    """Say how a spectrum came about that was not measured, and what is lost of a material with pictures."""
     computed = [f"{entry.name}: {entry.details[COMPUTED]}"] if COMPUTED in entry.details else []
     return computed + _mean_only(record)
 
@@ -256,7 +256,7 @@ def _texture(path: Path, record: MaterialRecord, attributes: dict[str, str]) -> 
 
 
 def _mean_only(record: MaterialRecord) -> list[str]:
-    """What is lost of a material with pictures where a format has room for one colour."""
+    """Say what is lost of a material with pictures where a format has room for one colour."""
     pictures = any(name.startswith(("texture.", "maps.")) for name in record.original)
     return [f"{record.id}: its textures are left out; this is their mean"] if pictures else []
 

@@ -170,7 +170,7 @@ def _turn(axis: Axis) -> float:
 
 
 def _last_position(axis: Axis, nodes: float) -> float:
-    """Where the disc of a level no longer reaches back onto a polar axis, or the horizon."""
+    """Find where the disc of a level no longer reaches back onto a polar axis, or the horizon."""
     steps, reach = axis.size - 1, nodes / np.sqrt(np.pi)
     horizon = 0.5 * np.pi / axis.maximum
     if axis.warp == "linear":

@@ -172,7 +172,7 @@ class Bounds:
         return np.stack([lowest, _KEPT_OF_LARGEST * LARGEST * self.largest])
 
     def _worst(self, packs: tuple[FactorPack, ...]) -> WorstPlaces:
-        """Where packs come nearest to the lower and to the upper bound, of all places that are looked at."""
+        """Find where packs come nearest to the lower and to the upper bound, of all places that are looked at."""
         if self._last is None or self._last[0] is not packs:
             self._last = packs, self._searched_downhill(packs, self._starts(packs))
         return self._last[1]
@@ -208,7 +208,7 @@ class Bounds:
     def _downhill(
         self, packs: tuple[FactorPack, ...], starts: Float[np.ndarray, "N A"], sides: tuple[int, ...]
     ) -> Float[np.ndarray, "N A"]:
-        """Where packs are nearer and nearer to the bounds of these sides, along one angle at a time."""
+        """Find where packs are nearer and nearer to the bounds of these sides, along one angle at a time."""
         angles = starts.copy()
         excess = self._worst_excess(packs, angles, sides)
         step = _STEP
@@ -229,7 +229,7 @@ class Bounds:
         return self._excess(_shaded(packs, *_pairs(angles)), sides).max(axis=1)
 
     def _excess(self, shaded: Float[np.ndarray, "N L"], sides: tuple[int, ...]) -> Float[np.ndarray, "N L"]:
-        """What packs shade to over what a fit keeps within, on these sides: above 1 beyond it."""
+        """Divide what packs shade to by what a fit keeps within, on these sides: above 1 beyond it."""
         return np.max([shaded / self._ends[side] for side in sides], axis=0)
 
 

@@ -128,7 +128,7 @@ def separable_roots(weights: Float[np.ndarray, "*grid"]) -> tuple[Float[np.ndarr
 
 
 def _edges(nodes: np.ndarray) -> np.ndarray:
-    """Where the cells about the nodes begin and end: half-way between neighbours."""
+    """Compute where the cells about the nodes begin and end: half-way between neighbours."""
     return np.concatenate([nodes[:1], 0.5 * (nodes[1:] + nodes[:-1]), nodes[-1:]])
 
 

@@ -188,7 +188,7 @@ def _size(images: BtfFiles, found: Sorted) -> tuple[int, int]:
 
 
 def _coding(found: Sorted, folder: Path, answer: ImportOptions, uplift: str) -> tuple[Coding, SpectralBasis, list[str]]:
-    """How the images are decoded, what they are coefficients of, and notes on what says so."""
+    """Decide how the images are decoded, what they are coefficients of, and notes on what says so."""
     first = next((file for file in found.files if _says(file)), found.files[0])
     head = head_of(first)
     channels, nm, kind = _channels(first, head) if head.startswith(MAGIC) else ((), None, "")
@@ -272,7 +272,7 @@ def _says(path: Path) -> bool:
 
 
 def _range_notes(nm: Float[np.ndarray, " L"], path: Path) -> list[str]:
-    """What is assumed of wavelengths that were not measured; refuses those that say nothing of colours."""
+    """Say what is assumed of wavelengths that were not measured; refuse those that say nothing of colours."""
     low, high = WORKING_WAVELENGTHS_NM[[0, -1]]
     if nm.size < 2 or nm[-1] <= low or nm[0] >= high:
         found, expected = (

@@ -56,7 +56,7 @@ def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
 
 
 def _of_exr(file: Path) -> tuple[str, ...]:
-    """What an OpenEXR image of red, green and blue states; those of a set are written alike."""
+    """Read what an OpenEXR image of red, green and blue states; those of a set are written alike."""
     try:
         header = check_size(file, sys.maxsize)[0]
     except InputError:

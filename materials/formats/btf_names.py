@@ -96,7 +96,7 @@ def members(path: Path) -> list[Path]:
 
 
 def _changed_below(folder: Path, level: int = 0) -> Iterator[int]:
-    """When names in a folder, and in those below it, last changed."""
+    """Yield when names in a folder, and in those below it, last changed."""
     yield _changed_ns(folder)
     if level < _LEVELS:
         try:

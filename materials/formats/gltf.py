@@ -186,7 +186,7 @@ class _Material:
         return self.textures.of(holder, name)
 
     def _more(self, answer: ImportOptions) -> MoreMaps:
-        """What is drawn of texels alone. Bumps are OpenGL's, as the specification has it."""
+        """Read what is drawn of texels alone. Bumps are OpenGL's, as the specification has it."""
         matt, stretch = self.extensions.has("KHR_materials_unlit"), self.extensions.child("KHR_materials_anisotropy")
         coat = self.extensions.child("KHR_materials_clearcoat")
         try:
@@ -255,7 +255,7 @@ class _Material:
         return Colour(self.textures.of(self.node, "emissiveTexture"), tuple(strength * value for value in factor))
 
     def _unrendered(self) -> list[str]:
-        """What the material says that no model of ours shows, in words."""
+        """Say in words what the material has that no model of ours shows."""
         kept = [name for name in self.extensions.values if not (self.stretched and name == "KHR_materials_anisotropy")]
         names = [KEPT_EXTENSIONS.get(name, name) for name in kept]
         names += ["bumps of the normal map"] if self.node.has("normalTexture") and not self.bumps else []
@@ -294,7 +294,7 @@ class _Material:
 
 
 def _licence(asset: JsonNode) -> str:
-    """What the file says of its licence: the specification's `copyright`, or the `license` that libraries add."""
+    """Read what the file says of its licence: the specification's `copyright`, or the `license` that libraries add."""
     extras = asset.values.get("extras")
     added = extras.get("license") if isinstance(extras, dict) else None
     said = (asset.text("copyright"), added if isinstance(added, str) else "")

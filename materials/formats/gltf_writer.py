@@ -81,7 +81,7 @@ class GltfWriter:
             beside.write_bytes(written if text else _binary(written, bytes(self._bytes)))
 
     def _number(self, name: str, entry: dict[str, Any]) -> int:
-        """Where an entry of a list is, which is there once."""
+        """Return the index of an entry in its list, which has it once."""
         entries = self._lists[name]
         if entry not in entries:
             entries.append(entry)

@@ -113,7 +113,7 @@ def _drawn(
 
 
 def _green(role: str, textures: dict[str, list[Texture]], answer: ImportOptions, notes: list[str]) -> Green:
-    """Which way green points in a normal map: by its name, by itself, or as it was answered."""
+    """Decide which way green points in a normal map: by its name, by itself, or as it was answered."""
     if role != "normal":
         return "opengl" if role == "normal_gl" else "directx"
     texture = textures[role][0]

@@ -240,7 +240,7 @@ def _source(
 
 
 def _planned(entry: SpectralEntry) -> str:
-    """What a plan says of a spectrum: what it was taken for, and its range where that ends within the visible."""
+    """Say in a plan of a spectrum what it was taken for, and its range where that ends within the visible."""
     grid, nm = WORKING_WAVELENGTHS_NM, entry.spectrum.wavelengths_nm
     cut = nm[0] > grid[0] or nm[-1] < grid[-1]
     return f"{entry.taken}; known from {nm[0]:g} to {nm[-1]:g} nm only" if cut and entry.taken else entry.taken

@@ -100,7 +100,7 @@ def _first_sharpness(lobes: int) -> Float[np.ndarray, " n"]:
 
 
 def _amplitudes(terms: np.ndarray, columns: np.ndarray, weights: np.ndarray) -> Float[np.ndarray, "R C"]:
-    """For each column (N,C) the amplitudes >= 0 of the terms (N,R) that come nearest to it, by their Gram matrix."""
+    """Fit to each column (N,C) the amplitudes >= 0 of the terms (N,R) that come nearest to it, by their Gram matrix."""
     from scipy.optimize import nnls
 
     weighted = terms * weights[:, None]

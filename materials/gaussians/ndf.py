@@ -126,7 +126,7 @@ def stretched(sharpness_x: float, sharpness_y: float, top: float, count: int) ->
 
 
 def _projected(places: np.ndarray, ratio: float, variance: float) -> tuple[float, float, np.ndarray]:
-    """How much of the stretched Gaussian lobes of a variance hold at best, that variance, and their amplitudes."""
+    """Compute how much of the stretched Gaussian lobes of a variance hold at best, that variance, and amplitudes."""
     apart = (places[:, None] - places) ** 2
     gram = np.pi * variance * (np.exp(-apart / (4.0 * variance)) + 1e-9 * np.eye(len(places)))
     across = 2.0 * np.pi * np.sqrt(variance / (1.0 + variance)) * np.sqrt(variance / (ratio**2 + variance)) * ratio

@@ -91,5 +91,5 @@ def _result(future: Any, client: Client, scheduler: str) -> FitResult:
 
 
 def _code() -> str:
-    """What has to be equal here and there."""
+    """Hash the code that has to be equal here and there."""
     return code_hash("lambert")

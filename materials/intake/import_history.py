@@ -237,7 +237,7 @@ def _parts(file: InputFile, reader: Format) -> list[Path]:
 
 
 def _state(path: Path) -> State | None:
-    """What tells that a file is another one than before: size, times of content and of anything, number on the disk."""
+    """Read what tells a file from the one before: size, times of content and of anything, number on the disk."""
     try:
         found = path.stat()
     except OSError:

@@ -197,7 +197,7 @@ def _file(
 def _read(
     file: InputFile, reader: Format, settings: Settings, say: Hears
 ) -> tuple[FileReading, list[Load | None], bool]:
-    """What comes out of a file, what gives each material again, and whether all of it is due to the file alone."""
+    """Read a file: what comes out, what gives each material again, and whether all of it is due to the file alone."""
     found: list[Read] = []
     loads: list[Load | None] = []
     lasts = True

@@ -82,7 +82,7 @@ def read_with(
 
 
 def _surface(model: str) -> str:
-    """What a model's data are; whatever a fluorescent surface sends back, it is no light."""
+    """Return the quantity of a model's data; whatever a fluorescent surface sends back, it is no light."""
     quantity = quantity_of(model)
     return "reflectance" if quantity == "bispectral" else quantity
 

@@ -81,5 +81,5 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
 
 
 def _with_slices(fast: Fast, original: Surface, budget: float) -> Fast:
-    """With the environment form of the original, where a form keeps one."""
+    """Add the environment form of the original, where a form keeps one."""
     return fast.with_slices_of(original, budget) if isinstance(fast, FactoredBrdf) else fast

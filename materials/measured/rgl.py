@@ -189,7 +189,7 @@ class RglBrdf(Brdf):
 
     @cached_property
     def _reduction(self) -> int:
-        """How many times the tabulated azimuths of the light go into a turn: 2 is half-turn symmetry, 4 two mirrors."""
+        """Times that the tabulated azimuths of the light go into a turn: 2 is half-turn symmetry, 4 two mirrors."""
         phi = self.measurement.fields["phi_i"].astype(np.float64)
         times = round(TAU / float(phi[-1] - phi[0]))
         if times not in (1, 2, 4):

@@ -115,7 +115,7 @@ def _mirrored(brdf: Brdf) -> bool:
 
 
 def _peak(brdf: Brdf, grid: _Grid) -> Float[np.ndarray, "A B"]:
-    """What f_r does over the half vector, averaged over wavelengths and over small difference angles; never near 0."""
+    """Tabulate f_r over the half vector, averaged over wavelengths and over small difference angles; never near 0."""
     count, polar = grid.peak
     theta_h, phi_h = np.broadcast_arrays(
         0.5 * np.pi * np.linspace(0.0, 1.0, polar) ** 2, TAU * (np.linspace(0.0, 1.0, count)[:, None] - 0.5)

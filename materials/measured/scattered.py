@@ -279,7 +279,7 @@ class ScatteredBrdf(Brdf):
         return smooth.T, linear.T
 
     def _resampled(self, values: Float[np.ndarray, "N L"]) -> np.ndarray:
-        """On `wavelengths_nm`: Sprague, and linear for a spectrum that Sprague would take below zero."""
+        """Interpolate at `wavelengths_nm`: Sprague, and linear for a spectrum that Sprague would take below zero."""
         smooth, linear = self._resampling
         out = values @ smooth
         bad = (out < 0).any(axis=1)

@@ -212,7 +212,7 @@ class Query:
         )
 
     def _measured(self, found: list[Summary], near: tuple[float, float, float]) -> list[Summary]:
-        """With their distance; only those within it, where there is a limit."""
+        """Return the materials with their distance; only those within the limit, where there is one."""
         import numpy as np
 
         from ...spectral.difference import delta_e

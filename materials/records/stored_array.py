@@ -145,7 +145,7 @@ class StoredArray:
             pass
 
     def _opened(self, stack: ExitStack) -> Callable[[Block], np.ndarray]:
-        """What reads a block; the file is closed with `stack`."""
+        """Return what reads a block; the file is closed with `stack`."""
         try:
             if self.file_size and (found := self.file.stat().st_size) != self.file_size:
                 raise self._changed(f"{found} bytes", f"{self.file_size} bytes")

@@ -44,7 +44,7 @@ class StoredFiles(StoredArray):
         return all((self.file / name).is_file() for name in self.names)
 
     def _touched(self, first: int, last: int) -> Iterator[tuple[int, Block]]:
-        """As `StoredArray` has it, without looking at the other thousands."""
+        """Yield the files that are touched as `StoredArray` has it, without looking at the other thousands."""
         begin = int(np.searchsorted(self._ends, first, side="right"))
         for number in range(begin, len(self.sizes)):
             end = int(self._ends[number])

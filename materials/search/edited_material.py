@@ -83,7 +83,7 @@ def varied_along(
 
 
 def _source(material: Material, values: Mapping[str, float | int]) -> MaterialSource:
-    """What is to be fitted."""
+    """Make the source of the material that is to be fitted."""
     if not values:
         raise InputError("nothing is changed", field=material.id, expected="a parameter and a value")
     original = changed(material.surface(), values, material.id)

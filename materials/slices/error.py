@@ -142,7 +142,7 @@ def _lit_slice(wo: Float[np.ndarray, "3"], frames: Float[np.ndarray, "n 3 3"], g
 
 @cache
 def _moments(isotropic: bool) -> Float[np.ndarray, "N 9"]:
-    """What the environment gives each point, and its moments in the point's own axes."""
+    """Compute what the environment gives each point, and its moments in the point's own axes."""
     _, frames = _points(isotropic)
     to, angles = slice_directions(np.array([0.0, 0.0, 1.0]), _GRIDS)
     rays, illuminance = _rays()
@@ -168,7 +168,7 @@ def _by_light(xyz: Float[np.ndarray, "N M3"]) -> Float[np.ndarray, "M N 3"]:
 
 @cache
 def _folding() -> Folding:
-    """With the exposure: a diffuser facing up has Y = 1."""
+    """Make the folding with the exposure: a diffuser facing up has Y = 1."""
     up = float(sky.on_normals(np.array([[0.0, 1.0, 0.0]]))[0])
     return Folding(observer(_OBSERVER), [illuminant(name) for name in LIGHTS], np.pi / up)
 

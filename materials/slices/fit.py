@@ -207,7 +207,7 @@ def _magnitude(values: Float[np.ndarray, "S C"]) -> Float[np.ndarray, " S"]:
 
 
 def _mean(values: Float[np.ndarray, "S C"]) -> Float[np.ndarray, " S"]:
-    """Of each row; faster than numpy's."""
+    """Average each row; faster than numpy's."""
     return values @ np.full(values.shape[1], 1.0 / values.shape[1])
 
 
@@ -233,7 +233,7 @@ def _in_few(
 
 
 def _first(to: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"], lobes: int) -> Mixture:
-    """Where the first viewer, straight above, has to begin: on a spiral about the normal by what lies within, the
+    """Begin the mixture of the first viewer, straight above: on a spiral about the normal by what lies within, the
     sharper the closer.
     """
     order = np.argsort(-to[:, 2], kind="stable")
@@ -257,7 +257,7 @@ def _begun(
     to: Float[np.ndarray, "S 3"],
     power: Float[np.ndarray, " S"],
 ) -> Mixture:
-    """Where a slice's mixture begins, from that of the viewer before: turned with the mirror direction, or with the
+    """Begin a slice's mixture from that of the viewer before: turned with the mirror direction, or with the
     viewer where that is clearly closer, as of what sends light back to where it came from.
     """
     mirrored, back = (before.turned(_turn(one, azimuth)) for one in (angle, -angle))

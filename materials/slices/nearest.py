@@ -121,7 +121,7 @@ class Wanted:
         return found + np.outer(mixture.shares / mixture.shares.sum(), energy - found.sum(axis=0))
 
     def _off(self, parts: _Parts) -> tuple[Float[np.ndarray, " S"], float]:
-        """What is too much: by direction, and in all."""
+        """Compute what is too much: by direction, and in all."""
         return parts.lobes.sum(axis=0) + parts.rest - self.density, float(parts.mixture.shares.sum()) - self.energy
 
     def _squares(self, off: tuple[Float[np.ndarray, " S"], float]) -> float:

@@ -151,7 +151,7 @@ class ViewSlices(EnvironmentForm):
 
 
 def _kept_error(error: FitError) -> dict[str, Any]:
-    """What it was measured by, and a row of `_FIGURES` a light."""
+    """Return what the error was measured by, and a row of `_FIGURES` a light."""
     figures = [[getattr(one, name) for name in _FIGURES] for one in error.lights]
     words = {"light": error.light, "observer": error.observer, "protocol": error.protocol}
     return {**words, "lights": " ".join(one.light for one in error.lights), "figures": np.array(figures)}

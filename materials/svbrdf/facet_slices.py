@@ -89,7 +89,7 @@ class FacetSlices:
         )
 
     def _rough(self, alpha: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
-        """Where among the tabulated alphas one is; held beyond the first and the last."""
+        """Find where among the tabulated alphas one is; held beyond the first and the last."""
         return np.clip(np.log(alpha / self.alphas[0]) / np.log(RATIO), 0.0, len(self.alphas) - 1.0)
 
     def at(

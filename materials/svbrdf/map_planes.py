@@ -173,7 +173,7 @@ class MapPlanes(Summand):
         return self.placement.of(points.uv)
 
     def _mean(self, points: Points) -> Float[np.ndarray, "N R"]:
-        """What a sample spans of the texture, at TAPS x TAPS places, each at the level that lies about it."""
+        """Average what a sample spans of the texture, at TAPS x TAPS places, each at the level that lies about it."""
         levels, layout = self.levels
         assert points.footprint is not None
         uv, spanned = self._uv(points), points.footprint * self.placement.scale
@@ -204,7 +204,7 @@ class MapPlanes(Summand):
         return (total + OWN_SHARE * own) / (there + OWN_SHARE)
 
     def _covered(self, texels: Float[np.ndarray, "N P"], layout: PlaneLayout, coarse: bool) -> Float[np.ndarray, "N 1"]:
-        """How much is there: of texels all or nothing."""
+        """Return how much is there: of texels all or nothing."""
         covers = layout.numbers(texels, "covers", 1)
         return covers if coarse else (covers >= self.cutoff - ROUNDING).astype(np.float64)
 

@@ -185,7 +185,7 @@ class MapSet:
         return Texels(body, shine, through, rest, edge, lean(self.normal), spread, number(self.coverage), *coat)
 
     def _coloured(self, reflected: np.ndarray) -> np.ndarray:
-        """What facets reflect, in as many numbers as `base` has."""
+        """Return what facets reflect, in as many numbers as `base` has."""
         if self.uplift or reflected.shape[1] == 1:
             return reflected * np.ones(self.base.values.shape[2])
         # Beside measured colours, one that was stated in RGB has to be made up.

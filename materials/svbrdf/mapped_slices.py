@@ -128,8 +128,8 @@ class MappedSlices(EnvironmentForm):
         normal: Float[np.ndarray, "N 3"],
         wo: Float[np.ndarray, "N 3"],
     ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB"]]:
-        """What the coat's own facets gather, directions in the frame of the mesh; its cosine is taken to lie as that of
-        what is below.
+        """Compute what the coat's own facets gather, directions in the frame of the mesh; its cosine is taken to lie as
+        that of what is below.
         """
         own, theta = _frame(normal, wo)
         a, b, c = np.moveaxis(spread, -1, 0)
@@ -190,8 +190,8 @@ class MappedSlices(EnvironmentForm):
     def _numbers(
         self, points: Points
     ) -> tuple[Float[np.ndarray, "N P"], PlaneLayout, bool, dict[str, Float[np.ndarray, "_ 3"]]]:
-        """What is in planes at each point, where it is, whether it is a mean, with coverage as a share, and how much
-        wider that makes the spread about each of the normals.
+        """Find what is in planes at each point, where it is, whether it is a mean, with coverage as a share, and how
+        much wider that makes the spread about each of the normals.
         """
         maps: MapPlanes = self.maps
         none: dict[str, np.ndarray] = {"normal": np.zeros((1, 3)), "coat_normal": np.zeros((1, 3))}
@@ -257,7 +257,7 @@ class MappedSlices(EnvironmentForm):
         return found
 
     def _slices(self, filtered: bool) -> FacetSlices:
-        """Of the alphas that there are; from afar also of wider ones."""
+        """Return the slices of the alphas that there are; from afar also of wider ones."""
         return self._slices_of("spread", "normal", "differ", filtered)
 
     def _slices_of(self, name: str, normal: str, differ: str, filtered: bool) -> FacetSlices:

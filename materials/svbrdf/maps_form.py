@@ -163,7 +163,7 @@ def maps_form(surface: MapSet, budget: float = 0.5) -> MapsForm:
 
 
 def _basis(surface: MapSet, budget: float) -> SpectralBasis:
-    """What coefficients of body and facets are in."""
+    """Choose the basis that coefficients of body and facets are in."""
     height, width = surface.size
     numbers = np.arange(0, height * width, max(1, height * width // _JUDGED))
     found = surface.texels(*np.divmod(numbers, width))

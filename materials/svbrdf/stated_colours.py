@@ -118,7 +118,7 @@ def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
 
 
 def _of_png(chunks: dict[bytes, bytes], profiled: bool) -> Iterator[str]:
-    """In the order in which the specification (PNG 3, section 12.1) lets one chunk stand for all.
+    """Yield words on PNG chunks, in the order in which the specification (PNG 3, section 12.1) lets one stand for all.
 
     profiled : whether there is a profile that can be unpacked.
     """
@@ -145,7 +145,7 @@ def _of_codes(primaries: int, curve: int, source: str) -> Iterator[str]:
 
 
 def _of_gamma(exponent: float, source: str) -> Iterator[str]:
-    """Of the exponent that encodes light: 1 is linear, 1/2.2 as good as sRGB; 0 says nothing."""
+    """Yield words on the exponent that encodes light: 1 is linear, 1/2.2 as good as sRGB; 0 says nothing."""
     if exponent > 0.0 and abs(exponent - _SRGB_GAMMA) > _GAMMA_OFF:
         yield f"linear ({source} 1)" if exponent == 1.0 else f"gamma {1 / exponent:.3g} ({source} {exponent:g})"
 
@@ -157,7 +157,7 @@ def _of_xy(xy: list[float], source: str) -> Iterator[str]:
 
 
 def _of_bmp(data: bytes) -> Iterator[str]:
-    """Of the headers with a colour space (BITMAPV4HEADER, 108 bytes, and BITMAPV5HEADER, 124)."""
+    """Yield words on BMP headers with a colour space (BITMAPV4HEADER, 108 bytes, and BITMAPV5HEADER, 124)."""
     if len(data) < 14 + 108 or int.from_bytes(data[14:18], "little") < 108:
         return
     kind = data[70:74]
@@ -180,7 +180,7 @@ def _of_bmp(data: bytes) -> Iterator[str]:
 
 
 def _of_tags(picture: Any, data: bytes) -> Iterator[str]:
-    """Of Exif and of TIFF's own tags."""
+    """Yield words on Exif and on TIFF's own tags."""
     tags = picture.getexif()
     if data.startswith(b"\x89PNG"):
         # It may stand behind the pixels, where Pillow has not been yet.

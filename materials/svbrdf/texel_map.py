@@ -53,7 +53,7 @@ class TexelMap:
 
     @cached_property
     def _decoded(self) -> Float[np.ndarray, " codes"]:
-        """What each code is worth."""
+        """Value of each code."""
         most = np.iinfo(self.values.dtype).max
         part = np.arange(most + 1) / most
         return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4) if self.srgb else part

@@ -172,7 +172,7 @@ class Texture:
 
     @cached_property
     def _header(self) -> _Header:
-        """What stands before the pixels, within bounds."""
+        """Header before the pixels, within bounds."""
         from PIL import Image
 
         with _guarded(self), Image.open(io.BytesIO(self.data), formats=self._formats) as picture:

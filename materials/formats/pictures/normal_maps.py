@@ -95,7 +95,7 @@ def green_of(texture: Texture) -> Green | None:
 
 
 def _side(across: Float[np.ndarray, "H W"], along: Float[np.ndarray, "H W"], scale: float) -> Green | None:
-    """Which way green points by slopes averaged over so many texels."""
+    """Find which way green points by slopes averaged over so many texels."""
     from scipy import ndimage
 
     if min(along.shape) < 3:
@@ -110,5 +110,5 @@ def _side(across: Float[np.ndarray, "H W"], along: Float[np.ndarray, "H W"], sca
 
 
 def _upwards(slope: Float[np.ndarray, "H W"]) -> Float[np.ndarray, "h w"]:
-    """What a slope changes by to the row above, between four texels."""
+    """Compute the change of a slope to the row above, between four texels."""
     return 0.5 * (slope[:-1, :-1] + slope[:-1, 1:] - slope[1:, :-1] - slope[1:, 1:])
