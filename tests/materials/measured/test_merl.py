@@ -197,11 +197,11 @@ def test_a_damaged_file_does_not_hold_up_a_folder(tmp_path, values):
 
 # Terms, then ΔE94 mean and 95th percentile.
 BARS = {
-    "red-fabric": (12, 0.5, 1.0),
-    "blue-metallic-paint": (12, 0.5, 1.0),
-    "yellow-matte-plastic": (12, 0.5, 1.0),
-    "specular-blue-phenolic": (12, 0.75, 1.5),
-    "chrome-steel": (12, 0.75, 1.5),
+    "red-fabric": (32, 0.5, 1.0),
+    "blue-metallic-paint": (32, 0.5, 1.0),
+    "yellow-matte-plastic": (32, 0.5, 1.0),
+    "specular-blue-phenolic": (96, 0.75, 1.5),
+    "chrome-steel": (96, 0.75, 1.5),
 }
 
 
