@@ -5,13 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 
 from ...runtime.errors import InputError
+from ...spectral.difference import delta_e_xyz
 from .choice import choose
 from .drift import without_drift
 from .readings import Readings
 from .record import DisplayRecord
 
+# ΔE94 of a reading from the model, and times the median of all, from which on it is not the display's.
+_MISREAD, _MISREAD_TIMES = 5.0, 10.0
 # Of white: light that no channel may be below alone at full code, and what a brighter code must add.
 _STUCK, _CLIPPED = 0.01, 0.002
 
@@ -37,8 +41,16 @@ def characterise(readings: Readings, name: str = "", model: str = "auto", observ
     seen.white_xyz  # noqa: B018 (refuses readings without one)
     _refuse_stuck(seen)
     drift = without_drift(seen)
-    choice = choose(drift.readings, model)
-    warnings = tuple(words for words in (drift.warning, _clips(seen), choice.additivity.warning) if words)
+    whites = _other_whites(seen)
+    try:
+        choice = choose(drift.readings, model)
+    except InputError as reason:
+        raise (reason.at(hint=whites) if whites else reason) from None
+    said = (
+        whites, _exchanged(seen), _misread(drift.readings, choice.left),
+        drift.warning, _clips(seen), choice.additivity.warning,
+    )  # fmt: skip
+    warnings = tuple(words for words in said if words)
     notes = [*readings.notes, drift.words]
     worst = int(np.argmax(choice.left))
     codes = ", ".join(f"{code:.3f}" for code in drift.readings.averaged().codes[worst])
@@ -74,6 +86,49 @@ def _refuse_stuck(readings: Readings) -> None:
                 expected=f"some light of {channel}",
                 hint="check the cable, the controls of the display and the colour profile that is loaded",
             )
+
+
+def _misread(readings: Readings, off: Float[np.ndarray, " N"]) -> str | None:
+    """Name the reading that is farthest from the model, where it cannot be of the code that it stands beside."""
+    worst, usual = int(np.argmax(off)), float(np.median(off))
+    if off[worst] < max(_MISREAD, _MISREAD_TIMES * usual):
+        return None
+    codes = ", ".join(f"{code:.3f}" for code in readings.averaged().codes[worst])
+    return (
+        f"the reading at codes {codes} is off the model by ΔE94 {off[worst]:.1f}, half of all by at most {usual:.2f}: "
+        "it was exchanged, mistyped or misread, and bends everything; measure it again or leave it out"
+    )
+
+
+def _other_whites(readings: Readings) -> str | None:
+    """Name a reading of white that is nothing like the others."""
+    whites = readings.xyz[readings.whites]
+    if len(whites) < 3:
+        return None
+    usual = np.median(whites, axis=0)
+    off = delta_e_xyz(np.repeat(usual[None], len(whites), axis=0), whites, usual)
+    if off.max() < _MISREAD:
+        return None
+    return (
+        f"reading {readings.whites[int(np.argmax(off))] + 1}, of white, is ΔE94 {off.max():.1f} from the other "
+        f"{len(whites) - 1} of it: it was exchanged or misread; measure it again or leave it out"
+    )
+
+
+def _exchanged(readings: Readings) -> str | None:
+    """Say where full red, green and blue are not the reddest, greenest and bluest of the three."""
+    averaged = readings.averaged()
+    alone = [np.flatnonzero((np.abs(averaged.codes - unit) < 1e-6).all(axis=1)) for unit in np.eye(3)]
+    if not all(rows.size for rows in alone):
+        return None
+    light = np.stack([averaged.xyz[rows[0]] for rows in alone]) - averaged.xyz[averaged.blacks].mean(axis=0)
+    if not (light.sum(axis=1) > 0.0).all():
+        return None
+    x, y = (light[:, :2] / light.sum(axis=1, keepdims=True)).T
+    if int(np.argmax(x)) == 0 and int(np.argmax(y)) == 1 and int(np.argmin(y)) == 2:
+        return None
+    places = ", ".join(f"{name} x {a:.3f} y {b:.3f}" for name, a, b in zip(("red", "green", "blue"), x, y, strict=True))
+    return f"full {places}: columns of codes or of X, Y, Z are exchanged, or the display's cables are"
 
 
 def _clips(readings: Readings) -> str | None:

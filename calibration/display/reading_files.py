@@ -20,6 +20,8 @@ from .readings import Readings, ReadingSpectra
 #: Full scales that codes are written to.
 SCALES = (1.0, 100.0, 255.0, 1023.0, 65535.0)
 _HEAD = 4096
+# Y of white that may be meant relative to it: about 100, or that of no display, in cd/m2.
+_NEARLY_100, _DARKEST_WHITE = 1.0, 2.0
 # Words at the heads of columns.
 _CODES = ("rgb_r", "rgb_g", "rgb_b"), ("r", "g", "b"), ("red", "green", "blue")
 _XYZ = ("xyz_x", "xyz_y", "xyz_z"), ("x", "y", "z")
@@ -117,11 +119,16 @@ def _of_tables(path: Path, tables: list[CgatsTable], answers: Answers) -> Readin
         scale,
         unit,
         Answers(answers.codes, answers.unit, answers.luminance or luminance, observer),
-        display=keywords.get("DISPLAY", keywords.get("DESCRIPTOR", "")),
+        display=keywords.get("DISPLAY") or _described(keywords.get("DESCRIPTOR", "")),
         instrument=keywords.get("TARGET_INSTRUMENT", keywords.get("INSTRUMENT", "")),
         measured=keywords.get("CREATED", ""),
         spectra=spectra,
     )
+
+
+def _described(words: str) -> str:
+    """Return what a descriptor calls the display; ArgyllCMS describes its file there, whatever was measured."""
+    return "" if words.casefold().startswith("argyll") else words
 
 
 def _luminance(table: CgatsTable) -> float | None:
@@ -209,13 +216,14 @@ def _made(
         )
     notes = [f"codes are parts of {scale:g}"]
     white = (codes >= scale * (1.0 - 1e-9)).all(axis=1)
-    if unit is None and white.any() and abs(float(xyz[white, 1].mean()) - 100.0) < 0.005:
+    luminous = float(xyz[white, 1].mean()) if white.any() else np.nan
+    if unit is None and (abs(luminous - 100.0) <= _NEARLY_100 or luminous <= _DARKEST_WHITE):
         raise InputError(
             "XYZ may be cd/m2 or relative to white = 100",
             field="XYZ",
-            found="white with Y = 100",
+            found=f"white with Y = {luminous:.4g}",
             expected="to be told which",
-            hint="--xyz cd/m2, or --xyz Y100 with --white-luminance L",
+            hint="--xyz cd/m2, or --xyz Y100 with --white-luminance L; multiply by 100 where white is 1",
         )
     absolute = unit != "Y100" or answers.luminance is not None
     if unit == "Y100" and answers.luminance is not None:

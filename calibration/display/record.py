@@ -29,7 +29,8 @@ class DisplayRecord:
     Parameters
     ----------
     name : of the display. model : from codes to XYZ. readings : one a patch, without drift.
-    digest : SHA-256 of the readings as they were read, by which a file is known again.
+    digest : SHA-256 of the readings as they were read, by which a file is known again. read : (n,6) codes and XYZ of
+        each, by which parts of it are; none in files of before it was kept.
     reason : why this model. held_back : mean ΔE94 by model of patches that it had not seen.
     additivity : whether channels add up. repeatability : relative standard deviation of X, Y, Z, or None.
     notes : what has to be said, a sentence each. verifications : earlier ones, each as `verification.kept` has it.
@@ -45,6 +46,7 @@ class DisplayRecord:
     repeatability: Float[np.ndarray, "3"] | None
     notes: tuple[str, ...] = ()
     verifications: tuple[Mapping[str, Any], ...] = field(default_factory=tuple)
+    read: Float[np.ndarray, "n 6"] = field(default_factory=lambda: np.zeros((0, 6)))
 
     @classmethod
     def of(cls, name: str, raw: Readings, used: Readings, choice: ModelChoice, notes: tuple[str, ...]) -> DisplayRecord:
@@ -59,6 +61,7 @@ class DisplayRecord:
             choice.additivity,
             used.repeatability,
             notes,
+            read=np.concatenate([raw.codes, raw.xyz], axis=1),
         )
 
     def write(self, path: str | Path) -> None:
@@ -90,6 +93,7 @@ class DisplayRecord:
                 "repeats": np.broadcast_to(readings.repeats, len(readings)).tolist(),
             },
             "verifications": [dict(one) for one in self.verifications],
+            "read": self.read.tolist(),
         }
         if readings.spectra is not None:
             kept["spectra"] = {
@@ -146,6 +150,7 @@ def read_record(path: str | Path) -> DisplayRecord:
             None if repeatability is None else np.array(repeatability, dtype=np.float64),
             tuple(kept["notes"]),
             tuple(kept["verifications"]),
+            np.array(kept.get("read", []), dtype=np.float64).reshape(-1, 6),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as reason:
         raise _unusable(path, "a damaged file of a display", f"{type(reason).__name__}: {reason}"[:120]) from None

@@ -19,6 +19,9 @@ from .record import DisplayRecord, digest
 Verdict = Literal["pass", "recommended", "fail", "not resolved", "not measured"]
 # ΔE94 that white may have moved before it counts as another state of the display, which figures would say nothing of.
 STATE_TOLERANCE = 6.0
+# The same reading again: of codes, of XYZ as a share and in their unit; of how many patches, and from which share of
+# white on, since the darkest are alike by themselves.
+_SAME_CODES, _SAME_SHARE, _SAME_CD_M2, _FEWEST_SAME, _BRIGHT = 1e-4, 5e-4, 0.006, 5, 0.05
 # Readings of white that are averaged before its figure is believed.
 _WHITES = 4
 # Luminance of greys that are judged for hue, of white: below, ΔC is mostly noise.
@@ -164,6 +167,13 @@ def _refuse_wrong(record: DisplayRecord, raw: Readings) -> None:
             f"the same numbers as in {record.readings.source or 'the file of the display'}",
             "measure again, another set: `metamer display patches --for verify`",
         )
+    shared, same = _read_again(record, raw)
+    if same >= _FEWEST_SAME and same > 0.5 * shared:
+        raise refused(
+            "these are readings that the display was characterised with",
+            f"{same} of the {shared} patches that both have, to the last digits that are written",
+            "measure again, another set: `metamer display patches --for verify`",
+        )
     named = raw.display.strip()
     if named and record.readings.display and named.casefold() != record.readings.display.strip().casefold():
         raise refused(
@@ -184,6 +194,24 @@ def _refuse_wrong(record: DisplayRecord, raw: Readings) -> None:
             f"XYZ {words[raw.absolute]}, where the display was characterised {words[record.readings.absolute]}",
             "--xyz Y100 --white-luminance L says how bright its white is",
         )
+
+
+def _read_again(record: DisplayRecord, raw: Readings) -> tuple[int, int]:
+    """Count the patches that were measured for the record, too, and of those the ones with the same XYZ.
+
+    Of patches above a twentieth of white: two readings of one patch hardly agree in X, Y and Z to a thousandth, the
+    same reading with fewer digits does.
+    """
+    bright = raw.xyz[:, 1] > _BRIGHT * raw.white_xyz[1]
+    inner = bright & ~(raw.codes >= 1.0 - _SAME_CODES).all(axis=1)
+    shared = same = 0
+    for codes, xyz in zip(raw.codes[inner], raw.xyz[inner], strict=True):
+        rows = record.read[(np.abs(record.read[:, :3] - codes) < _SAME_CODES).all(axis=1), 3:]
+        if len(rows):
+            shared += 1
+            close = np.abs(rows - xyz) <= np.maximum(_SAME_SHARE * np.abs(rows), _SAME_CD_M2)
+            same += bool(close.all(axis=1).any())
+    return shared, same
 
 
 def _xyy(xyz: np.ndarray) -> str:

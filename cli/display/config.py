@@ -77,5 +77,6 @@ def run(args: argparse.Namespace) -> int:
             warn(f"{path}: no matrix profile can follow this display; {record.additivity.words}")
             code = 1
     print(f"Written: {written.config}, {written.archive}")
-    print(f"To use it: display = {name!r} with config = {str(written.config)!r}, or OCIO={written.archive}")
+    print(f'To use it, in [viewing] of a scene: display = "{name}" and ocio_config = "{written.config}"')
+    print(f"In other programs: OCIO={written.archive}, and its display {name!r}")
     return code
