@@ -176,7 +176,7 @@ def _damaged(path: Path, found: str) -> InputError:
 
 
 def _stored(xyz: Float[np.ndarray, "H W 3"]) -> np.ndarray:
-    """In half precision where that holds the largest number."""
+    """Round to half precision where that holds the largest number, else to single."""
     finite = xyz[np.isfinite(xyz)]
     largest = np.abs(finite).max(initial=0.0)
     return np.asarray(xyz, dtype=np.float16 if largest <= _LARGEST_HALF else np.float32)

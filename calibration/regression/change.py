@@ -199,7 +199,7 @@ def _cornered(
 
 
 def _shift(before: Pixels, after: Pixels, compared: Bool[np.ndarray, "H W"]) -> tuple[float, float, float]:
-    """In blocks, as the maps are."""
+    """Average the shift of colours in blocks, as the maps are computed."""
     total, count = np.zeros(3), 0
     rows = max(1, _BLOCK // compared.shape[1])
     for start in range(0, compared.shape[0], rows):

@@ -305,7 +305,7 @@ def _cards(result: Result, views: Mapping[RowName, dict[str, Any]], common: RowN
 
 
 def _shifts(views: Any, lights: Sequence[str]) -> list[tuple[str, dict[str, Any]]]:
-    """By light, an arrow a row from where its colour was."""
+    """Plot by light an arrow a row from where its colour was."""
     found = []
     for light in lights:
         told = []
@@ -326,7 +326,7 @@ def _shifts(views: Any, lights: Sequence[str]) -> list[tuple[str, dict[str, Any]
 
 
 def _signed(value: float) -> str:
-    """To as many decimals as show it, with its sign."""
+    """Write a value to as many decimals as show it, with its sign."""
     if not math.isfinite(value):
         return "no number"
     text = f"{value:+.2f}" if abs(value) >= 0.005 else f"{value:+.1g}"

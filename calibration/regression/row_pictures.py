@@ -96,7 +96,7 @@ def _encoded(pixels: Pixels, side: int) -> RowPicture:
 def _spectra(
     before: PixelLayer, after: PixelLayer, place: tuple[int, int]
 ) -> tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"], Float[np.ndarray, " L"]] | None:
-    """On the wavelengths of the one before, where both sides have them."""
+    """Return both spectra on the wavelengths of the one before, where both sides have them."""
     if before.spectrum is None or after.spectrum is None:
         return None
     (nm, first), (other_nm, second) = before.spectrum(place), after.spectrum(place)

@@ -142,13 +142,13 @@ def scale_bar(budget: float, limit: bool = True) -> Markup:
 
 
 def _said(protocol: Sequence[dict[str, Any]]) -> str:
-    """How many reviewers' ratings say what."""
+    """Say how many reviewers' ratings say what."""
     counts = {word: sum(one["verdict"] == word for one in protocol) for word in VERDICTS}
     return ", ".join(f"{count} {word}" for word, count in counts.items() if count)
 
 
 def _shifts(rows: Sequence[ReviewRow], budget: float) -> list[tuple[str, dict[str, Any]]]:
-    """By light, where the pictures lie off: an arrow a material."""
+    """Plot by light where the pictures lie off: an arrow a material."""
     found = []
     for light in _unique(row.illuminant for row in rows):
         told = [

@@ -126,7 +126,7 @@ def reduce_map(delta_e: Float[np.ndarray, "H W"], size: tuple[int, int]) -> Floa
 
 
 def _shares(length: int, wanted: int) -> Float[np.ndarray, "wanted length"]:
-    """How much of each of `wanted` equal parts of a line every one of its `length` pixels takes."""
+    """Compute how much of each of `wanted` equal parts of a line every one of its `length` pixels takes."""
     first = np.arange(wanted)[:, None] * length / wanted
     pixel = np.arange(length)
     covered = np.minimum(pixel + 1, first + length / wanted) - np.maximum(pixel, first)

@@ -158,7 +158,7 @@ class GLGathering:
 
 
 def _fields(layer: SpreadLayer) -> int:
-    """How many of a light's fields a layer is of."""
+    """Count the fields of a light that a layer is of."""
     return layer.fields.stop - layer.fields.start
 
 

@@ -192,7 +192,7 @@ def indirect_tables(context: moderngl.Context, light: IndirectLight, fields: sli
 
 
 def _four(values: Float[np.ndarray, "n T F"], dtype: type) -> Float[np.ndarray, "n T 4"]:
-    """With as many fields as a texel has numbers."""
+    """Pad to as many fields as a texel has numbers."""
     held = np.zeros((*values.shape[:2], 4), dtype=dtype)
     held[..., : values.shape[2]] = values
     return held

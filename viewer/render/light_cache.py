@@ -114,7 +114,7 @@ class LightCache:
                 self._seen_shadows = {**self._seen_shadows, self._light_key(light, scene): shadows}
 
     def _light_key(self, light: SpreadLight, scene: Scene) -> tuple:
-        """By what casts shadows and by the light as it is turned."""
+        """Return the key of a light: by what casts shadows and by the light as it is turned."""
         turned = (id(light.maps.maps), light.world_from_map.tobytes()) if isinstance(light, EnvironmentLight) else ()
         return _key(light, scene), turned, *(id(part.mesh) for part in scene.parts)
 

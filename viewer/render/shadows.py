@@ -248,7 +248,7 @@ def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray, normals: 
 
 
 def _shade(grid: ShadowGrid, code: np.ndarray, points: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """How much of the ray from each point to the light one triangle each stops."""
+    """Compute how much of the ray from each point to the light one triangle each stops."""
     corners = grid.corners[code >> 4]
     to_light = reach = None
     if not grid.parallel:

@@ -282,7 +282,7 @@ class SessionObjects:
         return self._surfaces.get_or((catalogue, name), lambda: self._catalogue(catalogue).surface(name).drawn())
 
     def _spectrum(self, asked: _Asked) -> Spectrum | None:
-        """In place of the lights' own; None is theirs."""
+        """Return the spectrum in place of the lights' own; None is theirs."""
         lamps, who = asked.light.lamps, observer(asked.who)
         if not lamps:
             return None

@@ -235,7 +235,7 @@ class Window:
             self.measuring.forget()
 
     def _count(self) -> None:
-        """How far B is from A over the whole picture, where that is seen or can be read."""
+        """Find how far B is from A over the whole picture, where that is seen or can be read."""
         frame = self.frame
         alike = isinstance(frame, Frame) and frame.sides is not None and frame.sides[0] is frame.sides[1]
         if frame is None or frame.texture is None or alike:
