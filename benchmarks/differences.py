@@ -54,7 +54,7 @@ def run(width: int = 3840, height: int = 2160, repeats: int = 3) -> dict:
 
 
 def _ways(formula: ImageFormula) -> tuple[Callable, Callable, Callable]:
-    """Of images, in double precision, and by colour-science, each of two images of CIELAB."""
+    """Return the differences of images, in double precision, and by colour-science, each of two images of CIELAB."""
     colour = colour_science()
     if formula != "CAM16-UCS":
         return (

@@ -121,7 +121,7 @@ def _environment(kernel: str, threads: int) -> dict[str, str]:
 
 
 def _worker(words: Sequence[str], kernel: str, threads: int) -> str:
-    """What a process of this module prints that rounds so."""
+    """Run a process of this module that rounds so, and return what it prints."""
     line = [sys.executable, "-m", "metamer.benchmarks.false_alarms", *words]
     done = subprocess.run(line, env=_environment(kernel, threads), capture_output=True, text=True, encoding="utf-8")
     if done.returncode:

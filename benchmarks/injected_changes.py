@@ -289,7 +289,7 @@ Figures = tuple[float, float, float | None]
 
 
 def _shown(exact: ComparedSide, after: ComparedSide) -> dict[RowName, dict[LayerKind, Figures]]:
-    """What each layer shows between the two in single precision, before a baseline rounds them."""
+    """Compute what each layer shows between the two in single precision, before a baseline rounds them."""
     now = {row.name: row for row in after.rows}
     found: dict[RowName, dict[LayerKind, Figures]] = {}
     for row in exact.rows:

@@ -43,7 +43,7 @@ class _Plan:
 
 
 def review_page(folder: Path, rows: int) -> Path:
-    """Of `metamer review`, the second run."""
+    """Write the page of `metamer review`, the second run."""
     made = [_review_row(*_named(number), rows) for number in range(rows)]
     before = [Run("2026-01-01T00:00:00+00:00", "0", "pass", {row.name: row.statistics.p99 for row in made})]
     checks = (SelfCheck("L* by 1", 1.0, 1.0),)
@@ -51,7 +51,7 @@ def review_page(folder: Path, rows: int) -> Path:
 
 
 def regression_page(folder: Path, rows: int) -> Path:
-    """Of `metamer report`: every tenth row is identical, the others moved."""
+    """Write the page of `metamer report`: every tenth row is identical, the others moved."""
     sides = []
     for path, off in (("before", 1.0), ("after", 1.01)):
         found = [_side_row(number, off if number % 10 else 1.0) for number in range(rows)]
@@ -61,7 +61,7 @@ def regression_page(folder: Path, rows: int) -> Path:
 
 
 def match_page(folder: Path, rows: int) -> Path:
-    """Of `metamer match`: so many samples, under three lights."""
+    """Write the page of `metamer match`: so many samples, under three lights."""
     rng = np.random.default_rng(0)
     samples = [_sample(f"lot {number:04}", 1.0 + rng.normal(0.0, 0.02)) for number in range(rows)]
     report = match(_sample("master", 1.0), samples, "CMC 2:1 1.0", repeatability=0.05)
@@ -69,7 +69,7 @@ def match_page(folder: Path, rows: int) -> Path:
 
 
 def catalogue_page(folder: Path, rows: int) -> Path:
-    """Of `metamer catalogue preview`: so many materials."""
+    """Write the page of `metamer catalogue preview`: so many materials."""
     cards = []
     for number in range(rows):
         name = _named(len(LIGHTS) * number)[0]
@@ -119,7 +119,7 @@ def _colour(material: int, light: str) -> Float[np.ndarray, "3"]:
 
 @cache
 def _shape() -> tuple[Float[np.ndarray, "H W"], Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]]:
-    """Of a sphere from the front: what a matt surface makes of the light, what a gloss does, and where there is any."""
+    """Shade a sphere from the front: what a matt surface makes of light, what a gloss does, and where there is any."""
     y, x = np.mgrid[-1.1 : 1.1 : _SIDE * 1j, -1.1 : 1.1 : _SIDE * 1j]
     z = np.sqrt(np.clip(1.0 - x * x - y * y, 0.0, None))
     return np.clip(0.5 * x - 0.4 * y + 0.76 * z, 0.03, 1.0), 0.4 * z**60, (z > 0.0).astype(np.float64)

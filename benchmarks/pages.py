@@ -106,8 +106,8 @@ def _worked_with(browser: Any, path: Path) -> dict[str, Any]:
 
 
 def _steps(page: Any) -> Iterator[Step]:
-    """What a person does, one after the other; only what the page has. All of it by keys and the mouse, since what
-    drives the browser would otherwise do work of its own on the page.
+    """Yield what a person does, one after the other; only what the page has. All of it by keys and the mouse, since
+    what drives the browser would otherwise do work of its own on the page.
     """
 
     def pressed(what: str, keys: Sequence[str]) -> Iterator[Step]:

@@ -81,7 +81,7 @@ class Shelf:
         return Shelf({name: self._fast[name]})
 
     def drawn(self) -> Fast:
-        """That one."""
+        """Return that one."""
         (found,) = self._fast.values()
         return found
 
@@ -187,7 +187,7 @@ def _anew(once: RenderSession, scene: Scene, camera: Camera, fast: Mapping[str, 
 
 
 def _shown(frame: Frame, session: Session, size: tuple[int, int], moving: bool = False) -> None:
-    """To the last pixel of what the display is sent."""
+    """Show a frame to the last pixel of what the display is sent."""
     frame.show(session, size, moving)
     _sent(frame)
 

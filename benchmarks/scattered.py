@@ -33,7 +33,7 @@ Predictor = Callable[[ScatteredMeasurement, np.ndarray, np.ndarray], tuple[np.nd
 
 
 def kriged(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, int]:
-    """What Metamer does, and the pairs that it could not do."""
+    """Evaluate as Metamer does, and count the pairs that it could not do."""
     return ScatteredBrdf.from_measurement(known).eval_measured(wi, wo, exact=True), 0
 
 

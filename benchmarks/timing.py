@@ -14,7 +14,7 @@ Found = TypeVar("Found")
 
 
 def timed(call: Callable[[], Found]) -> tuple[Found, float]:
-    """What a call gives, and its seconds."""
+    """Return what a call gives, and its seconds."""
     start = time.perf_counter()
     found = call()
     return found, time.perf_counter() - start

@@ -47,7 +47,7 @@ class BtfCase:
 
 
 def cases(data: Path | None, full: bool, texels: int | None = None) -> list[BtfCase]:
-    """Those that a run of this length has; without `data`, or files in it, only traced ones.
+    """Return the cases that a run of this length has; without `data`, or files in it, only traced ones.
 
     texels : along each side of the crops of measured ones; None: `CROP`.
     """

@@ -29,7 +29,7 @@ ROWS = 128
 
 
 def environments(data: Path | None) -> dict[str, Callable[[], EnvironmentLight]]:
-    """Those that there are, by name; without `data` only those that are made up."""
+    """Return the environments that there are, by name; without `data` only those that are made up."""
     found: dict[str, Callable[[], EnvironmentLight]] = {}
     for name, file in FILES.items():
         if data is not None and (path := data / "light" / file).is_file():

@@ -31,7 +31,7 @@ class SomeViews(BtfImages):
 
     @classmethod
     def of(cls, images: BtfImages, kept: Int[np.ndarray, " V"]) -> SomeViews:
-        """Those that are kept, in that order."""
+        """Choose the views that are kept, in that order."""
         views = Hemisphere(images.views.directions[kept])
         return cls(images, kept, views, images.lights, images.height, images.width, images.basis)
 

@@ -56,7 +56,7 @@ class Method:
 
 
 def methods(full: bool) -> list[Method]:
-    """Those that a run of this length has, first those that take images as they were measured."""
+    """Return the methods that a run of this length has, first those that take images as they were measured."""
     found = [
         Method("ptm", partial(_field, ptm)),
         Method("lafortune", partial(_field, lafortune), full=True),

@@ -48,7 +48,7 @@ class CodedBtf:
 
     @classmethod
     def read(cls, folder: Path) -> CodedBtf:
-        """That of a folder.
+        """Read the BTF of a folder.
 
         Raises
         ------

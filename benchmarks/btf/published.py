@@ -26,7 +26,7 @@ _NOTES = (
 
 
 def published_epsilon(case: str, method: str) -> float | None:
-    """What the paper has for a material and a method of these names; None for others."""
+    """Return what the paper has for a material and a method of these names; None for others."""
     if case not in EPSILON or method not in METHODS:
         return None
     return EPSILON[case][METHODS.index(method)]

@@ -68,7 +68,7 @@ def row(
     dictionary_bytes: int | None = None,
     offset: float | None = None,
 ) -> dict:
-    """For JSON.
+    """Make a row for JSON.
 
     texels : of the whole. delta_e94 : mean, 95th and 99th percentile. registered : whether the truth is registered
     images. epsilon : mean absolute difference of encoded red, green and blue; beside it is what its paper has for the
@@ -117,7 +117,7 @@ def with_bars(rows: Sequence[dict]) -> list[dict]:
 
 
 def offsets(rows: Sequence[Mapping]) -> dict[str, float]:
-    """By case, how far its surface was found above the measured plane, texels."""
+    """Return by case how far its surface was found above the measured plane, texels."""
     return {one["case"]: one["offset"] for one in rows if one["offset"] is not None}
 
 

@@ -50,7 +50,7 @@ _ToXyz = Callable[[Float[np.ndarray, "n J"]], Float[np.ndarray, "n M3"]]
 
 
 def rows(case: BtfCase, directions: Float[np.ndarray, "n 3"], wanted: Callable[[str], bool]) -> Iterator[dict]:
-    """Those of a case of spectra; none of another."""
+    """Yield the rows of a case of spectra; none of another."""
     if case.spectral is None or not any(map(wanted, NAMES)):
         return
     sample = case.spectral()
@@ -87,7 +87,7 @@ def _images(sample: SyntheticBtf, both: Hemisphere) -> BtfImages:
 
 
 def _uplifts(sample: SyntheticBtf, to_xyz: Float[np.ndarray, "L M3"]) -> Mapping[str, _ToXyz]:
-    """From linear red, green and blue to what lights show."""
+    """Return the maps from linear red, green and blue to what lights show."""
 
     def published(name: str) -> _ToXyz:
         # What a fit leaves below 0 has no spectrum; `_Judged.rows` holds all other forms' colours at 0, too.
@@ -159,7 +159,7 @@ class _Judged:
 
 
 def claims(found: Sequence[dict]) -> list[dict]:
-    """What is claimed of spectral forms, as far as there are rows: `claim`, `found`, `bar` (at most) and `kept`."""
+    """Check the claims on spectral forms, as far as there are rows: `claim`, `found`, `bar` (at most) and `kept`."""
     by = {(one["method"], one["light"]): one for one in found if one["method"] in NAMES}
     said = []
 

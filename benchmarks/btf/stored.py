@@ -9,7 +9,7 @@ from ...materials.records.hdf5_tree import form_node, write_tree
 
 
 def stored_bytes(kept: Mapping[str, Any]) -> int:
-    """Of all data sets of a form in HDF5, compressed as they are there, in place of the file's own bookkeeping."""
+    """Sum the bytes of all data sets of a form in HDF5, compressed as they are there, not of the file's bookkeeping."""
     import h5py
 
     total = 0

@@ -68,7 +68,7 @@ class Surround:
 
     @property
     def light(self) -> str:
-        """In words, for rows."""
+        """Light in words, for rows."""
         return f"{self.environments} environments x {len(self.placed) // self.environments} turns"
 
     def error(
@@ -92,13 +92,13 @@ class Surround:
         return float(every.mean()), float(p95), float(p99)
 
     def balanced(self, terms: int = TERMS) -> Weights:
-        """By the balanced light basis of so many terms."""
+        """Weigh by the balanced light basis of so many terms."""
         found = balanced_lights(self.learnt, self.lights, terms)
         both = found.analysis @ found.synthesis.T
         return lambda light: both @ light.hats
 
     def harmonic(self) -> Weights:
-        """By 25 spherical harmonics of hats and light (Mueller, Meseth and Klein 2004, section 4.1)."""
+        """Weigh by 25 spherical harmonics of hats and light (Mueller, Meseth and Klein 2004, section 4.1)."""
         around = spread(_DIRECTIONS, -1.0)
         both = hats_at(self.lights, around).T @ harmonics(around) * (4.0 * np.pi / len(around))
         return lambda light: both @ light.harmonics
@@ -114,7 +114,7 @@ class Surround:
 
 
 def gathered(texels: BtfTexels) -> Weights:
-    """As renderers gather it: Gaussians and a bent cosine are looked up, and go through the form's light basis."""
+    """Gather as renderers do: Gaussians and a bent cosine are looked up, and go through the form's light basis."""
     form = BtfGathering(texels=texels)
     both = form.basis.analysis @ form.lights
     return lambda light: both @ light.functions

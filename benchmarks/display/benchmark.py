@@ -126,7 +126,7 @@ def run(
 
 
 def chain_rows(driven: Driven, transform: DisplayTransform) -> list[dict[str, Any]]:
-    """From XYZ-D65 through OpenColorIO, rounded to bits, to what the true display shows: a row for each of `BITS`."""
+    """Follow XYZ-D65 through OpenColorIO, rounded to bits, to what the true display shows: a row for each of `BITS`."""
     display, aim = driven.display, driven.aim
     held = np.random.default_rng(1000 + driven.seed).random((_COLOURS, 3))
     wanted = display.xyz(held)
@@ -168,7 +168,7 @@ def _sent(codes: np.ndarray, bits: int) -> np.ndarray:
 
 
 def figures(driven: Driven, transform: DisplayTransform) -> dict[str, float]:
-    """What is not of the chain as a whole: tables beside the inverse, files beside memory, the choice, drift."""
+    """Measure what is not of the whole chain: tables beside the inverse, files beside memory, the choice, drift."""
     import PyOpenColorIO as ocio
 
     from ...viewer.display.config import display_transform
@@ -202,7 +202,7 @@ def figures(driven: Driven, transform: DisplayTransform) -> dict[str, float]:
 
 
 def _direct(relative: np.ndarray, transform: DisplayTransform, name: str) -> np.ndarray:
-    """From the interchange space to the display's, as the file has it, without a view between."""
+    """Convert from the interchange space to the display's, as the file has it, without a view between."""
     import PyOpenColorIO as ocio
 
     depth = ocio.BIT_DEPTH_F32

@@ -47,12 +47,12 @@ class SimulatedDisplay:
         return self.emitters * (self.white_cd_m2 / y)
 
     def xyz(self, codes: Float[np.ndarray, "N 3"], eye: str = "1931_2") -> Float[np.ndarray, "N 3"]:
-        """What it shows, in cd/m2, without noise."""
+        """Compute what it shows, in cd/m2, without noise."""
         weights = EFFICACY * self._radiance @ observer(eye).sensitivity(NM).T
         return self.drive(np.asarray(codes, dtype=np.float64)) @ weights
 
     def spectra(self, codes: Float[np.ndarray, "N 3"]) -> ReadingSpectra:
-        """What it sends, without noise."""
+        """Compute what it sends, without noise."""
         return ReadingSpectra(NM, self.drive(np.asarray(codes, dtype=np.float64)) @ self._radiance)
 
     def measured(
@@ -62,7 +62,7 @@ class SimulatedDisplay:
         drift: Callable[[np.ndarray], np.ndarray] | None = None,
         noise: float = 1.0,
     ) -> Readings:
-        """What the instrument says of these codes in this order.
+        """Simulate what the instrument says of these codes in this order.
 
         drift : by what XYZ are multiplied, of the number of each reading over that of all, (N,) to (N,3).
         noise : of the stated noise, so many times.
@@ -100,7 +100,7 @@ def _lcd_drive(codes: np.ndarray) -> np.ndarray:
 
 
 def _cross_talk_drive(codes: np.ndarray) -> np.ndarray:
-    """As an LCD, and each channel is pulled down by what its right-hand neighbour is driven with."""
+    """Drive as an LCD, and each channel is pulled down by what its right-hand neighbour is driven with."""
     pulled = codes - 0.020 * codes * (1.0 - codes) * 4.0 * np.roll(codes, -1, axis=1)
     return _lcd_drive(pulled)
 

@@ -248,7 +248,7 @@ class _Work:
 
 
 def _filtering_points(renderer: RenderSession, progress: Say) -> list[dict]:
-    """What filtering factors is worth, shaped as the other points; seconds to fit are none of its matter."""
+    """Measure what filtering factors is worth, shaped as the other points; seconds to fit are none of its matter."""
     progress("filtering: speed against error")
     return [
         {

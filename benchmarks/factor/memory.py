@@ -45,12 +45,12 @@ class WatchedBrdf(Brdf):
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Those of what is watched."""
+        """Wavelengths of what is watched."""
         return self.brdf.wavelengths_nm
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """As what is watched."""
+        """Isotropy of what is watched."""
         return self.brdf.isotropic
 
     def eval(
@@ -68,7 +68,7 @@ class WatchedBrdf(Brdf):
 
 
 def timed_and_weighed(brdf: Brdf, work: Callable[[Brdf], T]) -> tuple[T, float, int]:
-    """What `work` makes of the BRDF, its seconds, and the most bytes that it held at one time, evaluations apart.
+    """Return what `work` makes of the BRDF, its seconds, and the most bytes held at one time, evaluations apart.
 
     Two runs, since counting bytes takes time; what the first one cached is not counted again.
     """

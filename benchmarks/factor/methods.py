@@ -106,7 +106,7 @@ def method_points(
 
 
 def packs_needed(points: Sequence[dict], light: str, p99: float) -> dict[str, int | None]:
-    """For each frame and method, the least number of packs tried whose p99 is within `p99`; None where none is."""
+    """Find for each frame and method the least number of packs tried whose p99 is within `p99`; None where none is."""
     needed: dict[str, int | None] = {}
     for point in points:
         key = f"{point['frame']}, {point['method']}"

@@ -78,7 +78,7 @@ def polar_plots(polar: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def scatter_plots(points: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """For every surface: its configurations, numbered, and for every light ΔE94 p99 against what it costs."""
+    """Plot for every surface its configurations, numbered, and for every light ΔE94 p99 against what it costs."""
     across = (("ms_per_megapixel", "milliseconds a megapixel"), ("fit_seconds", "seconds to fit"))
     found = []
     for case in dict.fromkeys(point["case"] for point in points):
@@ -121,7 +121,7 @@ def growth_plots(growth: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def method_plots(points: Sequence[dict[str, Any]], needed: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """For every surface that the paper's methods were tried on: ΔE94 p99 against packs, ours beside them."""
+    """Plot for every surface that the paper's methods were tried on ΔE94 p99 against packs, ours beside them."""
     found = []
     for case in dict.fromkeys(row["case"] for row in needed):
         rows = [row for row in needed if row["case"] == case]

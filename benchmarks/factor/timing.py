@@ -39,11 +39,11 @@ class Stopwatch:
         self._scene = Scene((wall,), (light,), (self._camera,), observer("1931_2"))
 
     def milliseconds(self, packs: tuple[FactorPack, ...]) -> float:
-        """Of a megapixel of XYZ: every term folded with the light first."""
+        """Time a megapixel of XYZ: every term folded with the light first."""
         return self._timed(lambda: self.renderer.render(self._scene, self._camera, {"material": FactoredBrdf(packs)}))
 
     def spectral_milliseconds(self, packs: tuple[FactorPack, ...], wavelengths_nm: np.ndarray) -> float:
-        """Of a megapixel of spectra: every wavelength carried to the pixel."""
+        """Time a megapixel of spectra: every wavelength carried to the pixel."""
         return self._timed(
             lambda: self.renderer.render_spectra(
                 self._scene, self._camera, {"material": FactoredBrdf(packs)}, wavelengths_nm

@@ -145,7 +145,7 @@ FILES = {
 
 
 def lights(data: Path | None) -> dict[str, Callable[[], EnvironmentLight | DeltaLight]]:
-    """Those that there are, by name; without `data` no file is one."""
+    """Return the lights that there are, by name; without `data` no file is one."""
     found: dict[str, Callable[[], EnvironmentLight | DeltaLight]]
     found = {"sun": _sun, "lamp": _lamp, "made-sky": made_sky}
     for name, file in FILES.items():

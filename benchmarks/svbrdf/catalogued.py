@@ -109,7 +109,7 @@ class _Compared:
             yield row(name, "ours", light_name, apart, noise, lobes=form.count, ms_per_megapixel=milliseconds)
 
     def _arriving(self, grids: Grids) -> list[tuple[np.ndarray, np.ndarray]]:
-        """For each ring directions (D, 3), local, and what arrives from them at its points, cd/m^2 sr (n, D, F)."""
+        """Compute by ring directions (D, 3), local, and what arrives from them at its points, cd/m^2 sr (n, D, F)."""
         found = []
         for viewer, frames in zip(self._sphere.viewers, self._sphere.frames, strict=True):
             to, angles = slice_directions(viewer, grids)

@@ -50,6 +50,6 @@ def _cosines() -> Float[np.ndarray, " R"]:
 
 
 def _shares(cosine: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n R"]:
-    """What each of the spectra counts at a cosine: two of them are not 0."""
+    """Compute what each of the spectra counts at a cosine: two of them are not 0."""
     nodes, at = (1.0 - _cosines()) ** 3, (1.0 - cosine) ** 3
     return np.stack([np.interp(at, nodes, one) for one in np.eye(len(nodes))], axis=-1)

@@ -24,7 +24,7 @@ class Hiding(ABC):
     def free_share(
         self, to: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
     ) -> Float[np.ndarray, "N Q"]:
-        """What of Gaussians about directions of the world each point sees, by signed distance."""
+        """Compute the share of Gaussians about directions of the world that each point sees, by signed distance."""
 
     @abstractmethod
     def seen(self, directions: Float[np.ndarray, "Q 3"]) -> Bool[np.ndarray, "#N Q"]:

@@ -43,7 +43,7 @@ class PreparedLight:
         return self.light
 
     def arrivals(self, points: ShadedPoints) -> Arrivals:
-        """What arrives at each point of a light that comes from one direction, which it has to be."""
+        """Return what arrives at each point of a light that comes from one direction, which it has to be."""
         if not isinstance(self.light, DeltaLight):
             raise TypeError("a light of one direction is needed")
         return self.light.arrivals(points.positions)

@@ -38,7 +38,7 @@ def materials(data: Path | None) -> dict[str, Callable[[], Brdf]]:
 def fitted(
     data: Path | None, wanted: Callable[[str], bool], progress: Callable[[str], None]
 ) -> Iterator[tuple[dict, float]]:
-    """For each material its row and the fit's CPU seconds. The reference is the table, pixel by pixel: no noise."""
+    """Yield each material's row and the fit's CPU seconds. The reference is the table, pixel by pixel: no noise."""
     sphere = sphere_protocol(PIXELS, True, light=LIGHT)
     for name, made in materials(data).items():
         if not wanted(name):

@@ -55,18 +55,18 @@ class SceneHiding(Hiding):
 
     @property
     def bytes_per_vertex(self) -> float:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """What is stored."""
+        """Bytes stored a vertex."""
         return self.visibility.bytes_a_vertex
 
     def free_share(
         self, to: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
     ) -> Float[np.ndarray, "N Q"]:
-        """By the vertices of the triangle that a point lies on."""
+        """Compute free shares by the vertices of the triangle that a point lies on."""
         vertices, weights = self.visibility.located(self.faces, self.weights)
         return self.visibility.free_shares(vertices, weights, to, sharpness, self.back)
 
     def seen(self, directions: Float[np.ndarray, "Q 3"]) -> Bool[np.ndarray, "N Q"]:
-        """By rays, above the horizons of triangle and shading normal."""
+        """Find by rays what points see, above the horizons of triangle and shading normal."""
         free = np.zeros((len(self.faces), len(directions)), dtype=bool)
         start = self.tracer.vertices[self.tracer.faces[self.faces]]
         start = self.tracer.lifted(np.einsum("nk,nki->ni", self.weights, start), self.geometric)
@@ -91,7 +91,7 @@ Place = Callable[[int], tuple[SceneHiding, ShadedPoints]]
 
 
 def places(data: Path | None) -> dict[str, Place]:
-    """Those that there are, by name; without `data` no file is one."""
+    """Return the places that there are, by name; without `data` no file is one."""
     found: dict[str, Place] = {"floor": shape_on_floor}
     for name, file in FILES.items():
         if data is not None and (path := data / "meshes" / file).is_file():

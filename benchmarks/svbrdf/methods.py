@@ -28,7 +28,7 @@ class MethodTask:
 
     @property
     def free_share(self) -> paper.FreeShare | None:
-        """What a signed distance function knows of what is hidden (eqs. 23 to 31)."""
+        """Free share of light, as a signed distance function knows it (eqs. 23 to 31)."""
         return None if self.hiding is None else self.hiding.free_share
 
 

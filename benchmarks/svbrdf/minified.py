@@ -80,7 +80,7 @@ def _rows(name: str, surface: MappedSurface) -> Iterator[dict]:
 
 
 def _looks(width: int, height: int) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"], np.ndarray]:
-    """To the light, to the viewer, and the first texel of a block: at random, blocks where levels have theirs."""
+    """Draw directions to light and viewer, and a block's first texel: at random, blocks where levels have theirs."""
     rng = np.random.default_rng(0)
     theta = np.arcsin(0.98 * np.sqrt(rng.uniform(size=(2, BLOCKS))))
     phi = rng.uniform(0.0, 2.0 * np.pi, (2, BLOCKS))

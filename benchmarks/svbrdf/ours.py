@@ -34,7 +34,7 @@ def by_slices(task: MethodTask) -> Float[np.ndarray, "N K T"]:
 def gathered_by(
     form: EnvironmentForm, points: ShadedPoints, light: EnvironmentLight, hiding: SceneHiding | None = None
 ) -> Float[np.ndarray, "N K R"]:
-    """What an environment form gathers under each of the light's spectra, a number for each of its own."""
+    """Compute what an environment form gathers under each of the light's spectra, a number for each of its own."""
     count, rank, fields = len(points), form.palette.rank, slice(0, len(light.spectra))
     shadows, faces, weights = None, np.zeros(count, dtype=np.int64), np.full((count, 3), 1.0 / 3.0)
     back, facet = np.zeros(count, dtype=bool), points.normals

@@ -18,7 +18,7 @@ def row(
     bytes_per_vertex: float | None = None,
     ms_per_megapixel: float | None = None,
 ) -> dict:
-    """For JSON. apart : ΔE94 of all points. noise : what the reference itself may be off by, mean ΔE94."""
+    """Make a row for JSON. apart : ΔE94 of all points. noise : what the reference itself may be off by, mean ΔE94."""
     p95, p99 = np.percentile(apart, [95, 99])
     return {
         "case": case,

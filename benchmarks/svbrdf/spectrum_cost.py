@@ -69,7 +69,7 @@ def spectrum_cost(wanted: Callable[[str], bool], progress: Callable[[str], None]
 
 
 def _whole_slices() -> ViewSlices:
-    """Of facets that reflect everything: one term."""
+    """Compute the slices of facets that reflect everything: one term."""
     found, white = slices_of(gold(ALPHA)), Palette.of(np.ones((1, len(WORKING_WAVELENGTHS_NM))))
     return replace(found, value=found.value[..., 1:].sum(axis=-1, keepdims=True), palette=white)
 

@@ -55,7 +55,7 @@ class GlossySurface:
 
     @property
     def spectra(self) -> Float[np.ndarray, "T L"]:
-        """What the terms are multiplied by: the body, then the facets'."""
+        """Spectra that the terms are multiplied by: the body's, then the facets'."""
         return np.concatenate([self.body[None], self.facets])
 
     def smooth(self, wi: Float[np.ndarray, "... 3"], wo: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "... R"]:
@@ -121,10 +121,10 @@ class ShadedPoints:
 
     @property
     def positions(self) -> Float[np.ndarray, "N 3"]:
-        """In the world: the sphere's radius is 1, its middle the origin."""
+        """Positions in the world: the sphere's radius is 1, its middle the origin."""
         return self.normals
 
     @property
     def normals(self) -> Float[np.ndarray, "N 3"]:
-        """In the world."""
+        """Normals in the world."""
         return self.world_from_local[:, :, 2]

@@ -32,7 +32,7 @@ _UNDIVIDED = 10.0
 
 
 def balls(count: int) -> Scene:
-    """So many balls in rows above a floor."""
+    """Make a scene of so many balls in rows above a floor."""
     across = int(np.ceil(np.sqrt(count)))
     ball = sphere(_LEVEL, _RADIUS)
     places = [(float(n % across), 0.5, float(n // across)) for n in range(count)]

@@ -104,7 +104,7 @@ class _Pixels:
 
     @classmethod
     def of(cls, scene: Scene, fine: Scene, hits: Hits) -> _Pixels:
-        """Those of the first camera. fine : the scene as it is divided."""
+        """Find the pixels of the first camera. fine : the scene as it is divided."""
         found = visible_geometry(scene, None, slice(None), Tracer(scene), with_uv=True, with_frames=True)
         assert found.uv is not None
         ours = np.flatnonzero(found.part == 0)
@@ -115,7 +115,7 @@ class _Pixels:
         return cls(both, seen.sites[second], seen.shares[second], found.uv[ours], found.wo[ours])
 
     def mixed(self, arriving: Float[np.ndarray, "S K J B"]) -> Float[np.ndarray, "n K J B"]:
-        """What arrives at pixels, linear between sites."""
+        """Compute what arrives at pixels, linear between sites."""
         return np.einsum("nk,nk...->n...", self.shares, arriving[self.sites], optimize=True)
 
 

@@ -69,11 +69,11 @@ class OurMethod:
 
     @property
     def eye(self) -> Float[np.ndarray, "3"]:
-        """Where the scene's camera stands."""
+        """Position of the scene's camera."""
         return np.asarray(self.case.scene.camera().position, dtype=float)
 
     def relight_ms(self) -> dict[str, float]:
-        """Of colours at all sites: of another view, another material on the first glossy part and (`matt`) on the
+        """Time colours at all sites: of another view, another material on the first glossy part and (`matt`) on the
         first matt one, another light, and of all: view, glossy material and light. No change is timed twice.
         """
         state, light = self.state, self.state.lights[0]
@@ -184,7 +184,7 @@ class OurMethod:
         return np.sort(np.random.default_rng(SEED).permutation(there)[:SITES])
 
     def _points(self) -> SurfacePoints:
-        """What pixels show."""
+        """Find what pixels show."""
         hits, seen = self.state.prepared.hits, self.seen
         found = visible_geometry(self.case.scene, None, slice(None), Tracer(self.case.scene), with_frames=True)
         assert found.frame is not None and found.geometric is not None
@@ -194,7 +194,7 @@ class OurMethod:
         return SurfacePoints(part, seen.sites, seen.shares, found.frame[there], found.wo[there], found.geometric[there])
 
     def _evenly(self, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
-        """What they would send out of direct light, every part as a matt one."""
+        """Compute what sites would send out of direct light, every part as a matt one."""
         scene, state = self.case.scene, self.state
         part = state.prepared.hits.part_of_site[sites]
         found = np.zeros((len(sites), 3))

@@ -57,7 +57,7 @@ def rows(
     assert isinstance(light, EnvironmentLight)
 
     def relit() -> None:
-        """Of as many pixels as Mitsuba is counted for, of which sites and shares stay."""
+        """Relight as many pixels as Mitsuba is counted for, of which sites and shares stay."""
         found = _colours(state.with_lights(replace(light, rotation_deg=float(next(steps)))))
         np.einsum("nk,nkc->nc", shares, found[sites])
 
@@ -198,6 +198,6 @@ def traced_twice(
 
 
 def _listed(values: Float[np.ndarray, " L"]) -> dict[str, str]:
-    """Of a spectrum at every nanometre, for Mitsuba."""
+    """List a spectrum at every nanometre, for Mitsuba."""
     wavelengths, samples = (", ".join(f"{each:.9g}" for each in one) for one in (_FINE_NM, values))
     return {"type": "irregular", "wavelengths": wavelengths, "values": samples}

@@ -34,12 +34,12 @@ class Seen:
     shares: Float[np.ndarray, "n 3"]
 
     def picture(self, values: Float[np.ndarray, "S 3"]) -> Float[np.ndarray, "n 3"]:
-        """What lies between sites, linear on triangles."""
+        """Interpolate what lies between sites, linear on triangles."""
         return np.einsum("nk,nkc->nc", self.shares, values[self.sites])
 
 
 def seen_sites(fine: Scene, hits: Hits) -> Seen:
-    """Of the first camera of a scene, which has one sample a pixel. fine : with the triangles that sites are of."""
+    """Find what the first camera of a scene sees, one sample a pixel. fine : with the triangles that sites are of."""
     camera = fine.camera()
     tracer = Tracer(fine)
     origins, to = (np.ascontiguousarray(each.reshape(-1, 3)) for each in camera.rays())
@@ -77,7 +77,7 @@ class Truths:
     def from_sites(
         self, bounces: int, sites: Int[np.ndarray, " n"], trace: Callable[[], Float[np.ndarray, "2 n 3"]]
     ) -> Float[np.ndarray, "2 n 3"]:
-        """What `trace` gives of these sites, once."""
+        """Return what `trace` gives of these sites, once."""
         key = bounces, sites.tobytes()
         if key not in self._sites:
             self.progress(f"{self.case.name}, {self.case.light}: paths from sites, {bounces} bounces")
@@ -95,6 +95,6 @@ def difference(
 
 
 def figures_of(off: Float[np.ndarray, " n"]) -> dict[str, float]:
-    """Of differences, as rows have them; 0 of none."""
+    """Summarise differences as rows have them; 0 of none."""
     p95, p99 = np.percentile(off, (95.0, 99.0)) if len(off) else (0.0, 0.0)
     return {"mean": float(off.mean()) if len(off) else 0.0, "p95": float(p95), "p99": float(p99)}

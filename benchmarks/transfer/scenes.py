@@ -48,12 +48,12 @@ class TransferScene:
 
 @cache
 def family() -> Family:
-    """That all materials are of."""
+    """Return the family that all materials are of."""
     return cook_torrance()
 
 
 def scenes(full: bool, data: Path | None = None) -> list[TransferScene]:
-    """Those of a quick or a full run; with `data`, one with a measured mesh too."""
+    """Make the scenes of a quick or a full run; with `data`, one with a measured mesh too."""
     made: list[tuple[str, Callable[[], tuple[list[tuple[Mesh, Tuned]], Camera]], float]] = [("table", _table, 0.042)]
     if full:
         made += [("box", _box, 0.048), ("car", _car, 0.07)]

@@ -76,13 +76,13 @@ class TensorMethod:
         )
 
     def arriving(self, light: EnvironmentLight | None = None) -> Arriving:
-        """Of the scene's own light, or another."""
+        """Compute what arrives of the scene's own light, or another."""
         own = self.case.scene.lights[0]
         assert isinstance(own, EnvironmentLight)
         return self.transfer.arriving(own if light is None else light)
 
     def relight_ms(self) -> dict[str, float]:
-        """Of another view or material, of another light before anything is seen of it, and of all of them."""
+        """Time another view or material, another light before anything is seen of it, and all of them."""
         arriving = self.arriving()
         light, seen = best_ms(self.arriving), best_ms(lambda: self.xyz(arriving, 2))
         # A view is looked up in the same sums as a material is: neither is kept from the other.
