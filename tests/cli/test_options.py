@@ -22,7 +22,7 @@ def commands(found=None, words=()):
 
 
 def deviations(one):
-    """What is wrong with an option or an argument, in words."""
+    """Yield what is wrong with an option or an argument, in words."""
     names, shown = set(one.option_strings), one.help != argparse.SUPPRESS
     if not one.help:
         yield "no help"

@@ -85,7 +85,7 @@ class Place:
 
 
 def undisturbed(place: Place, verb: str) -> tuple[dict[str, str], float]:
-    """What a verb leaves that nobody disturbs, and its seconds."""
+    """Return what a verb leaves that nobody disturbs, and its seconds."""
     place.restore(with_run=verb == "accept")
     begin = time.perf_counter()
     done = subprocess.run(place.words(verb), capture_output=True, text=True, timeout=600)

@@ -33,7 +33,7 @@ def cloth(views=NINE, lights=NINE, size=(8, 8), shine=0.1, seed=0):
 
 
 def saved(folder, values, views=NINE, lights=NINE, name=UBO):
-    """As images of 8 bits by sRGB's curve; what is beyond full scale is held there, as a camera does."""
+    """Save as images of 8 bits by sRGB's curve; what is beyond full scale is held there, as a camera does."""
     from PIL import Image
 
     held = np.clip(values, 0.0, 1.0)

@@ -133,7 +133,7 @@ def made(reader: str, seed: int, number: int, files: dict[str, bytes]) -> tuple[
 
 
 def read(reader: str, path: Path) -> str:
-    """What becomes of one file: "read", "refused", or "not recognised" where a reader would not be asked."""
+    """Say what becomes of one file: "read", "refused", or "not recognised" where a reader would not be asked."""
     with path.open("rb") as file:
         head = file.read(4096)
     if reader in spectral_formats.FORMATS:
@@ -164,7 +164,7 @@ def read(reader: str, path: Path) -> str:
 
 
 def _words(reason: InputError) -> None:
-    """What is said must be text that can be shown, and no picture of the whole file."""
+    """Check that what is said is text that can be shown, and no picture of the whole file."""
     text = str(reason)
     text.encode("utf-8")
     assert reason.problem and len(text) < 20000, len(text)

@@ -150,7 +150,7 @@ class Workplace:
         return time.perf_counter() - begin
 
     def left(self) -> list[str]:
-        """What stands in the temporary folder."""
+        """Return what stands in the temporary folder."""
         return sorted(path.name for path in self.temporary.iterdir())
 
     def half_results(self, name: str) -> list[str]:
@@ -257,7 +257,7 @@ def results(place: Workplace, name: str) -> dict[str, str]:
 
 
 def _listens(pid: int) -> bool:
-    """Whether the process has a handler for SIGTERM, which Metamer sets in its first line and Python does not."""
+    """Tell whether the process has a handler for SIGTERM, which Metamer sets in its first line and Python does not."""
     try:
         status = Path(f"/proc/{pid}/status").read_text()
     except OSError:

@@ -14,7 +14,7 @@ def schemas(name: str) -> list[dict]:
 
 
 def problems(value, schema, at="$") -> list[str]:
-    """What of the JSON Schema a value breaks; the keywords that the documents use, and no others."""
+    """Find what of the JSON Schema a value breaks; the keywords that the documents use, and no others."""
     known = {
         "$schema", "type", "required", "properties", "items", "additionalProperties", "const", "enum", "minimum",
         "exclusiveMinimum",

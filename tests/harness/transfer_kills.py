@@ -124,7 +124,7 @@ def rounds(
     rays: int = 256,
     tell: Callable[[str], None] = lambda line: None,
 ) -> list[dict]:
-    """So many rounds; raises where one ends with other bytes, or two undisturbed builds differ."""
+    """Run so many rounds; raise where one ends with other bytes, or two undisturbed builds differ."""
     scene, whole = scene_file(folder, balls), folder / "undisturbed"
     timed(command(scene, whole, 1, rays))
     expected = contents(whole)

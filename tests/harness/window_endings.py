@@ -21,7 +21,7 @@ def close():
 
 
 def ending(how):
-    """What is done after each step of the window."""
+    """Return what is done after each step of the window."""
     frames = 0
 
     def after(window):

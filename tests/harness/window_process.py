@@ -49,14 +49,14 @@ class It:
         self.context.yield_(count)
 
     def wait(self, condition, what=""):
-        """Until it is true."""
+        """Wait until it is true."""
         end = time.monotonic() + PATIENCE_S
         while not condition():
             assert time.monotonic() < end, f"waited for {what or condition}; {self.state}"
             self.frames(1)
 
     def settled(self):
-        """Until the picture is exact, and nothing is being read or loaded."""
+        """Wait until the picture is exact, and nothing is being read or loaded."""
         self.frames(2)
         window = self.window
 
@@ -68,7 +68,7 @@ class It:
 
     @property
     def state(self):
-        """For messages."""
+        """State in words, for messages."""
         window, frame = self.window, self.window.frame
         drawn = "nothing drawn" if frame is None else f"{frame.quality!r} {frame.reached:.2f} {frame.problem}"
         busy = f"files {window.files.busy()}, probing {window.probing.busy}, asking {window.asking.busy()}"
@@ -137,7 +137,7 @@ class It:
         self.frames(2)
 
     def picture(self):
-        """What the display is sent, (H,W,3) of 8 bits; read between two frames, where the context is."""
+        """Return what the display is sent, (H,W,3) of 8 bits; read between two frames, where the context is."""
         from metamer.viewer.window.canvas_readback import read_codes
 
         return self.on_gpu(lambda: read_codes(self.frame.texture).copy())

@@ -21,7 +21,7 @@ def mi():
 
 @pytest.fixture(scope="session")
 def watertight():
-    """Whether every edge of a mesh, found by position, is of two triangles that run along it in opposite senses."""
+    """Check that every edge of a mesh, found by position, is of two triangles that run along it in opposite senses."""
 
     def is_watertight(mesh):
         corners = welded(mesh.vertices)[1][mesh.faces]

@@ -53,7 +53,7 @@ SHARMA = np.array(
 
 
 def _called(method):
-    """As colour-science names it."""
+    """Name the formula as colour-science does."""
     return {"method": "CMC", "l": float(method[4]), "c": 1.0} if method.startswith("CMC") else {"method": method}
 
 

@@ -26,7 +26,7 @@ def hunt(rgb):
 
 
 def closed_form(first, second):
-    """Of two pictures of one colour each, which have no edges, points or blur (eq. 5-7 of the paper)."""
+    """Compute FLIP of two pictures of one colour each, which have no edges, points or blur (eq. 5-7 of the paper)."""
 
     def distance(one, other):
         off = np.abs(one - other)

@@ -17,7 +17,7 @@ GREEN = 0.1 + 0.5 * np.exp(-(((GRID - 530) / 60) ** 2))
 
 
 def stated_under(light, angle, space="XYZ", named=True, values=GREEN):
-    """What a careful instrument states of `values` under a light."""
+    """Return what a careful instrument states of `values` under a light."""
     seen, power = observer(angle), illuminant(light)
     xyz = seen.weights(power, GRID) @ values
     held = 100 * xyz if space == "XYZ" else lab_from_xyz(xyz, seen.white(power))

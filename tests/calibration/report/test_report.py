@@ -24,7 +24,7 @@ VOID = {"meta", "img", "input", "br", "wbr", "path", "circle", "rect", "use"}
 
 @dataclass(frozen=True)
 class Plan:
-    """What the report reads of a plan."""
+    """Plan with what the report reads of one."""
 
     basis_size: int = 3
     reasons: tuple[str, ...] = ("One light, no bounce: 3 coefficients are exact.",)
@@ -92,7 +92,7 @@ class Tags(HTMLParser):
 
 
 def data_of(page):
-    """What the page's scripts draw from."""
+    """Return what the page's scripts draw from."""
     return json.loads(Tags(page.read_text("utf-8")).scripts["data"])
 
 

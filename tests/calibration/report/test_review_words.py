@@ -43,7 +43,7 @@ def test_a_figure_over_its_limit_is_not_written_as_the_limit():
 
 
 def document(*results):
-    """As `review.json` has it: material, p99, shares below the gamut and above white."""
+    """Make a document as `review.json` has it: material, p99, shares below the gamut and above white."""
     return {
         "status": "over",
         "verdict": "1 of 2 pictures is accurate enough.",

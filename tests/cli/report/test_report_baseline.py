@@ -228,7 +228,7 @@ def test_a_killed_accept_leaves_the_old_baseline_and_the_next_one_clears_up(
 
 
 def files_of_run(folder):
-    """What of a run's folder a baseline has."""
+    """Return the files of a run's folder that a baseline has."""
     return {name for name in files(folder) if not name.startswith("reviews/") and name != "history.json"}
 
 

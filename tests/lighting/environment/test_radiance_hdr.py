@@ -18,7 +18,7 @@ HEADER = b"#?RADIANCE\n# by hand\nEXPOSURE=2.0\nFORMAT=32-bit_rle_rgbe\n\n"
 
 
 def decoded(codes):
-    """What the format's own library makes of four bytes, one after the other."""
+    """Return what the format's own library makes of four bytes, one after the other."""
     found = np.zeros((*codes.shape[:-1], 3))
     for place in np.ndindex(codes.shape[:-1]):
         *mantissas, exponent = (int(code) for code in codes[place])

@@ -97,12 +97,12 @@ def coded(fractions, kind):
 
 
 def area(mesh):
-    """Of all triangles."""
+    """Compute the area of all triangles."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     return 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
 
 
 def volume(mesh):
-    """Of a closed body, positive where its triangles look outwards."""
+    """Compute the volume of a closed body, positive where its triangles look outwards."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     return np.einsum("fi,fi->f", a, np.cross(b, c)).sum() / 6.0

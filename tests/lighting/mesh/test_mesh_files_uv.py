@@ -43,7 +43,7 @@ def write_squares_ply(path, normals=True):
 
 
 def write_squares_gltf(path, material=True, uv_type="<f4", binary=False):
-    """By hand, with v downwards, as the format has it."""
+    """Write squares by hand, with v downwards, as the format has it."""
     vertices, faces, uv = split_squares()
     down = uv * [1, -1] + [0, 1]
     stored = down if uv_type == "<f4" else down * 65535

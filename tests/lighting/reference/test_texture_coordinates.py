@@ -27,7 +27,7 @@ def scene_of(*meshes, camera=CAMERAS["perspective"]):
 
 
 def floor_uv(camera, column, row):
-    """Where the ray through a place of the picture, in samples, meets y = 0, in the uv of `plane(4, 5)`."""
+    """Find where the ray through a place of the picture, in samples, meets y = 0, in the uv of `plane(4, 5)`."""
     across, down = camera.width * camera.samples, camera.height_px * camera.samples
     half_width, half_height = camera.half_extent
     right, up, back = camera.axes

@@ -67,7 +67,7 @@ def geometry(corner):
 
 
 def exactly(state):
-    """What lights give in double precision."""
+    """Compute what lights give in double precision."""
     got = state.received
     return replace(state, _received=replace(got, lux=got.lux.astype(float), incoming=got.incoming.astype(float)))
 

@@ -36,7 +36,7 @@ def scene_of(*meshes):
 
 
 def transfer_of(scene, reflectances, longest_edge=0.4, rays=1024):
-    """Of one region a part, with the frames of the hits' own tangents."""
+    """Compute the transfer of one region a part, with the frames of the hits' own tangents."""
     hits, bodies = scene_hits(scene, 512, longest_edge=longest_edge), Bodies.of(scene, longest_edge)
     normals = hits.sites.normals
     frames = np.stack([*tangents(normals), normals], axis=1)

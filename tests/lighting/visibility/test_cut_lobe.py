@@ -12,7 +12,7 @@ AXIS, TOWARDS = np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])
 
 
 def mean_direction(angle, sharpness):
-    """Of what lies beyond a great circle at `angle` from the axis, above the axis' own horizon."""
+    """Average directions of what lies beyond a great circle at `angle` from the axis, above the axis' own horizon."""
     free = (TO @ (np.cos(angle) * TOWARDS + np.sin(angle) * AXIS) > 0.0) & (TO[:, 1] > 0.0)
     weight = np.exp(sharpness * (TO[:, 1] - 1.0)) * AREA * free
     return weight @ TO / weight.sum()

@@ -73,7 +73,7 @@ def looks(count, seed=0):
 
 
 def spanning(points, wide):
-    """Of `wide` texels of 27 x 20 each way."""
+    """Give points footprints of `wide` texels of 27 x 20 each way."""
     footprint = np.tile(np.diag([wide / 27, wide / 20]), (len(points), 1, 1))
     return replace(points, footprint=footprint, spans={})
 

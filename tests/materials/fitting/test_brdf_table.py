@@ -37,7 +37,7 @@ class TabulatedBrdf(Brdf):
 
     @property
     def isotropic(self) -> bool:
-        """Whether the grid has no azimuth about the normal."""
+        """Isotropy: the grid has no azimuth about the normal."""
         return len(self.table.axes) == 3
 
     def eval(self, wi, wo):

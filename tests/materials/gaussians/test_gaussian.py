@@ -120,7 +120,7 @@ def test_a_turned_lobe_is_the_lobe_in_directions_turned_back():
 
 
 def _exact_share(theta_d, sharpness):
-    """By circles about the lobe's axis, of which so much lies inside."""
+    """Integrate the share by circles about the lobe's axis, of which so much lies inside."""
 
     def circle(theta):
         across = -np.cos(theta) * np.sin(theta_d) / (np.sin(theta) * np.cos(theta_d) + 1e-300)

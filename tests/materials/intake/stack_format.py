@@ -62,7 +62,7 @@ class StackMean(lambert.Lambert):
 
     @classmethod
     def from_parameters(cls, parameters):
-        """From the stack alone, never the whole of it in memory."""
+        """Make the surface from the stack alone, never the whole of it in memory."""
         total, count = np.zeros(COEFFICIENTS), 0
         for _, block in chunks_of(parameters["stack"]):
             total += block.reshape(-1, COEFFICIENTS).sum(0, dtype=np.float32)

@@ -120,7 +120,7 @@ roughness = 0.016
 
 
 def coated(folder, table, entry=""):
-    """What a paint is read as of a table with such a geometry and an entry with such a one."""
+    """Read a paint of a table with such a geometry and an entry with such a one."""
     stated = f', geometry = "{entry}"' if entry else ""
     tables = TABLES.replace('"45:0"', f'"{table}"')
     (found,) = read_sources(write_source(folder, tables=tables, family=COATED.replace("GEOMETRY", stated)))

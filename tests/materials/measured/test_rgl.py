@@ -199,7 +199,7 @@ def test_warp_is_the_integral_of_its_density():
     mixture = np.tensordot(share, density / whole[:, None, None], 1)
 
     def integral(values, nodes, end):
-        """From 0 to `end` of what is linear between nodes."""
+        """Integrate from 0 to `end` what is linear between nodes."""
         places = np.append(nodes[nodes < end], end)
         return np.trapezoid(np.interp(places, nodes, values), places)
 

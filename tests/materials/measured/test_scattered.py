@@ -28,7 +28,7 @@ def painted(wi, wo):
 
 
 def measured(background=0.0, missing=0.0, seed=0):
-    """What an instrument reports of the paint on a coarse grid of angles."""
+    """Return what an instrument reports of the paint on a coarse grid of angles."""
     theta_i, theta_o, phi = np.radians(
         np.stack(np.meshgrid([10, 30, 50, 65, 80], [8, 25, 41, 59, 79], range(0, 181, 20)))
     )

@@ -26,7 +26,7 @@ STACK = np.random.default_rng(0).random((20, 30, 50)).astype(np.float16)
 
 @pytest.fixture(autouse=True)
 def small(monkeypatch):
-    """What is large is small, so that tests are quick."""
+    """Make what is large small, so that tests are quick."""
     monkeypatch.setattr(stored_array, "BLOCK_BYTES", 5000)
     monkeypatch.setattr(hdf5_tree, "LARGE_BYTES", 20_000)
 

@@ -17,7 +17,7 @@ DENSE = Grids(azimuths=36, even=(30, 60))
 
 
 def metal() -> CookTorrance:
-    """As rough as the shipped ones."""
+    """Make a metal as rough as the shipped ones."""
     return CookTorrance(Spectrum.sampled(NM, np.zeros(7)), np.full(7, 0.2), np.full(7, 3.5), 0.2, 1.0, "ggx", "smith")
 
 
@@ -34,7 +34,7 @@ def random_mixture(count, seed):
 
 
 def wanted_of(mixture, scale=1.0):
-    """What a mixture sends."""
+    """Return what a mixture sends."""
     to, angles = slice_directions(np.array([0.3, 0.0, np.sqrt(0.91)]))
     lobes, rest = mixture.densities(np.ascontiguousarray(to.T))
     there = lobes.sum(axis=0) + rest

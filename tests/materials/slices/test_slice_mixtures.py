@@ -68,7 +68,7 @@ def form_energies(form: ViewSlices, wo: np.ndarray) -> np.ndarray:
 
 
 def energy_of_lobes(form: ViewSlices, wo: np.ndarray) -> np.ndarray:
-    """Of each Gaussian, in the middle of the wavelengths."""
+    """Return the energy of each Gaussian, in the middle of the wavelengths."""
     return form.lobes(Points(wo[None], wo[None])).value[0] @ form.palette.samples[0, :, 3]
 
 

@@ -22,7 +22,7 @@ NAME = "Desk, left"
 
 @pytest.fixture(scope="module")
 def record():
-    """Of a display whose channels do not add up."""
+    """Make the record of a display whose channels do not add up."""
     return characterise(displays()[5].measured(patches(61), 0), "Desk, left").record
 
 

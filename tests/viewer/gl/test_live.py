@@ -38,7 +38,7 @@ def owner(gl):
 
 
 def counted(monkeypatch, holder, name):
-    """How often a function is called."""
+    """Record each call of a function."""
     calls, real = [], getattr(holder, name)
 
     def counting(*args, **kwargs):

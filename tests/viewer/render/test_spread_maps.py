@@ -49,13 +49,13 @@ BALL = shapes.sphere(4, uv=True)
 
 @pytest.fixture(scope="module")
 def software():
-    """In numpy, by filtering."""
+    """Make sessions in numpy, by filtering."""
     return {filtering: software_session(filtering) for filtering in ("linear", "mipmapped")}
 
 
 @pytest.fixture(scope="module")
 def hardware(gl):
-    """On the GPU, by filtering."""
+    """Make sessions on the GPU, by filtering."""
     return {filtering: gl_session(gl, filtering) for filtering in ("linear", "mipmapped")}
 
 

@@ -33,7 +33,7 @@ def sphere(scenes):
 
 
 class Stopped(Exception):
-    """What breaks a review off in these tests."""
+    """Exception that breaks a review off in these tests."""
 
 
 @pytest.fixture

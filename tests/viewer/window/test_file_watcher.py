@@ -35,7 +35,7 @@ def folder(tmp_path):
 
 
 def settled(watch):
-    """What has changed, once it has stopped changing."""
+    """Return what has changed, once it has stopped changing."""
     return (*watch.changed(), *watch.changed())
 
 

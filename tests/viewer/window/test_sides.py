@@ -95,7 +95,7 @@ def frame(shared_frame, scene, surfaces, session):
 
 @pytest.fixture(scope="module")
 def renderer(gl, shared_frame):
-    """As `metamer render` has it; programs are compiled once for it and for the frame."""
+    """Make the session as `metamer render` has it; programs are compiled once for it and for the frame."""
     made = gl_session(gl)
     made.backend.passes.use_programs_of(shared_frame._renderer(Quality.EXACT, 0).session.backend.passes)
     yield made

@@ -42,7 +42,7 @@ def surfaces(scene, tiny_catalogue):
 
 
 def heard(worker, seconds=60.0, whole=True):
-    """What is polled until all rows are done, or the worker fails."""
+    """Return what is polled until all rows are done, or the worker fails."""
     found, until = [], time.monotonic() + seconds
     while time.monotonic() < until:
         one = worker.poll()
