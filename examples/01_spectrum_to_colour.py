@@ -1,4 +1,4 @@
-"""From a reflectance to colours, and two reflectances that are one colour in one light only: metamerism.
+"""Colours from a reflectance, and two reflectances that are one colour in one light only: metamerism.
 
 A colour is a spectrum seen by an observer under a light. The pair is a true one: to a green paint is added a metameric
 black, a spectrum that has no colour under D65.

@@ -1,4 +1,4 @@
-"""How few numbers a spectrum needs: the balanced basis against Peercy's, on the ColorChecker under fourteen lights.
+"""Size of a basis for spectra: the balanced basis against Peercy's, on the ColorChecker under fourteen lights.
 
 Both are linear and of the same cost. Peercy's keeps the spectra; the balanced one keeps the colours.
 """

@@ -1,4 +1,4 @@
-"""What people read first runs as it stands: the numbered examples, and the Python of the README."""
+"""Examples that people read first, run as they stand: the numbered examples, and the Python of the README."""
 
 import os
 import re

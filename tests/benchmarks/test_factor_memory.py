@@ -1,4 +1,4 @@
-"""What fitting takes, counted without the evaluations of the BRDF."""
+"""Memory that fitting takes, counted without the evaluations of the BRDF."""
 
 import numpy as np
 import pytest

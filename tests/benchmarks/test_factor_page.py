@@ -1,4 +1,4 @@
-"""What the page of the factorisation benchmark draws, from made-up figures."""
+"""Plots of the factorisation benchmark's page, from made-up figures."""
 
 import pytest
 from metamer.benchmarks.factor.page import growth_plots, method_plots, polar_plots, scatter_plots, two_surface_plot

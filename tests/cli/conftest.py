@@ -1,4 +1,4 @@
-"""What the tests of the command share: a tiny scene, and the command itself."""
+"""Fixtures that the tests of the command share: a tiny scene, and the command itself."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What an import shows while it works, on a terminal and elsewhere."""
+"""Progress that an import shows while it works, on a terminal and elsewhere."""
 
 import io
 import subprocess

@@ -1,4 +1,4 @@
-"""What was not measured alike is compared by no command until somebody asks for it."""
+"""Readings that were not measured alike: they are compared by no command until somebody asks for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the tests of lighting share."""
+"""Fixtures that the tests of lighting share."""
 
 import warnings
 

@@ -1,4 +1,4 @@
-"""What systems that are not POSIX lack, hidden: files are imported, colours compared and pictures drawn without."""
+"""Systems other than POSIX, what they lack hidden: files are imported, colours compared and pictures drawn without."""
 
 import os
 import subprocess

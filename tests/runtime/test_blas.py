@@ -1,4 +1,4 @@
-"""What BLAS says of itself: the kernel and the threads that the environment asks for, and nothing that is not known."""
+"""Statements of BLAS: the kernel and the threads that the environment asks for, and nothing that is not known."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""What errors say."""
+"""Words of errors."""
 
 from pathlib import Path
 

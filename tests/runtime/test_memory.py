@@ -1,4 +1,4 @@
-"""What memory there is: the least of what system, control group and process leave."""
+"""Memory that there is: the least of what system, control group and process leave."""
 
 from types import SimpleNamespace
 

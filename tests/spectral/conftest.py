@@ -1,4 +1,4 @@
-"""What the spectral tests share: the oracle, and the chart that bases are tried on."""
+"""Fixtures that the spectral tests share: the oracle, and the chart that bases are tried on."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""How readings were measured, as files say it, and which may be compared."""
+"""Conditions of measurement of readings, as files say them, and which may be compared."""
 
 from __future__ import annotations
 

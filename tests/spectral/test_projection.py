@@ -1,4 +1,4 @@
-"""From a finer grid to the working wavelengths: the colour of the measurement, not that of every fifth sample."""
+"""Projection from finer grids to the working one: the colour of the measurement, not that of every fifth sample."""
 
 from pathlib import Path
 

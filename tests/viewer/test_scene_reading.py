@@ -1,4 +1,4 @@
-"""What a 45:0 instrument reads of a material, in the light of a scene."""
+"""Reading by a 45:0 instrument of a material, in the light of a scene."""
 
 from dataclasses import replace
 

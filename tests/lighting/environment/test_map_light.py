@@ -1,4 +1,4 @@
-"""From maps to lights: stated, made and measured spectra, each against what the file itself shows."""
+"""Lights from maps: stated, made and measured spectra, each against what the file itself shows."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What surfaces gather of an environment, and of its bright parts, beside sums over every direction."""
+"""Light that surfaces gather of an environment, and of its bright parts, beside sums over every direction."""
 
 from dataclasses import replace
 

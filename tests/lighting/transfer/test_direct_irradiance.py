@@ -1,4 +1,4 @@
-"""What lights give sites straight away: by kept rays, by drawn directions, from one direction."""
+"""Direct irradiance that lights give sites: by kept rays, by drawn directions, from one direction."""
 
 from dataclasses import replace
 

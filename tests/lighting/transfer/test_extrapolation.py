@@ -1,4 +1,4 @@
-"""What bounces tend to, out of few of them."""
+"""Limit that bounces tend to, out of few of them."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What comes by way of other surfaces, at the sites of scenes whose answer is known, and between them."""
+"""Light that comes by way of other surfaces, at the sites of scenes whose answer is known, and between them."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What parts put on each other, and what they receive straight away."""
+"""Light that parts put on each other, and what they receive straight away."""
 
 from dataclasses import replace
 

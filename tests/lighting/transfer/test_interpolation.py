@@ -1,4 +1,4 @@
-"""What leaves surfaces between sites."""
+"""Light that leaves surfaces between sites."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What sites see of other surfaces, by direction: maps beside many rays, where polynomials are far off."""
+"""Radiance that sites see of other surfaces, by direction: maps beside many rays, where polynomials are far off."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What glossy parts send out by direction, beside closed forms."""
+"""Light that glossy parts send out by direction, beside closed forms."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What is left of lobes that a boundary cuts, against integrals over what is free above their own horizons."""
+"""Lobes that a boundary cuts: what is left of them, against integrals over what is free above their own horizons."""
 
 import numpy as np
 import pytest

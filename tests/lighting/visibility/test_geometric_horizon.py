@@ -1,4 +1,4 @@
-"""What a triangle's own plane hides of a Gaussian, beside the integral, and in a picture of few triangles."""
+"""Share of a Gaussian that a triangle's own plane hides, beside the integral, and in a picture of few triangles."""
 
 from dataclasses import replace
 

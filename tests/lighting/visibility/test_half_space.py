@@ -1,4 +1,4 @@
-"""What stands before a light: triangles cut by its plane."""
+"""Triangles before a light, cut by its plane."""
 
 import numpy as np
 from metamer.lighting.visibility.half_space import Before

@@ -1,4 +1,4 @@
-"""What vertices lose of a light, beside sums over rays to every texel of it."""
+"""Light that vertices lose, beside sums over rays to every texel of it."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""How far visibility is off between vertices, on meshes as people have them."""
+"""Error of visibility between vertices, on meshes as people have them."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What hangs together, what is closed, what is convex."""
+"""Pieces of meshes: what hangs together, what is closed, what is convex."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Where rays start."""
+"""Sites, where rays start."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What one site sees, beside what geometry says: slits, wires, far balls, the horizon."""
+"""Visibility from one site, beside what geometry says: slits, wires, far balls, the horizon."""
 
 import numpy as np
 import pytest

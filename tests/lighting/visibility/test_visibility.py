@@ -1,4 +1,4 @@
-"""What renderers get: distances, shares and transfer, in the cases that go wrong most easily."""
+"""Visibility that renderers get: distances, shares and transfer, in the cases that go wrong most easily."""
 
 import numpy as np
 import pytest

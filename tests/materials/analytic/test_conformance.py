@@ -1,4 +1,4 @@
-"""What every BRDF has to keep, tried on every analytic model at the ends of its parameters."""
+"""Laws that every BRDF has to keep, tried on every analytic model at the ends of its parameters."""
 
 import numpy as np
 import pytest

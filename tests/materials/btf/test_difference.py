@@ -1,4 +1,4 @@
-"""How far texels of two fast forms are apart, beside what is worked out by hand."""
+"""Differences between texels of two fast forms, beside what is worked out by hand."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What others made of BTFs: what their functions can say is found exactly, and more numbers say more."""
+"""Published models of BTFs: what their functions can say is found exactly, and more numbers say more."""
 
 from dataclasses import replace
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Which fast form a BTF gets: by name, by its budget, and by one measure for all."""
+"""Choice of the fast form of a BTF: by name, by its budget, and by one measure for all."""
 
 from dataclasses import replace
 from typing import get_args

@@ -1,4 +1,4 @@
-"""Where the surface lies from the measured plane: found, and used where it helps."""
+"""Offset of the surface from the measured plane: found, and used where it helps."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What docs/catalogue.md tells others to type works, and its table of the file is the file."""
+"""Examples of docs/catalogue.md: what it tells others to type works, and its table of the file is the file."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What changed between two materials, against values worked out by hand."""
+"""Changes between two materials, against values worked out by hand."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Which surfaces count as effect coatings, and their colours around the mirror direction."""
+"""Surfaces that count as effect coatings, and their colours around the mirror direction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What only a fit needs is imported by a fit alone, and what only some files need not by the readers of all."""
+"""Imports at start-up: what only a fit needs is left to a fit alone, and what only some files need to their readers."""
 
 import subprocess
 import sys

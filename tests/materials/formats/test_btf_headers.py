@@ -1,4 +1,4 @@
-"""What is said of a BTF's images: headers that ask for what is not done, and one named in place of its set."""
+"""Notes on a BTF's images: headers that ask for what is not done, and one named in place of its set."""
 
 import pytest
 from metamer.materials.formats.btf import read_sources

@@ -1,4 +1,4 @@
-"""From source folders to a catalogue: what is read, what is refused, what a second run and Ctrl-C leave."""
+"""Import of source folders into a catalogue: what is read, what is refused, what a second run and Ctrl-C leave."""
 
 import hashlib
 import os

@@ -1,4 +1,4 @@
-"""Which code counts for a fit: all that it can reach, nothing else, and the same everywhere."""
+"""Code that counts for a fit: all that it can reach, nothing else, and the same everywhere."""
 
 import ast
 import shutil

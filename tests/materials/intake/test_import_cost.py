@@ -1,4 +1,4 @@
-"""What an import takes is known before it is begun, and what cannot fit into memory is refused in numbers."""
+"""Cost of an import: it is known before it is begun, and what cannot fit into memory is refused in numbers."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What a second import does not do again, and what it never takes for granted."""
+"""History of imports: what a second one does not do again, and what it never takes for granted."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""What an import says before it does anything: which file is what, what is new, what is refused and why."""
+"""Plan of an import, said before it does anything: which file is what, what is new, what is refused and why."""
 
 import dataclasses
 import zipfile

@@ -1,4 +1,4 @@
-"""What a person may name to import, and what archives may not do."""
+"""Inputs that a person may name to import, and what archives may not do."""
 
 import os
 import stat

@@ -1,4 +1,4 @@
-"""How far an import is, and how long the rest will take."""
+"""Progress of an import: how far it is, and how long the rest will take."""
 
 from itertools import pairwise
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""What pages and terminals show of a record."""
+"""Description of a record, as pages and terminals show it."""
 
 from dataclasses import replace
 

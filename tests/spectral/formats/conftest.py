@@ -1,4 +1,4 @@
-"""What the tests of readers share: small files, writing them, and refusals without the folder's name."""
+"""Fixtures that the tests of readers share: small files, writing them, and refusals without the folder's name."""
 
 import importlib.util
 from pathlib import Path

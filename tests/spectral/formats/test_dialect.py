@@ -1,4 +1,4 @@
-"""How a table is written is found quickly, and as the plain way finds it."""
+"""Dialect in which a table is written: it is found quickly, and as the plain way finds it."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""What instruments and libraries write into a table beside plain readings, and what is no colour at all."""
+"""Columns that instruments and libraries write into a table beside plain readings, and what is no colour at all."""
 
 import pytest
 from metamer.runtime.errors import InputError

@@ -1,4 +1,4 @@
-"""What was measured is never guessed: what each kind of file is taken for, or refused with the words that settle it."""
+"""Signs of what was measured, never guessed: what each file is taken for, or refused with words that settle it."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What words say: quantity, unit, illuminant, observer, condition."""
+"""Meaning of words: quantity, unit, illuminant, observer, condition."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""What tests of pictures share: shadows worked out at few vertices."""
+"""Fixtures that tests of pictures share: shadows worked out at few vertices."""
 
 import pytest
 from metamer.lighting.visibility import precompute, refinement

@@ -1,4 +1,4 @@
-"""What fluorescent surfaces put on others, in pictures: both renderers beside paths at every wavelength."""
+"""Light that fluorescent surfaces put on others, in pictures: both renderers beside paths at every wavelength."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What a sample spans of each angle: against many points in the sample, and where surfaces end, bend and turn."""
+"""Spans of a sample in each angle: against many points in the sample, and where surfaces end, bend and turn."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What stands behind a mask's holes is seen through them, and light comes through: both renderers, and the truth."""
+"""Holes of masks: what stands behind is seen through them, and light comes through: both renderers, and the truth."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""What a picture costs is known before it is drawn: estimates hold what is measured, and what cannot fit is refused."""
+"""Cost of a picture, known before it is drawn: estimates hold what is measured, and what cannot fit is refused."""
 
 import gc
 import tracemalloc

@@ -1,4 +1,4 @@
-"""What the display is sent: OpenColorIO's own bytes, the sides as they are compared, proofs and warnings."""
+"""Pixels that the display is sent: OpenColorIO's own bytes, the sides as they are compared, proofs and warnings."""
 
 from dataclasses import replace
 

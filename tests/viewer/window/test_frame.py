@@ -1,4 +1,4 @@
-"""From one session to the next no more is done than what changed asks for, and what settles is the headless picture."""
+"""Frames from session to session: no more is done than changes ask for, and what settles is the headless picture."""
 
 from dataclasses import fields, replace
 

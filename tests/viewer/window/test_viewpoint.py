@@ -1,4 +1,4 @@
-"""Where pictures are taken from: the same views as the headless ones, and no way into a view that is none."""
+"""Viewpoints that pictures are taken from: the same views as the headless ones, and no way into a view that is none."""
 
 import numpy as np
 import pytest

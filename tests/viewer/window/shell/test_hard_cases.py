@@ -1,4 +1,4 @@
-"""Where no window can be opened, where it is as small as can be, and how it ends: whole processes."""
+"""Windows that cannot be opened, that are as small as can be, and how they end: whole processes."""
 
 import json
 import os

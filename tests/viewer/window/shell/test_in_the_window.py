@@ -1,4 +1,4 @@
-"""What a reviewer does, done in real windows: files of checks run in a process each, and each check is a test here."""
+"""Work of a reviewer, done in real windows: files of checks run in a process each, and each check is a test here."""
 
 from pathlib import Path
 
