@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from ..runtime.errors import UnknownNameError
+from .colour_library import ColourTable, colour_tables
 from .spectrum import Spectrum
 
 # The short names of the CIE fluorescent series as most catalogues print them.
@@ -39,29 +40,20 @@ HORIZON, HORIZON_K = "horizon", 2300.0
 
 
 @cache
-def _tables() -> dict:
+def _tables() -> dict[str, tuple[str, ColourTable]]:
     """Every light of colour-science by folded name: CIE illuminants first, then measured light sources."""
-    from .colour_library import colour_science
-
-    colour = colour_science()
-    lights = {}
-    for group in (colour.SDS_LIGHT_SOURCES, colour.SDS_ILLUMINANTS):
-        lights.update({name.casefold(): (name, group[name]) for name in group})
-    return lights
+    every = colour_tables("SDS_LIGHT_SOURCES") | colour_tables("SDS_ILLUMINANTS")
+    return {name.casefold(): (name, table) for name, table in every.items()}
 
 
 def illuminant_names() -> tuple[str, ...]:
     """Names of the CIE and ISO illuminants that colour-science tabulates, in its order."""
-    from .colour_library import colour_science
-
-    return tuple(colour_science().SDS_ILLUMINANTS)
+    return tuple(colour_tables("SDS_ILLUMINANTS"))
 
 
 def light_source_names() -> tuple[str, ...]:
     """Names of the measured light sources that colour-science tabulates, in its order."""
-    from .colour_library import colour_science
-
-    return tuple(colour_science().SDS_LIGHT_SOURCES)
+    return tuple(colour_tables("SDS_LIGHT_SOURCES"))
 
 
 @cache
@@ -90,8 +82,8 @@ def illuminant(name: str) -> Spectrum:
     if folded not in _tables():
         known = [*(label for label, _ in _tables().values()), *BOOTH_NAMES, HORIZON]
         raise UnknownNameError("illuminant", name, known).at(hint=_to_write(name))
-    _, table = _tables()[folded]
-    return Spectrum.sampled(table.wavelengths, table.values, "emission")
+    _, (nm, power) = _tables()[folded]
+    return Spectrum.sampled(nm, power, "emission")
 
 
 def as_light(light: object) -> Spectrum:

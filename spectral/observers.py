@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from ..runtime.errors import InputError, UnknownNameError
 from .axis_letters import Wavelengths, White
+from .colour_library import colour_tables
 from .illuminants import as_light
 from .spectrum import Spectrum
 from .wavelengths import interpolation_matrix, is_finer, times_interpolation
@@ -151,7 +152,4 @@ def observer(name: str) -> Observer:
     key = OBSERVERS.get(name) or by_key.get(name.casefold())
     if key is None:
         raise UnknownNameError("observer", name, [*OBSERVERS, *OBSERVERS.values()])
-    from .colour_library import colour_science
-
-    table = colour_science().MSDS_CMFS[key]
-    return Observer(key, np.array(table.wavelengths, dtype=np.float64), np.array(table.values, dtype=np.float64))
+    return Observer(key, *colour_tables("MSDS_CMFS")[key])

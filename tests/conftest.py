@@ -61,12 +61,13 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_its_own(tmp_path_factory, request):
-    """Set the caches of renderers apart, away from the user's; hashes of code and compiled shaders stay."""
+    """Set the caches of renderers apart, away from the user's; hashes of code, tables and compiled shaders stay."""
     folder = tmp_path_factory.mktemp("cache")
     if (cache := getattr(request.config, "cache", None)) is not None:
         made_by = hashlib.sha256((ROOT / "runtime" / "code_hash.py").read_bytes()).hexdigest()
         (folder / "metamer").mkdir()
         (folder / "metamer" / "code").symlink_to(cache.mkdir(f"code-{made_by[:16]}"), target_is_directory=True)
+        (folder / "metamer" / "colour").symlink_to(cache.mkdir("colour"), target_is_directory=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(folder))
         if cache is not None:

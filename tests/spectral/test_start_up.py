@@ -5,7 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from metamer.runtime.disk_cache import cache_folder
+from metamer.spectral import colour_library
 
 HEAVY = ("colour", "scipy", "matplotlib", "moderngl", "trimesh", "h5py", "tensorly", "OpenEXR", "PyOpenColorIO", "PIL")
 
@@ -51,3 +54,67 @@ colour_science()
 assert np.get_printoptions() == before, np.get_printoptions()
 """
     assert "colour" in heavy_after(code)
+
+
+GROUPS = ("MSDS_CMFS", "SDS_ILLUMINANTS", "SDS_LIGHT_SOURCES")
+
+
+def the_same(found, expected):
+    """Tables by name, in one order, bit for bit."""
+    assert [*found] == [*expected]
+    for name, (nm, values) in found.items():
+        np.testing.assert_array_equal(nm, expected[name].wavelengths)
+        np.testing.assert_array_equal(values, expected[name].values)
+    return True
+
+
+@pytest.fixture
+def tables(tmp_path, monkeypatch):
+    """Reads tables, with an empty cache of their own."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return colour_library.colour_tables.__wrapped__
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_tables_are_imported_once_and_kept_bit_for_bit(tables, monkeypatch, group):
+    theirs = getattr(colour_library.colour_science(), group)
+    assert the_same(tables(group), theirs)
+    monkeypatch.setattr(colour_library, "colour_science", None)
+    assert the_same(tables(group), theirs)
+    # Those of another version are none of this one's.
+    monkeypatch.setattr(colour_library, "version", lambda name: "another")
+    with pytest.raises(TypeError):
+        tables(group)
+
+
+@pytest.mark.parametrize(
+    "damaged",
+    [
+        lambda whole: b"",
+        lambda whole: b"no archive",
+        lambda whole: whole[: len(whole) // 2],
+        lambda whole: whole[: len(whole) // 2] + bytes([whole[len(whole) // 2] ^ 1]) + whole[len(whole) // 2 + 1 :],
+    ],
+    ids=["empty", "other", "cut short", "one bit"],
+)
+@pytest.mark.parametrize("group", GROUPS)
+def test_tables_that_are_damaged_are_made_again(tables, group, damaged):
+    theirs = getattr(colour_library.colour_science(), group)
+    tables(group)
+    (kept,) = cache_folder("colour").iterdir()
+    whole = kept.read_bytes()
+    kept.write_bytes(damaged(whole))
+    assert the_same(tables(group), theirs)
+    assert kept.read_bytes() == whole
+
+
+def test_tables_are_read_where_nothing_can_be_kept(tables, tmp_path):
+    (tmp_path / "metamer").write_text("no folder")
+    assert the_same(tables("MSDS_CMFS"), colour_library.colour_science().MSDS_CMFS)
+
+
+def test_a_light_and_an_observer_need_no_import_once_they_are_kept():
+    for group in GROUPS:
+        colour_library.colour_tables.__wrapped__(group)
+    code = "from metamer import illuminant, observer; observer('1964_10').white(illuminant('FL11'))"
+    assert heavy_after(code) == []
