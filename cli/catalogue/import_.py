@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from ...spectral.formats.import_options import ImportOptions
 
 _SOURCES_HELP = """file, folder (with all below it), pattern ('**/*.cxf'), zip file or address (s3://bucket/folder) of
-measurements: CxF3, CGATS, IES TM-27, QTX, JCAMP-DX, tables of spectra, spectral OpenEXR, MERL, RGL, Cornell, glTF,
-maps, BTFs, family descriptions (.toml); known by content. Default: what ships"""
+measurements: CxF3, CGATS, IES TM-27, QTX, JCAMP-DX, tables of spectra (CSV, .xlsx), spectral OpenEXR, MERL, RGL,
+Cornell, glTF, maps, BTFs, family descriptions (.toml); known by content. Default: what ships"""
 
 # Words of spectral.formats.import_options, repeated so that `--help` need not import it; a test compares them.
 BTF_FORMS = (

@@ -27,25 +27,8 @@ from .sources import read_with
 Status = Literal["new", "skipped", "failed"]
 # Names that nothing but a measurement, or an archive of them, has.
 _MEASUREMENTS = (
-    *(
-        ".bsdf",
-        ".binary",
-        ".brdf",
-        ".cgats",
-        ".ccss",
-        ".csv",
-        ".cxf",
-        ".dx",
-        ".jdx",
-        ".mat",
-        ".qtx",
-        ".sp",
-        ".spd",
-        ".spdx",
-        ".ti3",
-        ".tsv",
-    ),
-    ".zip",
+    *(".bsdf", ".binary", ".brdf", ".cgats", ".ccss", ".csv", ".cxf", ".dx", ".jdx", ".mat", ".qtx", ".sp", ".spd"),
+    *(".spdx", ".ti3", ".tsv", ".zip"),
 )
 # Above this many bytes, a material is read again when its turn comes: a hundred measured tables fit into no memory.
 _KEPT_BYTES = 1 << 18

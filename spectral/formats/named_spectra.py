@@ -21,7 +21,7 @@ def read_spectra(
 
     Parameters
     ----------
-    file : text, CSV, CGATS, CxF3, QTX, JCAMP-DX, EXR and others that `metamer catalogue import` reads spectra from.
+    file : CSV, XLSX, CGATS, CxF3, QTX, JCAMP-DX, EXR and others that `metamer catalogue import` reads spectra from.
     as_ : quantity of the values, where the file does not say it, or not rightly: "reflectance", "transmittance",
         "radiance factor", "emission". scale : "fraction" or "percent". decimal : mark of numbers, "point" or "comma".
 

@@ -24,6 +24,7 @@ from .import_options import NO_ANSWER, AgainstAnswerError, ImportOptions, contra
 FORMATS = (
     "spectral_exr",
     "mat",
+    "xlsx",
     "cxf",
     "iestm27",
     "qtx",

@@ -7,6 +7,7 @@ import json
 import struct
 import tempfile
 import warnings
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -97,6 +98,30 @@ PACKED = """##TITLE= outer
 ##END=
 ##END=
 """
+BOOK = {
+    "[Content_Types].xml": '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types"><Default '
+    'Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Default Extension="xml" '
+    'ContentType="application/xml"/><Override PartName="/xl/workbook.xml" ContentType="application/vnd.openxmlformats-'
+    'officedocument.spreadsheetml.sheet.main+xml"/><Override PartName="/xl/worksheets/sheet1.xml" ContentType='
+    '"application/vnd.openxmlformats-officedocument.spreadsheetml.worksheet+xml"/></Types>',
+    "_rels/.rels": '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship '
+    'Id="r1" Type="http://schemas.openxmlformats.org/officeDocument/2006/relationships/officeDocument" '
+    'Target="xl/workbook.xml"/></Relationships>',
+    "xl/workbook.xml": '<workbook xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main" xmlns:r='
+    '"http://schemas.openxmlformats.org/officeDocument/2006/relationships"><sheets><sheet name="A" sheetId="1" '
+    'r:id="r1"/></sheets></workbook>',
+    "xl/_rels/workbook.xml.rels": '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Id="r1" Type="http://schemas.openxmlformats.org/officeDocument/2006/relationships/worksheet" '
+    'Target="worksheets/sheet1.xml"/></Relationships>',
+    "xl/worksheets/sheet1.xml": '<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><cols>'
+    '<col min="4" max="9" hidden="1"/></cols><sheetData><row r="1"><c r="A1" t="inlineStr"><is><t>nm</t></is></c>'
+    '<c r="B1" t="inlineStr"><is><t>R (%)</t></is></c></row>'
+    + "".join(
+        f'<row r="{row}"><c r="A{row}"><v>{380 + 10 * row}</v></c><c r="B{row}"><f>1+1</f><v>{row}.5</v></c></row>'
+        for row in range(2, 8)
+    )
+    + '</sheetData><mergeCells count="1"><mergeCell ref="A9:A10"/></mergeCells></worksheet>',
+}
 SCATTERED = "# laboratory\n# sample\n3\n400 500 600\n" + "".join(
     f"{ti:.2f} 0 {to:.2f} {phi:.2f} 0.1 0.2 0.3\n"
     for ti in (0.1, 0.7, 1.2)
@@ -146,6 +171,7 @@ def seeds() -> dict[str, dict[str, bytes]]:
         "iestm27": {"a.spdx": TM27.format(data=rows).encode()},
         "qtx": {"a.qtx": SHADES.encode()},
         "jcamp": {"a.jdx": PACKED.encode()},
+        "xlsx": {"a.xlsx": _book()},
         "cgats": {"a.txt": CHART.encode(), "a.sp": LAMP.encode(), "a.ccss": LAMP.replace("SPECT\n", "CCSS\n").encode()},
         "instrument_text": {"meter.txt": METER.encode(), "across.csv": ACROSS.encode()},
         "spd": {"a.spd": b"# power\n400 1.0\n410 2.0\n420 1.5\n"},
@@ -182,6 +208,15 @@ def _written(write: Callable[..., None], *arguments: object) -> bytes:
         path = Path(folder) / "file"
         write(path, *arguments)
         return path.read_bytes()
+
+
+def _book() -> bytes:
+    """A workbook of one sheet, its parts as they are: damage reaches them."""
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, text in BOOK.items():
+            archive.writestr(zipfile.ZipInfo(name), text)
+    return packed.getvalue()
 
 
 def _mat() -> bytes:

@@ -67,7 +67,11 @@ def parse_table(path: Path, answer: ImportOptions = NO_ANSWER) -> TextTable:
         No table, two ways to read it, rows cut short or longer than the header, words among the wavelengths, an axis of
         wavenumbers, or a further table whose header cannot be told.
     """
-    lines = read_lines(path)
+    return parse_lines(read_lines(path), answer)
+
+
+def parse_lines(lines: list[str], answer: ImportOptions = NO_ANSWER) -> TextTable:
+    """Find and read the tables in the lines of a text, as `parse_table` does."""
     check_lengths(lines)
     if is_jcamp("\n".join(lines[:9])):
         raise InputError(

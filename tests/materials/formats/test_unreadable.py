@@ -23,8 +23,8 @@ SAMPLES = {
     "a.blend": (b"BLENDER-v300", "a scene of a modelling program", "glTF"),
     "cloth.btf": (b"!6FB\1\0", "a bidirectional texture (BTF)", "RGL"),
     "pane.xml": (b"<?xml version='1.0'?><WindowElement xmlns=''>", "a BSDF of a window (WINDOW, Radiance)", "CSV"),
-    "readings.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel workbook", "CSV"),
-    "readings.xlsx": (b"PK\3\4", "an Excel workbook", "CSV"),
+    "readings.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel workbook of an older or a binary kind", "xlsx"),
+    "readings.xlsb": (b"PK\3\4", "an Excel workbook of an older or a binary kind", "CSV"),
     "readings.ods": (b"PK\3\4", "an OpenDocument spreadsheet", "CSV"),
     "sheet": (
         b"PK\3\4" + b"\0" * 26 + b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet",
@@ -101,7 +101,11 @@ def test_what_is_nobody_s_stays_so(tmp_path, name, head):
 
 
 @pytest.mark.parametrize(
-    ("member", "called"), [("xl/workbook.xml", "an Excel workbook"), ("OOISignatures.xml", "Ocean Optics ProcSpec")]
+    ("member", "called"),
+    [
+        ("xl/workbook.bin", "an Excel workbook of an older or a binary kind"),
+        ("OOISignatures.xml", "Ocean Optics ProcSpec"),
+    ],
 )
 def test_containers_are_known_by_what_is_in_them(tmp_path, member, called):
     path = tmp_path / "of another name"
