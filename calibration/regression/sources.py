@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...runtime.errors import InputError
+from ...spectral.formats import xlsx
 from ...spectral.formats.exr import MAGIC
 from ...spectral.formats.registry import format_of
 from .baseline import MANIFEST, baseline_side
@@ -50,7 +51,7 @@ def _folder_side(folder: Path, seen: SeenSpectra, display: str | None) -> Compar
         found = _rows_of(path, name, seen, display)
         if found is not None:
             rows += found
-        elif path.suffix.lower() not in _PASSED_OVER and format_of(path) is not None:
+        elif path.suffix.lower() not in _PASSED_OVER and _has_readings(path):
             side = readings_side(path, seen)
             rows += [replace(row, name=row.name._replace(material=f"{name}: {row.name.material}")) for row in side.rows]
         else:
@@ -63,6 +64,12 @@ def _folder_side(folder: Path, seen: SeenSpectra, display: str | None) -> Compar
             expected="a review, pictures in XYZ or spectra (EXR), PNG, CxF, CGATS, or a catalogue",
         )
     return ComparedSide(folder, "pictures", tuple(rows), {}, _chain(rows, seen))
+
+
+def _has_readings(path: Path) -> bool:
+    """Return whether a file is of a format of readings; a workbook without a table of wavelengths may be a report."""
+    reader = format_of(path)
+    return reader is not None and not (reader is xlsx and xlsx.has_no_table(path))
 
 
 def _rows_of(path: Path, material: str | None, seen: SeenSpectra, display: str | None) -> list[Row] | None:

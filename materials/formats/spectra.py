@@ -17,7 +17,7 @@ from typing import Any
 
 from ...runtime.errors import InputError
 from ...spectral.angles import AngleReading, Thing, things, without_light
-from ...spectral.formats import csv, spectral_exr
+from ...spectral.formats import csv, spectral_exr, xlsx
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.registry import (
     SpectralEntry,
@@ -65,9 +65,12 @@ def label(path: Path) -> str:
 def guessed(path: Path) -> bool:
     """True where nothing but its name, or nothing but its columns of numbers, says that a file is a table of spectra.
 
-    Any text may be called .txt, and a mesh is columns of numbers, too. A .csv has to be plainly of something else.
+    Any text may be called .txt, and a mesh is columns of numbers, too. A .csv has to be plainly of something else, and
+    a workbook has to be without a table.
     """
     suffix = path.suffix.lower()
+    if _reader(path) is xlsx:
+        return xlsx.has_no_table(path)
     if _reader(path) is not csv:
         return False
     if suffix in (".csv", ".tsv"):

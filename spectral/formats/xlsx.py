@@ -128,6 +128,15 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     return SpectralFile(NAME, tuple(entries), details, tuple(dict.fromkeys(notes)), tuple(rejected))
 
 
+def has_no_table(path: Path) -> bool:
+    """Return whether a workbook has no table of wavelengths in any sheet: lists and reports lie beside measurements."""
+    try:
+        read(path)
+    except InputError as reason:
+        return reason.problem == _NO_TABLE
+    return False
+
+
 def _of_sheet(entry: SpectralEntry, title: str, several: bool) -> SpectralEntry:
     """The entry with its sheet among its details, and in its name where there are several."""
     name = entry.name

@@ -64,6 +64,17 @@ def test_a_folder_is_named_by_where_its_pictures_are(tmp_path):
     assert [row.name.material for row in found.rows[:2]] == ["inner/one.exr", "two.csv: red reflectance"]
 
 
+def test_a_workbook_beside_without_a_table_of_wavelengths_is_passed_over(tmp_path):
+    for name in ("before", "after"):
+        (tmp_path / name).mkdir()
+        write_readings(tmp_path / name / "two.csv")
+        book = pytest.importorskip("openpyxl").Workbook()
+        book.active.append(["illuminant", 1.5])
+        book.save(tmp_path / name / "report.xlsx")
+    rows = compared(tmp_path / "before", tmp_path / "after").rows
+    assert rows and all(row.name.material.startswith("two.csv: ") for row in rows)
+
+
 def test_two_pictures_of_other_names_are_a_pair_and_it_is_said(tmp_path):
     other = write_picture(tmp_path / "b.exr", 1.01, material="paint/blue")
     found = compared(write_picture(tmp_path / "a.exr"), other)

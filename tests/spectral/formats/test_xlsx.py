@@ -225,6 +225,7 @@ def test_without_openpyxl(book, monkeypatch):
 
 def test_commands_and_scripts_take_it(book, tmp_path, capsys):
     path = book()
+    book(name="stock.xlsx", Stock=[["part", "number"], ["screw", 12], ["nut", 7]])
     with pytest.warns(UserWarning, match="percent"):
         assert list(metamer.read_spectra(path)) == ["Red R", "Blue R"]
     assert main(["catalogue", "import", str(tmp_path), "--catalogue", str(tmp_path / "c"), "--dry-run"]) == 0
