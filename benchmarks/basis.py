@@ -61,12 +61,12 @@ class Stage:
         return np.concatenate([weights.T for weights in self.weights.values()], axis=1)
 
     def under(self, lights: Sequence[str]) -> Stage:
-        """The same surfaces under other lights."""
+        """Return the same surfaces under other lights."""
         return stage(lights, self.reflectances)
 
 
 def colour_checker() -> Spectrum:
-    """The 24 reflectances as colour-science tabulates them, 380-730 nm by 10 nm."""
+    """Return the 24 reflectances as colour-science tabulates them, 380-730 nm by 10 nm."""
     patches = colour_science().SDS_COLOURCHECKERS["BabelColor Average"].values()
     first = next(iter(patches))
     return Spectrum.sampled(first.wavelengths, np.array([patch.values for patch in patches]), "reflectance")
@@ -122,7 +122,9 @@ def basis_error(basis: SpectralBasis, on: Stage) -> float:
 
 
 def unseen() -> Stage:
-    """The 99 colour evaluation samples (CIE 224:2017) under every CIE and ISO light that no basis here is made for."""
+    """Return the 99 colour evaluation samples (CIE 224:2017) under every CIE and ISO light that no basis here is made
+    for.
+    """
     from colour.quality.cfi2017 import load_TCS_CIE2017
 
     grid = WORKING_WAVELENGTHS_NM
@@ -234,7 +236,7 @@ def run(sizes: Sequence[int] = SIZES, spectra: int = 100_000) -> dict:
 
 
 def tables(measured: dict) -> list[TextTable]:
-    """The result of `run` as tables of text: title, header, rows."""
+    """Return the result of `run` as tables of text: title, header, rows."""
     lights = list(next(iter(measured["sampling"].values())))
     found = [
         (
@@ -263,6 +265,6 @@ def tables(measured: dict) -> list[TextTable]:
 
 
 def report(measured: dict) -> str:
-    """The result of `run` as plain text, columns under each other."""
+    """Return the result of `run` as plain text, columns under each other."""
     heading = "Largest ΔE94 over ColorChecker 24, CIE 1931 2 degree observer, each light's own white"
     return f"{heading}\n\n{text_tables(tables(measured))}"

@@ -81,7 +81,7 @@ def _ways(formula: ImageFormula) -> tuple[Callable, Callable, Callable]:
 
 
 def report(figures: dict) -> str:
-    """The figures as a table."""
+    """Return the figures as a table."""
     names = [*figures["rows"][0]["ms"]]
     body = [
         [row["formula"], *(f"{row['ms'][name]:.0f}" for name in names), f"{row['ratio']:.1f}", f"{row['off']:.1e}"]

@@ -59,7 +59,7 @@ class _Edited:
     spectrum: Spectrum | None = None
 
     def surface(self) -> MappedSurface:
-        """The maps as they are edited."""
+        """Return the maps as they are edited."""
         y, x = np.mgrid[0:_SIDE, 0:_SIDE] * (2.0 * np.pi * self.waves / _SIDE)
         base = np.stack([self.red * (0.6 + 0.4 * np.sin(x)), 0.3 + 0.1 * np.cos(y), np.full_like(x, 0.15)], axis=-1)
         normal = np.stack([0.2 * np.sin(x), 0.2 * np.cos(y), np.ones_like(x)], axis=-1)
@@ -143,7 +143,7 @@ def _row(renderer: RenderSession, anew: RenderSession, scene: Scene, turns: Sequ
 
 
 def _renderers() -> list[tuple[RenderSession, RenderSession]]:
-    """Each kind that there is: one that keeps terms, and one to be released before each picture."""
+    """Return each kind that there is: one that keeps terms, and one to be released before each picture."""
     found: list[tuple[RenderSession, RenderSession]] = []
     with suppress(NoGL):
         found.append((gl_session(keeps_terms=True), gl_session()))
@@ -185,5 +185,5 @@ def tables(measured: dict) -> list[TextTable]:
 
 
 def report(measured: dict) -> str:
-    """The result of `run` as plain text."""
+    """Return the result of `run` as plain text."""
     return text_tables(tables(measured))

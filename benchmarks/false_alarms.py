@@ -34,7 +34,7 @@ _SAME = ("same", "identical")
 
 
 def kernels_here() -> tuple[str, ...]:
-    """The first two of `KERNELS` that multiply on this processor; two names of one kernel are one."""
+    """Return the first two of `KERNELS` that multiply on this processor; two names of one kernel are one."""
     found: dict[str, str] = {}
     for name in KERNELS:
         if len(found) == 2:
@@ -100,7 +100,7 @@ def run(
 
 
 def report(figures: dict) -> str:
-    """The figures as a table, a line a way of rounding."""
+    """Return the figures as a table, a line a way of rounding."""
     groups: dict[tuple, list[dict]] = {}
     for row in figures["rows"]:
         groups.setdefault((row["renderer"], str(row["threads"]), row["kernel"]), []).append(row)
@@ -185,7 +185,7 @@ def _against(folder: Path, catalogue: Path, out: Path, rounds: int) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """The command; 1 where there was a false alarm."""
+    """Return the command; 1 where there was a false alarm."""
     parser = command(__doc__)
     parser.add_argument("--catalogue", type=Path, metavar="CAT", help="default: as everywhere")
     parser.add_argument("--materials", default="*", metavar="PATTERN", help="default: all")

@@ -29,7 +29,7 @@ KERNELS = ("Haswell", "SkylakeX", "Zen", "Prescott")
 
 
 def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
-    """A row for each material of `sources` that has a surface."""
+    """Yield a row for each material of `sources` that has a surface."""
     from ..materials.core.brdf import Brdf
     from ..materials.fitting.fit import fit
     from ..materials.intake.sources import read_sources
@@ -58,7 +58,7 @@ def fitted(sources: Sequence[Path], budget: float) -> Iterator[dict]:
 
 
 def under(kernel: str, sources: Sequence[Path], budget: float) -> Iterator[dict]:
-    """The rows of `fitted` from a process that adds up as `kernel` does."""
+    """Yield the rows of `fitted` from a process that adds up as `kernel` does."""
     words = [sys.executable, "-m", "metamer.benchmarks.fits", *map(str, sources), "--budget", str(budget), "--worker"]
     environment = {**os.environ, "OPENBLAS_CORETYPE": kernel}
     with subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True) as process:
@@ -70,7 +70,7 @@ def under(kernel: str, sources: Sequence[Path], budget: float) -> Iterator[dict]
 
 
 def table(rows: Sequence[dict]) -> str:
-    """A line a material: the least and the most of everything under all kernels."""
+    """Return a line a material: the least and the most of everything under all kernels."""
     groups: dict[str, list[dict]] = defaultdict(list)
     for row in rows:
         groups[row["material"]].append(row)

@@ -59,7 +59,7 @@ def made_up() -> list[Bispectral]:
 
 
 def surfaces_of(path: Path) -> list[Bispectral]:
-    """The distinct pixels of a bispectral image."""
+    """Return the distinct pixels of a bispectral image."""
     image = read_spectral_exr(path)
     height, width = image.spectrum.samples.shape[:2]
     found: dict[bytes, Bispectral] = {}

@@ -51,7 +51,7 @@ SURFACES = {
 
 
 def generated(folder: Path, materials: int, surfaces: tuple[str, ...] = tuple(SURFACES)) -> Path:
-    """A source folder of at least `materials` materials, equal parts of each surface."""
+    """Return a source folder of at least `materials` materials, equal parts of each surface."""
     folder.mkdir(parents=True, exist_ok=True)
     rng = np.random.default_rng(7)
     nm = np.arange(380, 781, 10)
@@ -73,7 +73,7 @@ def generated(folder: Path, materials: int, surfaces: tuple[str, ...] = tuple(SU
 
 
 def command(source: Path, catalogue: Path, jobs: int, *more: str) -> list[str]:
-    """The words of one import, in a Python of its own."""
+    """Return the words of one import, in a Python of its own."""
     return [
         *(sys.executable, "-m", "metamer.cli.main", "catalogue", "import", str(source)),
         *("--into", str(catalogue), "--jobs", str(jobs), *more),
@@ -94,7 +94,7 @@ def started(words: list[str]) -> Iterator[tuple[subprocess.Popen, Callable[[], s
 
 
 def processes_of(pid: int) -> list[int]:
-    """A process and all that it started, directly or not."""
+    """Return a process and all that it started, directly or not."""
     found = [pid]
     for parent in found:
         try:

@@ -71,7 +71,7 @@ class Place:
 
 
 def run(catalogue: Path | None = None, pattern: str = "*", size: int = 64, jobs: int = 1) -> dict:
-    """Each change over all materials that fit.
+    """Return each change over all materials that fit.
 
     Returns
     -------
@@ -101,7 +101,7 @@ def run(catalogue: Path | None = None, pattern: str = "*", size: int = 64, jobs:
 
 
 def report(figures: dict) -> str:
-    """The figures as a table."""
+    """Return the figures as a table."""
     counts, ends = ("rows", "found", "below", "missed", "alarms"), ("size", "floor", "flip")
     body = [
         [row["change"], f"refused: {row['refused']}", *[""] * 7]
@@ -120,7 +120,7 @@ def _short(value: float | None) -> str:
 def _rendered(
     place: Place, name: str, catalogue: Catalogue, turn_deg: float = 0.0, eye: str = "1931_2"
 ) -> ComparedSide:
-    """The shipped review as a suite, rendered."""
+    """Return the shipped review as a suite, rendered."""
     folder = place.folder / name
     suite = shipped_suite(folder, place.pattern, place.size, turn_deg, eye)
     with software_session() as renderer:
@@ -128,7 +128,8 @@ def _rendered(
 
 
 def shipped_suite(folder: Path, pattern: str, size: int, turn_deg: float = 0.0, eye: str = "1931_2") -> Path:
-    """The suite of the shipped review, written into a new folder: of the materials that fit, `size` pixels wide."""
+    """Return the suite of the shipped review, written into a new folder: of the materials that fit, `size` pixels
+    wide."""
     folder.mkdir()
     (folder / "scene.toml").write_text(_scene(size, turn_deg), encoding="utf-8")
     words = f'name = "Shipped"\nscenes = ["scene.toml"]\nmaterials = ["{pattern}"]\nobservers = ["{eye}"]\n'
@@ -149,7 +150,7 @@ def _scene(size: int, turn_deg: float) -> str:
 def _edited(
     place: Place, name: str, edit: Callable[[Parameters], Parameters | None]
 ) -> tuple[Catalogue, frozenset[str]]:
-    """A catalogue of edited materials, fitted anew, and which; what cannot be edited so is there as it was."""
+    """Return a catalogue of edited materials, fitted anew, and which; what cannot be edited so is there as it was."""
     folder = place.folder / name
     folder.mkdir()
     shutil.copyfile(place.catalogue.folder / MARKER, folder / MARKER)
@@ -177,7 +178,7 @@ def _source(one: Material, parameters: Parameters) -> MaterialSource:
 
 
 def _one_band(parameters: Parameters) -> Parameters:
-    """Every curve of a formula, 1 % more at one of its wavelengths."""
+    """Return every curve of a formula, 1 % more at one of its wavelengths."""
     band = int(np.argmin(np.abs(parameters["wavelengths_nm"] - _BAND_NM)))
     factor = np.ones(len(parameters["wavelengths_nm"]))
     factor[band] = 1.01
@@ -186,7 +187,8 @@ def _one_band(parameters: Parameters) -> Parameters:
 
 
 def _metamer(parameters: Parameters) -> Parameters | None:
-    """A body colour of the same XYZ under D65 for the CIE 1931 observer, moved in what none of its weights sees."""
+    """Return a body colour of the same XYZ under D65 for the CIE 1931 observer, moved in what none of its weights
+    sees."""
     name = next((one for one in ("reflectance", "diffuse") if np.any(parameters.get(one, 0.0))), None)
     if name is None:
         return None
@@ -212,7 +214,7 @@ _EDITS: Mapping[str, Callable[[Parameters], Parameters | None]] = {
 
 
 def _altered(side: ComparedSide, into: Callable[[Float[np.ndarray, "H W 3"]], None]) -> ComparedSide:
-    """A side whose pictures' CIELAB is changed as they are loaded; its references are not."""
+    """Return a side whose pictures' CIELAB is changed as they are loaded; its references are not."""
 
     def changed(layer: PixelLayer) -> Pixels:
         pixels = layer.load()

@@ -115,5 +115,5 @@ def tables(measured: dict) -> list[TextTable]:
 
 
 def report(measured: dict) -> str:
-    """The result of `run` as plain text."""
+    """Return the result of `run` as plain text."""
     return text_tables(tables(measured))

@@ -108,7 +108,7 @@ def _white(light: str) -> Float[np.ndarray, "3"]:
 
 
 def _reflectance(material: int) -> Float[np.ndarray, " L"]:
-    """A smooth curve, another one of each material."""
+    """Return a smooth curve, another one of each material."""
     edge, width, height = 430.0 + 61.0 * material % 250.0, 15.0 + 7.0 * material % 40.0, 0.2 + 0.1 * material % 0.6
     return 0.05 + height / (1.0 + np.exp(-(_NM - edge) / width))
 

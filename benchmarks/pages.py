@@ -171,7 +171,7 @@ def _review_steps(
 
 
 def report(figures: dict) -> str:
-    """The figures as a table."""
+    """Return the figures as a table."""
     body = [
         [
             one["page"],

@@ -49,7 +49,7 @@ def linear(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple
 
 
 def nearest(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, int]:
-    """The nearest reading in (theta_i, theta_o, phi), and the pairs that it could not do."""
+    """Return the nearest reading in (theta_i, theta_o, phi), and the pairs that it could not do."""
     from scipy.spatial import cKDTree
 
     tree = cKDTree(np.stack(io_angles(known.wi, known.wo), axis=-1))

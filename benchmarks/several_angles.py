@@ -61,7 +61,7 @@ _POLAR, _AZIMUTH = np.arange(10.0, 81.0, 10.0), np.arange(0.0, 181.0, 10.0)
 
 
 def truth(path: Path) -> tuple[Brdf, bool]:
-    """The BRDF of a file, and whether its spectra were measured and not made up."""
+    """Return the BRDF of a file, and whether its spectra were measured and not made up."""
     source = next(one for one in read_sources(path) if isinstance(one, MaterialSource))
     brdf = rebuild(source.model, source.parameters)
     if not isinstance(brdf, Brdf):

@@ -119,7 +119,7 @@ def tables(measured: dict) -> list[TextTable]:
 
 
 def report(measured: dict) -> str:
-    """The result of `run` as plain text."""
+    """Return the result of `run` as plain text."""
     return text_tables(tables(measured))
 
 
@@ -137,7 +137,7 @@ def _pack(rank: int, seed: int) -> FactorPack:
 
 
 def _scene(size: int) -> Scene:
-    """A wall that fills the picture, seen and lit at angles that differ from pixel to pixel."""
+    """Return a wall that fills the picture, seen and lit at angles that differ from pixel to pixel."""
     wall = shapes.plane(10.0, 10.0)
     camera = Camera(
         "above", (0.3, 3.0, 0.2), (0.0, 0.0, 0.0), vertical_fov_deg=60.0, width=size, height_px=size, samples=1

@@ -21,12 +21,12 @@ def timed(call: Callable[[], Found]) -> tuple[Found, float]:
 
 
 def best_ms(call: Callable[[], object], times: int = 5) -> float:
-    """The least milliseconds of some calls: other work on the machine only adds to them."""
+    """Return the least milliseconds of some calls: other work on the machine only adds to them."""
     return 1000.0 * min(timed(call)[1] for _ in range(times))
 
 
 def most_bytes(call: Callable[[], object]) -> int:
-    """The most bytes that Python allocated at one time during a call, which this makes slower."""
+    """Return the most bytes that Python allocated at one time during a call, which this makes slower."""
     tracemalloc.start()
     try:
         call()
@@ -36,7 +36,7 @@ def most_bytes(call: Callable[[], object]) -> int:
 
 
 def command(text: str | None) -> argparse.ArgumentParser:
-    """The words of a benchmark that is run by its module, whose `text` is the help; with `--json`."""
+    """Return the words of a benchmark that is run by its module, whose `text` is the help; with `--json`."""
     parser = argparse.ArgumentParser(description=text, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", type=Path, metavar="F", help="also write the figures to F")
     return parser

@@ -44,7 +44,9 @@ def _light_sources() -> str:
 
 
 def _lights(names: tuple[str, ...]) -> str:
-    """Each light with its chromaticity for the CIE 1931 observer, and the range and step that it is tabulated at."""
+    """Return each light with its chromaticity for the CIE 1931 observer, and the range and step that it is tabulated
+    at.
+    """
     from ..spectral.illuminants import illuminant
     from ..spectral.observers import observer
 

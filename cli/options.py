@@ -73,14 +73,14 @@ class Added(argparse.Action):
 
 
 def positive_count(text: str) -> int:
-    """A whole number, at least 1."""
+    """Return a whole number, at least 1."""
     if not (text.isascii() and text.isdecimal()) or int(text) < 1:
         raise argparse.ArgumentTypeError(f"a whole number, at least 1, not {text}")
     return int(text)
 
 
 def positive_delta_e(text: str) -> float:
-    """A ΔE94 above 0."""
+    """Return a ΔE94 above 0."""
     try:
         number = float(text)
     except ValueError:
@@ -158,7 +158,7 @@ def add_renderer_option(command: argparse.ArgumentParser) -> None:
 
 
 def renderer_for(choice: str) -> RenderSession:
-    """The renderer asked for; "auto" falls back to software and says why."""
+    """Return the renderer asked for; "auto" falls back to software and says why."""
     from ..viewer.api import renderer_named
 
     renderer, reason = renderer_named(choice)
@@ -233,7 +233,7 @@ def add_catalogue_argument(verb: argparse.ArgumentParser) -> None:
 
 
 def opened(folder: Path | None) -> Catalogue:
-    """The catalogue asked for, or the default one."""
+    """Return the catalogue asked for, or the default one."""
     from ..materials.catalogue.catalogue import Catalogue, default_catalogue
 
     return Catalogue.open(folder or default_catalogue())
@@ -250,7 +250,7 @@ def add_catalogue_option(command: argparse.ArgumentParser) -> None:
 
 
 def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
-    """The catalogue asked for; the default one is first made from the shipped materials where it is missing."""
+    """Return the catalogue asked for; the default one is first made from the shipped materials where it is missing."""
     from ..materials.catalogue.catalogue import Catalogue, default_catalogue
     from ..materials.catalogue.shipped import shipped_sources
     from .progress.imports import import_shown

@@ -29,7 +29,7 @@ def counted(number: int, what: str) -> str:
 
 
 def shortened(text: str, room: int) -> str:
-    """The end of a name, which tells it from its neighbours, in so many characters."""
+    """Return the end of a name, which tells it from its neighbours, in so many characters."""
     return text if len(text) <= room else f"…{text[len(text) - room + 1 :]}" if room > 1 else ""
 
 

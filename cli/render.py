@@ -74,7 +74,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 
 def _bounces(text: str) -> int | Literal["auto"]:
-    """A number of bounces, or "auto"."""
+    """Return a number of bounces, or "auto"."""
     if text == "auto":
         return "auto"
     if not text.isdecimal():

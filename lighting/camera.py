@@ -148,7 +148,7 @@ class Camera:
         return replace(self, width=width, height_px=height)
 
     def cropped(self, rows: slice, columns: slice) -> Camera:
-        """The camera of a part of the picture, whose pixels are those of the whole.
+        """Return the camera of a part of the picture, whose pixels are those of the whole.
 
         Raises
         ------

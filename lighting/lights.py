@@ -70,11 +70,12 @@ class Light(ABC):
         """
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> Light:
-        """The same light with another spectrum at the same strength."""
+        """Return the same light with another spectrum at the same strength."""
         return replace(cast(Any, self), spectrum=spectrum, spectrum_name=name)
 
     def for_observer(self, seen_by: Observer) -> Light:
-        """The same light as this observer is to see it: another object only where several spectra are weighed."""
+        """Return the same light as this observer is to see it: another object only where several spectra are
+        weighed."""
         return self
 
 
@@ -92,7 +93,7 @@ class DeltaLight(Light):
 
     @abstractmethod
     def homogeneous(self, centre: Float[np.ndarray, "3"], radius: float) -> tuple[Float[np.ndarray, "4"], float]:
-        """The light as renderers take it, in lengths of `radius` about `centre`.
+        """Return the light as renderers take it, in lengths of `radius` about `centre`.
 
         Returns (x, y, z, w) and E (lx): at a point p the light lies towards (x, y, z) - w p, and gives a surface that
         faces it E over the squared length of that.
@@ -114,8 +115,8 @@ class SpreadLight(Light):
     def drawn(
         self, points: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
-        """A unit direction for each point and each pair of numbers in [0, 1), more often where more light comes from,
-        and its density, 1/sr.
+        """Return a unit direction for each point and each pair of numbers in [0, 1), more often where more light comes
+        from, and its density, 1/sr.
         """
 
     @abstractmethod
@@ -138,7 +139,7 @@ class SpreadLight(Light):
 
 
 def strength(value: Number, field: str, unit: str) -> float:
-    """A light's strength as a float; InputError where it is not above 0 and finite."""
+    """Return a light's strength as a float; InputError where it is not above 0 and finite."""
     found = as_float(value)
     if not (0.0 < found < np.inf):
         raise InputError("a light of no power", field=field, found=value, expected=f"more than 0 {unit}")
@@ -192,7 +193,7 @@ class DirectionalLight(DeltaLight):
         object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
 
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
-        """The same everywhere."""
+        """Return the same everywhere."""
         whole = points.shape[:-1]
         return Arrivals(
             np.broadcast_to(self.direction_to_light, points.shape),
@@ -205,7 +206,7 @@ class DirectionalLight(DeltaLight):
         return np.append(self.direction_to_light, 0.0), float(self.illuminance_lux)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """Its illuminance, from infinitely far off."""
+        """Return its illuminance, from infinitely far off."""
         return float(self.illuminance_lux), np.inf, np.inf
 
 
@@ -260,8 +261,9 @@ class PointLight(DeltaLight):
         return np.append((self.position - centre) / radius, 1.0), self.intensity_cd / radius**2
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """The inverse square law of one point says nothing of what surfaces about it receive, and there is none near
-        the middle of a room: a light that is nearer than `LEAST_SHARE` of the box's half diagonal counts from there.
+        """Return the inverse square law of one point says nothing of what surfaces about it receive, and there is none
+        near the middle of a room: a light that is nearer than `LEAST_SHARE` of the box's half diagonal counts from
+        there.
         """
         distance = float(np.linalg.norm(self.position - 0.5 * (low + high)))
         counted = max(distance, LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low)))

@@ -118,7 +118,7 @@ def bounce_basis(
     wavelengths_nm: Float[np.ndarray, "L"],
     budget_delta_e94: float = 1.0,
 ) -> SpectralBasis:
-    """The smallest balanced basis for light that goes from surface to surface.
+    """Return the smallest balanced basis for light that goes from surface to surface.
 
     What arrives at a surface is a product of reflectances of those before, up to three here, and is seen as one more
     surface reflects it: the basis keeps what lights and observer make of that product, within `SPECTRAL_SHARE` of the

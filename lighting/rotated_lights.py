@@ -14,8 +14,8 @@ from .scene import Scene
 
 
 def turned_lights(scene: Scene, degrees: float) -> Scene:
-    """All lights turned about the vertical through the middle of the scene, anticlockwise seen from above; the scene
-    itself at 0.
+    """Return all lights turned about the vertical through the middle of the scene, anticlockwise seen from above; the
+    scene itself at 0.
     """
     if degrees == 0.0:
         return scene

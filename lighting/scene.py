@@ -147,14 +147,16 @@ class Scene:
         return f"<Scene {self.name}: parts {len(self.parts)}, lights {len(self.lights)}, cameras {len(self.cameras)}>"
 
     def part(self, name: str) -> Part:
-        """The part called `name`; UnknownNameError gives the nearest."""
+        """Return the part called `name`; UnknownNameError gives the nearest."""
         for part in self.parts:
             if part.name == name:
                 return part
         raise UnknownNameError("part", name, [part.name for part in self.parts], file=self.path)
 
     def parts_like(self, pattern: str) -> tuple[str, ...]:
-        """The part of that name, or all whose names fit a pattern with `*` and `?`; `UnknownNameError` without any."""
+        """Return the part of that name, or all whose names fit a pattern with `*` and `?`; `UnknownNameError` without
+        any.
+        """
         names = [part.name for part in self.parts]
         found = tuple(names[number] for number in _like(pattern, names))
         if not found:
@@ -166,7 +168,7 @@ class Scene:
         return _like(pattern, [light.name for light in self.lights])
 
     def camera(self, name: str | None = None) -> Camera:
-        """The camera called `name`, or the first."""
+        """Return the camera called `name`, or the first."""
         if name is None:
             return self.cameras[0]
         for camera in self.cameras:
@@ -197,7 +199,7 @@ class Scene:
                 )
 
     def cut(self, surfaces: Mapping[str, Surface]) -> Scene:
-        """The scene with holes where its materials have some: itself where nothing changes."""
+        """Return the scene with holes where its materials have some: itself where nothing changes."""
         cutouts = [surfaces[part.material].cutout for part in self.parts]
         if all(part.cutout is cutout for part, cutout in zip(self.parts, cutouts, strict=True)):
             return self
@@ -235,7 +237,7 @@ class Scene:
         return bounds_of(part.mesh for part in self.parts)
 
     def with_material(self, part: str, material_id: str) -> Scene:
-        """The scene with another material on one part; meshes are shared, so geometry caches stay good.
+        """Return the scene with another material on one part; meshes are shared, so geometry caches stay good.
 
         Raises
         ------
@@ -258,7 +260,7 @@ class Scene:
             )
 
     def with_illuminant(self, spectrum: Spectrum, name: str = "") -> Scene:
-        """The scene with every light's spectrum replaced; strengths and places stay."""
+        """Return the scene with every light's spectrum replaced; strengths and places stay."""
         return replace(self, lights=tuple(light.with_spectrum(spectrum, name) for light in self.lights))
 
     def mixed(self, under_each: Float[np.ndarray, "lights *n"]) -> Float[np.ndarray, "*n"]:
@@ -288,7 +290,9 @@ def bounds_of(meshes: Iterable[Mesh]) -> tuple[Float[np.ndarray, "3"], Float[np.
 
 
 def framing_camera(low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], **settings: Any) -> Camera:
-    """A camera in front (looking along -z) that sees all of the box from `low` to `high`; settings as of `Camera`."""
+    """Return a camera in front (looking along -z) that sees all of the box from `low` to `high`; settings as of
+    `Camera`.
+    """
     centre, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, 1e-9)
     aspect = settings.get("width", 256) / settings.get("height_px", 256)
     needed = 1.1 * max(half[1], half[0] / aspect)
@@ -330,7 +334,7 @@ def check_lit(illuminances: Float[np.ndarray, "_"], path: Path | None) -> None:
 def held_off_notes(
     lights: Iterable[Light], low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]
 ) -> tuple[str, ...]:
-    """A sentence for each light that `illuminances_lux` counts from farther off than it stands."""
+    """Return a sentence for each light that `illuminances_lux` counts from farther off than it stands."""
     notes = []
     for light in lights:
         _, distance, counted = light.counted_from(low, high)

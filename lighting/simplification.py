@@ -16,8 +16,8 @@ _CELLS = (256, 192, 144, 108, 81, 61, 46, 34, 26, 19, 14, 10)
 
 
 def simplified_scene(scene: Scene, most: int) -> Scene:
-    """The scene with its largest meshes simplified to `most` triangles in all, or as near as they get; itself where it
-    has no more.
+    """Return the scene with its largest meshes simplified to `most` triangles in all, or as near as they get; itself
+    where it has no more.
 
     Meshes with texture coordinates stay as they are, since what is near in space may be far apart on a texture.
     """
@@ -30,7 +30,7 @@ def simplified_scene(scene: Scene, most: int) -> Scene:
 
 
 def simplified(mesh: Mesh, most: int) -> Mesh:
-    """A mesh of at most `most` triangles, or of as few as a grid of ten cells along its longest side leaves.
+    """Return a mesh of at most `most` triangles, or of as few as a grid of ten cells along its longest side leaves.
 
     Each vertex goes to the mean of those in its cell, with the mean of their normals; triangles of fewer than three
     cells go (J. Rossignac and P. Borrel, Multi-resolution 3D approximations for rendering complex scenes, 1993).

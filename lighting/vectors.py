@@ -28,13 +28,13 @@ def finite_vector(value: object, field: str) -> Float[np.ndarray, "3"]:
 
 
 def unit(vectors: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
-    """The same directions at length one; a vector of no length stays what it is."""
+    """Return the same directions at length one; a vector of no length stays what it is."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0.0, length, 1.0)
 
 
 def welded(points: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "m k"], Int[np.ndarray, " n"]]:
-    """The different points, sorted, and which of them each one is: `np.unique` along an axis, much sooner."""
+    """Return the different points, sorted, and which of them each one is: `np.unique` along an axis, much sooner."""
     order = np.lexsort(points.T[::-1])
     ordered = points[order]
     first = np.ones(len(points), dtype=bool)
@@ -52,8 +52,8 @@ def dot(a: Float[np.ndarray, "*n 3"], b: Float[np.ndarray, "*n 3"]) -> Float[np.
 def facing_viewer(
     normals: Float[np.ndarray, "*n 3"], to_viewer: Float[np.ndarray, "*n 3"]
 ) -> Float[np.ndarray, "*n 3"]:
-    """The unit normals; those that look away from the viewer are bent just enough to have `LEAST_COSINE` before they
-    are unit again. Every renderer shades with these, so pictures can be compared up to the outlines.
+    """Return the unit normals; those that look away from the viewer are bent just enough to have `LEAST_COSINE` before
+    they are unit again. Every renderer shades with these, so pictures can be compared up to the outlines.
     """
     facing = dot(normals, to_viewer)
     bend = np.where(facing < LEAST_COSINE, LEAST_COSINE - facing, 0.0)
@@ -61,7 +61,8 @@ def facing_viewer(
 
 
 def stated_tangents(normals: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
-    """The tangent that a surface without texture coordinates gets: horizontal, along up x normal (world y is up).
+    """Return the tangent that a surface without texture coordinates gets: horizontal, along up x normal (world y is
+    up).
 
     On a sphere these are the circles of latitude. Where the normal is within 1e-6 of vertical the tangent is world x.
     """

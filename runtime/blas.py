@@ -50,7 +50,7 @@ def blas() -> Blas:
 
 
 def _loaded() -> ctypes.CDLL | None:
-    """A handle by which the names in numpy's BLAS are found; None where numpy has no such module."""
+    """Return a handle by which the names in numpy's BLAS are found; None where numpy has no such module."""
     try:
         found = importlib.util.find_spec(_LINKED)
     except ModuleNotFoundError:

@@ -19,7 +19,7 @@ _ADDRESS = re.compile(r"inproc://\S+|(\w+://)?\S+:\d+/?")
 
 
 def connected(scheduler: str) -> Client:
-    """A client of the scheduler at an address.
+    """Return a client of the scheduler at an address.
 
     Raises
     ------

@@ -110,7 +110,8 @@ class InputError(MetamerError):
         named_in: str | None = None,
         problem: str | None = None,
     ) -> InputError:
-        """The same failure, of the same class, with what its discoverer did not know; what is None here stays."""
+        """Return the same failure, of the same class, with what its discoverer did not know; what is None here
+        stays."""
         given = {"file": file, "field": field, "found": found, "expected": expected, "hint": hint}
         given |= {"named_in": named_in}
         parts = {name: getattr(self, name) if value is None else value for name, value in given.items()}

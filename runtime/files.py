@@ -214,7 +214,7 @@ def of_the_system(reason: OSError, place: str | Path | None = None) -> InputErro
 
 
 def existing_file(path: str | Path) -> Path:
-    """The path, if a file is there; otherwise an `InputError` that names it."""
+    """Return the path, if a file is there; otherwise an `InputError` that names it."""
     path = Path(path)
     try:
         path.stat()
@@ -232,7 +232,7 @@ def existing_file(path: str | Path) -> Path:
 
 
 def read_bytes(path: str | Path, expected: str) -> bytes:
-    """All bytes of a file; `expected` says of what kind it should be.
+    """Return all bytes of a file; `expected` says of what kind it should be.
 
     Raises
     ------
@@ -253,7 +253,7 @@ def read_bytes(path: str | Path, expected: str) -> bytes:
 
 
 def read_text(path: str | Path, expected: str = "text with numbers in columns") -> str:
-    """A text file's content, UTF-8 with or without a byte-order mark; binary files are refused by name.
+    """Return a text file's content, UTF-8 with or without a byte-order mark; binary files are refused by name.
 
     expected : of what kind it should be, for messages.
     """
@@ -277,7 +277,7 @@ def read_text(path: str | Path, expected: str = "text with numbers in columns") 
 
 
 def made_folder(path: str | Path) -> Path:
-    """The folder, made where it is missing; an `InputError` where it cannot be made or written to."""
+    """Return the folder, made where it is missing; an `InputError` where it cannot be made or written to."""
     path = Path(path)
     try:
         path.mkdir(parents=True, exist_ok=True)

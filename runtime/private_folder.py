@@ -47,7 +47,7 @@ def file_of(data: bytes, name: str) -> Iterator[Path]:
 
 
 def temporary_folder() -> Path:
-    """The system's folder of temporary files.
+    """Return the system's folder of temporary files.
 
     Python tries it with a file of its own when it is first asked for, which a signal must not leave there.
     """

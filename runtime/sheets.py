@@ -16,7 +16,7 @@ Cell = str | float | int | None
 
 
 def csv_text(headings: Sequence[str], lines: Iterable[Sequence[Cell]]) -> str:
-    """The table as RFC 4180 has it."""
+    """Return the table as RFC 4180 has it."""
     text = io.StringIO()
     writer = csv.writer(text)
     writer.writerow(headings)

@@ -140,7 +140,8 @@ def _end(number: int) -> None:
 
 
 def closing_line(number: int, more: str = "") -> str:
-    """The one line that a command says when a signal ends it, with what the blocks of `saying` and `more` add."""
+    """Return the one line that a command says when a signal ends it, with what the blocks of `saying` and `more`
+    add."""
     said = []
     for words in reversed([*_last_words.values()]):
         with suppress(BaseException):

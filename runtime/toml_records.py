@@ -87,7 +87,7 @@ class RecordFile:
 
 
 def toml_of(record: Any, path: str = "") -> str:
-    """A record as the lines of a table, without its passing fields; a field that is None is left out.
+    """Return a record as the lines of a table, without its passing fields; a field that is None is left out.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def _value(value: Any, where: str) -> str:
 
 
 def record_of(kind: type, table: Mapping[str, Any], path: str = "") -> Any:
-    """The record that a table says.
+    """Return the record that a table says.
 
     Raises
     ------

@@ -226,7 +226,7 @@ class _Worker:
             self.connection.send(("task", task.arguments))
 
     def take(self) -> tuple[Task, Any]:
-        """The task, and what came by the pipe: its result, `Lost`, or something `_Said` on the way."""
+        """Return the task, and what came by the pipe: its result, `Lost`, or something `_Said` on the way."""
         assert self.task is not None
         task = self.task
         try:

@@ -118,7 +118,7 @@ def things(readings: Iterable[AngleReading[_One]]) -> tuple[Thing[_One], ...]:
 
 
 def _called(reading: AngleReading) -> str:
-    """The name of the thing that a reading at an angle is of: its own less the angle, in whatever notation."""
+    """Return the name of the thing that a reading at an angle is of: its own less the angle, in whatever notation."""
     name, angle = reading.thing or reading.name, reading.angle
     if angle is None or angle.first is not None:
         return without_angle(name)
@@ -143,7 +143,7 @@ def _differs(one: AngleReading, other: AngleReading, part: str) -> bool:
 
 
 def without_angle(name: str) -> str:
-    """A name less the notation of an angle and what joins them.
+    """Return a name less the notation of an angle and what joins them.
 
     >>> without_angle("Mystic 45as-15"), without_angle("r45as110_Silver"), without_angle("Texas 15")
     ('Mystic', 'Silver', 'Texas 15')
@@ -182,7 +182,7 @@ def flop_weights(wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "
 
 
 def common(sides: Sequence[Sequence[Geometry]]) -> tuple[Geometry, ...]:
-    """The angles that all sides have, in the order of the first."""
+    """Return the angles that all sides have, in the order of the first."""
     return tuple(one for one in sides[0] if all(any(one.matches(other) for other in side) for side in sides[1:]))
 
 

@@ -69,7 +69,7 @@ class SpectralBasis:
         )
 
     def truncated(self, size: int) -> SpectralBasis:
-        """The basis of the first `size` coefficients: for "peercy" and "balanced" the best one of that size."""
+        """Return the basis of the first `size` coefficients: for "peercy" and "balanced" the best one of that size."""
         return SpectralBasis(self.name, self.wavelengths_nm, self.analysis[:, :size], self.synthesis[:, :size])
 
     def project(self, values: Float[np.ndarray, "*batch L"]) -> Float[np.ndarray, "*batch J"]:
@@ -111,7 +111,8 @@ class SpectralBasis:
 
     @classmethod
     def sampled(cls, wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM) -> SpectralBasis:
-        """The trivial basis: coefficients are samples, A = B = I (L,L), which is made when somebody asks for it."""
+        """Return the trivial basis: coefficients are samples, A = B = I (L,L), which is made when somebody asks for
+        it."""
         return _SampledBasis(wavelengths_nm)
 
     @classmethod

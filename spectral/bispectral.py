@@ -112,7 +112,7 @@ class Bispectral:
 
     @classmethod
     def diagonal(cls, reflectance: Spectrum) -> Bispectral:
-        """An ordinary surface as a Donaldson matrix: nothing changes its wavelength."""
+        """Return an ordinary surface as a Donaldson matrix: nothing changes its wavelength."""
         grid = reflectance.wavelengths_nm
         if reflectance.quantity != "reflectance" or reflectance.samples.ndim != 1:
             raise InputError(
@@ -166,7 +166,7 @@ class Bispectral:
         return not self.reradiation.any()
 
     def without_emission(self) -> Bispectral:
-        """The same surface with its fluorescence taken away: the diagonal alone."""
+        """Return the same surface with its fluorescence taken away: the diagonal alone."""
         return Bispectral.diagonal(self.reflectance)
 
     def excitation(self, light: Spectrum) -> Float[np.ndarray, " Li"]:
@@ -210,7 +210,7 @@ class Bispectral:
         return kept + self.fold_emission(light, observer)
 
     def on(self, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "L L"]:
-        """The Donaldson matrix on one common grid; on the surface's own it is `matrix` itself.
+        """Return the Donaldson matrix on one common grid; on the surface's own it is `matrix` itself.
 
         Bands of the grid share out the excitation, so that D @ s is `radiance` wherever the grid resolves s.
         """
@@ -243,7 +243,8 @@ def fluorophore(
     emission: Float[np.ndarray, " L"],
     photon_yield: float,
 ) -> Bispectral:
-    """A dye in a matt base: share `absorption` (L,) of the light is taken, `photon_yield` of those photons come back.
+    """Return a dye in a matt base: share `absorption` (L,) of the light is taken, `photon_yield` of those photons come
+    back.
 
     They are spread over `emission` (L,), of any scale, on the uniform wavelengths of `reflectance`. Emission at or
     below the absorbed wavelength is left out, and the rest carries the yield: a pure substance with one fluorescent

@@ -23,7 +23,7 @@ ColourTable = tuple[Float[np.ndarray, " L"], Float[np.ndarray, "L *_"]]
 
 @cache
 def colour_science() -> Any:
-    """The `colour` module. Its notices about optional packages say nothing about Metamer and are kept quiet, and
+    """Return the `colour` module. Its notices about optional packages say nothing about Metamer and are kept quiet, and
     the way it makes numpy print numbers does not reach the rest of the process.
     """
     with warnings.catch_warnings(), np.printoptions():

@@ -54,7 +54,7 @@ class Formula:
     aspecular: float | None = None
 
     def at(self, geometry: str) -> Formula:
-        """The formula for a pair that was read at an angle, such as "45as15"; itself where none matters."""
+        """Return the formula for a pair that was read at an angle, such as "45as15"; itself where none matters."""
         if self.name != DIN_6175_2:
             return self
         angle = geometry_in(geometry) if geometry else None
@@ -92,7 +92,7 @@ class Formula:
 
 
 def formula(text: str) -> Formula:
-    """The formula that is meant: "CIE 2000", "94", "dE00", "CMC 2:1", "CMC(1.5:1)", "CAM16-UCS".
+    """Return the formula that is meant: "CIE 2000", "94", "dE00", "CMC 2:1", "CMC(1.5:1)", "CAM16-UCS".
 
     Raises
     ------

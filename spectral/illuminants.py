@@ -41,7 +41,7 @@ HORIZON, HORIZON_K = "horizon", 2300.0
 
 @cache
 def _tables() -> dict[str, tuple[str, ColourTable]]:
-    """Every light of colour-science by folded name: CIE illuminants first, then measured light sources."""
+    """Return every light of colour-science by folded name: CIE illuminants first, then measured light sources."""
     every = colour_tables("SDS_LIGHT_SOURCES") | colour_tables("SDS_ILLUMINANTS")
     return {name.casefold(): (name, table) for name, table in every.items()}
 
@@ -100,7 +100,7 @@ def as_light(light: object) -> Spectrum:
 
 
 def canonical_name(name: str) -> str:
-    """The name that colour-science gives a light, of another that it has: "FL11" for "TL84" and "F11".
+    """Return the name that colour-science gives a light, of another that it has: "FL11" for "TL84" and "F11".
 
     >>> canonical_name("tl84"), canonical_name("A")
     ('FL11', 'A')

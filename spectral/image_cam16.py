@@ -58,7 +58,7 @@ def cam16_constants(white_xyz: White) -> Cam16:
 
 
 def cam16_block(white_xyz: White) -> Callable[[Float[np.ndarray, "2 3 n"]], Float[np.ndarray, " n"]]:
-    """The formula for one white: ΔE (n) of planes of CIELAB, reference and sample, which it writes over.
+    """Return the formula for one white: ΔE (n) of planes of CIELAB, reference and sample, which it writes over.
 
     Infinity stands where single precision does not do: at colours that no light has, near where the formula divides by
     nothing. Elsewhere ΔE is some 1e-4 from double precision, and at most 0.02 where it was measured. The viewing

@@ -249,15 +249,15 @@ class Measurement:
         return {part: said.words for part, said in self.parts.items()}
 
     def unlike(self, other: Measurement) -> tuple[str, ...]:
-        """The parts of `MUST` that both state and state differently."""
+        """Return the parts of `MUST` that both state and state differently."""
         return tuple(part for part in MUST if self._differs(other, part))
 
     def noted(self, other: Measurement) -> tuple[str, ...]:
-        """The parts of `NOTED` that both state and state differently."""
+        """Return the parts of `NOTED` that both state and state differently."""
         return tuple(part for part in NOTED if self._differs(other, part))
 
     def silent(self, other: Measurement) -> tuple[str, ...]:
-        """The parts of `MUST` that the other alone states."""
+        """Return the parts of `MUST` that the other alone states."""
         return tuple(part for part in MUST if part in other.parts and part not in self.parts and part != "film")
 
     def _differs(self, other: Measurement, part: str) -> bool:
@@ -274,7 +274,7 @@ class Side(NamedTuple):
 
 
 def refusal(one: Side, other: Side, across: Collection[Crossing]) -> str:
-    """The reason why two readings cannot be compared, over several lines; "" where they can."""
+    """Return the reason why two readings cannot be compared, over several lines; "" where they can."""
     parts = [part for part in one.measurement.unlike(other.measurement) if MUST[part] not in across]
     if not parts:
         return ""
@@ -318,7 +318,8 @@ def remarks(one: Side, other: Side) -> tuple[str, ...]:
 
 
 def geometry_in(words: str) -> Geometry | None:
-    """The geometry that words state, such as "45/0", "d:8 SCI" or "45as-15"; None where they state several angles.
+    """Return the geometry that words state, such as "45/0", "d:8 SCI" or "45as-15"; None where they state several
+    angles.
 
     >>> geometry_in("0°:45°a") == geometry_in("45/0"), geometry_in("45as-15").second
     (True, -15.0)
@@ -352,7 +353,7 @@ def _several(light: str, aspecular: str, azimuth: str) -> Geometry:
 
 
 def signed(text: str) -> float:
-    """The number of an angle, with its sign in the forms that a notation has: "-15", "_15", "minus 15"."""
+    """Return the number of an angle, with its sign in the forms that a notation has: "-15", "_15", "minus 15"."""
     digits = re.sub(r"^(?:-|_|minus ?|\u2212)\s*", "-", text.strip(), flags=re.I)
     return float(digits)
 
@@ -383,7 +384,7 @@ def _part(label: str) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart], ...]:
-    """The parts that a labelled detail states."""
+    """Return the parts that a labelled detail states."""
     text = " ".join(words.split()).strip("\"' ")
     part = _part(label)
     if part != "geometry" and ANGLE_NOTATION.fullmatch(text):
@@ -416,7 +417,9 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart]
 
 
 def _in_free_words(text: str, where: str, gloss: bool) -> tuple[tuple[str, StatedPart], ...]:
-    """A specular component or an M condition where words say nothing else; of gloss, a number is one of its units."""
+    """Return a specular component or an M condition where words say nothing else; of gloss, a number is one of its
+    units.
+    """
     if re.fullmatch(r"M[0-3]", text):
         return (("measurement condition", StatedPart(text, text, where)),)
     included, excluded = bool(_INCLUDED.search(text)), bool(_EXCLUDED.search(text))

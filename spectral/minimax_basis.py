@@ -35,7 +35,8 @@ def minimax_basis(
     wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM,
     enough: float = 0.0,
 ) -> SpectralBasis:
-    """A basis of `size` coefficients for which the largest ΔE94 over all spectra and lights is as small as was found.
+    """Return a basis of `size` coefficients for which the largest ΔE94 over all spectra and lights is as small as was
+    found.
 
     Never worse than the balanced one of that size. The same to the bit for spectra and lights in any order.
 

@@ -128,7 +128,9 @@ def _weights(seen_by: Observer, samples: bytes, light_nm: bytes, to_nm: bytes) -
 
 
 def _refined(grid: np.ndarray, folded: np.ndarray, finer_nm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The same integral (n,3) spread over the wavelengths of a finer grid too; its sum, the white, does not change."""
+    """Return the same integral (n,3) spread over the wavelengths of a finer grid too; its sum, the white, does not
+    change.
+    """
     inside = finer_nm[(finer_nm > grid[0]) & (finer_nm < grid[-1])]
     both = np.union1d(grid, inside)
     density = (folded / _trapezoid(grid)[:, None]).T

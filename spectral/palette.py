@@ -90,7 +90,7 @@ class Palette:
         return self.values @ self.basis.radiance(light, wavelengths_nm)
 
     def in_basis(self, basis: SpectralBasis) -> Palette:
-        """The same spectra projected into another basis, through the wavelengths of that basis."""
+        """Return the same spectra projected into another basis, through the wavelengths of that basis."""
         samples = self.samples
         if not np.array_equal(self.wavelengths_nm, basis.wavelengths_nm):
             samples = samples @ interpolation_matrix(self.wavelengths_nm, basis.wavelengths_nm).T
@@ -107,7 +107,7 @@ class Palette:
 
     @staticmethod
     def from_stored(kept: Mapping[str, Any]) -> Palette:
-        """The palette, of whichever kind, whose `stored()` this is; KeyError where something is missing."""
+        """Return the palette, of whichever kind, whose `stored()` this is; KeyError where something is missing."""
         wavelengths_nm, values = kept["wavelengths_nm"], np.asarray(kept["spectral"])
         values = values if values.ndim == 3 else values[None]
         if "donaldson" in kept:
@@ -131,7 +131,7 @@ class DonaldsonPalette(Palette):
 
     @classmethod
     def of_surface(cls, bispectral: Bispectral) -> DonaldsonPalette:
-        """The palette of one surface."""
+        """Return the palette of one surface."""
         kept = bispectral.reflectance.samples[:, None]
         # Black all through, it has no analysis.
         analysis = kept / max(float(np.sum(kept * kept)), np.finfo(float).tiny)

@@ -56,7 +56,7 @@ def projected(
     to_nm: Float[np.ndarray, "M"],
     highest: float = np.inf,
 ) -> Float[np.ndarray, "*batch M"]:
-    """The samples on a coarser grid that stand for `values` best: from 0 to `highest`, nothing cut off.
+    """Return the samples on a coarser grid that stand for `values` best: from 0 to `highest`, nothing cut off.
 
     A spectrum with a steep edge, or with noise about black, would be closest with samples below zero or above
     `highest`. Its samples are then the closest within these bounds: the others give way to those that meet one.
@@ -97,7 +97,7 @@ def finer_note(wavelengths_nm: Wavelengths) -> str | None:
 
 @lru_cache(maxsize=16)
 def _least_squares(source_bytes: bytes, target_bytes: bytes) -> tuple[np.ndarray, np.ndarray]:
-    """The projection (M,L), and the matrix (M,M) of its normal equations."""
+    """Return the projection (M,L), and the matrix (M,M) of its normal equations."""
     source, target = np.frombuffer(source_bytes), np.frombuffer(target_bytes)
     at = _looked_at(source, target)
     width = np.gradient(at)

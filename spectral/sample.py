@@ -191,7 +191,7 @@ class Sample:
         return f"beyond {low:g} to {high:g} nm the end values are held" if low > 380.0 or high < 730.0 else ""
 
     def factor(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, " L"]:
-        """The mean of its readings, linear between their samples, ends held.
+        """Return the mean of its readings, linear between their samples, ends held.
 
         Raises
         ------
@@ -283,7 +283,7 @@ def check_range(low: float, high: float, file: str | Path | None, name: str) -> 
 
 @cache
 def missed_share(low: float, high: float) -> float:
-    """The largest part of X, Y or Z of a white surface under D65 that comes from beyond a range in nm."""
+    """Return the largest part of X, Y or Z of a white surface under D65 that comes from beyond a range in nm."""
     grid = np.arange(360.0, 831.0)
     weights = observer("1931_2").weights(illuminant("D65"), grid)
     beyond = (grid < low) | (grid > high)

@@ -203,7 +203,8 @@ class Spectrum:
         return self.wavelengths_nm.tobytes(), self.samples.tobytes()
 
     def resampled(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> Spectrum:
-        """The same spectrum sampled elsewhere; `projected` is for a coarser grid, which would lose what lies between.
+        """Return the same spectrum sampled elsewhere; `projected` is for a coarser grid, which would lose what lies
+        between.
 
         Reflectance, transmittance, radiance factor: Sprague (CIE 167:2005) on uniform grids, else linear. Emission:
         linear, so that a line never rings below zero. Where Sprague leaves [0, 1] next to a steep edge (radiance
@@ -226,7 +227,7 @@ class Spectrum:
         return Spectrum.sampled(wavelengths_nm, values, self.quantity)
 
     def projected(self, wavelengths_nm: Wavelengths) -> Spectrum:
-        """The spectrum on a coarser grid that stands for this one best (`projection.projected`), ends held.
+        """Return the spectrum on a coarser grid that stands for this one best (`projection.projected`), ends held.
 
         Reflectance and transmittance from 0 to 1, radiance factor from 0. Where this one is no finer: `resampled`.
 
@@ -245,7 +246,7 @@ class Spectrum:
         return Spectrum.sampled(wavelengths_nm, values, self.quantity)
 
     def averaged(self, wavelengths_nm: Wavelengths) -> Spectrum:
-        """An emission on a coarser grid: its mean about each sample, weighted from 1 there to 0 at the next one.
+        """Return an emission on a coarser grid: its mean about each sample, weighted from 1 there to 0 at the next one.
 
         Linear between samples that has the power of the emission within the grid, and its centre: lines between samples
         are shared out, where `resampled` misses them. Where this one is no finer: `resampled`.
@@ -277,7 +278,7 @@ def _is_number(value: object) -> bool:
 
 
 def as_float(number: int | float) -> float:
-    """A number as a float; a whole number beyond all floats is infinite, for whoever checks values to refuse.
+    """Return a number as a float; a whole number beyond all floats is infinite, for whoever checks values to refuse.
 
     >>> as_float(3), as_float(-(10**400))
     (3.0, -inf)

@@ -113,7 +113,7 @@ class Upsampling:
 
 @cache
 def upsampling(method: str = DEFAULT_METHOD) -> Upsampling:
-    """The method of that name; raises `UnknownNameError`."""
+    """Return the method of that name; raises `UnknownNameError`."""
     makers = {"mallett-yuksel": _mallett_yuksel, "jakob-hanika": _jakob_hanika, "smits": _smits}
     if method not in makers:
         raise UnknownNameError("upsampling method", method, METHODS)

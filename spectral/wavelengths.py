@@ -152,7 +152,7 @@ def is_finer(wavelengths_nm: Wavelengths, than_nm: Float[np.ndarray, "M"] = WORK
 
 
 def material_wavelengths(grids: Sequence[Float[np.ndarray, "_"]]) -> Float[np.ndarray, "M"]:
-    """The grid that a material keeps spectra of these grids on, so that nothing measured is lost.
+    """Return the grid that a material keeps spectra of these grids on, so that nothing measured is lost.
 
     The working wavelengths, or, where one of the spectra is finer than those, the grid common to all, as far as an
     observer sees.
@@ -167,7 +167,7 @@ def material_wavelengths(grids: Sequence[Float[np.ndarray, "_"]]) -> Float[np.nd
 
 
 def common_wavelengths(grids: Sequence[Float[np.ndarray, "_"]]) -> Float[np.ndarray, "M"]:
-    """A grid on which spectra of all these grids can stand side by side.
+    """Return a grid on which spectra of all these grids can stand side by side.
 
     Where the grids are one, that one. Else the uniform one of them that has every sample of all others, so that its
     own spectra stay as they are and theirs lose no sample. Else every nanometre from the first to the last sample of

@@ -138,7 +138,7 @@ def _yellowness(xyz: Float[np.ndarray, "*batch 3"], key: tuple[str, str]) -> Flo
 
 
 def _key(what: str, conditions: Conditions, defined: Iterable[tuple[str, str]]) -> tuple[str, str]:
-    """The names that the tables have for the conditions, whatever these call them."""
+    """Return the names that the tables have for the conditions, whatever these call them."""
     # A name that nobody knows is told as one.
     _ = illuminant(conditions.illuminant), observer(conditions.observer)
     for key in defined:

@@ -185,7 +185,7 @@ def _read(scene: Scene | str | Path, catalogue: Catalogue) -> Scene:
 
 
 def renderer_named(name: str) -> tuple[RenderSession, NoGL | None]:
-    """A renderer, and why "auto" gives none with OpenGL where it does not.
+    """Return a renderer, and why "auto" gives none with OpenGL where it does not.
 
     Raises
     ------

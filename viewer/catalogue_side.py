@@ -37,7 +37,7 @@ def is_catalogue(path: Path) -> bool:
 
 
 def catalogue_side(folder: Path, seen: SeenSpectra) -> ComparedSide:
-    """Every surface and reflectance of a catalogue under each light.
+    """Return every surface and reflectance of a catalogue under each light.
 
     Raises
     ------

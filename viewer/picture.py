@@ -96,7 +96,7 @@ class Picture:
         return delta_e_statistics(delta_e_map(reference.xyz, self.xyz, self.white, seen, method))
 
     def rgb(self) -> UInt8[np.ndarray, "H W 3"]:
-        """The picture over its background as codes of the scene's display."""
+        """Return the picture over its background as codes of the scene's display."""
         return quantise(_encoded(self.scene, self.xyz, self.coverage, display_for(self.scene.viewing), None)[0])
 
     def _repr_png_(self) -> bytes:
@@ -176,7 +176,7 @@ def check_output(output: Path, spectral: bool = False) -> None:
 
 
 def display_for(viewing: Viewing) -> DisplayTransform:
-    """The display transform that a scene asks for; what it leaves open keeps its default."""
+    """Return the display transform that a scene asks for; what it leaves open keeps its default."""
     chosen: dict[str, Any] = {
         "display": viewing.display,
         "view": viewing.view,
@@ -195,7 +195,7 @@ def display_pass(renderer: RenderSession, display: DisplayTransform) -> DisplayP
 def cut_out(
     image: ColourImage, coverage: Float[np.ndarray, "H W"], display: DisplayTransform, on: DisplayPass | None
 ) -> UInt8[np.ndarray, "H W 4"]:
-    """The picture without a background: colours of the surfaces alone, and how much of each pixel they cover.
+    """Return the picture without a background: colours of the surfaces alone, and how much of each pixel they cover.
 
     image : already multiplied by `coverage`. on : as of `DisplayTransform.encode`.
     """
@@ -209,7 +209,7 @@ def cut_out(
 def material_cut_out(
     record: MaterialRecord, scene: Scene, renderer: RenderSession, display: DisplayTransform, on: DisplayPass | None
 ) -> UInt8[np.ndarray, "H W 4"]:
-    """The same as `material_picture` without a background, as of `cut_out`."""
+    """Return the same as `material_picture` without a background, as of `cut_out`."""
     dressed = scene.with_material(scene.reviewed_part, record.id)
     xyz, coverage = renderer.render(dressed, dressed.camera(), {record.id: record.drawn()})
     return cut_out(ColourImage(xyz, "xyz", dressed.adopted_white()), coverage, display, on)
@@ -218,7 +218,8 @@ def material_cut_out(
 def material_picture(
     record: MaterialRecord, scene: Scene, renderer: RenderSession, display: DisplayTransform, on: DisplayPass | None
 ) -> tuple[UInt8[np.ndarray, "H W 3"], tuple[str, ...]]:
-    """The scene from its first camera, its reviewed part in the fast form of `record`, and what has to be said of it.
+    """Return the scene from its first camera, its reviewed part in the fast form of `record`, and what has to be said
+    of it.
 
     The picture is in 8-bit codes of `display`; `on` as of `DisplayTransform.encode`.
     """
@@ -264,7 +265,7 @@ def reference_picture(
     progress: Callable[[int, int, str], None] | None = None,
     noise: float = REFERENCE_NOISE,
 ) -> Picture:
-    """The same picture by the slow truth: rays, every wavelength, the original data.
+    """Return the same picture by the slow truth: rays, every wavelength, the original data.
 
     noise : ΔE94 that what is drawn (lights that spread, and bounces) may leave on average.
     """
@@ -334,7 +335,7 @@ def say_if_clipped(
 
 
 def _placed(scene: Scene, camera: str | None, warn: Warn) -> Camera:
-    """The camera of that name, and what has to be said of where it and the lights stand."""
+    """Return the camera of that name, and what has to be said of where it and the lights stand."""
     view = scene.camera(camera)
     for line in placement_warnings(scene, view):
         warn(line)
@@ -364,7 +365,7 @@ def _encoded(
     display: DisplayTransform,
     on: DisplayPass | None,
 ) -> tuple[Float[np.ndarray, "H W 3"], tuple[str, ...]]:
-    """A picture of the scene over its background, display-encoded, and what was done to fit it in."""
+    """Return a picture of the scene over its background, display-encoded, and what was done to fit it in."""
     white = scene.adopted_white()
     background = white * scene.viewing.background_reflectance
     return display.encode(ColourImage(xyz, "xyz", white), coverage, background, on)

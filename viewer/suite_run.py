@@ -84,7 +84,7 @@ def environment() -> dict[str, str]:
 
 
 def _views(suite: Suite, catalogue: Catalogue) -> Iterator[tuple[str, Scene, str | None]]:
-    """Each scene as each observer sees it through each camera, and what its folder is called."""
+    """Yield each scene as each observer sees it through each camera, and what its folder is called."""
     for path in suite.scenes:
         scene = load_scene(path, catalogue)
         for eye in suite.observers:

@@ -69,7 +69,7 @@ def _fits(name: str, pattern: str | None) -> bool:
 
 
 def report(figures: dict) -> str:
-    """The figures as a table."""
+    """Return the figures as a table."""
     body = []
     for one in figures["rows"]:
         bar, kept = one["bar"], within(one)

@@ -116,7 +116,7 @@ class _Traced:
 
 
 def spectra_of(sample: SyntheticBtf) -> Float[np.ndarray, "n L"]:
-    """All that a traced sample's spectra are sums of: dyes, their products and white."""
+    """Return all that a traced sample's spectra are sums of: dyes, their products and white."""
     dyes = sample.dyes.samples
     products = (dyes[:, None] * dyes).reshape(-1, dyes.shape[1])
     return np.concatenate([dyes, products, np.ones((1, dyes.shape[1]))])

@@ -38,7 +38,7 @@ def environments(data: Path | None) -> dict[str, Callable[[], EnvironmentLight]]
 
 
 def lamps() -> EnvironmentLight:
-    """A dim room with a large lamp above and two small ones lower down, of incandescent light."""
+    """Return a dim room with a large lamp above and two small ones lower down, of incandescent light."""
     to = latlong.texel_directions(ROWS, 2 * ROWS)
     field = np.full(to.shape[:2], 0.03)
     for (x, y, z), radius, bright in (((0.3, 0.9, 0.3), 0.3, 8.0), ((0.9, 0.3, -0.4), 0.1, 40.0)):
@@ -48,13 +48,13 @@ def lamps() -> EnvironmentLight:
 
 
 def half_sky() -> EnvironmentLight:
-    """An even sky on one side, and nothing on the other: a window as wide as its wall."""
+    """Return an even sky on one side, and nothing on the other: a window as wide as its wall."""
     to = latlong.texel_directions(ROWS, 2 * ROWS)
     return EnvironmentLight((to[..., 0] > 0.0).astype(float)[None], (illuminant("D65"),))
 
 
 def low_sun() -> EnvironmentLight:
-    """A sun of 4 degrees, 15 above the horizon, in a sky that is brighter around it."""
+    """Return a sun of 4 degrees, 15 above the horizon, in a sky that is brighter around it."""
     to = latlong.texel_directions(ROWS, 2 * ROWS)
     sun = np.array([np.cos(np.radians(15.0)), np.sin(np.radians(15.0)), 0.0])
     sky = (0.3 + 0.7 * np.exp(4.0 * (to @ sun - 1.0))) * np.where(to[..., 1] > 0.0, 1.0, 0.15)
@@ -89,7 +89,7 @@ class PlacedLight:
 
 
 def placed(light: EnvironmentLight, lights: Hemisphere, functions: LightFunctions, seed: int = 0) -> list[PlacedLight]:
-    """An environment above a sample that is turned any which way, as parts of a mesh are, `TURNS` times.
+    """Return an environment above a sample that is turned any which way, as parts of a mesh are, `TURNS` times.
 
     Y of 1 is the perfect diffuser in the turn in which the most light arrives; the others are darker, as they look
     beside it.

@@ -97,7 +97,9 @@ def _ours(images: BtfImages, size: str) -> Made:
 
 
 def _of_bytes(images: BtfImages) -> Made:
-    """The medium size, but as many clusters as `BYTES` a texel have room for: of large samples more than of small."""
+    """Return the medium size, but as many clusters as `BYTES` a texel have room for: of large samples more than of
+    small.
+    """
     begun = time.process_time()
     size = SIZES["medium"]
     form = btf_form(images, size)

@@ -100,8 +100,8 @@ class CodedBtf:
         return plane_offset(pictures, ubo_directions()) or 0.0
 
     def crop(self, texels: int, offset: float) -> HeldImages:
-        """The middle of it, so many texels each way, registered by `offset`, in half precision, which codes of 8 bits
-        are coarser than.
+        """Return the middle of it, so many texels each way, registered by `offset`, in half precision, which codes of 8
+        bits are coarser than.
 
         What a view displaces beyond the crop's edge was measured, too, and is taken from there. Between texels, linear.
         """
@@ -124,7 +124,7 @@ class CodedBtf:
 
 
 def _bytes(path: Path, needed: int) -> np.ndarray:
-    """All channels' bytes of a picture in the order of reading."""
+    """Return all channels' bytes of a picture in the order of reading."""
     from PIL import Image
 
     try:

@@ -33,7 +33,7 @@ def published_epsilon(case: str, method: str) -> float | None:
 
 
 def published() -> str:
-    """All of it, as a table."""
+    """Return all of it, as a table."""
     body = [[material, *(f"{value:.3f}" for value in values)] for material, values in EPSILON.items()]
     title = "As published: epsilon of Meseth et al. 2003, of the same materials from other files"
     return "\n".join([title, columns(["material", *METHODS], body), *_NOTES])

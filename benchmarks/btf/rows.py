@@ -97,7 +97,7 @@ def row(
 
 
 def with_bars(rows: Sequence[dict]) -> list[dict]:
-    """The rows, each bar beside the one that is held to it.
+    """Return the rows, each bar beside the one that is held to it.
 
     Of forms of several sizes it is the best of those that are small enough, and where none is the smallest. Crops of
     fewer texels than `BARS` is for have too few to share a dictionary, and are held to nothing.

@@ -85,7 +85,7 @@ def _to_xyz(basis: SpectralBasis) -> Float[np.ndarray, "J 3"]:
 
 
 def _clusters(rows, shape, weights, number, light, basis) -> _Shade:
-    """Every cluster's mean and components, from every view, in XYZ."""
+    """Return every cluster's mean and components, from every view, in XYZ."""
     taken = (light[:, None, None] * _to_xyz(basis)).reshape(-1, 3).astype(np.float32)
     clusters, views, components = shape
     # X, Y and Z one behind the other, each of all components: what is summed up lies together.
@@ -102,7 +102,7 @@ def _clusters(rows, shape, weights, number, light, basis) -> _Shade:
 
 
 def _polynomials(each, form: PolynomialField, light, basis) -> _Shade:
-    """The light's six moments."""
+    """Return the light's six moments."""
     moments, to_xyz = (light @ form.terms).astype(np.float32), _to_xyz(basis)
 
     def shade(place, view, share):
@@ -115,7 +115,7 @@ def _polynomials(each, form: PolynomialField, light, basis) -> _Shade:
 
 
 def _lobes(table, lobe, rho, scale, light, basis) -> _Shade:
-    """Every lobe that there is, from every view."""
+    """Return every lobe that there is, from every view."""
     gathered, to_xyz = np.einsum("vlm,l->vm", table, light).astype(np.float32), _to_xyz(basis)
 
     def shade(place, view, share):
@@ -130,7 +130,7 @@ def _lobes(table, lobe, rho, scale, light, basis) -> _Shade:
 
 
 def _prefiltered(form: LobeField, lights, light, basis) -> _Shade:
-    """The light under lobes of every exponent about axes all around (Meseth et al. 2003, section 5.2)."""
+    """Return the light under lobes of every exponent about axes all around (Meseth et al. 2003, section 5.2)."""
     across = np.minimum(np.arange(_MAP) * (256 // _MAP) + 128 // _MAP, 254).astype(np.uint8)
     codes = np.stack(np.meshgrid(across, across, indexing="ij"), axis=-1)
     towards = np.maximum(decoded_axes(codes).reshape(-1, 3) @ lights.directions.T, 1e-9)

@@ -104,7 +104,7 @@ class Surround:
         return lambda light: both @ light.harmonics
 
     def decoded(self, texels: BtfTexels) -> Float[np.ndarray, "T v Lt J"]:
-        """The judged texels of a form."""
+        """Return the judged texels of a form."""
         numbers = texels.form.number.ravel()[self.texels]
         found = [
             np.einsum("vlcj,c->vlj", texels.table[cluster][self.views], texels.weights[texel], optimize=True)
@@ -131,6 +131,6 @@ def _colours(
 
 
 def all_placed(lights: Hemisphere, data: Path | None) -> tuple[list[PlacedLight], int]:
-    """Every environment in every turn about a BTF of these lights, and how many environments there are."""
+    """Return every environment in every turn about a BTF of these lights, and how many environments there are."""
     functions, made = light_functions(lights), environments(data)
     return [one for environment in made.values() for one in placed(environment(), lights, functions)], len(made)

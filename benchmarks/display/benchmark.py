@@ -242,7 +242,7 @@ def _left_of_drift(display: SimulatedDisplay, seed: int) -> float:
 
 
 def report(measured: dict[str, Any]) -> str:
-    """The worst of each figure beside its bar."""
+    """Return the worst of each figure beside its bar."""
     from ...calibration.report.text_tables import columns
 
     rows = [[one["bar"], f"{one['at_most']:g}", f"{one['measured']:.3g}", one["worst"]] for one in measured["bars"]]

@@ -18,7 +18,7 @@ NM = np.arange(380.0, 781.0, 2.0)
 
 
 def _peaks(*peaks: tuple[float, float, float]) -> np.ndarray:
-    """A sum of Gaussians: nm, standard deviation in nm, height."""
+    """Return a sum of Gaussians: nm, standard deviation in nm, height."""
     return np.sum([h * np.exp(-0.5 * ((NM - at) / width) ** 2) for at, width, h in peaks], axis=0)
 
 
@@ -115,25 +115,26 @@ def _wrgb_drive(codes: np.ndarray) -> np.ndarray:
 
 
 def _crt_drive(codes: np.ndarray) -> np.ndarray:
-    """A gun's cut-off, a supply that gives way by 2 % under full load, and a tube that is never quite dark."""
+    """Drive a tube: a gun's cut-off, a supply that gives way by 2 % under full load, and a tube that is never quite
+    dark."""
     light = np.maximum((codes + 0.03) / 1.03, 0.0) ** 2.4 - (0.03 / 1.03) ** 2.4
     return _leaking(light * (1.0 - 0.02 * light.mean(axis=1, keepdims=True)), 2e-3)
 
 
 def _oled_drive(codes: np.ndarray) -> np.ndarray:
-    """The first codes stay dark, and a common supply costs each channel 1 % of what the others take."""
+    """Drive an OLED: the first codes stay dark, and a common supply costs each channel 1 % of what the others take."""
     light = _power(np.maximum(codes - 0.008, 0.0) / 0.992, 2.2)
     others = light.sum(axis=1, keepdims=True) - light
     return _leaking(light * (1.0 - 0.01 * others), 1e-6)
 
 
 def _led_drive(codes: np.ndarray) -> np.ndarray:
-    """The curve of sRGB in steps of ten bits, and a leak."""
+    """Return the curve of sRGB in steps of ten bits, and a leak."""
     return _leaking(_srgb(np.round(codes * 1023.0) / 1023.0), 1.2e-3)
 
 
 def _balanced(red: np.ndarray, green: np.ndarray, blue: np.ndarray, x: float, y: float) -> np.ndarray:
-    """The three scaled so that together they are white of this chromaticity, and a leak of that white."""
+    """Return the three scaled so that together they are white of this chromaticity, and a leak of that white."""
     spectra = np.stack([red, green, blue])
     xyz = spectra @ observer("1931_2").sensitivity(NM).T
     amounts = np.linalg.solve(xyz.T, [x / y, 1.0, (1.0 - x - y) / y])
@@ -142,7 +143,7 @@ def _balanced(red: np.ndarray, green: np.ndarray, blue: np.ndarray, x: float, y:
 
 
 def displays() -> tuple[SimulatedDisplay, ...]:
-    """The six, the simplest defects first."""
+    """Return the six, the simplest defects first."""
     phosphor = _peaks((530.0, 30.0, 0.35))
     lcd = _balanced(
         _peaks((632.0, 5.0, 1.0), (613.0, 6.0, 0.5)) + 0.02 * phosphor,

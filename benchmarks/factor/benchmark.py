@@ -235,7 +235,7 @@ class _Work:
             into.figures.append(fluorescent_figures(case, brdf, shown, self.picture_pixels))
 
     def _fit_with_progress(self, case: Case, brdf: Brdf, say: Say, progress: Say) -> Fit:
-        """A fit that reports each trial; the second time, only why it is run again."""
+        """Return a fit that reports each trial; the second time, only why it is run again."""
         if isinstance(brdf, WatchedBrdf):
             say("fitting once more, to count bytes")
             return self._fit(case, brdf)

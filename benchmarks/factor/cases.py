@@ -23,7 +23,7 @@ GLOSS = 0.05
 
 
 def analytic_cases() -> tuple[Case, ...]:
-    """The three rows of figure 3."""
+    """Return the three rows of figure 3."""
     return (
         Case(
             "oren-nayar-0.52",
@@ -59,7 +59,7 @@ def fluorescent_cases() -> tuple[Case, ...]:
 
 
 def chosen_cases(names: Sequence[str] | None, data: Path | None = None) -> tuple[Case, ...]:
-    """The cases of these names; None takes all, those of the folder `data` included.
+    """Return the cases of these names; None takes all, those of the folder `data` included.
 
     Raises
     ------
@@ -88,7 +88,7 @@ def _dye(number: int) -> Callable[[], Brdf]:
 
 
 def _patch(number: int) -> Spectrum:
-    """A patch of the ColorChecker, counted from 1 as on the chart."""
+    """Return a patch of the ColorChecker, counted from 1 as on the chart."""
     values = colour_checker().resampled(WORKING_WAVELENGTHS_NM).samples
     return Spectrum.sampled(WORKING_WAVELENGTHS_NM, values[number - 1], "reflectance")
 

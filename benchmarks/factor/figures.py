@@ -72,7 +72,9 @@ def case_figures(
 
 
 def fluorescent_figures(case: Case, brdf: FluorescentLambert, drawn: Drawn, pixels: int) -> dict:
-    """The same card for a fluorescent surface: what the renderer drew, and what leaving fluorescence out looks like."""
+    """Return the same card for a fluorescent surface: what the renderer drew, and what leaving fluorescence out looks
+    like.
+    """
     lit = lit_pixels(pixels, PICTURE_LIGHTS_DEG)
     places = np.concatenate(list(lit), axis=1)
 
@@ -180,7 +182,7 @@ def _matt_radii(factor: float) -> list[list[float]]:
 
 
 def _rendered_radii(brdf: FluorescentLambert, nm: float) -> list[list[float]]:
-    """The same from the factors, as a renderer looks them up."""
+    """Return the same from the factors, as a renderer looks them up."""
     (pack,) = brdf.own_form().packs
     light, at = illuminant("D65"), np.array([nm])
     sent = pack.palette.radiance(light, at)[0] / light.averaged(at).samples

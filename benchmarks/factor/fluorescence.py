@@ -55,7 +55,7 @@ class Drawn:
 
 
 def row_lights() -> dict[str, Spectrum]:
-    """The lights of the rows by name."""
+    """Return the lights of the rows by name."""
     return {name: light for name, light in benchmark_lights().items() if name in LIGHTS}
 
 
@@ -97,7 +97,7 @@ def fluorescent_rows(
 
 
 def draw(renderer: RenderSession, brdf: FluorescentLambert, pixels: int, angles_deg: tuple[float, ...]) -> Drawn:
-    """Every picture that the rows and the page need."""
+    """Return every picture that the rows and the page need."""
     lights = row_lights()
 
     def rendered(packs: tuple[FactorPack, ...]) -> Pictures:
@@ -118,7 +118,7 @@ def draw(renderer: RenderSession, brdf: FluorescentLambert, pixels: int, angles_
 
 
 def reflectance_pack(brdf: FluorescentLambert, light: Spectrum) -> FactorPack:
-    """The radiance factor under one light, as if it were the surface's reflectance; it may exceed 1."""
+    """Return the radiance factor under one light, as if it were the surface's reflectance; it may exceed 1."""
     (pack,) = brdf.own_form().packs
     grid = brdf.wavelengths_nm
     factor = brdf.bispectral.radiance(light, grid) / light.averaged(grid).samples

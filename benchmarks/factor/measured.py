@@ -32,7 +32,7 @@ PLACES = ("brdf/merl", "brdf/merl-fits", "brdf/cornell-spectral", "brdf/rgl", "s
 
 
 def measured_cases(data: Path) -> tuple[Case, ...]:
-    """Every measured surface in `data`, by family and name; a file is read when its case is made.
+    """Return every measured surface in `data`, by family and name; a file is read when its case is made.
 
     A MERL material is a file `brdf/merl/NAME.binary`, or one that `brdf/merl-fits/write_binary.py NAME OUT` writes.
     Then each `brdf/cornell-spectral/*.brdf`, each `brdf/rgl/*.bsdf`, and the surfaces of each bispectral
@@ -78,13 +78,13 @@ def _bispectral_cases(folder: Path) -> Iterator[Case]:
 
 
 def _words(file: Path) -> str:
-    """The name of a file for people: `garnet_red` becomes `Garnet red`."""
+    """Return the name of a file for people: `garnet_red` becomes `Garnet red`."""
     words = file.stem.replace("_", " ").replace("-", " ")
     return words[:1].upper() + words[1:]
 
 
 def surface_of(file: Path) -> Brdf:
-    """The one material of a file, as an import has it; raises `InputError` where it holds none."""
+    """Return the one material of a file, as an import has it; raises `InputError` where it holds none."""
     (found,) = read_sources(file)
     if isinstance(found, Rejected):
         raise found.reason
@@ -94,7 +94,9 @@ def surface_of(file: Path) -> Brdf:
 
 
 def written_surface(script: Path, name: str) -> Brdf:
-    """The table that a script beside the data writes, 33 MB, read and let go; raises `InputError` where it does not."""
+    """Return the table that a script beside the data writes, 33 MB, read and let go; raises `InputError` where it does
+    not.
+    """
     with private_folder() as folder:
         out = folder / f"{name}.binary"
         done = subprocess.run([sys.executable, script, name, out], capture_output=True, text=True)

@@ -63,7 +63,7 @@ class WatchedBrdf(Brdf):
         return found
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The lobes of the BRDF within, watched."""
+        """Return the lobes of the BRDF within, watched."""
         return tuple(replace(lobe, brdf=WatchedBrdf(lobe.brdf, self.scales)) for lobe in self.brdf.lobes())
 
 

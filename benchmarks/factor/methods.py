@@ -116,8 +116,9 @@ def packs_needed(points: Sequence[dict], light: str, p99: float) -> dict[str, in
 
 
 def grid(frame: Frame, sizes: Sequence[int]) -> tuple[Axis, ...]:
-    """The table's axes, three or, of an anisotropic surface, four; frame hd is dense near the highlight (square-root
-    scale), which only helps it."""
+    """Return the table's axes, three or, of an anisotropic surface, four; frame hd is dense near the highlight
+    (square-root scale), which only helps it.
+    """
     if frame == "io":
         axes = (Axis("theta_i", sizes[0], _RIGHT), Axis("theta_o", sizes[1], _RIGHT))
         names = ("phi", "phi_i")

@@ -171,7 +171,7 @@ def _mark(kind: str) -> str:
 
 
 def _round_step(top: float) -> float:
-    """A round number of which one to four fit into `top`."""
+    """Return a round number of which one to four fit into `top`."""
     power = 10.0 ** math.floor(math.log10(top))
     return next(power * base for base in (0.25, 0.5, 1.0, 2.0, 5.0) if top / (power * base) <= 4.0)
 

@@ -90,7 +90,7 @@ def case_points(
     progress: Callable[[str], None],
     choice: FitChoice = EVERYTHING,
 ) -> list[dict]:
-    """Every configuration of one surface: seconds to fit, milliseconds a megapixel and ΔE94 under each light.
+    """Return every configuration of one surface: seconds to fit, milliseconds a megapixel and ΔE94 under each light.
 
     `fitted`: the packs that the spectral configurations share, and how long they took. Each point has `case`, `kind`,
     `configuration`, `rank`, `fit_seconds`, `ms_per_megapixel` and `delta_e94` by light.
@@ -161,7 +161,7 @@ def _point(
 
 
 def point_words(point: dict) -> str:
-    """A point as a line of progress."""
+    """Return a point as a line of progress."""
     p99 = ", ".join(f"{light} {found['p99']:.2f}" for light, found in point["delta_e94"].items())
     return f"    {point['kind']}: {point['configuration']}: ΔE94 p99 {p99}"
 
@@ -215,7 +215,7 @@ def _rgb(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) ->
 
 
 def _sampled(packs: tuple[FactorPack, ...], light: str, grid: Float[np.ndarray, " L"]) -> Weights:
-    """The plain sum over one grid: light, observer and surface read off at its wavelengths only."""
+    """Return the plain sum over one grid: light, observer and surface read off at its wavelengths only."""
     weights = np.pi * point_sampled(observer("1931_2"), light, grid).T
     basis = SpectralBasis.sampled(grid)
     return [pack.in_basis(basis).palette.values[0] @ weights for pack in packs]

@@ -33,17 +33,17 @@ def verdict(rows: Sequence[dict]) -> str:
 
 
 def report(measured: dict) -> str:
-    """The result of `run` as plain text."""
+    """Return the result of `run` as plain text."""
     return f"{text_tables(tables(measured))}\n\n{verdict(measured['rows'])}"
 
 
 def page(measured: dict) -> str:
-    """The result of `run` as one self-contained HTML page."""
+    """Return the result of `run` as one self-contained HTML page."""
     return render_factor_page(measured, SCALE_DELTA_E, verdict(measured["rows"]), "Factored spectral BRDFs")
 
 
 def document(measured: dict) -> dict:
-    """The result of `run` without its pictures."""
+    """Return the result of `run` without its pictures."""
     return {name: value for name, value in measured.items() if name != "figures"}
 
 

@@ -74,7 +74,9 @@ def reference_xyz(
     pixels: int,
     angles_deg: tuple[float, ...] = LIGHT_ANGLES_DEG,
 ) -> Float[np.ndarray, "M A P P 3"]:
-    """The same pictures by rays, at every wavelength, in float64; for fluorescent surfaces with the whole matrix."""
+    """Return the same pictures by rays, at every wavelength, in float64; for fluorescent surfaces with the whole
+    matrix.
+    """
     pictures = [
         reference_images(scene, None, {_MATERIAL: brdf}, tuple(lights.values())).xyz
         for scene in sphere_scenes(pixels, angles_deg)

@@ -111,7 +111,7 @@ class DistributionBrdf(Brdf):
 def fit_distribution(
     brdf: Brdf, *, method: str = "least_squares", nodes: int = 90, azimuths: int = 32, pixels: int = 96
 ) -> DistributionBrdf:
-    """The distribution-based BRDF that comes nearest to `brdf`.
+    """Return the distribution-based BRDF that comes nearest to `brdf`.
 
     "backscatter" is the original's way: p is read off where both directions are h, so that one slice of the data
     decides. "least_squares", the fairer baseline and the default, lets all data decide: p and R_0 of every wavelength
@@ -207,7 +207,7 @@ class _Problem:
         return self.rights[0] + rise * self.rights[1]
 
     def solved(self, rise: float, start: Float[np.ndarray, "P L"]) -> Float[np.ndarray, "P L"]:
-        """The p of least error, held to `start` where the data say little."""
+        """Return the p of least error, held to `start` where the data say little."""
         from scipy.sparse import identity
         from scipy.sparse.linalg import splu
 

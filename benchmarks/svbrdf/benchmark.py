@@ -111,7 +111,7 @@ def _missing(data: Path | None) -> list[str]:
 
 
 def report(figures: dict) -> str:
-    """The figures as a table."""
+    """Return the figures as a table."""
     body = [
         [
             row["case"], row["light"], row["method"], f"{row['lobes'] or '-'}",

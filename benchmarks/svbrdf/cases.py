@@ -60,7 +60,7 @@ def gold(roughness: float) -> GlossySurface:
 
 
 def matt_red() -> GlossySurface:
-    """A body alone."""
+    """Return a body alone."""
     red = 0.05 + 0.6 / (1.0 + np.exp(-(WORKING_WAVELENGTHS_NM - 600.0) / 12.0))
     return GlossySurface("matt red", red, np.zeros((2, len(red))), None, _over_larger_cosine, partial(ndf.ggx, 0.5))
 
@@ -98,7 +98,7 @@ def _analytic() -> Iterator[tuple[GlossySurface, tuple[int, ...]]]:
 
 
 def cases(full: bool) -> list[BenchCase]:
-    """Every one that a run of this length has."""
+    """Return every one that a run of this length has."""
     found = [BenchCase(f"{surface.name}, sun", surface, "sun", lobes) for surface, lobes in _analytic()]
     found += [BenchCase(f"gold {alpha:g}, sun", gold(alpha), "sun", (1, 4)) for alpha in (0.1, 0.3)]
     found += [BenchCase(f"{surface.name}, lamp", surface, "lamp", lobes, full=True) for surface, lobes in _analytic()]
@@ -155,12 +155,12 @@ def lights(data: Path | None) -> dict[str, Callable[[], EnvironmentLight | Delta
 
 
 def read_environment(path: Path) -> EnvironmentLight:
-    """A picture in linear sRGB, its channels uplifted as reflectances are, times D65."""
+    """Return a picture in linear sRGB, its channels uplifted as reflectances are, times D65."""
     return load_environment(path, uplift="mallett-yuksel")
 
 
 def made_sky() -> EnvironmentLight:
-    """A blue sky, brighter towards the horizon, over brown ground, with a low warm window of light."""
+    """Return a blue sky, brighter towards the horizon, over brown ground, with a low warm window of light."""
     to = latlong.texel_directions(128, 256)
     up = to[..., 1]
     sky = np.stack([0.3 + 0.5 * (1.0 - up), 0.5 + 0.4 * (1.0 - up), 1.0 + 0.1 * up])

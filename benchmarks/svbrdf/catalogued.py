@@ -60,7 +60,7 @@ def catalogued(
     skies: Mapping[str, Callable[[], EnvironmentLight]],
     progress: Callable[[str], None],
 ) -> Iterator[dict]:
-    """A row for each material that is a surface without texture, in the booth and under each of `skies`."""
+    """Yield a row for each material that is a surface without texture, in the booth and under each of `skies`."""
     catalogue = Catalogue.open(folder)
     names = [name for name in catalogue.match_surfaces("*") if wanted(name)]
     lights = {BOOTH: PreparedLight(light_booth("D65"))} if names else {}

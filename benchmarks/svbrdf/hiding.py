@@ -32,7 +32,7 @@ class Hiding(ABC):
 
     @abstractmethod
     def occlusion(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-        """The share of the clamped cosine that is free."""
+        """Return the share of the clamped cosine that is free."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +44,11 @@ class Wall(Hiding):
     def free_share(
         self, to: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
     ) -> Float[np.ndarray, "N Q"]:
-        """The plane's edge is a great circle, as signed distances take every edge for."""
+        """Take the plane's edge for a great circle, as signed distances take every edge for."""
         return free_share(np.arcsin(np.clip(to @ self.towards, -1.0, 1.0)), sharpness)
 
     def seen(self, directions: Float[np.ndarray, "Q 3"]) -> Bool[np.ndarray, "#N Q"]:
-        """The same for all points."""
+        """Return the same for all points."""
         return (directions @ self.towards > 0.0)[None]
 
     def occlusion(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:

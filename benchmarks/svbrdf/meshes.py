@@ -80,7 +80,7 @@ class SceneHiding(Hiding):
         return free
 
     def occlusion(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-        """The illuminance under light of 1 from everywhere, over pi: the first of the transfer's harmonics."""
+        """Return the illuminance under light of 1 from everywhere, over pi: the first of the transfer's harmonics."""
         vertices, weights = self.visibility.located(self.faces, self.weights)
         transfer = self.visibility.transfer(vertices, weights, normals, self.back)
         return np.clip(transfer[:, 0] * np.sqrt(4.0 * np.pi) / np.pi, 0.0, 1.0)
@@ -100,14 +100,14 @@ def places(data: Path | None) -> dict[str, Place]:
 
 
 def shape_on_floor(across: int) -> tuple[SceneHiding, ShadedPoints]:
-    """A shape that needs no file, on a floor, seen from before it."""
+    """Return a shape that needs no file, on a floor, seen from before it."""
     parts = (Part("shape", shapes.speed_shape(SUBDIVISIONS), "paint"), Part("floor", shapes.plane(4.0, 4.0), "paint"))
     view = Camera("view", (2.5, 2.0, 3.0), (0, 0, 0), projection="orthographic", height=4.0)
     return seen_points(parts, (view,), across)
 
 
 def _from_file(path: Path, floor: bool, across: int) -> tuple[SceneHiding, ShadedPoints]:
-    """A mesh, on a floor or in the air, seen from both sides, from before and from behind."""
+    """Return a mesh, on a floor or in the air, seen from both sides, from before and from behind."""
     mesh = load_mesh(path)
     parts = [Part("shape", mesh, "paint")]
     low, high = mesh.bounds
@@ -127,7 +127,7 @@ def _floor(low: np.ndarray, middle: np.ndarray, side: float) -> Mesh:
 
 
 def seen_points(parts: Sequence[Part], views: Sequence[Camera], across: int) -> tuple[SceneHiding, ShadedPoints]:
-    """The middles of the pixels in which cameras see a part, `across` pixels wide and high."""
+    """Return the middles of the pixels in which cameras see a part, `across` pixels wide and high."""
     light = DirectionalLight((0.4, 0.8, 0.5), illuminant("D65"), 800.0)
     scene = Scene(tuple(parts), (light,), tuple(views), observer("1931_2"))
     begun = time.process_time()

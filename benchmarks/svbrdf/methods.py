@@ -42,12 +42,12 @@ def by_paper(task: MethodTask) -> np.ndarray:
 
 
 def without_visibility(task: MethodTask) -> np.ndarray:
-    """The same, as if nothing were hidden."""
+    """Return the same, as if nothing were hidden."""
     return _with(task, None)
 
 
 def with_ambient_occlusion(task: MethodTask) -> np.ndarray:
-    """The same, and all of it times the share of the clamped cosine that is free."""
+    """Return the same, and all of it times the share of the clamped cosine that is free."""
     found = _with(task, None)
     return found * _occlusion(task)
 
@@ -84,7 +84,7 @@ def at_half_vectors(task: MethodTask) -> np.ndarray:
 
 
 def _occlusion(task: MethodTask) -> Float[np.ndarray, "N 1 1"]:
-    """The share of the clamped cosine that is free."""
+    """Return the share of the clamped cosine that is free."""
     if task.hiding is None:
         return np.ones((len(task.points), 1, 1))
     return task.hiding.occlusion(task.points.normals)[:, None, None]

@@ -32,7 +32,7 @@ _LIGHT = "D65"
 
 
 def minified(data: Path | None, wanted: Callable[[str], bool], progress: Callable[[str], None]) -> Iterator[dict]:
-    """A row for each width of the highlight, by `ours` and by `one-texel`, which looks up the middle alone.
+    """Yield a row for each width of the highlight, by `ours` and by `one-texel`, which looks up the middle alone.
 
     The reference is the sum over all texels: it has no noise.
     """
@@ -46,7 +46,7 @@ def minified(data: Path | None, wanted: Callable[[str], bool], progress: Callabl
 
 
 def _bumps(file: Path, alpha: float) -> MappedSurface:
-    """A plastic with the picture's normals, green upwards."""
+    """Return a plastic with the picture's normals, green upwards."""
     from PIL import Image
 
     with Image.open(file) as picture:

@@ -51,7 +51,7 @@ def gathered_by(
 
 @lru_cache(maxsize=32)
 def slices_of(surface: GlossySurface) -> ViewSlices:
-    """Its environment form, a term for each of its spectra, as bright as those are: black ones are left out."""
+    """Return its environment form, a term for each of its spectra, as bright as those are: black ones are left out."""
     bright = surface.spectra.mean(axis=1)
 
     def sampled(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:

@@ -81,7 +81,7 @@ def _methods(light: PreparedLight, hiding: Hiding | None) -> Mapping[str, Method
 
 
 def reduced(light: EnvironmentLight | DeltaLight, rows: int) -> EnvironmentLight | DeltaLight:
-    """The same of at most so many rows, where halving leads there."""
+    """Return the same of at most so many rows, where halving leads there."""
     while isinstance(light, EnvironmentLight) and light.fields.shape[1] > rows:
         light = replace(light, fields=halved(light.fields))
     return light

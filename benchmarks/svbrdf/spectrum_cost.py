@@ -46,7 +46,7 @@ SIZE, PIXELS, TURNS, ALPHA, ACROSS = 9, 512, 7, 0.2, 26
 
 
 def spectrum_cost(wanted: Callable[[str], bool], progress: Callable[[str], None]) -> Iterator[dict]:
-    """A row for each of the two; nothing where there is no GL."""
+    """Yield a row for each of the two; nothing where there is no GL."""
     if not wanted(NAME):
         return
     progress(NAME)
@@ -105,7 +105,7 @@ def _seen(
 
 
 def _milliseconds(forms: dict[str, ViewSlices], lights: dict[str, EnvironmentLight]) -> dict[str, float]:
-    """A megapixel each, the median of the turns."""
+    """Return a megapixel each, the median of the turns."""
     body, floor = shapes.speed_shape(meshes.SUBDIVISIONS), shapes.plane(4.0, 4.0)
     parts = (Part("shape", body, "metal"), Part("floor", floor, "metal"))
     camera = Camera("view", (2.5, 2.0, 3.0), (0, 0, 0), width=PIXELS, height_px=PIXELS, samples=1)
@@ -124,5 +124,5 @@ def _milliseconds(forms: dict[str, ViewSlices], lights: dict[str, EnvironmentLig
 
 
 def _drawn(form: ViewSlices) -> FactoredBrdf:
-    """A surface that gathers so; its packs are for other lights."""
+    """Return a surface that gathers so; its packs are for other lights."""
     return replace(matt_brdf(np.ones(form.palette.rank), form.palette), slices=form)

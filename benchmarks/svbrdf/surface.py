@@ -88,7 +88,7 @@ class ShadedPoints:
 
     @classmethod
     def of_sphere(cls, across: int) -> ShadedPoints:
-        """A sphere seen from +z, `across` points wide, tangents along its parallels; not its last edge."""
+        """Return a sphere seen from +z, `across` points wide, tangents along its parallels; not its last edge."""
         middles = (np.arange(across) + 0.5) / across * 2.0 - 1.0
         x, y = np.meshgrid(middles, middles)
         seen = x * x + y * y < 0.995

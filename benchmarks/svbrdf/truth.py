@@ -12,7 +12,7 @@ from .methods import MethodTask
 
 
 def truth(task: MethodTask) -> tuple[Float[np.ndarray, "N K T"], Float[np.ndarray, "N K T"]]:
-    """The terms, and the same from texels twice as wide: the first is about a third of their difference off.
+    """Return the terms, and the same from texels twice as wide: the first is about a third of their difference off.
 
     Texels count at their middles, by their solid angle, so that highlights have to be wider than they are. Under a
     light of one direction both are one, and exact; nothing is hidden from it.

@@ -138,7 +138,7 @@ def _of_tensors(method: TensorMethod, truths: Truths) -> Iterator[dict]:
 
 
 def report(figures: dict) -> str:
-    """The figures as a table, and what the paper says of its own."""
+    """Return the figures as a table, and what the paper says of its own."""
     body = []
     for one in figures["rows"]:
         relight, off, noise = one["relight_ms"], one["delta_e94"] or {}, one["reference_noise"]

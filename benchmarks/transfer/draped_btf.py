@@ -68,7 +68,7 @@ class Clothed:
 
 
 def clothed(images: BtfImages, divisions: int = _DIVISIONS) -> Clothed:
-    """A cloth over a ball, on a red floor before a green wall, under a sky."""
+    """Return a cloth over a ball, on a red floor before a green wall, under a sky."""
     floor = plane(4, 4).placed(translate=(0.0, -0.3, 0.0))
     corners = np.array([[-2.0, -0.3, -1.2], [2.0, -0.3, -1.2], [2.0, 2.0, -1.2], [-2.0, 2.0, -1.2]])
     wall = Mesh(corners, np.tile([0.0, 0.0, 1.0], (4, 1)), np.array([[0, 1, 2], [0, 2, 3]]))
@@ -120,7 +120,7 @@ class _Pixels:
 
 
 def rows(progress: Callable[[str], None], images: BtfImages | None = None, divisions: int = _DIVISIONS) -> list[dict]:
-    """The paper's clusters, and the matrices as they are: rows as of `benchmark.run`."""
+    """Return the paper's clusters, and the matrices as they are: rows as of `benchmark.run`."""
     progress(f"{NAME}: a BTF")
     case = clothed(btf_cases(None, False)[0].registered() if images is None else images, divisions)
     scene, light = case.scene, case.scene.lights[0]
@@ -190,7 +190,8 @@ def _relit(
 
 
 def _transfer(case: Clothed) -> tuple[Scene, Hits, HarmonicTransfer, SpectralBasis]:
-    """The scene as it is divided, its rays, the matrices of all sites, and the basis of the light that arrives."""
+    """Return the scene as it is divided, its rays, the matrices of all sites, and the basis of the light that
+    arrives."""
     scene = case.scene
     bodies = Bodies.of(scene, _EDGE, most=0.0)
     hits = bodies.traced()

@@ -24,8 +24,8 @@ _COLOURS = (ramp(0.05, 0.05, 0.1, 0.7, 0.75), ramp(0.05, 0.3, 0.6, 0.15, 0.1), r
 
 
 def rows(progress: Callable[[str], None], counts: tuple[int, ...] = BALLS, rays: int = RAYS) -> list[dict]:
-    """A row for each size; `beside_first` has seconds, milliseconds and bytes a vertex beside those of the first: 1 is
-    linear. No errors are measured.
+    """Return a row for each size; `beside_first` has seconds, milliseconds and bytes a vertex beside those of the
+    first: 1 is linear. No errors are measured.
     """
     found: list[dict] = []
     for count in counts:

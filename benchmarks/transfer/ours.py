@@ -101,7 +101,7 @@ class OurMethod:
         return found
 
     def rows(self, bounces: tuple[int | None, ...], truths: Truths) -> Iterator[dict]:
-        """A row for each number of bounces, at pixels and at sites; None is until nothing is left.
+        """Yield a row for each number of bounces, at pixels and at sites; None is until nothing is left.
 
         Direct light at pixels is that of paths without a bounce: renderers have it at each pixel, and sites do not. At
         sites both sides have the same direct light, every part as a matt one.

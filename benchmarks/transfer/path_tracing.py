@@ -137,7 +137,7 @@ def _matt_box() -> TransferScene:
 
 
 def _colours(state: Relighting) -> Float[np.ndarray, "S 3"]:
-    """All that matt sites send: what lights give them, and other parts."""
+    """Return all that matt sites send: what lights give them, and other parts."""
     arriving = state.arriving.reshape(len(state.arriving), -1)
     part, found = state.prepared.hits.part_of_site, np.empty((len(arriving), 3))
     reference = float(state.prepared.scene.viewing.reference_illuminance_lux)

@@ -72,7 +72,7 @@ def scenes(full: bool, data: Path | None = None) -> list[TransferScene]:
 
 
 def ramp(*stops: float) -> Float[np.ndarray, " L"]:
-    """A reflectance from violet to red, smooth between so many values."""
+    """Return a reflectance from violet to red, smooth between so many values."""
     return np.interp(NM, np.linspace(400.0, 700.0, len(stops)), stops)
 
 
@@ -106,7 +106,7 @@ def _quad(*corners: Sequence[Number]) -> Mesh:
 
 
 def _block(centre: Sequence[Number], size: Sequence[Number], turn_deg: Number = 0.0) -> Mesh:
-    """A box, turned about the vertical."""
+    """Return a box, turned about the vertical."""
     import trimesh
 
     box = trimesh.creation.box(size)
@@ -132,7 +132,7 @@ def _ring(centre: Sequence[Number], radius: Number, thick: Number, upright: bool
 
 
 def _table() -> tuple[list[tuple[Mesh, Tuned]], Camera]:
-    """A grey table, a red wall, a ball of blue gloss, a golden ring and a green block."""
+    """Return a grey table, a red wall, a ball of blue gloss, a golden ring and a green block."""
     parts = [
         (_quad((-1.2, 0, 1.2), (1.2, 0, 1.2), (1.2, 0, -1.2), (-1.2, 0, -1.2)), matt(_GREY)),
         (_quad((-1.2, 0, -1.2), (1.2, 0, -1.2), (1.2, 1.2, -1.2), (-1.2, 1.2, -1.2)), matt(_RED)),
@@ -159,7 +159,7 @@ def _box() -> tuple[list[tuple[Mesh, Tuned]], Camera]:
 
 
 def _car() -> tuple[list[tuple[Mesh, Tuned]], Camera]:
-    """A car's inside, seen from behind: floor, roof, doors, dashboard, console, seats, trim and a wheel."""
+    """Return a car's inside, seen from behind: floor, roof, doors, dashboard, console, seats, trim and a wheel."""
     carpet, roof, leather = matt(_NAVY), matt(_BEIGE), gloss(ramp(0.08, 0.07, 0.1, 0.3, 0.45), 0.35)
     trim = _metal(np.full(len(NM), 0.7), 0.15)
     parts = [
@@ -182,7 +182,7 @@ def _car() -> tuple[list[tuple[Mesh, Tuned]], Camera]:
 
 
 def _spot(path: Path) -> tuple[list[tuple[Mesh, Tuned]], Camera]:
-    """A measured mesh on a red floor before a green wall."""
+    """Return a measured mesh on a red floor before a green wall."""
     mesh = load_mesh(path)
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     scale = 1.0 / float((high - low).max())
@@ -203,7 +203,7 @@ def _camera(position: Sequence[Number], target: Sequence[Number], angle: Number)
 
 
 def made_sky() -> EnvironmentLight:
-    """A clear sky that is brighter about a low sun, and ground below."""
+    """Return a clear sky that is brighter about a low sun, and ground below."""
     to = texel_directions(*_SKY)
     sun = np.array([0.5, 0.6, 0.62]) / np.linalg.norm([0.5, 0.6, 0.62])
     field = np.where(to[..., 1] > 0.0, 1.0 + 0.5 * to[..., 1], 0.15) + 30.0 * np.exp(60.0 * (to @ sun - 1.0))
@@ -211,7 +211,7 @@ def made_sky() -> EnvironmentLight:
 
 
 def _booth() -> EnvironmentLight:
-    """A panel overhead, grey walls and an open front."""
+    """Return a panel overhead, grey walls and an open front."""
     return light_booth(spectrum=illuminant("D65"), spectrum_name="D65")
 
 

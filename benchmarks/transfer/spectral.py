@@ -26,8 +26,8 @@ _RGB = 3
 
 
 def rows(progress: Callable[[str], None], names: tuple[str, ...] = ("table", "box")) -> list[dict]:
-    """A row for each scene and light: `delta_e94` and its `max` beside 81 samples, at all sites that are seen; and
-    `rgb_surcharge`, milliseconds of all of a relighting beside those with three coefficients, in the same run.
+    """Return a row for each scene and light: `delta_e94` and its `max` beside 81 samples, at all sites that are seen;
+    and `rgb_surcharge`, milliseconds of all of a relighting beside those with three coefficients, in the same run.
     """
     return [
         row for case in scenes(full=True) if case.name in names and case.light == "sky" for row in _of(case, progress)
@@ -68,7 +68,9 @@ def _of(case: TransferScene, progress: Callable[[str], None]) -> Iterator[dict]:
 
 
 def _by_turns(one: Relighting, other: Relighting, lamp: EnvironmentLight, eye: np.ndarray) -> tuple[float, float]:
-    """The least milliseconds of each, with another light and view: no view is seen twice, since weights are kept."""
+    """Return the least milliseconds of each, with another light and view: no view is seen twice, since weights are
+    kept.
+    """
     best = [np.inf, np.inf]
     for step in range(1, TIMES + 1):
         turned = replace(lamp, rotation_deg=lamp.rotation_deg + step)

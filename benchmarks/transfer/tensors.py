@@ -46,8 +46,8 @@ class TensorMethod:
         most_bytes: float,
         progress: Callable[[str], None],
     ) -> TensorMethod:
-        """Every part a region. rays : of each site. across : texels of a face of its visibility. most_bytes : that the
-        tensors may take before they are compressed; the scene has as many sites as fit.
+        """Return every part a region. rays : of each site. across : texels of a face of its visibility. most_bytes :
+        that the tensors may take before they are compressed; the scene has as many sites as fit.
         """
         start = time.process_time()
         progress(f"{case.name}: rays")
@@ -90,5 +90,5 @@ class TensorMethod:
 
 
 def shared_by_all() -> tuple[BrdfTensor, Components]:
-    """The family's factors and components, found once for all scenes."""
+    """Return the family's factors and components, found once for all scenes."""
     return brdf_tensor(family()), components_of(family())

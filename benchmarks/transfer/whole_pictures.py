@@ -15,8 +15,8 @@ from .pixels import ALL, Truths, figures_of
 
 
 def drawn_row(truths: Truths) -> dict:
-    """A scene under its light with all its bounces beside paths in its materials as they are, so that what fits of
-    materials, visibility, maps of highlights and bounces are off by is all in it.
+    """Return a scene under its light with all its bounces beside paths in its materials as they are, so that what fits
+    of materials, visibility, maps of highlights and bounces are off by is all in it.
     """
     case = truths.case
     truths.progress(f"{case.name}, {case.light}: drawn")

@@ -64,7 +64,7 @@ def aimed(
     luminance: float | None = None,
     absolute: bool = True,
 ) -> Aim:
-    """The aim of a white by name or chromaticity (x, y), adapted to by Bradford.
+    """Return the aim of a white by name or chromaticity (x, y), adapted to by Bradford.
 
     luminance : cd/m2 of white; None: the largest that the display shows of this white, or up to 1 % less where codes of
     eight bits come nearer to it. absolute : whether the model is in cd/m2; where it is not, a luminance cannot be asked

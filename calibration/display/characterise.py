@@ -29,7 +29,7 @@ class Characterised:
 
 
 def characterise(readings: Readings, name: str = "", model: str = "auto", observer: str | None = None) -> Characterised:
-    """A record with everything that has to be said of the readings.
+    """Return a record with everything that has to be said of the readings.
 
     name : of the display, as the readings have it where it is "". observer : another than they are of, from spectra.
 

@@ -42,7 +42,7 @@ class ModelChoice:
 
 
 def choose(readings: Readings, name: str = "auto") -> ModelChoice:
-    """The model asked for, or the simplest that is as good as the best to within one standard error.
+    """Return the model asked for, or the simplest that is as good as the best to within one standard error.
 
     The error is ΔE94 relative to the display's own white, the reading as the reference, over patches that each model
     has not seen, in six parts (Hastie, Tibshirani and Friedman 2009, 7.10). The standard error is that of the

@@ -78,7 +78,7 @@ Curve = GainOffsetGamma | MeasuredCurve
 
 
 def curve_of(document: dict[str, Any]) -> Curve:
-    """The curve that a file keeps.
+    """Return the curve that a file keeps.
 
     Raises
     ------

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
 
 def read_cxf(path: Path, scale: float | None, observer: str) -> Readings:
-    """Every object that has ColorRGB among its DeviceColorValues and ColorCIEXYZ among its ColorValues, in cd/m2.
+    """Return every object that has ColorRGB among its DeviceColorValues and ColorCIEXYZ among its ColorValues, in
+    cd/m2.
 
     scale : the full scale of codes, where the file does not give it as MaxRange; where neither does, 255,
     which the schema has for that.

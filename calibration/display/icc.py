@@ -47,7 +47,7 @@ class MatrixProfile:
         return np.clip(np.stack([curve.at(codes) for curve in self.model.curves]), 0.0, 1.0)
 
     def encoded(self) -> bytes:
-        """The file (ICC.1:2001-04, 6.1 to 6.5): no time in it, so that equal displays are equal bytes."""
+        """Return the file (ICC.1:2001-04, 6.1 to 6.5): no time in it, so that equal displays are equal bytes."""
         text = self.name.encode("ascii", "replace") + b"\0"
         described = b"desc" + bytes(4) + struct.pack(">I", len(text)) + text + bytes(8 + 2 + 1 + 67)
         tags: list[tuple[bytes, bytes]] = [

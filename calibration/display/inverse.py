@@ -87,7 +87,8 @@ class Inverse:
         start: Float[np.ndarray, "N 3"],
         pull: Float[np.ndarray, " N"] | None = None,
     ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-        """The same from codes that are near by already: faster, never farther than they are, not always the nearest.
+        """Return the same from codes that are near by already: faster, never farther than they are, not always the
+        nearest.
 
         pull : (N,) ΔE94 that a move over the whole range of codes is held to cost.
         """

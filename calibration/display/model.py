@@ -124,7 +124,7 @@ class DisplayModel:
 
     @classmethod
     def of_document(cls, document: dict[str, Any]) -> DisplayModel:
-        """The model that a file keeps.
+        """Return the model that a file keeps.
 
         Raises
         ------
@@ -166,5 +166,5 @@ def roots(xyz: Float[np.ndarray, "*batch 3"], white_xyz: Float[np.ndarray, "3"])
 def from_roots(
     roots: Float[np.ndarray, "*batch 3"], white_xyz: Float[np.ndarray, "3"]
 ) -> Float[np.ndarray, "*batch 3"]:
-    """The XYZ that `roots` made these of."""
+    """Return the XYZ that `roots` made these of."""
     return white_xyz * (roots**3 - FLOOR)

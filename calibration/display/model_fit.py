@@ -170,7 +170,7 @@ def _bent(readings: Readings, name: str, count: int) -> DisplayModel:
 
 
 def _with_residual(model: DisplayModel, readings: Readings) -> DisplayModel:
-    """The model and a spline of what it leaves, as smooth as leaves readings that it has not seen best."""
+    """Return the model and a spline of what it leaves, as smooth as leaves readings that it has not seen best."""
     left = roots(readings.xyz, readings.white_xyz) - roots(model.mixed(readings.codes), readings.white_xyz)
     weights, parts = _seen_weights(readings.xyz, readings.white_xyz), folds(readings, 5)
     # The mean of many readings, as white's is, has less noise to be smoothed.

@@ -81,7 +81,8 @@ def _inner(count: int) -> np.ndarray:
 
 
 def _filled(found: np.ndarray, count: int, levels: np.ndarray) -> np.ndarray:
-    """The set and, until there are enough, the node of a grid that is farthest from all of it (Gonzalez 1985)."""
+    """Return the set and, until there are enough, the node of a grid that is farthest from all of it (Gonzalez
+    1985)."""
     grid = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
     apart = np.min(np.sum((grid[:, None] - found[None]) ** 2, axis=-1), axis=1)
     while len(found) < count:

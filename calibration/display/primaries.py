@@ -27,7 +27,7 @@ class Primaries:
     notes: tuple[str, ...] = ()
 
     def white_for(self, observer: str) -> ReadingSpectra:
-        """The spectrum (1,L) of a white of D65's chromaticity for an observer.
+        """Return the spectrum (1,L) of a white of D65's chromaticity for an observer.
 
         Raises
         ------

@@ -246,7 +246,7 @@ def _made(
 
 
 def _scale(codes: np.ndarray) -> float:
-    """The full scale that a largest code tells; anything else is asked."""
+    """Return the full scale that a largest code tells; anything else is asked."""
     largest = float(np.nanmax(codes))
     for scale in SCALES:
         whole = np.all(codes == np.round(codes))

@@ -128,7 +128,7 @@ class Readings:
         return replace(self, codes=self.codes[which], xyz=self.xyz[which], spectra=spectra, repeats=repeats)
 
     def seen_by(self, name: str) -> Readings:
-        """The same readings for another observer.
+        """Return the same readings for another observer.
 
         Raises
         ------

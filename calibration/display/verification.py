@@ -252,7 +252,7 @@ def _row(
 def _figure(
     criterion: VerificationCriterion, raw: Readings, readings: Readings, predicted: np.ndarray, white: np.ndarray
 ) -> tuple[float | None, str]:
-    """The figure, or None and what the readings lack."""
+    """Return the figure, or None and what the readings lack."""
     statistic, formula = criterion.statistic, criterion.formula
     apart = delta_e_xyz(predicted, readings.xyz, white, _formula(formula))
     whole = np.isin(readings.codes, (0.0, 1.0)).all(axis=1)
@@ -310,7 +310,7 @@ def _injected(predicted: np.ndarray, white: np.ndarray) -> float:
 
 
 def trend(record: DisplayRecord, statistic: str) -> list[tuple[str, float]]:
-    """A figure of earlier verifications, by when."""
+    """Return a figure of earlier verifications, by when."""
     found: list[tuple[str, float]] = []
     for one in record.verifications:
         figures: Mapping[str, Any] = one.get("figures", {})

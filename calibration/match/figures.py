@@ -17,7 +17,7 @@ SCHEMA = "metamer.match/1"
 
 
 def figures(report: MatchReport) -> dict[str, Any]:
-    """A document for JSON."""
+    """Return a document for JSON."""
     asked = report.asked
     return {
         "schema": SCHEMA,

@@ -19,7 +19,7 @@ _OUTCOMES: dict[Verdict, Outcome] = {
 
 
 def as_junit(report: MatchReport) -> str:
-    """A suite of the samples, in the order given."""
+    """Return a suite of the samples, in the order given."""
     said = [f"Standard: {report.standard.name} of {report.standard.source}.", *report.notes]
     return junit_text("metamer match", [_case(report, one) for one in report.samples], "\n".join(said))
 

@@ -12,7 +12,7 @@ _SIGNS: dict[Verdict, str] = {"pass": "✅", "not resolved": "⚠️", "fail": "
 
 
 def as_markdown(report: MatchReport) -> str:
-    """The sentence of the page, and the worst samples, each under the light that decides."""
+    """Return the sentence of the page, and the worst samples, each under the light that decides."""
     name = report.asked.judging.name
     lines = ["### " + f"{_SIGNS[report.verdict]} {escaped(report.standard.name)}".strip(), ""]
     lines += [f"{escaped(report.summary)}.", "", escaped(report.facts), ""]

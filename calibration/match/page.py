@@ -208,7 +208,7 @@ class MatchReport:
         return _listed([within_sentence(self.place(where)) for where in conditions])
 
     def html(self) -> str:
-        """The page, self-contained."""
+        """Return the page, self-contained."""
         return render_match_page(self)
 
     @property
@@ -242,7 +242,7 @@ class MatchReport:
 
 
 def _earlier(standard: Sample, sample: Sample) -> str:
-    """A sentence on a sample that was measured before its standard; "" where both dates do not say so."""
+    """Return a sentence on a sample that was measured before its standard; "" where both dates do not say so."""
     first, second = (side.details.get("measured", "") for side in (standard, sample))
     try:
         dates = [datetime.fromisoformat(text).replace(tzinfo=None) for text in (first, second)]
@@ -389,8 +389,8 @@ def _bands(off: np.ndarray) -> list[str]:
 
 
 def _white_columns(report: MatchReport) -> list[dict[str, Any]]:
-    """A column of the sheet for each scale that was asked for, under the first conditions that it is told for: its
-    name, what the standard has, and what each sample has, by their identity.
+    """Return a column of the sheet for each scale that was asked for, under the first conditions that it is told for:
+    its name, what the standard has, and what each sample has, by their identity.
     """
     found = []
     for first in {white.name: white for white in reversed(report.samples[0].whites)}.values():
@@ -436,7 +436,7 @@ def _largest(found: PairDifference) -> float:
 
 
 def _signed(value: float) -> str:
-    """A difference to two decimals, with its sign.
+    """Return a difference to two decimals, with its sign.
 
     >>> _signed(-0.001), _signed(1.234)
     ('0.00', '+1.23')
@@ -451,7 +451,7 @@ def _triple(lab: np.ndarray) -> str:
 
 
 def _capital(words: str) -> str:
-    """The first letter alone in upper case: names of standards stay as they are."""
+    """Return the first letter alone in upper case: names of standards stay as they are."""
     return words[:1].upper() + words[1:]
 
 

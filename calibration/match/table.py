@@ -50,14 +50,14 @@ def headings(report: Tabled) -> list[str]:
 
 
 def lines(report: Tabled) -> Iterator[list[Cell]]:
-    """The lines, samples in the order given."""
+    """Yield the lines, samples in the order given."""
     for one in report.samples:
         for found in one.differences:
             yield _line(report, one, found)
 
 
 def as_csv(report: Tabled) -> str:
-    """The table as RFC 4180 has it."""
+    """Return the table as RFC 4180 has it."""
     return csv_text(headings(report), lines(report))
 
 

@@ -66,7 +66,7 @@ class Tolerance:
         return f"{self.formula.name} ≤ {self.limit:g}"
 
     def at(self, geometry: str) -> Tolerance:
-        """The tolerance of a pair that was read at an angle, such as "45as15"."""
+        """Return the tolerance of a pair that was read at an angle, such as "45as15"."""
         return replace(self, formula=self.formula.at(geometry))
 
     def verdict(self, delta_e: float, uncertainty: float | None) -> Verdict:

@@ -52,7 +52,9 @@ def white_indices(
     conditions: tuple[Conditions, ...],
     known: Repeatability | None,
 ) -> tuple[WhiteIndex, ...]:
-    """Each scale under those conditions that it is defined for; one without numbers where it is for none of them."""
+    """Return each scale under those conditions that it is defined for; one without numbers where it is for none of
+    them.
+    """
     found = []
     for scale in scales:
         method = _method(scale)

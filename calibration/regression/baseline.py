@@ -144,7 +144,7 @@ def read_kept(folder: Path) -> BaselineContent:
 
 
 def baseline_side(folder: Path) -> ComparedSide:
-    """A baseline as a side.
+    """Return a baseline as a side.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def baseline_side(folder: Path) -> ComparedSide:
 
 
 def as_recorded(side: ComparedSide) -> ComparedSide:
-    """A side whose pixels are rounded as a baseline keeps them, so that equal pictures are equal bytes."""
+    """Return a side whose pixels are rounded as a baseline keeps them, so that equal pictures are equal bytes."""
     rows = tuple(
         replace(
             row,
@@ -228,7 +228,7 @@ def _written(pixels: Pixels, folder: Path) -> str:
 
 
 def pixel_file(folder: Path, sha256: str) -> Path:
-    """The file of that hash; raises `ValueError` for what is no hash."""
+    """Return the file of that hash; raises `ValueError` for what is no hash."""
     if len(sha256) != 64 or set(sha256) - set("0123456789abcdef"):
         raise ValueError(f"no SHA-256: {sha256[:80]!r}")
     return folder / PIXELS / f"{sha256[:_DIGITS]}.exr"
@@ -247,7 +247,7 @@ def _row(folder: Path, found: Mapping[str, Any]) -> Row:
 
 
 def _read(path: Path, sha256: str) -> Pixels:
-    """The pixels, believed only by their hash."""
+    """Return the pixels, believed only by their hash."""
     digest = hashlib.sha256(read_bytes(path, "pixels of a baseline")).hexdigest()
     if digest != sha256:
         raise _damaged(path, f"SHA-256 {digest[:12]}..., not {sha256[:12]}...")

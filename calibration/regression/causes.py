@@ -30,7 +30,7 @@ _STATES: dict[State, str] = {"worse": "error grew", "better": "error shrank", "c
 
 
 def cause_of(row: RowResult) -> Cause:
-    """The approximation's where the picture moved and its reference holds the bytes that it held."""
+    """Return the approximation's where the picture moved and its reference holds the bytes that it held."""
     picture, reference = row.layers.get("picture"), row.layers.get("reference")
     alone = picture is not None and picture.moved and reference is not None and reference.identical
     return "approximation" if alone else "material"
@@ -66,7 +66,7 @@ def what_changed(row: RowResult) -> tuple[str, str]:
 
 
 def state_words(row: RowResult) -> str:
-    """The state as pages call it."""
+    """Return the state as pages call it."""
     return _STATES.get(row.state, row.state) if cause_of(row) == "approximation" else row.state
 
 
@@ -90,7 +90,7 @@ def verdicts(row: RowResult) -> dict[Cause, Tier]:
 
 
 def tier_of(result: Result, cause: Cause) -> Tier:
-    """The worst of what is one's doing."""
+    """Return the worst of what is one's doing."""
     of_rows = worst_tier(tier for row in result.rows for whose, tier in verdicts(row).items() if whose == cause)
     pooled: list[Tier] = [
         one.tier for one in result.pooled if (one.of == "approximation") == (cause == "approximation")

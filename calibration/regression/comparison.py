@@ -216,7 +216,7 @@ def _asked(
     noises: Sequence[LayerNoise | None],
     pools: dict[tuple[int, str], list[tuple[float, float]]],
 ) -> list[AskedCriteria]:
-    """The criteria that this layer of this row is held against; what is pooled goes to its pool."""
+    """Return the criteria that this layer of this row is held against; what is pooled goes to its pool."""
     found = []
     for index, one in enumerate(criteria.lines):
         if of not in one.of or not one.applies(row.name):
@@ -245,7 +245,7 @@ def _asked(
 
 
 def _held(one: Criterion, of: str, value: float, floor: float) -> AskedCriteria:
-    """A figure beyond a limit that could be rounding or noise alone is a warning, and no failure."""
+    """Return a figure beyond a limit that could be rounding or noise alone is a warning, and no failure."""
     tier = one.tier(value)
     return AskedCriteria(one, of, value, floor, "warn" if tier == "fail" and value <= floor else tier)
 
@@ -274,7 +274,7 @@ def _state(layers: Mapping[LayerKind, Figures], off: tuple[float, float] | None)
 
 
 def _why(layers: Mapping[LayerKind, Figures]) -> list[str]:
-    """The approximation's part and the material's part, in words."""
+    """Return the approximation's part and the material's part, in words."""
     if not {"picture", "reference"} <= layers.keys():
         return []
     picture, reference = layers["picture"], layers["reference"]
@@ -301,8 +301,8 @@ def _other_facts(before: ComparedSide, after: ComparedSide) -> list[str]:
 
 
 def _unused(criteria: Criteria, rows: Sequence[RowResult], pooled: Sequence[AskedCriteria]) -> list[str]:
-    """A criterion that no row is held against must not be taken for one that passed, nor a row that none is for; but
-    where nobody has asked.
+    """Return a criterion that no row is held against must not be taken for one that passed, nor a row that none is for;
+    but where nobody has asked.
     """
     if criteria == default_criteria():
         return []

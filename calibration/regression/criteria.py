@@ -115,7 +115,7 @@ def default_criteria() -> Criteria:
 
 
 def statistic(name: str, values: Float[np.ndarray, " n"]) -> float:
-    """A statistic of ΔE values; NaN where there are none.
+    """Return a statistic of ΔE values; NaN where there are none.
 
     >>> statistic("share over 1", np.array([0.5, 1.5])), statistic("median", np.array([1.0, 2.0, 4.0]))
     (0.5, 2.0)
@@ -132,13 +132,13 @@ def statistic(name: str, values: Float[np.ndarray, " n"]) -> float:
 
 
 def share_limit(name: str) -> float | None:
-    """The ΔE of a statistic such as "share over 1"; None of any other."""
+    """Return the ΔE of a statistic such as "share over 1"; None of any other."""
     found = _SHARE.fullmatch(name)
     return float(found[1]) if found else None
 
 
 def quantile_of(name: str) -> float:
-    """The share of pixels that lie below a statistic such as "p95".
+    """Return the share of pixels that lie below a statistic such as "p95".
 
     >>> quantile_of("median"), quantile_of("p99")
     (0.5, 0.99)
@@ -147,7 +147,7 @@ def quantile_of(name: str) -> float:
 
 
 def read_criteria(path: Path) -> Criteria:
-    """The criteria of a TOML file, such as
+    """Return the criteria of a TOML file, such as
 
         [[criteria]]
         label = "paint, on average"
@@ -174,7 +174,7 @@ def read_criteria(path: Path) -> Criteria:
 
 
 def criteria_of(document: Mapping[str, Any]) -> Criteria:
-    """The criteria of a document that has been read: its `criteria`, `regions` and `rows`.
+    """Return the criteria of a document that has been read: its `criteria`, `regions` and `rows`.
 
     Raises
     ------

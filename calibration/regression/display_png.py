@@ -19,7 +19,7 @@ DISPLAYS = ("sRGB",)
 
 
 def png_rows(path: Path, material: str | None, display: str | None) -> list[Row]:
-    """The row of a PNG.
+    """Return the row of a PNG.
 
     Parameters
     ----------
@@ -95,5 +95,5 @@ def _moved(
 
 
 def _linear(encoded: Float[np.ndarray, "H W 3"]) -> Float[np.ndarray, "H W 3"]:
-    """The curve of IEC 61966-2-1."""
+    """Return the curve of IEC 61966-2-1."""
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)

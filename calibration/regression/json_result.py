@@ -12,12 +12,12 @@ SCHEMA = "metamer.regression/1"
 
 
 def as_json(result: Result, version: str) -> str:
-    """The document; numbers are finite, what is not is null."""
+    """Return the document; numbers are finite, what is not is null."""
     return json.dumps(document(result, version), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def document(result: Result, version: str) -> dict[str, Any]:
-    """The same before it is text. Rows stand in their order, not the worst first."""
+    """Return the same before it is text. Rows stand in their order, not the worst first."""
     return {
         "schema": SCHEMA,
         "metamer": version,

@@ -13,7 +13,7 @@ _OUTCOMES: dict[Tier, Outcome] = {"pass": "passed", "warn": "warned", "fail": "f
 
 
 def as_junit(result: Result) -> str:
-    """A suite of the rows, of the criteria over rows, and of the check of itself. Warnings pass, and say so."""
+    """Return a suite of the rows, of the criteria over rows, and of the check of itself. Warnings pass, and say so."""
     cases = [_row_case(row) for row in result.worst_first]
     for one in result.pooled:
         found = f"{one.criterion.label} ({one.of}) is {one.value:.4g}; {one.criterion.words}"

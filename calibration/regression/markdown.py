@@ -13,7 +13,7 @@ _SIGNS = {"pass": "✅", "warn": "⚠️", "fail": "❌"}
 
 
 def as_markdown(result: Result) -> str:
-    """The sentence of the page, and the worst rows with what changed."""
+    """Return the sentence of the page, and the worst rows with what changed."""
     lines = [f"### {_SIGNS[result.tier]} Did any colour move?", "", f"{escaped(verdict_words(result))}.", ""]
     shown, names = shown_rows(result), readable_names(result.rows)
     if shown:

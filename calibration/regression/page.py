@@ -150,7 +150,7 @@ def _end_of_scale(result: Result) -> float:
 
 
 def _boxes(result: Result) -> list[dict[str, Any]]:
-    """The two verdicts: on materials, and on the approximation where it can be told from them."""
+    """Return the two verdicts: on materials, and on the approximation where it can be told from them."""
     found = []
     causes: list[Cause] = ["material", "approximation"] if told_apart(result) else ["material"]
     for cause in causes:
@@ -257,7 +257,7 @@ def _layer(row: RowResult, kind: LayerKind, a: Row, b: Row, sides: _Sides, cause
 
 
 def _direction(found: Figures, one: ShownRow) -> str:
-    """The way the colours moved on average, "" where that has no number."""
+    """Return the way the colours moved on average, "" where that has no number."""
     before = np.asarray(one.lab)
     after = before + found.shift
     if not np.isfinite(after).all():
@@ -266,13 +266,13 @@ def _direction(found: Figures, one: ShownRow) -> str:
 
 
 def _window(before: Path | None, after: Path | None) -> str | None:
-    """The command that opens both pictures in the review window; None of what is not in two OpenEXR files."""
+    """Return the command that opens both pictures in the review window; None of what is not in two OpenEXR files."""
     files = [one for one in (before, after) if one is not None and one.suffix.lower() == ".exr"]
     return window_command(*files) if len(files) == 2 else None
 
 
 def _limit(row: RowResult, kind: LayerKind) -> float | None:
-    """The ΔE94 above which a criterion warns of pixels of a layer: that for p99 before any other."""
+    """Return the ΔE94 above which a criterion warns of pixels of a layer: that for p99 before any other."""
     found = {
         one.criterion.statistic: one.criterion.warn
         for one in row.asked

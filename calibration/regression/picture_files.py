@@ -40,7 +40,7 @@ class SeenSpectra:
 
 
 def header(path: Path) -> dict[str, str]:
-    """The texts of an OpenEXR's header that say what it shows.
+    """Return the texts of an OpenEXR's header that say what it shows.
 
     Raises
     ------
@@ -51,13 +51,13 @@ def header(path: Path) -> dict[str, str]:
 
 
 def xyz_layer(path: Path) -> PixelLayer:
-    """A picture in XYZ; its header is read now, its pixels when they are asked for."""
+    """Return a picture in XYZ; its header is read now, its pixels when they are asked for."""
     path = existing_file(path)
     return PixelLayer(partial(read_xyz, path), path, header(path))
 
 
 def read_xyz(path: Path) -> Pixels:
-    """An OpenEXR picture with channels X, Y, Z, a white in `whiteXYZ`, and coverage A where it has one.
+    """Return an OpenEXR picture with channels X, Y, Z, a white in `whiteXYZ`, and coverage A where it has one.
 
     Raises
     ------
@@ -103,7 +103,8 @@ def is_spectral(path: Path) -> bool:
 
 
 def picture_rows(path: Path, material: str | None, seen: SeenSpectra) -> list[Row]:
-    """The rows of one picture: one of XYZ; of reflectances one a light; of emission one, relative to its own light.
+    """Return the rows of one picture: one of XYZ; of reflectances one a light; of emission one, relative to its own
+    light.
 
     Parameters
     ----------
@@ -143,7 +144,7 @@ def _names(path: Path) -> Sequence[str]:
 
 
 def _reflected(path: Path, light: str, eye: str) -> Pixels:
-    """A picture of reflectances under one light."""
+    """Return a picture of reflectances under one light."""
     image = read_spectral_exr(path)
     source, sees = illuminant(light), observer(eye)
     weights = sees.weights(source, image.spectrum.wavelengths_nm)
@@ -157,7 +158,7 @@ def _reflected(path: Path, light: str, eye: str) -> Pixels:
 
 
 def _emitted(path: Path, light: str, eye: str) -> Pixels:
-    """A picture of radiances, relative to the perfect diffuser in the light that the header names."""
+    """Return a picture of radiances, relative to the perfect diffuser in the light that the header names."""
     image = read_spectral_exr(path)
     if image.units != RELATIVE_UNITS or not light:
         raise InputError(

@@ -22,7 +22,7 @@ from .row import FLOAT64_ROUNDOFF, ComparedSide, PixelLayer, Pixels, Row, RowNam
 
 
 def readings_side(path: Path, seen: SeenSpectra) -> ComparedSide:
-    """The reflectances of CxF, CGATS, instruments' text, CSV, ... by their names.
+    """Return the reflectances of CxF, CGATS, instruments' text, CSV, ... by their names.
 
     Of files of colours alone, the colours for the light and observer that they state, and for no other.
 
@@ -112,7 +112,7 @@ def _pixel(reading: Spectrum, light: str, eye: str) -> Pixels:
 
 
 def _spectrum(reading: Spectrum, place: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """The only one that there is."""
+    """Return the only one that there is."""
     del place
     return reading.wavelengths_nm, reading.samples
 

@@ -150,5 +150,5 @@ class Result:
 
 
 def worst_tier(tiers: Iterable[Tier]) -> Tier:
-    """The worst of some tiers; of none, "pass"."""
+    """Return the worst of some tiers; of none, "pass"."""
     return TIERS[max((TIERS.index(tier) for tier in tiers), default=0)]

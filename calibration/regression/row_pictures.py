@@ -76,12 +76,13 @@ def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int
 
 
 def alone(layer: PixelLayer, side: int) -> RowPicture:
-    """A layer that nothing is compared with; `side` is the longest in pixels."""
+    """Return a layer that nothing is compared with; `side` is the longest in pixels."""
     return _encoded(layer.load(), side)
 
 
 def _encoded(pixels: Pixels, side: int) -> RowPicture:
-    """The picture without its background where surfaces do not cover all of it: the page's grey is seen there."""
+    """Return the picture without its background where surfaces do not cover all of it: the page's grey is seen
+    there."""
     share = np.clip(pixels.coverage, 0.0, 1.0)[..., None]
     if (share == 1.0).all():
         rgb, clipped = srgb(pixels)

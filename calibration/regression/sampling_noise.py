@@ -35,7 +35,8 @@ class Chance:
 
     @classmethod
     def of(cls, noises: Sequence[LayerNoise | None], pixels: int) -> Chance:
-        """The chance of the difference of layers, whose noises are independent; as large as what is stated allows.
+        """Return the chance of the difference of layers, whose noises are independent; as large as what is stated
+        allows.
 
         noises : of each layer, None where it has none. pixels : that are compared, from as many of which mean and
         percentile were estimated.
@@ -67,7 +68,8 @@ class Chance:
         return self._beyond(max(self._off(1.0 - quantile_of(name), -1.0), EXCEEDED / self.pixels))
 
     def _off(self, share: float, sign: float) -> float:
-        """A share of all pixels, `DEVIATIONS` above or below it: its square root has one deviation at any size."""
+        """Return a share of all pixels, `DEVIATIONS` above or below it: its square root has one deviation at any
+        size."""
         return max(math.sqrt(share) + sign * 0.5 * DEVIATIONS / math.sqrt(self.pixels), 0.0) ** 2
 
     @property

@@ -47,7 +47,7 @@ def injected(pixels: Pixels, formulas: Iterable[Formula], label: str) -> tuple[S
 
 
 def _some(pixels: Pixels) -> tuple[Pixels, str]:
-    """The rows of a large picture that are looked at, about the middle, and what they are called."""
+    """Return the rows of a large picture that are looked at, about the middle, and what they are called."""
     height, width = pixels.coverage.shape
     rows = max(1, _MOST // width)
     if rows >= height:

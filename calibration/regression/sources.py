@@ -22,7 +22,7 @@ _PASSED_OVER = (".html", ".json", ".md", ".npz", ".toml")
 
 
 def side_of(path: Path, seen: SeenSpectra, display: str | None = None) -> ComparedSide:
-    """A baseline, a review's folder, a folder of pictures and readings, a picture, or a file of readings.
+    """Return a baseline, a review's folder, a folder of pictures and readings, a picture, or a file of readings.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def side_of(path: Path, seen: SeenSpectra, display: str | None = None) -> Compar
 
 
 def _folder_side(folder: Path, seen: SeenSpectra, display: str | None) -> ComparedSide:
-    """Every file of a folder that is a picture or readings; rows are named by where they are."""
+    """Return every file of a folder that is a picture or readings; rows are named by where they are."""
     rows: list[Row] = []
     other = []
     for path in sorted(file for file in folder.rglob("*") if file.is_file() and not file.name.startswith(".")):

@@ -49,7 +49,7 @@ class Suite:
 
 
 def read_suite(path: Path) -> Suite:
-    """The suite of a file; a scene's file is a suite of itself.
+    """Return the suite of a file; a scene's file is a suite of itself.
 
     Raises
     ------

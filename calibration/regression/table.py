@@ -35,7 +35,7 @@ HEADINGS = (
 
 
 def table(result: Result) -> Iterator[list[Cell]]:
-    """The lines under `HEADINGS`, the worst row first; None where there is nothing to say."""
+    """Yield the lines under `HEADINGS`, the worst row first; None where there is nothing to say."""
     for row in result.worst_first:
         for kind, figures in row.layers.items():
             yield _line(row, kind, figures)
@@ -44,7 +44,7 @@ def table(result: Result) -> Iterator[list[Cell]]:
 
 
 def as_csv(result: Result) -> str:
-    """The table as RFC 4180 has it."""
+    """Return the table as RFC 4180 has it."""
     return csv_text(HEADINGS, table(result))
 
 

@@ -25,7 +25,7 @@ _ASKED: dict[Tier, str] = {"fail": "fails", "warn": "is near its limits"}
 
 
 def verdict_words(result: Result) -> str:
-    """The result in one sentence, the same on the page, on paper and in the terminal.
+    """Return the result in one sentence, the same on the page, on paper and in the terminal.
 
     A difference of zero is said to be one of equal bytes, or of other bytes that are equal in colour.
     """
@@ -91,7 +91,7 @@ def shown_rows(result: Result) -> tuple[RowResult, ...]:
 
 
 def as_text(result: Result, most: int = MOST_ROWS) -> str:
-    """All of it for a terminal; `most` rows are listed."""
+    """Return all of it for a terminal; `most` rows are listed."""
     sides = (("before: ", result.before), ("after:  ", result.after))
     lines = [f"{label}{side.path} ({side.kind})" for label, side in sides]
     shown, said_once = shown_rows(result), common_parts(result.rows)
@@ -118,13 +118,13 @@ def as_text(result: Result, most: int = MOST_ROWS) -> str:
 
 
 def common_parts(rows: Sequence[RowResult]) -> RowName:
-    """The parts of names that all of several rows have in common, "" for the others; of one row, none."""
+    """Return the parts of names that all of several rows have in common, "" for the others; of one row, none."""
     parts = zip(*(row.name for row in rows), strict=True) if len(rows) > 1 else [[""]] * len(RowName._fields)
     return RowName(*(found[0] if len(set(found)) == 1 else "" for found in parts))
 
 
 def _cells(row: RowResult, name: str) -> list[list[str]]:
-    """A line a layer that moved, or one where none is there."""
+    """Return a line a layer that moved, or one where none is there."""
     rows = []
     for kind, found in row.layers.items():
         if found.identical and len(row.layers) > 1:

@@ -33,13 +33,13 @@ def code_values() -> Float[np.ndarray, "253"]:
 
 
 def map_codes(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[np.ndarray, "H W"]:
-    """The smallest code whose value is no smaller: what is over a budget never looks as if it were within it."""
+    """Return the smallest code whose value is no smaller: what is over a budget never looks as if it were within it."""
     code = np.searchsorted(code_values() * budget, delta_e, side="left")
     return np.where(np.isnan(delta_e), NOT_COMPARED, np.where(np.isinf(delta_e), UNDEFINED, code)).astype(np.uint8)
 
 
 def map_png(delta_e: Float[np.ndarray, "H W"], budget: float) -> bytes:
-    """A ΔE map (NaN: not compared, infinite: no number) as a PNG of its codes, coloured from 0 to three budgets.
+    """Return a ΔE map (NaN: not compared, infinite: no number) as a PNG of its codes, coloured from 0 to three budgets.
 
     Header and palette take 813 bytes, a multiple of three: in base64, too, the palette can be exchanged in its place.
     """

@@ -21,7 +21,7 @@ _TOWARDS = ("redder", "yellower", "greener", "bluer")
 
 
 def direction(standard: Lab, off: Differences, least: float = 0.0) -> str:
-    """The words, the largest difference first; "alike" where nothing is worth a word.
+    """Return the words, the largest difference first; "alike" where nothing is worth a word.
 
     Of colours, hue is named by what it turns to: from red over yellow, green and blue to red again; and more chroma is
     "stronger", less "greyer". Of greys, and where hue turns by more than `FAR` or `PAST` its neighbour, a* and b* are

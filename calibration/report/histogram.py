@@ -29,7 +29,9 @@ def histogram(delta_e: Float[np.ndarray, "H W"], budget: float) -> tuple[int, ..
 
 
 def histogram_plot(counts: Sequence[int], budget: float) -> dict[str, Any]:
-    """The outline of all bars as one SVG path, the place of the budget, ticks with their ΔE, and the same in words."""
+    """Return the outline of all bars as one SVG path, the place of the budget, ticks with their ΔE, and the same in
+    words.
+    """
     total, step = max(sum(counts), 1), _WIDTH / len(counts)
     tallest = math.sqrt(max(max(counts, default=0), 1) / total)
     outline = [f"M0 {_HEIGHT:g}"]

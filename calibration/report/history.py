@@ -40,8 +40,8 @@ class Run:
 
 
 def read_history(path: Path) -> tuple[Run, ...]:
-    """The runs of a file, the first one first; none where there is no such file, or it is damaged or of another kind:
-    a record of the past stops no work.
+    """Return the runs of a file, the first one first; none where there is no such file, or it is damaged or of another
+    kind: a record of the past stops no work.
     """
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -61,7 +61,9 @@ def read_history(path: Path) -> tuple[Run, ...]:
 
 
 def with_run(runs: Sequence[Run], run: Run) -> tuple[Run, ...]:
-    """The runs with another at their end, which takes the place of the last where it came out alike in all figures."""
+    """Return the runs with another at their end, which takes the place of the last where it came out alike in all
+    figures.
+    """
     # To four digits: a history is read, and may lie in version control. What has no number has none there either.
     figures = {name: float(f"{value:.4g}") for name, value in run.rows.items() if math.isfinite(value)}
     rounded = Run(run.created, run.version, run.status, figures)
@@ -78,7 +80,7 @@ def history_text(runs: Sequence[Run]) -> str:
 
 
 def trend_plot(runs: Sequence[Run], label: str) -> dict[str, Any] | None:
-    """The largest and the mean figure of each run as lines from 0 upwards; None of a single run."""
+    """Return the largest and the mean figure of each run as lines from 0 upwards; None of a single run."""
     if len(runs) < 2:
         return None
     top = max(run.largest for run in runs) or 1.0

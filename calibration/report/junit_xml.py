@@ -26,7 +26,7 @@ def case_of(of: str, name: str, outcome: Outcome, words: str) -> ElementTree.Ele
 
 
 def junit_text(name: str, cases: Sequence[ElementTree.Element], said: str) -> str:
-    """A document of one suite; `said` is its output."""
+    """Return a document of one suite; `said` is its output."""
     failures, skipped = (sum(case.find(kind) is not None for case in cases) for kind in ("failure", "skipped"))
     counts = {"tests": str(len(cases)), "failures": str(failures), "errors": "0", "skipped": str(skipped)}
     suite = ElementTree.Element("testsuite", {"name": _text(name), **counts})

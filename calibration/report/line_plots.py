@@ -55,7 +55,7 @@ class LogScale:
 
 
 def short_number(value: float) -> str:
-    """A round number for a tick.
+    """Return a round number for a tick.
 
     >>> [short_number(value) for value in (0.0005, 0.001, 200.0, 50000.0, 2e6)]
     ['5e-4', '0.001', '200', '50k', '2M']

@@ -108,7 +108,7 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
 
 
 def _light_words(title: str, name: str) -> Markup:
-    """A light's title and, where there is room and it does not stand there yet, its name."""
+    """Return a light's title and, where there is room and it does not stand there yet, its name."""
     from markupsafe import Markup, escape
 
     return escape(title) if name in title else Markup('{}<span class="long"> {}</span>').format(title, name)
@@ -123,7 +123,9 @@ def _script(value: Any) -> Markup:
 
 
 def scale_bar(budget: float, limit: bool = True) -> Markup:
-    """The scale of all maps: its steps, red beyond, and ticks at whole budgets, the first of which may be a limit."""
+    """Return the scale of all maps: its steps, red beyond, and ticks at whole budgets, the first of which may be a
+    limit.
+    """
     from markupsafe import Markup
 
     words = plots.scale_words(budget)
@@ -196,7 +198,7 @@ def window_command(reference: str | Path, picture: str | Path) -> Markup:
 
 
 def breakable(name: str) -> Markup:
-    """A long identifier that may wrap after its separators."""
+    """Return a long identifier that may wrap after its separators."""
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"([/_.-])", r"\1<wbr>", str(escape(name))))

@@ -59,7 +59,8 @@ def scale_rgb() -> UInt8[np.ndarray, "steps 3"]:
 
 
 def scale_words(budget: float) -> dict[str, Any]:
-    """The scale for a page: its gradient, ticks in ΔE with their place in per cent, and the colours beyond it."""
+    """Return the scale for a page: its gradient, ticks in ΔE with their place in per cent, and the colours beyond
+    it."""
     colours = [_hexadecimal(rgb) for rgb in scale_rgb().tolist()]
     parts = int(SCALE_BUDGETS)
     return {
@@ -77,7 +78,8 @@ def _hexadecimal(rgb: Iterable[int]) -> str:
 
 
 def delta_e_picture(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[np.ndarray, "H W 3"]:
-    """A ΔE map in colour: the scale, red beyond it, grey where not compared, magenta where a number is missing."""
+    """Return a ΔE map in colour: the scale, red beyond it, grey where not compared, magenta where a number is
+    missing."""
     colours = np.concatenate([scale_rgb(), np.array([OVER_RGB, UNDEFINED_RGB, NOT_COMPARED_RGB], dtype=np.uint8)])
     with np.errstate(invalid="ignore"):
         step = np.floor(delta_e / (SCALE_BUDGETS * budget) * _STEPS)
@@ -159,7 +161,7 @@ def lossless(rgb: UInt8[np.ndarray, "H W c"]) -> bytes:
 
 
 def data_uri(picture: bytes, kind: str = "webp") -> str:
-    """The picture, a file of that kind, as text for an `src` attribute."""
+    """Return the picture, a file of that kind, as text for an `src` attribute."""
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode('ascii')}"
 
 

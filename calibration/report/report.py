@@ -133,7 +133,7 @@ def write_report(
 
 
 def status(rows: Sequence[ReviewRow], budget: float, checks: Sequence[SelfCheck]) -> str:
-    """The worst verdict of all rows; `invalid` where the report's check of itself is missing or failed."""
+    """Return the worst verdict of all rows; `invalid` where the report's check of itself is missing or failed."""
     if not checks or not all(check.passed for check in checks):
         return "invalid"
     found = {verdict(row.statistics, budget) for row in rows}
@@ -141,7 +141,7 @@ def status(rows: Sequence[ReviewRow], budget: float, checks: Sequence[SelfCheck]
 
 
 def verdict_of(rows: Sequence[ReviewRow], budget: float, display: str, checks: Sequence[SelfCheck]) -> tuple[str, str]:
-    """The sentences that a review begins with, on the page, on paper and in the terminal."""
+    """Return the sentences that a review begins with, on the page, on paper and in the terminal."""
     summary, valid = summary_of(rows, budget), status(rows, budget, checks) != "invalid"
     undefined = sum(row.statistics.undefined for row in rows)
     return verdict_sentence(summary, display, valid), facts_sentence(summary, budget, undefined)

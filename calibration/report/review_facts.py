@@ -102,7 +102,7 @@ class ReviewedMaterial:
         return f"{self.title} ({self.id})"
 
     def under(self, light: str, observer: str) -> LitColour | None:
-        """Its colour under a light for an observer."""
+        """Return its colour under a light for an observer."""
         found = (one for one in self.colours if (one.light, one.observer) == (light, observer))
         return next(found, None)
 
@@ -120,7 +120,7 @@ def within_sentence(words: str) -> str:
 
 
 def light_title(name: str) -> tuple[str, str]:
-    """A light's name for people, and which kind it is; a name that is not known is its own title.
+    """Return a light's name for people, and which kind it is; a name that is not known is its own title.
 
     >>> light_title("A"), light_title("LED-B3"), light_title("D55"), light_title("Philips TL-84")
     (('Tungsten lamp', 'lamp'), ('LED lamp', 'led'), ('Daylight', 'daylight'), ('Philips TL-84', 'other'))
@@ -135,7 +135,7 @@ def light_title(name: str) -> tuple[str, str]:
 
 
 def light_words(name: str) -> str:
-    """A light's title, and its name where that does not stand in it.
+    """Return a light's title, and its name where that does not stand in it.
 
     >>> light_words("D65"), light_words("TL84"), light_words("horizon")
     ('Daylight D65', 'Shop light TL84', 'Horizon lamp')
@@ -176,7 +176,7 @@ def lights_of_rows(rows: Sequence[ReviewRow]) -> tuple[ReviewedLight, ...]:
 
 
 def material_document(one: ReviewedMaterial) -> dict[str, Any]:
-    """A material as `review.json` has it."""
+    """Return a material as `review.json` has it."""
     spectrum = None
     if one.wavelengths_nm is not None and one.values is not None:
         spectrum = {
@@ -198,7 +198,7 @@ def material_document(one: ReviewedMaterial) -> dict[str, Any]:
 
 
 def light_document(one: ReviewedLight) -> dict[str, Any]:
-    """A light as `review.json` has it."""
+    """Return a light as `review.json` has it."""
     spd = None
     if one.wavelengths_nm is not None and one.power is not None:
         spd = {"wavelengths_nm": one.wavelengths_nm.tolist(), "values": one.power.tolist()}
@@ -206,7 +206,7 @@ def light_document(one: ReviewedLight) -> dict[str, Any]:
 
 
 def shift_document(shift: Shift | None) -> dict[str, Any] | None:
-    """A shift as `review.json` has it."""
+    """Return a shift as `review.json` has it."""
     if shift is None:
         return None
     return {"from": SHIFT_FROM, "delta_e": shift.delta_e, "formula": SHIFT_FORMULA, "words": shift.words}

@@ -38,7 +38,7 @@ def summary_of(rows: Sequence[ReviewRow], budget: float) -> dict[str, Any]:
 
 
 def verdict_sentence(summary: dict[str, Any], display: str, valid: bool) -> str:
-    """The one sentence of a review: can colours be judged by its pictures?
+    """Return the one sentence of a review: can colours be judged by its pictures?
 
     display : such as "sRGB - Display". valid : the report's check of itself succeeded.
     """
@@ -76,14 +76,16 @@ def facts_sentence(summary: dict[str, Any], budget: float, undefined: int = 0) -
 
 
 def row_words(document: Mapping[str, Any], result: Mapping[str, Any]) -> str:
-    """A picture of a review as people call it, by the content of `review.json`: "Signal red under tungsten lamp A"."""
+    """Return a picture of a review as people call it, by the content of `review.json`: "Signal red under tungsten lamp
+    A".
+    """
     material = next(one["title"] for one in document["materials"] if one["id"] == result["material"])
     light = light_words(result["illuminant"])
     return f"{material} under {within_sentence(light)}"
 
 
 def as_markdown(document: Mapping[str, Any]) -> str:
-    """A review as a person reads it in a merge request: its sentences, and the pictures that need a look.
+    """Return a review as a person reads it in a merge request: its sentences, and the pictures that need a look.
 
     document : the content of `review.json`.
     """
@@ -120,7 +122,7 @@ def _limits_words(limits: Mapping[str, float] | None) -> str:
 
 
 def screen_name(display: str) -> str:
-    """A display's name for people.
+    """Return a display's name for people.
 
     >>> screen_name("sRGB - Display"), screen_name("My wall")
     ('sRGB', 'My wall')

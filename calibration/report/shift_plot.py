@@ -106,7 +106,7 @@ def _plane(
 
 
 def _arrow(start: np.ndarray, end: np.ndarray) -> str:
-    """A line with two barbs; shorter than these, a line alone."""
+    """Return a line with two barbs; shorter than these, a line alone."""
     off = end - start
     length = float(np.hypot(*off))
     line = f"M{start[0]:.1f} {start[1]:.1f}L{end[0]:.1f} {end[1]:.1f}"

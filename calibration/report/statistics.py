@@ -190,7 +190,7 @@ def verdict(statistics: DeltaEStatistics, budget: float) -> Literal["pass", "nea
 
 
 def beside(value: float, *limits: float) -> str:
-    """A ΔE in two decimals, or in as many as it takes to lie on the side of each limit that it lies on.
+    """Return a ΔE in two decimals, or in as many as it takes to lie on the side of each limit that it lies on.
 
     >>> beside(0.302, 0.3), beside(0.302, 0.5), beside(0.3, 0.3), beside(0.0001, 0.3)
     ('0.302', '0.30', '0.30', '<0.01')

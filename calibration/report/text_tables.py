@@ -11,12 +11,12 @@ _MARKED = re.compile(r"([\\`*_{}\[\]<>|#])")
 
 
 def text_tables(tables: Sequence[TextTable]) -> str:
-    """The tables one after another, an empty line between them."""
+    """Return the tables one after another, an empty line between them."""
     return "\n\n".join(f"{title}\n{columns(header, rows)}" for title, header, rows in tables)
 
 
 def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1, words: bool = False) -> str:
-    """A table as text, never cut; the first `left` columns stand to the left, figures to the right.
+    """Return a table as text, never cut; the first `left` columns stand to the left, figures to the right.
 
     words : whether the last column is text, too.
     """

@@ -76,7 +76,7 @@ class _Records(Collection):
 
 
 def _matched(catalogue: Catalogue, pattern: str) -> tuple[str, ...]:
-    """A name that is one stays one, whatever characters it has."""
+    """Return ids; a name that is one stays one, whatever characters it has."""
     if any(mark in pattern for mark in "*?["):
         return catalogue.match(pattern)
     catalogue.path(pattern)

@@ -262,7 +262,7 @@ def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
 
 
 def _summed_by_file(report: ImportReport, verbose: bool) -> list[tuple[Any, ...]]:
-    """A row for each file of which anything was imported or failed; of the others, too, if `verbose`."""
+    """Return a row for each file of which anything was imported or failed; of the others, too, if `verbose`."""
     rows = []
     of_file: dict[str, list[ImportOutcome]] = {}
     for outcome in report.outcomes:

@@ -45,7 +45,7 @@ def add_query_options(verb: argparse.ArgumentParser) -> None:
 
 
 def query_from(args: argparse.Namespace) -> Query:
-    """The query that the options ask for; raises `UsageError` where they do not fit together."""
+    """Return the query that the options ask for; raises `UsageError` where they do not fit together."""
     from ...runtime.errors import UsageError
 
     if args.near is None and (args.within is not None or args.sort == "near"):

@@ -188,7 +188,7 @@ def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
 
 
 def colour_words(colour: Mapping[str, Any]) -> str:
-    """The colour of a head, for a person."""
+    """Return the colour of a head, for a person."""
     from ...materials.records.description import shown_conditions, two_decimals
 
     lab = f"L*a*b* {two_decimals(colour['Lab'])}, " if "Lab" in colour else ""

@@ -65,7 +65,7 @@ def _print(found: CatalogueVerification) -> None:
 
 
 def _document(found: CatalogueVerification) -> dict[str, Any]:
-    """Every figure, for a program."""
+    """Return every figure, for a program."""
     materials = [
         {
             "id": one.id,

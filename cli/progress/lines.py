@@ -65,7 +65,9 @@ def next_pause(elapsed: float) -> float:
 
 
 def left_column() -> Any:
-    """A column of a bar for the time left: what the task's field `left` says when it is called, else its own speed."""
+    """Return a column of a bar for the time left: what the task's field `left` says when it is called, else its own
+    speed.
+    """
     from rich.progress import ProgressColumn, Task
     from rich.text import Text
 

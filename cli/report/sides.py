@@ -48,7 +48,7 @@ def seen_by(args: argparse.Namespace) -> SeenSpectra:
 
 
 def side_at(path: Path, seen: SeenSpectra, display: str | None) -> ComparedSide:
-    """The side that is there; a folder of materials is a catalogue."""
+    """Return the side that is there; a folder of materials is a catalogue."""
     from ...calibration.regression.sources import side_of
     from ...viewer.catalogue_side import catalogue_side, is_catalogue
 

@@ -30,7 +30,7 @@ def add_suite_options(command: argparse.ArgumentParser) -> None:
 def rendered(
     args: argparse.Namespace, work: Path, check: Callable[[dict[str, str]], None]
 ) -> tuple[ComparedSide, dict[str, str], Criteria]:
-    """The rows of the suite, what is said of it, and its criteria; `work` takes the reviews.
+    """Return the rows of the suite, what is said of it, and its criteria; `work` takes the reviews.
 
     `check` is called with what is said of the suite before anything is rendered.
     """

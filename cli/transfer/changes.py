@@ -87,7 +87,7 @@ def by_part(option: str, scene: Scene, given: Iterable[tuple[str, Value]]) -> di
 
 
 def given_materials(catalogue: Catalogue, words: Iterable[str]) -> tuple[Catalogue, dict[str, str], list[str]]:
-    """A catalogue that has materials of files too, the id of each word, and what is to be said of those files.
+    """Return a catalogue that has materials of files too, the id of each word, and what is to be said of those files.
 
     Raises
     ------
@@ -143,7 +143,7 @@ class _Change:
 
 
 def relit_lights(scene: Scene, given: Sequence[tuple[str, str]], catalogue: Catalogue) -> Scene:
-    """The scene with what `--light` asks for, one after the other; its notes say so.
+    """Return the scene with what `--light` asks for, one after the other; its notes say so.
 
     Raises
     ------

@@ -111,7 +111,7 @@ def check_wishes(args: argparse.Namespace) -> None:
 
 
 def with_wishes(scene: Scene, catalogue: Catalogue, args: argparse.Namespace, jobs: int) -> Changes:
-    """The scene with what the options ask for; `jobs`: processes that fit.
+    """Return the scene with what the options ask for; `jobs`: processes that fit.
 
     Raises
     ------
@@ -210,7 +210,8 @@ def write_steps(
     camera: str | None,
     warn: Warn,
 ) -> list[Path]:
-    """The pictures along the steps, `step-000.png` and so on, and all of them in a row, `steps.png`; their paths.
+    """Return the pictures along the steps, `step-000.png` and so on, and all of them in a row, `steps.png`; their
+    paths.
 
     after : what is drawn already; one of the steps.
     """

@@ -49,7 +49,7 @@ def light_booth(
     name: str = "light",
     spectrum_name: str = "",
 ) -> EnvironmentLight:
-    """A light booth as an environment of one spectrum: a diffuse panel overhead, grey walls, an open front (+z).
+    """Return a light booth as an environment of one spectrum: a diffuse panel overhead, grey walls, an open front (+z).
 
     The light that goes round between its grey surfaces is worked out (`box.Box`); they are the same grey at every
     wavelength, so all of the light has the lamp's spectrum. It is the map that the sample sees from its place over the

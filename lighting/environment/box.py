@@ -140,7 +140,9 @@ class Box:
     def _differences(
         self, primitive: Float[np.ndarray, "a b c d"], first: tuple[int, int], raw: bool = False
     ) -> np.ndarray:
-        """A primitive of four edges summed over each pair of patches with alternating signs, over 2 pi and the area."""
+        """Return a primitive of four edges summed over each pair of patches with alternating signs, over 2 pi and the
+        area.
+        """
         for axis in range(4):
             primitive = np.diff(primitive, axis=axis)
         found = primitive / (2.0 * np.pi * self._sides(first[0]).prod() / PATCHES**2)
@@ -148,6 +150,6 @@ class Box:
 
 
 def _others(axis: int) -> tuple[int, int]:
-    """The two axes along a face."""
+    """Return the two axes along a face."""
     found = [one for one in range(3) if one != axis]
     return found[0], found[1]

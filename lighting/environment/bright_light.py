@@ -72,14 +72,14 @@ class BrightLight:
         return cls(parts, narrow, lux, cells, rest - there @ parts.amplitude[:narrow]).turned(turned)
 
     def turned(self, rotation: Float[np.ndarray, "3 3"]) -> BrightLight:
-        """The same light turned by a rotation of the world: nothing is found anew."""
+        """Return the same light turned by a rotation of the world: nothing is found anew."""
         parts = replace(self.parts, axis=self.parts.axis @ rotation.T)
         return replace(self, parts=parts, cells=replace(self.cells, directions=self.cells.directions @ rotation.T))
 
     def by_lobes(
         self, directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
     ) -> Float[np.ndarray, "N Q n"]:
-        """The mean of each bright part, of amplitude 1, under Gaussians about unit directions of the world.
+        """Return the mean of each bright part, of amplitude 1, under Gaussians about unit directions of the world.
 
         Wang et al. 2009, eq. 4, over the Gaussian's integral, with the exponent written so that it does not overflow.
         """
@@ -107,7 +107,7 @@ def _integrals(sharpness: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
 
 
 def _on_surfaces(sharpness: float) -> Float[np.ndarray, " nodes"]:
-    """The integral of a lobe times the clamped cosine, by the cosine between normal and axis."""
+    """Return the integral of a lobe times the clamped cosine, by the cosine between normal and axis."""
     # The lobe's own distribution: equal shares of it by 1 - cosine to the axis, which a Gaussian has an inverse for.
     shares = (np.arange(_ACROSS) + 0.5) / _ACROSS
     off = -np.log1p(shares * np.expm1(-2.0 * sharpness)) / sharpness

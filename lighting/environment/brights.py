@@ -68,7 +68,7 @@ def taken_apart(
 
 
 def _exceeded(total: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """The luminance that this share of the sphere exceeds."""
+    """Return the luminance that this share of the sphere exceeds."""
     if share == 1.0:
         return 0.0
     order = np.argsort(total, axis=None)[::-1]

@@ -25,7 +25,8 @@ MARGIN = 12
 def convolved(
     fields: Float[np.ndarray, "K H W"], kernel: Kernel, reach: float, rows: int
 ) -> Float[np.ndarray, "K rows columns"]:
-    """The mean of each field under the kernel about the middles of the texels of a map of `rows` and 2 `rows` columns.
+    """Return the mean of each field under the kernel about the middles of the texels of a map of `rows` and 2 `rows`
+    columns.
 
     reach : rad, beyond which the kernel counts as 0. Texels count at their middles, by their solid angle.
     """
@@ -107,7 +108,7 @@ class Resolutions:
         self._finer: dict[int, np.ndarray] = {}
 
     def at_least(self, rows: Number) -> Float[np.ndarray, "K h w"]:
-        """The coarsest resolution that has so many rows, of the map, its halves and its powers of two."""
+        """Return the coarsest resolution that has so many rows, of the map, its halves and its powers of two."""
         fields = self._halves[0]
         factor = 1 << max(0, int(np.ceil(np.log2(rows / fields.shape[1]))))
         if factor == 1:

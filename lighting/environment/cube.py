@@ -46,7 +46,7 @@ class CubeMap:
         return np.tile(face.ravel(), 6)
 
     def texel_of(self, to: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
-        """The texel that each direction lies in."""
+        """Return the texel that each direction lies in."""
         axis, rows = np.abs(to).argmax(axis=1), np.arange(len(to))
         large = to[rows, axis]
         places = [(to[rows, (axis + step) % 3] / np.abs(large) + 1.0) * (0.5 * self.across) for step in (1, 2)]

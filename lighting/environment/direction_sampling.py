@@ -44,7 +44,7 @@ class MapDrawing:
         self._levels.reverse()
 
     def drawn(self, uniform: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 3"]:
-        """A unit direction for each pair of numbers in [0, 1)."""
+        """Return a unit direction for each pair of numbers in [0, 1)."""
         height, width = self._shares.shape
         row, column = np.zeros((2, len(uniform)), dtype=np.int64)
         down, right = uniform[:, 0], uniform[:, 1]
@@ -64,13 +64,13 @@ class MapDrawing:
         return self.density_at(latlong.TexelWeights(to, *self._shares.shape), to)
 
     def density_at(self, places: latlong.TexelWeights, to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-        """The same, where the places of these directions in the map are known."""
+        """Return the same, where the places of these directions in the map are known."""
         sine = np.maximum(np.hypot(to[:, 0], to[:, 2]), _LEAST_SINE)
         return places.of(self._shares[None])[:, 0] * (self._shares.size / (2.0 * np.pi**2)) / sine
 
 
 def _power_of_two(count: int) -> int:
-    """The first that is not below."""
+    """Return the first that is not below."""
     return 1 << (count - 1).bit_length()
 
 

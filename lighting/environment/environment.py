@@ -23,7 +23,7 @@ Origin = Literal["stated", "made", "measured"]
 
 
 def _photometric() -> Observer:
-    """The observer by whom luminance is defined."""
+    """Return the observer by whom luminance is defined."""
     return observer("1931_2")
 
 
@@ -46,7 +46,7 @@ class WeightedMaps:
         return cls(maps, np.ones(len(maps)), maps)
 
     def scaled(self, factors: Float[np.ndarray, " K"]) -> WeightedMaps:
-        """The same maps with other weights."""
+        """Return the same maps with other weights."""
         return WeightedMaps(self.maps, self.weights * factors, self.product * factors[:, None, None])
 
 
@@ -160,12 +160,14 @@ class EnvironmentLight(SpreadLight):
         return mixture(self.spectra, self._relative_illuminances(self.fields), self.observer)
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> EnvironmentLight:
-        """The same fields, all of one spectrum."""
+        """Return the same fields, all of one spectrum."""
         changes: dict[str, Any] = {"spectra": (spectrum,) * len(self.spectra), "spectrum_name": name}
         return replace(self, illuminance_lux=self.illuminance_lux or None, origin="stated", **changes)
 
     def for_observer(self, seen_by: Observer) -> EnvironmentLight:
-        """The same light, its fields the luminance that this observer sees: spectra weigh as much as they do to it."""
+        """Return the same light, its fields the luminance that this observer sees: spectra weigh as much as they do to
+        it.
+        """
         if seen_by.name == self.observer.name:
             return self
         changes: dict[str, Any] = {"illuminance_lux": self.illuminance_lux or None, "observer": seen_by}
@@ -189,7 +191,7 @@ class EnvironmentLight(SpreadLight):
         return self if maps is self.fields else replace(self, fields=maps, weighted=None, illuminance_lux=None)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """Its illuminance on a horizontal plane, from infinitely far off."""
+        """Return its illuminance on a horizontal plane, from infinitely far off."""
         return float(self.illuminance_lux), np.inf, np.inf
 
     @property
@@ -228,7 +230,8 @@ class EnvironmentLight(SpreadLight):
 
 
 def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"], seen_by: Observer) -> Spectrum:
-    """The emission of K spectra mixed by this observer's luminance, in shares of any scale, on all their wavelengths.
+    """Return the emission of K spectra mixed by this observer's luminance, in shares of any scale, on all their
+    wavelengths.
 
     A spectrum without any luminance counts by its power.
     """

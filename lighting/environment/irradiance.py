@@ -35,7 +35,7 @@ class Irradiance:
 
     @classmethod
     def of_fields(cls, fields: Float[np.ndarray, "K H W"], world_from_map: np.ndarray | None = None) -> Irradiance:
-        """The same of any fields, which may be negative too: a map's moments."""
+        """Return the same of any fields, which may be negative too: a map's moments."""
         fields = convolution.Resolutions(fields).at_least(ENVIRONMENT_ROWS)
         mean = convolution.convolved(fields, lambda cosine: np.maximum(cosine, 0.0), 0.5 * np.pi, ROWS)
         # A mean under the clamped cosine, whose integral is pi.

@@ -36,7 +36,7 @@ def solid_angles(height: int, width: int) -> Float[np.ndarray, " height"]:
 
 
 def texel_at(to: Float[np.ndarray, "*n 3"], height: int, width: int) -> tuple[Int[np.ndarray, "*n"], ...]:
-    """The row and the column of the texel in which each direction lies."""
+    """Return the row and the column of the texel in which each direction lies."""
     rows, columns = places(to)
     return (
         np.minimum((rows * height).astype(np.int64), height - 1),
@@ -60,7 +60,7 @@ class TexelWeights:
         self._texels = (above + column, above + after), (below + column, below + after)
 
     def of(self, fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "n K"]:
-        """The fields in the directions."""
+        """Return the fields in the directions."""
         flat, left, up = fields.reshape(len(fields), -1), 1.0 - self._right, 1.0 - self._down
         above, under = (
             flat.take(near, axis=1) * left + flat.take(far, axis=1) * self._right for near, far in self._texels
@@ -69,5 +69,5 @@ class TexelWeights:
 
 
 def between_texels(fields: Float[np.ndarray, "K H W"], to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n K"]:
-    """The fields in directions (of any length), linear between the middles of texels; rows end at the poles."""
+    """Return the fields in directions (of any length), linear between the middles of texels; rows end at the poles."""
     return TexelWeights(to, *fields.shape[1:]).of(fields)

@@ -68,7 +68,7 @@ class LightMap:
         return found
 
     def blocks(self) -> Iterator[tuple[slice, Float[np.ndarray, "n C"]]]:
-        """All texels, some rows at a time: which rows, and what the channels hold there."""
+        """Yield all texels, some rows at a time: which rows, and what the channels hold there."""
         height, width = self.size
         step = max(1, _BLOCK // width)
         for start in range(0, height, step):
@@ -80,7 +80,7 @@ class LightMap:
         return np.stack([channel[where].ravel() for channel in self.channels], axis=-1).astype(np.float64)
 
     def without_bad_texels(self, bad_texels: str | None) -> LightMap:
-        """The same map, whose every value is finite and not negative.
+        """Return the same map, whose every value is finite and not negative.
 
         bad_texels : None refuses a map with other texels, by row and column from 0; "black" takes those for black, and
             a note says how many there were and how much of the light.

@@ -52,7 +52,8 @@ def load_environment(
     spectrum_name: str = "",
     say: Callable[[str], None] | None = None,
 ) -> EnvironmentLight:
-    """An environment from a latitude-longitude map in OpenEXR (RGB, XYZ, luminance, spectral) or Radiance's .hdr.
+    """Return an environment from a latitude-longitude map in OpenEXR (RGB, XYZ, luminance, spectral) or Radiance's
+    .hdr.
 
     Parameters
     ----------
@@ -183,7 +184,7 @@ def _fields(
 
 
 def _measured(found: LightMap, luminance: np.ndarray) -> tuple[np.ndarray, tuple[Spectrum, ...], tuple[str, ...]]:
-    """The few spectra that the budget needs."""
+    """Return the few spectra that the budget needs."""
     grid = found.wavelengths_nm
     assert grid is not None
     where, levels = _looked_at(luminance)

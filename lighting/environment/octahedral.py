@@ -37,7 +37,9 @@ def texel_directions(side: int) -> Float[np.ndarray, "side side 3"]:
 
 
 def bordered(texels: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "padded padded K"]:
-    """The same map with one texel more at each edge: what lies beyond an edge is that edge's own texels, reversed."""
+    """Return the same map with one texel more at each edge: what lies beyond an edge is that edge's own texels,
+    reversed.
+    """
     side = len(texels)
     padded = np.empty((side + 2, side + 2, texels.shape[2]), dtype=texels.dtype)
     padded[1:-1, 1:-1] = texels

@@ -32,7 +32,7 @@ class GatheredPanel:
 
     @classmethod
     def of(cls, light: SoftboxLight, centre: Float[np.ndarray, "3"], radius: float) -> GatheredPanel:
-        """A softbox in lengths of `radius` about `centre`, world."""
+        """Return a softbox in lengths of `radius` about `centre`, world."""
         first, second, third, fourth = (light.corners - centre) / radius
         return cls(np.array([first, fourth, third, second]), light.luminance_cd_m2)
 

@@ -46,7 +46,7 @@ def solid_angle(corners: Float[np.ndarray, "N C 3"]) -> Float[np.ndarray, " N"]:
 def gaussian_shares(
     corners: Float[np.ndarray, "N C 3"], axes: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
 ) -> Float[np.ndarray, "N Q"]:
-    """The share of normalised Gaussians, 0 to 1, that lies within a convex polygon.
+    """Return the share of normalised Gaussians, 0 to 1, that lies within a convex polygon.
 
     Parameters
     ----------
@@ -100,8 +100,8 @@ def _smooth(y: Float[np.ndarray, "N Q"], sharpness: Float[np.ndarray, "N Q"], wh
 
 
 def surface_moments(corners: Float[np.ndarray, "N C 3"]) -> Float[np.ndarray, "N 9"]:
-    """The integrals of cos(theta) times each of `materials.core.environment_form.bends` over what of a convex polygon
-    is above the horizon of a surface, sr: what luminance 1 gives it.
+    """Return the integrals of cos(theta) times each of `materials.core.environment_form.bends` over what of a convex
+    polygon is above the horizon of a surface, sr: what luminance 1 gives it.
 
     corners : from each point, in the surface's axes, the normal last; counter-clockwise as the point sees them.
 
@@ -147,7 +147,9 @@ def _edges(corners: Float[np.ndarray, "N C 3"]) -> list[tuple[np.ndarray, np.nda
 
 
 def _above_horizon(corners: Float[np.ndarray, "N C 3"]) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """The edges of what is above z = 0: start, end, and for which polygons each is there; the horizon's comes last."""
+    """Yield the edges of what is above z = 0: start, end, and for which polygons each is there; the horizon's comes
+    last.
+    """
     leaves, enters, crossed = np.ones((len(corners), 3)), np.ones((len(corners), 3)), np.zeros(len(corners), dtype=bool)
     for here, there in _edges(corners):
         up, next_up = here[:, 2] > 0.0, there[:, 2] > 0.0

@@ -47,7 +47,7 @@ class Pyramid:
 
     @classmethod
     def of(cls, environment: EnvironmentLight, sharpest: float = SHARPEST) -> Pyramid:
-        """The levels BLUNTEST, twice that, ... up to `sharpest` and the first beyond it.
+        """Return the levels BLUNTEST, twice that, ... up to `sharpest` and the first beyond it.
 
         Raises
         ------
@@ -108,7 +108,7 @@ class Pyramid:
         return np.concatenate([level.reshape(-1, level.shape[2]) for level in padded]), starts, sides
 
     def _at(self, places: tuple[np.ndarray, np.ndarray], level: np.ndarray) -> Float[np.ndarray, "n K"]:
-        """Each place of its own level, linear between texels."""
+        """Return each place of its own level, linear between texels."""
         texels, starts, sides = self._texels
         start, side = starts[level], sides[level]
         column, row = (0.5 * (place + 1.0) * (side - 2) + 0.5 for place in places)

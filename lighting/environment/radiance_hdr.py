@@ -45,7 +45,7 @@ class RadianceHeader:
 
 
 def read_header(path: Path) -> RadianceHeader:
-    """The header of a file; raises `InputError` where it is none."""
+    """Return the header of a file; raises `InputError` where it is none."""
     with existing_file(path).open("rb") as file:
         head = file.read(_LONGEST_HEADER)
     if not head.startswith((b"#?RADIANCE", b"#?RGBE", b"#?")):
@@ -81,7 +81,8 @@ def read_header(path: Path) -> RadianceHeader:
 
 
 def read_pixels(path: Path, header: RadianceHeader) -> Float[np.ndarray, "H W 3"]:
-    """The picture as it is looked at, row 0 at the top, float32; raises `InputError` where it is cut or damaged."""
+    """Return the picture as it is looked at, row 0 at the top, float32; raises `InputError` where it is cut or
+    damaged."""
     data = np.frombuffer(path.read_bytes(), dtype=np.uint8)[header.start :]
     sign_of_lines, lines_along, lines, sign_within, _, within = header.resolution
     if lines * within > 4096 * max(data.size, 1):

@@ -92,7 +92,7 @@ class Reduction:
         return _non_negative(samples @ towards.T, self.spectra @ towards.T)
 
     def at_peak_one(self) -> Reduction:
-        """The same spectra, the largest sample of each 1."""
+        """Return the same spectra, the largest sample of each 1."""
         return replace(self, spectra=self.spectra / self.spectra.max(axis=1, keepdims=True))
 
 
@@ -103,7 +103,7 @@ def reduced(
     budget_delta_e94: float = BUDGET_DELTA_E94,
     most: int = MOST_SPECTRA,
 ) -> Reduction:
-    """The fewest spectra that show all of `samples`, each of which counts the same, within the budget.
+    """Return the fewest spectra that show all of `samples`, each of which counts the same, within the budget.
 
     The mean alone where that will do; else as many as the budget needs if they might be negative, and one more at a
     time until those do that are not. The error is ΔE94 of each of the `reflectances` under one sample's light and what
@@ -169,7 +169,9 @@ def _corners(seen: np.ndarray, wanted: np.ndarray, count: int) -> np.ndarray:
 
 
 def _improved(found: Reduction, seen: np.ndarray) -> Reduction:
-    """The spectra moved, in turn with their shares, to where they mix all others better (Cichocki and Phan 2009)."""
+    """Return the spectra moved, in turn with their shares, to where they mix all others better (Cichocki and Phan
+    2009).
+    """
     spectra = found.spectra.copy()
     for _ in range(_TURNS):
         shares = Reduction(spectra, found.wavelengths_nm).shares(seen)
@@ -225,7 +227,8 @@ def _metric_of(key: bytes) -> _Metric:
 
 
 def _non_negative(wanted: Float[np.ndarray, "n Q"], parts: Float[np.ndarray, "K Q"]) -> Float[np.ndarray, "n K"]:
-    """The least squares of wanted - x @ parts over x >= 0: block principal pivoting (Kim and Park 2011, algorithm 2).
+    """Return the least squares of wanted - x @ parts over x >= 0: block principal pivoting (Kim and Park 2011,
+    algorithm 2).
 
     Which numbers are 0 is guessed for all rows at once, and where signs disagree the guess is exchanged; a row that
     does not settle is left to the slower active sets of Lawson and Hanson.

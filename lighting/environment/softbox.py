@@ -87,7 +87,7 @@ class SoftboxLight(SpreadLight):
 
     @staticmethod
     def _up(stated: np.ndarray | None, axis: np.ndarray) -> Float[np.ndarray, "3"]:
-        """The direction of the height: `stated`, or the first of +y and -z that is not along the axis.
+        """Return the direction of the height: `stated`, or the first of +y and -z that is not along the axis.
 
         What it gives, it gives back: a copy of a softbox has the same corners to the last bit.
         """
@@ -133,7 +133,7 @@ class SoftboxLight(SpreadLight):
         return np.array([self.position + a * half_right + b * half_up for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> SoftboxLight:
-        """The same softbox with another spectrum at the same strength."""
+        """Return the same softbox with another spectrum at the same strength."""
         return replace(self, spectrum=spectrum, spectrum_name=name)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:

@@ -52,7 +52,7 @@ def _of_one_piece(faces: np.ndarray, count: int) -> bool:
 
 
 def _angles(mesh: Mesh, faces: np.ndarray, count: int) -> np.ndarray:
-    """The sum of the triangles' angles at each vertex, radians."""
+    """Return the sum of the triangles' angles at each vertex, radians."""
     total = np.zeros(count)
     for k in range(3):
         here, ahead, back = (mesh.vertices[mesh.faces[:, (k + i) % 3]] for i in range(3))

@@ -53,7 +53,7 @@ class MeshCost:
 
 
 def file_cost(path: Path) -> MeshCost:
-    """The cost of a mesh file that is there; a glTF counts with the buffers beside it."""
+    """Return the cost of a mesh file that is there; a glTF counts with the buffers beside it."""
     suffix = path.suffix.lower()
     size = path.stat().st_size
     if suffix == ".gltf":

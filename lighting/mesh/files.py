@@ -51,7 +51,7 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
 
 
 def load_mesh_by_material(path: str | Path, crease_deg: Number = 40.0) -> dict[str, Mesh]:
-    """The meshes of a file by the material that the file itself gives them: glTF's `materials`, OBJ's `usemtl`.
+    """Return the meshes of a file by the material that the file itself gives them: glTF's `materials`, OBJ's `usemtl`.
 
     Those without one, as all in STL, PLY and OFF, are under "". Parameters and errors as of `load_mesh`.
     """
@@ -65,7 +65,7 @@ def load_mesh_by_material(path: str | Path, crease_deg: Number = 40.0) -> dict[s
 
 
 def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], list[str]]:
-    """The meshes of a file, piece by piece, each with the name of its material in the file; and notes."""
+    """Return the meshes of a file, piece by piece, each with the name of its material in the file; and notes."""
     suffix = path.suffix.lower()
     if not path.is_file():
         raise InputError("no such mesh file", file=path, hint="paths in a scene file are relative to it")
@@ -108,7 +108,7 @@ def _stl_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
 def cleaned_mesh(
     vertices, faces, normals=None, uv=None, *, source: str | Path = "mesh", name: str = "mesh", crease_deg: Number = 40
 ) -> Mesh:
-    """A mesh of raw arrays: triangles without area are dropped, missing normals computed, each with a note.
+    """Return a mesh of raw arrays: triangles without area are dropped, missing normals computed, each with a note.
 
     Raises InputError (naming `source`) where there is nothing to save: vertices that are not finite, indices out of
     range, normals of another count, no triangle left.

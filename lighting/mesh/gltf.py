@@ -92,7 +92,7 @@ class _Scene:
         return _numbers(scenes[chosen], "nodes", len(self.nodes))
 
     def pieces(self) -> Iterator[MeshPiece]:
-        """Every primitive of every node that has triangles, in its place."""
+        """Yield every primitive of every node that has triangles, in its place."""
         for number in self.worlds:
             node, name = self.nodes[number], self.names[number]
             if not node.has("mesh"):
@@ -158,7 +158,7 @@ class _Scene:
         return carried @ bound[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
 
     def _instances(self, attributes: JsonNode) -> Float[np.ndarray, "I 4 4"]:
-        """The places of a node's instances in the node."""
+        """Return the places of a node's instances in the node."""
         defaults = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
         there = {
             name: self.accessors.vectors(attributes, name, (len(default),))
@@ -221,7 +221,7 @@ def _of_parts(translation, rotation, scale) -> Float[np.ndarray, "4 4"]:
 
 
 def _unique_names(nodes: list[JsonNode]) -> list[str]:
-    """A name for each node, its own with a number where others have it too."""
+    """Return a name for each node, its own with a number where others have it too."""
     taken: set[str] = set()
     names = []
     for number, node in enumerate(nodes):
@@ -236,7 +236,7 @@ def _unique_names(nodes: list[JsonNode]) -> list[str]:
 
 
 def _numbers(owner: JsonNode, name: str, below: int) -> list[int]:
-    """The indices in a list."""
+    """Return the indices in a list."""
     values = owner.values.get(name, [])
     if not isinstance(values, list) or not all(type(value) is int and 0 <= value < below for value in values):
         owner.refuse(name, "not a list of indices", repr(values)[:80], f"whole numbers below {below}")

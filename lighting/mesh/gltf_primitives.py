@@ -161,6 +161,6 @@ def _skin(attributes: JsonNode, accessors: Accessors) -> tuple[np.ndarray, np.nd
 
 
 def _cofactors(matrices: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3 3"]:
-    """The matrices that carry normals, up to a length: the inverse transposed times the determinant."""
+    """Return the matrices that carry normals, up to a length: the inverse transposed times the determinant."""
     a, b, c = matrices[:, :, 0], matrices[:, :, 1], matrices[:, :, 2]
     return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)

@@ -119,7 +119,7 @@ class Mesh:
         return used.min(axis=0), used.max(axis=0)
 
     def transformed(self, matrix: Float[np.ndarray, "4 4"]) -> Mesh:
-        """The mesh under an affine `matrix`; normals go by the inverse transpose, a mirror turns the winding."""
+        """Return the mesh under an affine `matrix`; normals go by the inverse transpose, a mirror turns the winding."""
         matrix = np.asarray(matrix, dtype=np.float64)
         linear = matrix[:3, :3]
         determinant = np.linalg.det(linear)
@@ -144,7 +144,8 @@ class Mesh:
         uv_rotate_deg: Number = 0.0,
         uv_size_mm: Number | Sequence[Number] | None = None,
     ) -> Mesh:
-        """The mesh scaled, then turned about x, y and z in this order, then moved: the keys of a part of a scene file.
+        """Return the mesh scaled, then turned about x, y and z in this order, then moved: the keys of a part of a scene
+        file.
 
         uv_rotate_deg turns textures anticlockwise about (u, v) = (0, 0), then uv_scale repeats them so many times as
         often: one number, or one for u and one for v; a negative one mirrors. What lies along u, as the grain of an

@@ -180,7 +180,7 @@ def _piece(name: str, material: str, values: list[np.ndarray], corners: np.ndarr
 
 
 def _lines(data: bytes) -> Iterable[tuple[int, str]]:
-    """The lines of a file with their numbers; one that ends in a backslash goes on in the next."""
+    """Return the lines of a file with their numbers; one that ends in a backslash goes on in the next."""
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:

@@ -47,7 +47,7 @@ def off_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
 
 
 def _rows(path: Path) -> tuple[list[tuple[int, list[str]]], str]:
-    """The lines that say something, with their numbers, and the letters before OFF."""
+    """Return the lines that say something, with their numbers, and the letters before OFF."""
     text = path.read_bytes().decode("latin-1")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     rows = [(number, words) for number, line in enumerate(lines, 1) if (words := line.partition("#")[0].split())]
@@ -80,7 +80,7 @@ def _numbers(path: Path, line: int, words: list[str], least: int) -> list[float]
 
 
 def _face(path: Path, line: int, words: list[str], count: int) -> list[int]:
-    """The corners of a face; behind them may be a colour."""
+    """Return the corners of a face; behind them may be a colour."""
     try:
         corners = int(words[0])
         face = [int(word) for word in words[1 : 1 + corners]]

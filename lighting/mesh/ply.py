@@ -67,7 +67,7 @@ class _Element:
         self.lengths: dict[str, np.ndarray] = {}
 
     def named(self, name: str) -> _Property | None:
-        """The property of that name."""
+        """Return the property of that name."""
         return next((one for one in self.properties if one.name == name), None)
 
 
@@ -200,7 +200,7 @@ class _Ply:
         element.lengths = {name: np.array(counts) for name, counts in lengths.items()}
 
     def _count(self, at: int, one: _Property, element: _Element) -> int:
-        """The length of a list, which must lie inside of the file."""
+        """Return the length of a list, which must lie inside of the file."""
         if at + self._size(one.counted) > len(self.body):
             self._short(f"{len(self.body)} {self._units}", f"more, of {element.name}")
         if self.order:
@@ -213,7 +213,7 @@ class _Ply:
         return int(count)
 
     def _numbers(self, places: np.ndarray, kind: str) -> np.ndarray:
-        """The numbers of a type at these places."""
+        """Return the numbers of a type at these places."""
         if not self.order:
             return self.body[places]
         dtype = np.dtype(self.order + kind)
@@ -231,7 +231,7 @@ class _Ply:
         )
 
     def _lists(self, element: _Element, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """All numbers of a list property, row after row, and how many each row has."""
+        """Return all numbers of a list property, row after row, and how many each row has."""
         one = element.named(name)
         assert one is not None
         starts, lengths = element.starts.get(name, np.empty(0, int)), element.lengths.get(name, np.empty(0, int))

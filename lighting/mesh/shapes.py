@@ -30,7 +30,7 @@ def sphere(subdivisions: int = 6, radius: Number = 1.0, uv: bool = False) -> Mes
 
 
 def speed_shape(subdivisions: int = 6, uv: bool = False) -> Mesh:
-    """The long doubly curved body that paint is judged on: nose, waist, tail, and a hollow along its back.
+    """Return the long doubly curved body that paint is judged on: nose, waist, tail, and a hollow along its back.
 
     A sphere under a smooth invertible map, so that it is closed and free of creases: convex at both ends, saddle-shaped
     at the waist, concave along the hollow. Length 3.2 along x, back to +y, standing on y = 0 at its lowest point. With
@@ -50,7 +50,8 @@ def speed_shape(subdivisions: int = 6, uv: bool = False) -> Mesh:
 
 
 def cloth(divisions: int = 160) -> Mesh:
-    """A square cloth, 2 x 2, laid over a ball: a dome that falls into six smooth folds. Open; front side up, with uv.
+    """Return a square cloth, 2 x 2, laid over a ball: a dome that falls into six smooth folds. Open; front side up,
+    with uv.
 
     A height field y(x, z); its lowest point is y = 0.
     """
@@ -73,7 +74,7 @@ def cloth(divisions: int = 160) -> Mesh:
 
 
 def plane(width: Number = 10.0, depth: Number = 10.0) -> Mesh:
-    """A floor: a rectangle in y = 0 about the origin, facing +y, with uv."""
+    """Return a floor: a rectangle in y = 0 about the origin, facing +y, with uv."""
     for field, size in (("width", width), ("depth", depth)):
         if not 0.0 < size < np.inf:
             raise InputError("not the size of a plane", field=field, found=size, expected="a positive length")
@@ -129,8 +130,8 @@ def _icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "V 3"], Int[np.ndar
 
 
 def _with_uv(mesh: Mesh, directions: Float[np.ndarray, "V 3"], wanted: bool) -> Mesh:
-    """A closed shape with longitude and latitude of its directions as uv, vertices split along the seam and at the
-    poles; as it is where that is not wanted.
+    """Return a closed shape with longitude and latitude of its directions as uv, vertices split along the seam and at
+    the poles; as it is where that is not wanted.
 
     A triangle across the seam goes on beyond u = 1; at a pole each triangle has the longitude of its middle.
     """
@@ -150,7 +151,7 @@ def _with_uv(mesh: Mesh, directions: Float[np.ndarray, "V 3"], wanted: bool) -> 
 
 
 def _hull_faces(points: Float[np.ndarray, "12 3"]) -> Int[np.ndarray, "20 3"]:
-    """The triangles of an icosahedron: its triples of mutual neighbours, turned outwards."""
+    """Return the triangles of an icosahedron: its triples of mutual neighbours, turned outwards."""
     near = points @ points.T > 0.4
     triples = [
         (i, j, k)

@@ -80,7 +80,7 @@ def uv_tangents(
 def seen_handedness(
     handedness: Float[np.ndarray, "*n"], has_uv: np.ndarray, side: Float[np.ndarray, "*n"]
 ) -> Float[np.ndarray, "*n"]:
-    """The handedness of the frame about the normal on the viewer's `side` (1 front, -1 back) of triangles.
+    """Return the handedness of the frame about the normal on the viewer's `side` (1 front, -1 back) of triangles.
 
     The bitangent stays along increasing v on both sides, so that what is mapped in uv means the same seen from either.
     Where there is no uv, the frame is right-handed on both.

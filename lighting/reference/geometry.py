@@ -144,7 +144,7 @@ class Tracer:
     def first(
         self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], again: bool = True
     ) -> Int[np.ndarray, " n"]:
-        """The first triangle that each ray (unit directions) meets, or -1; `again` tries misses twice."""
+        """Return the first triangle that each ray (unit directions) meets, or -1; `again` tries misses twice."""
         face = self._met(origins, directions, again)
         if not self._has_holes.any():
             return face

@@ -194,7 +194,7 @@ def noise_of(
 
 
 def noise_stated(found: Sequence[GatheredHalves], aimed: float) -> ReferenceNoiseEstimate:
-    """The noise of pictures that were made in parts, one above the other."""
+    """Return the noise of pictures that were made in parts, one above the other."""
     off = np.concatenate([one.off for one in found], axis=1)
     mean, p99 = (off.mean(axis=1), np.percentile(off, 99.0, axis=1)) if off.size else (np.zeros(len(off)),) * 2
     limited = any(one.limited for one in found)

@@ -130,7 +130,7 @@ class PathColours:
         return found
 
     def brightness(self, carried: Carried) -> Float[np.ndarray, " n"]:
-        """The largest of XYZ of all pictures that light of all lamps would give, white being 1."""
+        """Return the largest of XYZ of all pictures that light of all lamps would give, white being 1."""
         found = carried.through @ self._bright
         for powers in self._powers if carried.shifted is not None else ():
             assert carried.shifted is not None

@@ -33,7 +33,7 @@ _BLOCK = 200_000
 
 
 def placement_warnings(scene: Scene, camera: Camera | None = None) -> tuple[str, ...]:
-    """A line for a camera inside a body without a light, and for each point light inside a body or on a surface.
+    """Return a line for a camera inside a body without a light, and for each point light inside a body or on a surface.
 
     Surfaces let no light through, so what is closed is dark inside unless a light is in there. A camera and a light in
     one body are a room, which needs no word. Costs nothing where nothing stands in the box around a part, and else some
@@ -68,7 +68,7 @@ def placement_warnings(scene: Scene, camera: Camera | None = None) -> tuple[str,
 
 
 def looks_past(scene: Scene, camera: Camera) -> str:
-    """The line for a picture that shows no surface at all."""
+    """Return the line for a picture that shows no surface at all."""
     low, high = scene.bounds
     to_middle = 0.5 * (low + high) - camera.position
     distance = float(np.linalg.norm(to_middle))
@@ -83,7 +83,7 @@ def looks_past(scene: Scene, camera: Camera) -> str:
 
 
 def why_black(scene: Scene, camera: Camera | None = None, geometry: VisibleGeometry | None = None) -> tuple[str, ...]:
-    """A line where no light reaches what a camera sees; () where one does, or where no surface is met.
+    """Return a line where no light reaches what a camera sees; () where one does, or where no surface is met.
 
     geometry : what `visible_geometry` gave for this camera; without it up to some 250,000 rays are traced.
     """
@@ -171,7 +171,7 @@ def _touches(mesh: Mesh, point: np.ndarray, distance: float) -> bool:
 
 
 def _coarser(camera: Camera) -> Camera:
-    """The same view in few enough points."""
+    """Return the same view in few enough points."""
     pixels = camera.width * camera.height_px
     # Fewer pixels of a part of a picture would be a smaller part.
     if camera.part_of is not None or pixels * camera.samples**2 <= _ENOUGH:
@@ -182,7 +182,7 @@ def _coarser(camera: Camera) -> Camera:
 
 
 def _named(kind: str, names: list[str], most: int = 4) -> str:
-    """The things of one kind, each by its name in quotes; of many, the first."""
+    """Return the things of one kind, each by its name in quotes; of many, the first."""
     shown = ", ".join(f'"{name}"' for name in names[:most])
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"{kind}{'s' if len(names) > 1 else ''} {shown}{more}"

@@ -82,7 +82,7 @@ def reference_images(
     bounces: int = 0,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> ReferencePictures:
-    """The same view under several light spectra; surfaces are evaluated once for all of them.
+    """Return the same view under several light spectra; surfaces are evaluated once for all of them.
 
     XYZ = mean over a pixel's samples of: sum over lights of visibility E / E_ref pi f_r(wi, wo) cos(theta_i), folded
     with light spectrum and observer, so that a perfect diffuser that receives E_ref has Y = 1. A sample that meets

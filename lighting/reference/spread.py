@@ -234,7 +234,7 @@ class SpreadSum:
         sample: Int[np.ndarray, " n"],
         row: Int[np.ndarray, " n"],
     ) -> tuple[np.ndarray, ...]:
-        """The same, as the surface scatters."""
+        """Return the same, as the surface scatters."""
         assert worn.sampler is not None
         wi = worn.sampler.drawn(self._geometry.wo[sample], pool.uniform[row, 2:4])
         some = np.flatnonzero(wi[:, 2] > 0.0)

@@ -336,7 +336,8 @@ def _where(kind: str, number: int, table: Mapping[str, Any]) -> str:
 
 
 def shipped_scene(name: str = "sphere") -> Path:
-    """The file of a scene that comes with Metamer, for `load_scene`; raises `UnknownNameError` with those there are.
+    """Return the file of a scene that comes with Metamer, for `load_scene`; raises `UnknownNameError` with those there
+    are.
 
     >>> shipped_scene("speed_shape").name
     'speed_shape.toml'

@@ -83,7 +83,7 @@ EXPECTED = {
 
 
 def taken(table: Mapping[str, Any], kinds: Mapping[str, str], path: Path, where: str) -> dict[str, Any]:
-    """The values of a table, each checked against its kind; a key that is not in `kinds` is an error."""
+    """Return the values of a table, each checked against its kind; a key that is not in `kinds` is an error."""
     got = {}
     for key, value in table.items():
         if key not in kinds:
@@ -126,7 +126,7 @@ def _fits(value: Any, kind: str) -> bool:
 
 
 def _is_worn(value: Any) -> bool:
-    """An id, or a table, whose keys are checked where it is read."""
+    """Return an id, or a table, whose keys are checked where it is read."""
     return isinstance(value, dict) or _fits(value, "text")
 
 

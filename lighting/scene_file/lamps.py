@@ -98,7 +98,7 @@ def _quantities(file: Path) -> str:
 
 
 def _chosen(lamps: list[SpectralEntry], entry: str | int | None, file: Path) -> SpectralEntry:
-    """The spectrum that `entry` says, or the only one."""
+    """Return the spectrum that `entry` says, or the only one."""
     names = [lamp.name.strip() for lamp in lamps]
     numbered = [f"{number} ({name})" if name else str(number) for number, name in enumerate(names, 1)]
     several = f"{len(lamps)}: {', '.join(numbered[:_SHOWN])}{' ...' if len(lamps) > _SHOWN else ''}"

@@ -99,7 +99,8 @@ def light_of(
 def _lamp(
     got: Mapping[str, Any], named: str | None, where: str, path: Path, catalogue: Any
 ) -> tuple[Spectrum | None, str, tuple[str, ...]]:
-    """The spectrum that a table names, what it is called, and what was assumed of it; None where it names none."""
+    """Return the spectrum that a table names, what it is called, and what was assumed of it; None where it names
+    none."""
     if "entry" in got and "spectrum_column" in got:
         field = f"{where}.spectrum_column"
         raise InputError("entry and spectrum_column say the same", file=path, field=field, expected="one of the two")
@@ -120,5 +121,5 @@ def _lamp(
 
 
 def _value(value: Any, kind: str, path: Path) -> Any:
-    """A file's name becomes its path, from the folder of the scene file."""
+    """Make a file's name its path, from the folder of the scene file."""
     return path.parent / value if kind == "file" else value

@@ -16,7 +16,8 @@ from .keys import WORN, taken
 def worn_meshes(
     file: Path, worn: Mapping[str, Any], rest: str | None, crease_deg: Number, path: Path, where: str
 ) -> Iterator[tuple[str, Mesh, str, dict[str, Any]]]:
-    """The pieces of a mesh file by the file's own materials: name, mesh, id of its material, and how that lies on it.
+    """Yield the pieces of a mesh file by the file's own materials: name, mesh, id of its material, and how that lies on
+    it.
 
     Parameters
     ----------

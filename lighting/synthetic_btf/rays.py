@@ -54,7 +54,7 @@ class PeriodicRays:
         self._heights = float(relief.heights.min()), float(relief.heights.max())
 
     def first(self, starts: Float[np.ndarray, "n 3"], to: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
-        """The first facet of the tile that each ray along a unit vector meets; -1 where it meets none."""
+        """Return the first facet of the tile that each ray along a unit vector meets; -1 where it meets none."""
         found = self._cast(starts, to, "INTERSECT")
         return np.where(found < 0, -1, self._facet[found])
 

@@ -104,7 +104,9 @@ class Relief:
         return unit(np.concatenate([flat, rise[:, None]], axis=1))
 
     def shifted(self, down: int, right: int) -> Relief:
-        """The same surface, its tile cut `down` and `right` texels farther up and left: images are rolled so much."""
+        """Return the same surface, its tile cut `down` and `right` texels farther up and left: images are rolled so
+        much.
+        """
         step = (down * self.cells, right * self.cells)
         along = None if self.along is None else np.roll(self.along, step, axis=(0, 1))
         return Relief(

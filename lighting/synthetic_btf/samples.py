@@ -142,7 +142,9 @@ def leather(
 
 
 def flat(texels: int, dyes: Spectrum, *, depth: float = 0.0, cells: int = 1, seed: int = 0) -> SyntheticBtf:
-    """A plane of dyes, a square each by chance, `depth` texels below the measured plane: each texel is Lambert's."""
+    """Return a plane of dyes, a square each by chance, `depth` texels below the measured plane: each texel is
+    Lambert's.
+    """
     _check(texels, cells)
     dye = np.random.default_rng(seed).integers(0, len(dyes.samples), (texels, texels))
     dye = np.kron(dye, np.ones((cells, cells), dtype=np.int64))

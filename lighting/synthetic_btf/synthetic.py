@@ -68,7 +68,7 @@ class SyntheticBtf:
         return self.relief.mean_height - self.height_of_plane
 
     def dyed(self, dyes: Spectrum) -> SyntheticBtf:
-        """The same sample with other dyes; a `ReliefTransport` of the one is one of the other."""
+        """Return the same sample with other dyes; a `ReliefTransport` of the one is one of the other."""
         return replace(self, dyes=dyes)
 
     def transport(
@@ -89,7 +89,7 @@ class SyntheticBtf:
     def lit(
         self, transport: ReliefTransport, basis: SpectralBasis | None = None
     ) -> Iterator[Float[np.ndarray, "V H W J"]]:
-        """Its images from all views under one light after the other: f_r cos(theta_i), 1/sr.
+        """Return its images from all views under one light after the other: f_r cos(theta_i), 1/sr.
 
         Products of dyes are made at every wavelength and only then given to the `basis`; None: the wavelengths
         themselves.
@@ -115,7 +115,7 @@ class SyntheticBtf:
         basis: SpectralBasis | None = None,
         transport: ReliefTransport | None = None,
     ) -> HeldImages:
-        """All images, float32, in the `basis` (None: sampled at the dyes' wavelengths, which takes most memory).
+        """Return all images, float32, in the `basis` (None: sampled at the dyes' wavelengths, which takes most memory).
 
         transport : of the same sample with other dyes, and the same views and lights: nothing is traced again.
         progress : called with (steps done, steps in all, what is done), while tracing and again while folding.

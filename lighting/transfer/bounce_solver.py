@@ -125,7 +125,7 @@ def _by_radiance(
     spectra: tuple[Spectrum, ...],
     lux: Float[np.ndarray, "S K"],
 ) -> tuple[RadiantRegions, Float[np.ndarray, "S 1 J"]]:
-    """The same where some surface fluoresces, of all lights together; a texture counts as its mean."""
+    """Return the same where some surface fluoresces, of all lights together; a texture counts as its mean."""
     matrices = {name: even_matrix(surfaces[name]) for name in scene.material_ids}
     shown = [each for one in {id(one): one for one in glossy.values()}.values() for each in one.shown_as_matrices]
     basis = planned_basis([*matrices.values(), *shown], spectra, scene.observer)

@@ -27,7 +27,7 @@ class HemisphereCells:
         return self.across**2
 
     def of(self, local: Float[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n"]:
-        """The cell of each unit direction of a frame; one below the horizon has the nearest at its edge."""
+        """Return the cell of each unit direction of a frame; one below the horizon has the nearest at its edge."""
         x, y = local[..., 0], local[..., 1]
         length = np.sqrt(x * x + y * y)
         # Below the horizon the disc would be met again, from its other side.

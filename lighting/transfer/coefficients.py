@@ -60,7 +60,7 @@ class Coefficients:
         return each[0] if len(each) == 1 else np.concatenate(each, axis=1)
 
     def rows(self, each: Sequence[Float[np.ndarray, "n J"]]) -> Float[np.ndarray, "Kn F"]:
-        """The same, a row for each number of each spectrum."""
+        """Return the same, a row for each number of each spectrum."""
         if self.radiant:
             return np.concatenate(each)
         found = np.zeros((len(each), len(each[0]), len(each), self.basis.size))

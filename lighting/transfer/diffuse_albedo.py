@@ -57,7 +57,7 @@ def even_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
 
 
 def even_matrix(surface: Surface) -> Bispectral:
-    """The same of surfaces of which some fluoresce: exact for those that do, which are matt."""
+    """Return the same of surfaces of which some fluoresce: exact for those that do, which are matt."""
     found = donaldson(surface)
     if found is not None:
         return found
@@ -114,7 +114,7 @@ def regions_of(
 def _of_sites(
     form: EnvironmentForm, fine: Scene, hits: Hits, number: int
 ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n L"]]:
-    """The sites of a part that wears a texture, and what each reflects."""
+    """Return the sites of a part that wears a texture, and what each reflects."""
     mesh = fine.parts[number].mesh
     assert mesh.uv is not None
     triangles = np.flatnonzero(hits.part == number)

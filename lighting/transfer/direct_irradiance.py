@@ -43,8 +43,8 @@ class Received:
         return self.by_part.amounts(self.lux)
 
     def scattered(self, part: GlossyPart, reflection: Reflection) -> Float[np.ndarray, "KR GO"]:
-        """The radiance that the sites of one glossy part send into cells by each term, without its spectrum; 0 where no
-        ray looks at the site. Kept, since other materials elsewhere leave it as it is.
+        """Return the radiance that the sites of one glossy part send into cells by each term, without its spectrum; 0
+        where no ray looks at the site. Kept, since other materials elsewhere leave it as it is.
         """
         known = self._scattered.get(part.part)
         if known is None or known[0] is not reflection:

@@ -255,7 +255,7 @@ def _received(
     sent: Float[np.ndarray, "S F"],
     rays: int,
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n F"]]:
-    """The share of rays that meet nothing, and what places receive of what sites send out."""
+    """Return the share of rays that meet nothing, and what places receive of what sites send out."""
     straight, by_others = np.empty(len(starts)), np.empty((len(starts), sent.shape[1]))
     for start in range(0, len(starts), _BLOCK):
         rows = slice(start, start + _BLOCK)

@@ -42,7 +42,7 @@ class GatherSources:
     _whole: dict[int, tuple[np.ndarray, np.ndarray | None]] = field(default_factory=dict, repr=False)
 
     def before(self, part: GlossyPart, fold: Float[np.ndarray, "F m"]) -> Float[np.ndarray, "m columns"]:
-        """All that `GlossyPart.brings` takes, folded."""
+        """Return all that `GlossyPart.brings` takes, folded."""
         count, to = len(self.evenly), fold.T.astype(self.evenly.dtype)
         found = np.zeros((len(to), part.brings.shape[1]), dtype=self.evenly.dtype)
         np.matmul(to, self.evenly.T, out=found[:, :count])
@@ -57,7 +57,7 @@ class GatherSources:
         return None if self.at_ends is None else self.at_ends[part.end] @ fold.astype(self.evenly.dtype)
 
     def brought(self, part: GlossyPart, sites: Int[np.ndarray, " m"]) -> Float[np.ndarray, "m N F"]:
-        """All of it, of each ray of some of a part's sites."""
+        """Return all of it, of each ray of some of a part's sites."""
         before, after = self._known(part)
         rays = self.rays.rays
         found = part.brings[(sites[:, None] * rays + np.arange(rays)).ravel()] @ before
@@ -166,7 +166,7 @@ class Weights:
     def _by_ray(
         self, sources: GatherSources, fold: Float[np.ndarray, "R F M3"], pool: ThreadPoolExecutor
     ) -> Float[np.ndarray, "m M3"]:
-        """The same for many terms: what each ray brings is worked out once for all of them."""
+        """Return the same for many terms: what each ray brings is worked out once for all of them."""
         found = np.zeros((len(self.sites), fold.shape[2]), dtype=self.of_ray.dtype)
 
         def work(start: int) -> None:

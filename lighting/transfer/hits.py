@@ -87,7 +87,7 @@ class Hits:
         return ray_directions(self.sites.normals[rows], numbers, self.rays)
 
     def ends(self, rows: slice = slice(None)) -> tuple[Int[np.ndarray, "n N 3"], Float[np.ndarray, "n N 3"]]:
-        """The three sites about the end of each ray of some sites, and their shares: 0 where it meets nothing.
+        """Return the three sites about the end of each ray of some sites, and their shares: 0 where it meets nothing.
 
         A corner that is dark has the number 0 and no share; the sum of shares is then below 1.
         """
@@ -215,7 +215,7 @@ class RayTracer:
     def met(
         self, starts: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n N 3"]
     ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
-        """The same in directions of the caller's."""
+        """Return the same in directions of the caller's."""
         rays, to = directions.shape[1], directions.reshape(-1, 3)
         origins = np.repeat(starts, rays, axis=0)
         met = self._embree.run(origins.astype(np.float32), to.astype(np.float32), query="INTERSECT", output=True)
@@ -241,7 +241,7 @@ def traced_hits(
     rays: int,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> Hits:
-    """The rays of sites against triangles, scaled alike."""
+    """Return the rays of sites against triangles, scaled alike."""
     tracer, count = RayTracer(triangles, corners.face_normals), len(where)
     triangle = np.full((count, rays), -1, dtype=np.int32)
     place = np.zeros((count, rays, 2), dtype=np.uint16)

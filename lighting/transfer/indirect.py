@@ -86,7 +86,7 @@ class IndirectLight:
         return self.at_sites.shape[2]
 
     def coloured(self, palette: Palette, field: int) -> tuple[Spectrum, Palette]:
-        """A light's spectrum, and the palette that shows under it what `palette` does under a field."""
+        """Return a light's spectrum, and the palette that shows under it what `palette` does under a field."""
         light, coefficient = divmod(field, self.basis.size)
         function, nm = self.basis.reconstruct(np.eye(self.basis.size)[coefficient]), self.basis.wavelengths_nm
         if self.radiant is not None:
@@ -99,7 +99,7 @@ class IndirectLight:
     def near(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"]
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """The sites about points, by their triangle and the weights of its corners, and their shares.
+        """Return the sites about points, by their triangle and the weights of its corners, and their shares.
 
         The inside of a solid is dark: a site of no share.
         """
@@ -136,7 +136,7 @@ def arriving(hits: Hits, light: RayLight) -> Float[np.ndarray, "S 21 F"]:
 
 
 def _smooth_flux(radiance: Float[np.ndarray, "n 9 F"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3 F"]:
-    """The integral of the polynomials times direction over the hemisphere about each normal.
+    """Return the integral of the polynomials times direction over the hemisphere about each normal.
 
     Of 1 it is pi n, of a vector g times direction 2 pi / 3 g, and of a symmetric matrix Q without trace
     pi / 4 (2 Q n - n (n Q n)).
@@ -181,7 +181,7 @@ def light_at(
 def under_lobes(
     radiance: Float[np.ndarray, "N 9 F"], directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
 ) -> Float[np.ndarray, "N Q F"]:
-    """The mean radiance under spherical Gaussians: polynomials of degree l lessen as harmonics do."""
+    """Return the mean radiance under spherical Gaussians: polynomials of degree l lessen as harmonics do."""
     first, second = lessened(sharpness)
     shares = bends(directions)
     shares[..., 1:4] *= first[..., None]
@@ -275,7 +275,7 @@ def indirect_light(
 def _by_spectrum(
     scene: Scene, direct: Sequence[Float[np.ndarray, "S _"]]
 ) -> tuple[tuple[Spectrum, ...], list[int], Float[np.ndarray, "S K"]]:
-    """The spectra of all lights, each once, which of them lights have, and what comes straight away of each."""
+    """Return the spectra of all lights, each once, which of them lights have, and what comes straight away of each."""
     found: dict[tuple[bytes, bytes], tuple[Spectrum, np.ndarray]] = {}
     for light, lux in zip(scene.lights, direct, strict=True):
         for spectrum, one in zip(light.spectra, lux.T, strict=True):

@@ -160,7 +160,7 @@ def _folds(scene: Scene, regions: Regions) -> list[Float[np.ndarray, "3 J"]]:
 
 
 def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regions | RadiantRegions:
-    """Every part a region, at all wavelengths; in a basis of radiances where some part fluoresces."""
+    """Return every part a region, at all wavelengths; in a basis of radiances where some part fluoresces."""
     if fluoresces(surfaces[name] for name in scene.material_ids):
         matrices = {name: even_matrix(surfaces[name]) for name in scene.material_ids}
         lights = tuple(spectrum for light in scene.lights for spectrum in light.spectra)

@@ -24,7 +24,7 @@ _Bodies = tuple[Float[np.ndarray, "F 3 3"], Float[np.ndarray, "F 3"]]
 def traced_on_cluster(
     tasks: Iterator[tuple[Any, ...]], key: str, bodies: _Bodies, scheduler: str, code: Callable[[], str]
 ) -> Generator[tuple[int, Ends], None, None]:
-    """The number of each task and where its rays end, as they come. Closing the iterator cancels the rest.
+    """Yield the number of each task and where its rays end, as they come. Closing the iterator cancels the rest.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ def irradiance_operator(hits: Hits) -> Any:
 
 
 def gathering_rows(hits: Hits, triangle: Int[np.ndarray, "n N"], place: UInt16[np.ndarray, "n N 2"]) -> Any:
-    """The same of any n places, of whose rays this is where they end: (n, S)."""
+    """Return the same of any n places, of whose rays this is where they end: (n, S)."""
     from scipy.sparse import csr_array
 
     number, share = hits.about(triangle, place)
@@ -53,7 +53,7 @@ def gathering_rows(hits: Hits, triangle: Int[np.ndarray, "n N"], place: UInt16[n
 
 
 def columns_times(operator: Any, vectors: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m k"]:
-    """A sparse operator times each of some vectors."""
+    """Return a sparse operator times each of some vectors."""
     if len(vectors) > _ONE_BY_ONE:
         return np.ascontiguousarray((operator @ np.ascontiguousarray(vectors.T)).T)
     return np.stack([operator @ each for each in vectors])
@@ -91,7 +91,7 @@ class ByPart:
     def irradiance(
         self, amounts: Float[np.ndarray, "K n"], terms: Sequence[Float[np.ndarray, "P J"]]
     ) -> list[Float[np.ndarray, "S J"]]:
-        """The same of each light, in the colours that the parts have under it."""
+        """Return the same of each light, in the colours that the parts have under it."""
         from scipy.sparse import csr_array
 
         shape = len(self.first) - 1, len(terms[0])

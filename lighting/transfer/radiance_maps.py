@@ -121,7 +121,7 @@ class RadianceMaps:
     def _at(
         self, number: Int[np.ndarray, " n"], places: Float[np.ndarray, "n 2"], level: int, fields: slice
     ) -> Float[np.ndarray, "n F"]:
-        """A level at places, linear between texels."""
+        """Return a level at places, linear between texels."""
         texels, weights = _about(places, LEVELS[level][1])
         values = self.values[number[:, None], FIRST[level] + texels, fields].astype(np.float64)
         return np.einsum("nt,ntf->nf", weights, values) * self.scale[fields]
@@ -138,7 +138,7 @@ def hemisphere_places(to: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "
 
 
 def _about(places: Float[np.ndarray, "n 2"], side: int) -> tuple[Int[np.ndarray, "n 4"], Float[np.ndarray, "n 4"]]:
-    """The four texels about places, and their weights; beyond the middles of the outermost those alone count."""
+    """Return the four texels about places, and their weights; beyond the middles of the outermost those alone count."""
     at = np.clip(0.5 * (places + 1.0) * side - 0.5, 0.0, side - 1.0)
     corner = np.minimum(np.floor(at).astype(np.int64), side - 2)
     (right, down), (left, top) = (at - corner).T, corner.T
@@ -155,7 +155,7 @@ def _levels(
     sites: Int[np.ndarray, " n"],
     polynomials: Float[np.ndarray, "n 9 F"],
 ) -> Float[np.ndarray, "n T F"]:
-    """All levels of some sites."""
+    """Return all levels of some sites."""
     count, fields, (_, finest) = len(sites), len(scale), LEVELS[-1]
     normals = hits.sites.normals[sites]
     to = ray_directions(normals, sites, hits.rays)
@@ -216,7 +216,7 @@ def _coarser(sharpness: float, side: int) -> Float[np.ndarray, "T finest"] | Non
 
 
 def _stretched(values: Float[np.ndarray, "n t F"], side: int, wider: int) -> Float[np.ndarray, "n T F"]:
-    """A level with the texels of a finer one."""
+    """Return a level with the texels of a finer one."""
     if side == wider:
         return values
     middle = (2.0 * np.arange(wider) + 1.0) / wider - 1.0
@@ -225,7 +225,7 @@ def _stretched(values: Float[np.ndarray, "n t F"], side: int, wider: int) -> Flo
 
 
 def _beside(number: Int[np.ndarray, " S"], hits: Hits) -> Int[np.ndarray, " S"]:
-    """The same, where sites that are shut have the number of an open one next to them."""
+    """Return the same, where sites that are shut have the number of an open one next to them."""
     found = number.copy()
     for corners in (hits.corners, hits.backs):
         for a in range(3):

@@ -35,7 +35,7 @@ def basis_for(
     size: int | None = None,
     bounces: int = BOUNCES,
 ) -> SpectralBasis:
-    """The basis of radiances that some surfaces make of some lights: see `radiance_basis`."""
+    """Return the basis of radiances that some surfaces make of some lights: see `radiance_basis`."""
     nm = _wavelengths(surfaces, observer)
     matrices = [surface.narrow(nm) for surface in surfaces]
     powers = np.stack([light.averaged(nm).samples for light in lights])
@@ -48,8 +48,8 @@ def planned_basis(
     observer: Observer,
     before: SpectralBasis | None = None,
 ) -> SpectralBasis:
-    """The smallest of `basis_for` in which light over two surfaces is seen over a third one within ΔE94 0.1, and light
-    over one over a second; of many surfaces some, at random. before : a basis that is kept if it does so.
+    """Return the smallest of `basis_for` in which light over two surfaces is seen over a third one within ΔE94 0.1, and
+    light over one over a second; of many surfaces some, at random. before : a basis that is kept if it does so.
     """
     nm = _wavelengths(surfaces, observer)
     tried = _Tried.of(surfaces, lights, observer, nm)
@@ -105,7 +105,7 @@ class _Tried:
         return cls(matrices, receivers, cases)
 
     def error(self, basis: SpectralBasis) -> float:
-        """The largest ΔE94."""
+        """Return the largest ΔE94."""
         worst = 0.0
         for once, white in self.cases:
             twice = self._after(once)
@@ -123,7 +123,7 @@ class _Tried:
 
 
 def donaldson(surface: Surface) -> Bispectral | None:
-    """The Donaldson matrix of a matt surface that fluoresces, original or fast form; None of any other."""
+    """Return the Donaldson matrix of a matt surface that fluoresces, original or fast form; None of any other."""
     if surface.bispectral is None and isinstance(surface, FactoredBrdf):
         (palette, *_) = (pack.palette for pack in surface.packs)
         return palette.bispectral if isinstance(palette, DonaldsonPalette) else None

@@ -135,7 +135,7 @@ def kept_hits(
 
 
 def ray_key(bodies: Bodies, rays: int) -> str:
-    """The hash of everything that the rays of sites depend on."""
+    """Return the hash of everything that the rays of sites depend on."""
     where = bodies.sites
     given = (where.starts, where.normals, bodies.triangles, bodies.corners.face_normals, rays)
     return fingerprint(given, len(blocks_of(len(where), rays)), tracing_code())
@@ -162,7 +162,8 @@ def _blocks(
     say: Callable[[str], object],
     scheduler: str | None = None,
 ) -> Iterator[_Block]:
-    """All blocks, each once: first those that are on disk, then those that are traced, as they come, on disk too."""
+    """Yield all blocks, each once: first those that are on disk, then those that are traced, as they come, on disk
+    too."""
     rows = blocks_of(len(bodies.sites), rays)
     files = [] if folder is None else _files(folder, key, len(rows))
     missing, done = [], 0
@@ -210,7 +211,7 @@ def _of(key: str, number: int) -> np.ndarray:
 def _read(
     file: Path, key: str, number: int, shape: tuple[int, int], say: Callable[[str], object]
 ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]] | None:
-    """A block, or None where there is none that can be used."""
+    """Return a block, or None where there is none that can be used."""
     try:
         held = read_arrays(file)
         if str(held["of"]) != str(_of(key, number)) or held["triangle"].shape != shape:

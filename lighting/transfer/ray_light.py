@@ -100,7 +100,7 @@ class RayLight:
 
 
 def glossy_parts(prepared: Precomputation, scene: Scene, surfaces: Mapping[str, Fast]) -> dict[int, Reflection]:
-    """The reflections of all parts that are glossy, by number. scene : whose parts wear `surfaces`."""
+    """Return the reflections of all parts that are glossy, by number. scene : whose parts wear `surfaces`."""
     lobed = [name for name in scene.material_ids if surfaces[name].environment_form().count]
     known = {name: Reflection.of(surfaces[name], prepared.cells, name) for name in lobed}
     worn = {number: known.get(part.material) for number, part in enumerate(scene.parts)}

@@ -116,7 +116,7 @@ class Reflection:
         return not len(self.spectra)
 
     def on(self, wavelengths_nm: Float[np.ndarray, " M"]) -> Reflection:
-        """The same at other wavelengths; itself where they are its own."""
+        """Return the same at other wavelengths; itself where they are its own."""
         if np.array_equal(self.wavelengths_nm, wavelengths_nm):
             return self
         to = interpolation_matrix(self.wavelengths_nm, wavelengths_nm).T

@@ -168,7 +168,7 @@ def _times(
     runs: list[tuple[slice, int]],
     arriving: Float[np.ndarray, "S K J"],
 ) -> Float[np.ndarray, "S K J"]:
-    """Each site's operator times what arrives there."""
+    """Return each site's operator times what arrives there."""
     if len(runs) > _MANY:
         return np.einsum("ski,sji->skj", arriving, operators.astype(arriving.dtype)[region])
     found = np.empty_like(arriving)

@@ -131,7 +131,7 @@ class Relighting:
         return self.with_lights(*(light.with_spectrum(illuminant) for light in self.lights))
 
     def excited(self, illuminants: Sequence[Spectrum | None]) -> list[Relighting]:
-        """A state for each of them where something fluoresces, which each excites anew; none where folds do."""
+        """Return a state for each of them where something fluoresces, which each excites anew; none where folds do."""
         own = all(one is None for one in illuminants)
         return [] if own or not self.coefficients.radiant else [self.lit_by(one) for one in illuminants]
 
@@ -176,7 +176,7 @@ class Relighting:
         return self._sent_by_parts(np.stack([one.matt for one in self._fitting]))
 
     def _sent_by_parts(self, reflected: Float[np.ndarray, "P L"]) -> list[Float[np.ndarray, "P J"]]:
-        """The same of parts that reflect this, and glow besides."""
+        """Return the same of parts that reflect this, and glow besides."""
         found = [one.astype(self.dtype) for one in self.coefficients.sent(reflected)]
         for glow, parts in self._glowing.items():
             for one, sent in zip(found, self.coefficients.glowing(glow), strict=True):
@@ -320,14 +320,14 @@ class Relighting:
         return self.coefficients.folds(one.matt, illuminants)
 
     def glossy_fold(self, part: int, illuminants: Sequence[Spectrum | None] = (None,)) -> Float[np.ndarray, "R F M3"]:
-        """The same of its other terms."""
+        """Return the same of its other terms."""
         return self.coefficients.folds(self._fitting[part].spectra, illuminants)
 
 
 def _planned(
     scene: Scene, reflections: Sequence[Reflection], lights: Sequence[Light], before: SpectralBasis | None = None
 ) -> SpectralBasis:
-    """A basis for all that light may meet: the one that was there before, where it is good for that."""
+    """Return a basis for all that light may meet: the one that was there before, where it is good for that."""
     lamps = [spectrum for light in lights for spectrum in light.spectra]
     if _fluoresces(reflections):
         each = {id(one): one for one in reflections}.values()

@@ -35,7 +35,7 @@ def transport_basis(
     enough: float = ENOUGH,
     before: SpectralBasis | None = None,
 ) -> SpectralBasis:
-    """The smallest balanced basis that keeps paths of two to four surfaces within ΔE94 `enough`.
+    """Return the smallest balanced basis that keeps paths of two to four surfaces within ΔE94 `enough`.
 
     spectra : that surfaces reflect with, of 1. lights : of the scene; D65, A and FL11 come to them.
     before : a basis that is kept if it does so.
@@ -72,7 +72,7 @@ def transport_basis(
 
 
 def _products(one: np.ndarray, other: np.ndarray, generator: np.random.Generator) -> np.ndarray:
-    """All of them, or as many as there may be, drawn."""
+    """Return all of them, or as many as there may be, drawn."""
     if len(one) * len(other) <= _PRODUCTS:
         return (one[:, None] * other).reshape(-1, one.shape[1])
     return one[generator.integers(len(one), size=_PRODUCTS)] * other[generator.integers(len(other), size=_PRODUCTS)]
@@ -89,7 +89,8 @@ def _error(
     paths: Sequence[Int[np.ndarray, "paths _"]],
     weights: Float[np.ndarray, "m L"],
 ) -> float:
-    """The largest ΔE94 along paths: coefficients of the first surface, operators, and an exact fold at the last."""
+    """Return the largest ΔE94 along paths: coefficients of the first surface, operators, and an exact fold at the
+    last."""
     first, operators = basis.project(known), basis.operator(known)
     folds = np.einsum("nl,ml,lj->nmj", known, weights, basis.synthesis, optimize=True)
     whites, worst = weights.sum(axis=1).reshape(-1, 3), 0.0

@@ -83,7 +83,7 @@ def clustered_tensor(
 
 
 def _number(one: Float[np.ndarray, "S R P L B"], clusters: int, seed: int) -> Int[np.ndarray, " S"]:
-    """The cluster of each site: of tensors as few numbers, each a sum of many with random signs."""
+    """Return the cluster of each site: of tensors as few numbers, each a sum of many with random signs."""
     if clusters == 1:
         return np.zeros(len(one), dtype=np.int64)
     draw = np.random.default_rng(seed)

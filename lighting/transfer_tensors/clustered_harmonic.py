@@ -54,7 +54,7 @@ class ClusteredHarmonicTransfer:
 def clustered_transfer(
     transfer: HarmonicTransfer, clusters: int = CLUSTERS, components: int = COMPONENTS, seed: int = 0
 ) -> ClusteredHarmonicTransfer:
-    """The matrices of all sites, compressed."""
+    """Return the matrices of all sites, compressed."""
     shape = transfer.matrices.shape[1:]
     vectors = transfer.matrices.reshape(len(transfer.matrices), -1)
     # Clusters are found in the coordinates in which sites differ: no more numbers each than there are sites.

@@ -44,7 +44,7 @@ class DirectTensor:
 
 
 def direct_tensor(tensors: TransferTensors, brdf: BrdfTensor, wavelets: int = WAVELETS) -> DirectTensor:
-    """The wavelets of all sites."""
+    """Return the wavelets of all sites."""
     cube = CubeMap(tensors.across)
     count, factors = len(tensors.sites), brdf.by_light.shape[1] + 1
     wavelets = min(wavelets, len(cube))

@@ -58,7 +58,7 @@ def harmonic_transfer(
     operator: Any,
     rays: int = RAYS,
 ) -> HarmonicTransfer:
-    """The matrices of all sites of a scene.
+    """Return the matrices of all sites of a scene.
 
     Parameters
     ----------

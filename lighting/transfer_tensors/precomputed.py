@@ -59,7 +59,7 @@ def transfer_tensors(
     across: int = VISIBLE,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> TransferTensors:
-    """The tensors of a scene; one set of components serves all regions.
+    """Return the tensors of a scene; one set of components serves all regions.
 
     across : texels of visibility, a multiple of `ONE_BOUNCE`.
 

@@ -88,7 +88,7 @@ class TensorTransfer:
         return self.tensors.visible.nbytes + self.direct.nbytes + self.one.nbytes + self.two.nbytes
 
     def arriving(self, light: EnvironmentLight) -> Arriving:
-        """The work that another light costs."""
+        """Return the work that another light costs."""
         sites, regions, parts, _, _, _ = self.tensors.two.shape
         two = self.two.lit(CubeMap(TWO_BOUNCES).means(light))
         two = np.moveaxis(two, 4, 1).reshape(sites, regions, parts, regions, parts, -1)

@@ -47,15 +47,15 @@ def shut_sites(
 
 
 def edges(corners: Int[np.ndarray, "F 3"]) -> Int[np.ndarray, "n 2"]:
-    """The ends of the edges of triangles, an edge of two triangles twice."""
+    """Return the ends of the edges of triangles, an edge of two triangles twice."""
     return np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
 
 
 def beside_shut(
     values: Float[np.ndarray, "S *K"], shut: Bool[np.ndarray, " S"], ends: Int[np.ndarray, "n 2"]
 ) -> Float[np.ndarray, "S *K"]:
-    """The same, with means of their open neighbours at sites that are shut; where they have none, as it is: what lies
-    between a shut site and others is seen, and is not half dark.
+    """Return the same, with means of their open neighbours at sites that are shut; where they have none, as it is: what
+    lies between a shut site and others is seen, and is not half dark.
 
     ends : see `edges`, by site; -1 where there is none.
     """
@@ -88,7 +88,7 @@ def _reached(
     face_normals: Float[np.ndarray, "F 3"],
     solid: Bool[np.ndarray, " F"],
 ) -> Float[np.ndarray, " n"]:
-    """The cosine of a direction, turned round where it looks below the horizon; nought where its ray ends so."""
+    """Return the cosine of a direction, turned round where it looks below the horizon; nought where its ray ends so."""
     cosine = normals @ way
     to = np.where((cosine < 0.0)[:, None], -way, way)
     triangle, far = occluders.met(starts, to)

@@ -43,7 +43,7 @@ def scene_visibility(
     seen: SeenPoints | None = None,
     on_seen: Callable[[SceneVisibility], object] = lambda found: None,
 ) -> SceneVisibility | None:
-    """The visibility of a scene, from `folder` where it is there, else computed and kept there.
+    """Return the visibility of a scene, from `folder` where it is there, else computed and kept there.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def _say_cost(scene: Scene, jobs: int, say: Callable[[str], object]) -> None:
 
 
 def visibility_key(scene: Scene, before: Before | None = None) -> str:
-    """The hash of everything that the visibility of a scene depends on."""
+    """Return the hash of everything that the visibility of a scene depends on."""
     meshes = tuple((part.mesh.vertices, part.mesh.normals, part.mesh.faces) for part in scene.parts)
     return fingerprint(meshes, _computing_code(), before)
 

@@ -162,7 +162,7 @@ def quick_basis(values: Float[np.ndarray, "n texels"], dark: Bool[np.ndarray, " 
 
 
 def _principal(values: Float[np.ndarray, "n texels"], most: int) -> Basis:
-    """The principal axes of bent distances, as few as leave out little."""
+    """Return the principal axes of bent distances, as few as leave out little."""
     from scipy.linalg import eigh
 
     mean = values.mean(axis=0)
@@ -179,7 +179,7 @@ def _principal(values: Float[np.ndarray, "n texels"], most: int) -> Basis:
 def encoded(
     basis: Basis, values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"]
 ) -> Float[np.ndarray, "n K"]:
-    """The codes that stand for values: the weighted least squares."""
+    """Return the codes that stand for values: the weighted least squares."""
     if not basis.axes.shape[1]:
         return np.zeros((len(values), 0), dtype=np.float32)
     if basis.steps:
@@ -219,13 +219,13 @@ def packed(
 
 
 def unpacked(whole: Int[np.ndarray, "*n B"], halves: UInt8[np.ndarray, "*n H"]) -> Float[np.ndarray, "*n K"]:
-    """The whole numbers of all terms, as float32."""
+    """Return the whole numbers of all terms, as float32."""
     small = np.stack([halves & 15, halves >> 4], axis=-1).reshape(*halves.shape[:-1], -1)
     return np.concatenate([whole.astype(np.float32), small.astype(np.float32) - np.float32(8.0)], axis=-1)
 
 
 def _turned(basis: Basis, values: np.ndarray, weights: np.ndarray) -> Basis:
-    """The basis that suits the codes which the given one finds, its axes square to each other again."""
+    """Return the basis that suits the codes which the given one finds, its axes square to each other again."""
     codes = encoded(basis, values, weights)
     extended = np.concatenate([codes, np.ones((len(codes), 1), dtype=np.float32)], axis=1)
     before = np.concatenate([basis.axes, basis.mean[:, None]], axis=1)

@@ -118,8 +118,8 @@ class Halving:
     def located(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"]
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """The vertices of the piece that each point lies on and its barycentric weights there; the point is given by
-        its triangle and the weights of that one's corners.
+        """Return the vertices of the piece that each point lies on and its barycentric weights there; the point is
+        given by its triangle and the weights of that one's corners.
         """
         corners, weights = self.corners[faces], np.array(weights, dtype=np.float64)
         at = self.next[faces]

@@ -31,7 +31,7 @@ _LEAST_SHARPNESS = 1e-6
 def free_share(
     angles: Float[np.ndarray, "*n"], sharpness: Float[np.ndarray, "*lobes"] | float
 ) -> Float[np.ndarray, "*both"]:
-    """The share, 0 to 1, of a lobe that is free.
+    """Return the share, 0 to 1, of a lobe that is free.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ _LOWEST = -2.0
 def share_above(
     facet: Float[np.ndarray, "*n"], shading: Float[np.ndarray, "*n"], sharpness: Float[np.ndarray, "*lobes"] | float
 ) -> Float[np.ndarray, "*n"]:
-    """The share, 0 to 1, of the illuminance by a Gaussian that comes from above the triangle's plane.
+    """Return the share, 0 to 1, of the illuminance by a Gaussian that comes from above the triangle's plane.
 
     Parameters
     ----------

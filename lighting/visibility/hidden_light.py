@@ -31,7 +31,7 @@ class HiddenLight:
 
     @classmethod
     def of(cls, visibility: SceneVisibility, bright: BrightLight) -> HiddenLight:
-        """A sum over the light's cells at every site: 10 microseconds each."""
+        """Return a sum over the light's cells at every site: 10 microseconds each."""
         cells, rest = bright.cells, bright.rest
         along, normals = visibility.along(cells.directions), visibility.site_normals.astype(np.float32)
         bent = bends(cells.directions)

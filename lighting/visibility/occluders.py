@@ -40,7 +40,7 @@ class Occluders:
     def met(
         self, starts: Float[np.ndarray, "n 3"], to: Float[np.ndarray, "n 3"]
     ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        """The first triangle on each ray along a unit vector, -1 where there is none, and how far off it is."""
+        """Return the first triangle on each ray along a unit vector, -1 where there is none, and how far off it is."""
         given = (np.ascontiguousarray(each, dtype=np.float32) for each in (starts, to))
         found = self._scene.run(*given, query="INTERSECT", output=True)
         return found["primID"].astype(np.int64), found["tfar"].astype(np.float64)

@@ -34,14 +34,14 @@ def solid_angles(size: int) -> Float[np.ndarray, " texels"]:
 
 
 def texel_at(to: Float[np.ndarray, "*n 3"], size: int) -> Int[np.ndarray, "*n"]:
-    """The number of the texel in which each direction lies."""
+    """Return the number of the texel in which each direction lies."""
     x, z = places(to)
     column, row = (np.clip(((each + 1.0) * (0.5 * size)).astype(np.int64), 0, size - 1) for each in (x, z))
     return row * size + column
 
 
 def neighbours(size: int) -> Int[np.ndarray, "pairs 2"]:
-    """Every pair of texels that share an edge, once, those over the fold of the square's rim among them."""
+    """Return every pair of texels that share an edge, once, those over the fold of the square's rim among them."""
     number = np.arange(size * size).reshape(size, size)
     half = size // 2
     beside = [(number[:, 1:], number[:, :-1]), (number[1:], number[:-1])]
@@ -52,7 +52,7 @@ def neighbours(size: int) -> Int[np.ndarray, "pairs 2"]:
 
 
 def around(to: Float[np.ndarray, "*n 3"], size: int) -> tuple[Int[np.ndarray, "*n 4"], Float[np.ndarray, "*n 4"]]:
-    """The four texels around each direction and the weights that make a map linear between their middles.
+    """Return the four texels around each direction and the weights that make a map linear between their middles.
 
     Beyond the rim of the square the map goes on folded: column c of row -1 is column size - 1 - c of row 0.
     """
@@ -93,7 +93,7 @@ def slopes(to: Float[np.ndarray, "*n 3"], size: int) -> Float[np.ndarray, "*n 4 
 
 
 def _folded_texel(row: Int[np.ndarray, "*n"], column: Int[np.ndarray, "*n"], size: int) -> Int[np.ndarray, "*n"]:
-    """The number of a texel that may lie one beyond the rim."""
+    """Return the number of a texel that may lie one beyond the rim."""
     over, beside = (row < 0) | (row >= size), (column < 0) | (column >= size)
     inside_row, inside_column = np.clip(row, 0, size - 1), np.clip(column, 0, size - 1)
     # At a corner both turn, and the texel is the opposite corner's: all four corners are the one lowest direction.

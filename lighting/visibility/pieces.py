@@ -28,7 +28,7 @@ class Pieces(NamedTuple):
 
 
 def pieces(mesh: Mesh) -> Pieces:
-    """The pieces of a mesh.
+    """Return the pieces of a mesh.
 
     An edge is in order if it belongs to two triangles that run along it in opposite senses. A piece all of whose edges
     are in order is closed. It is convex if, beside, no triangle rises above the plane of its neighbour: a closed

@@ -88,7 +88,7 @@ class VisibilityCost:
         )
 
     def with_jobs(self, most: int) -> VisibilityCost:
-        """The same with as many processes as there is work and memory for, at most `most`."""
+        """Return the same with as many processes as there is work and memory for, at most `most`."""
         free = available_bytes()
         found = replace(self, jobs=max(1, min(most, self.vertices // _A_PROCESS)))
         while found.jobs > 1 and free is not None and found.memory_bytes > free:

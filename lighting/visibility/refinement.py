@@ -59,7 +59,7 @@ class Vertices(NamedTuple):
 
 
 def refined(scene: Scene, longest_edge: float | None = None) -> tuple[Scene, Halving, Int[np.ndarray, " V"]]:
-    """The scene with large triangles cut.
+    """Return the scene with large triangles cut.
 
     longest_edge : that there should be, in radii of the scene; None: `LONGEST_EDGE`.
 
@@ -74,7 +74,7 @@ def refined(scene: Scene, longest_edge: float | None = None) -> tuple[Scene, Hal
 
 
 def divided(scene: Scene, halving: Halving, vertices: Vertices) -> tuple[Scene, Int[np.ndarray, " V"]]:
-    """The scene with pieces in place of its triangles; and the number in it of each vertex.
+    """Return the scene with pieces in place of its triangles; and the number in it of each vertex.
 
     vertices : those of the scene, then those that cuts have added.
     """
@@ -120,7 +120,7 @@ def edges_between(triangles: Int[np.ndarray, "n 3"], sites: Int[np.ndarray, " V"
 
 
 def cuts(scene: Scene, longest_edge: float | None = None) -> tuple[Halving, Vertices]:
-    """The cuts of large triangles alone, and all vertices: see `refined`."""
+    """Return the cuts of large triangles alone, and all vertices: see `refined`."""
     low, high = scene.bounds
     longest = (LONGEST_EDGE if longest_edge is None else longest_edge) * 0.5 * float(np.linalg.norm(high - low))
     longest *= 1.0 + 1e-9

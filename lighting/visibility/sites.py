@@ -50,7 +50,7 @@ class Sites:
         return len(self.starts)
 
     def ordered(self, order: Int[np.ndarray, " S"]) -> Sites:
-        """The same with other numbers: the first is the one that had number `order[0]`."""
+        """Return the same with other numbers: the first is the one that had number `order[0]`."""
         number = np.append(np.argsort(order), -1)
         return Sites(self.starts[order], self.normals[order], number[self.fronts], number[self.backs])
 
@@ -100,8 +100,8 @@ class Faces:
 
 
 def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.ndarray, "F 3 3"]:
-    """All triangles of a scene, or what of them is `before` a light, moved and scaled so that the scene has radius 1
-    about the origin.
+    """Return all triangles of a scene, or what of them is `before` a light, moved and scaled so that the scene has
+    radius 1 about the origin.
     """
     low, high = scene.bounds
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
@@ -115,23 +115,23 @@ def nothing_hides(found: tuple[Pieces, ...]) -> bool:
 
 
 def pieces_of(scene: Scene) -> tuple[Pieces, ...]:
-    """The pieces of each part."""
+    """Return the pieces of each part."""
     return tuple(pieces(part.mesh) for part in scene.parts)
 
 
 def sites(scene: Scene, found: tuple[Pieces, ...], occluders: Occluders) -> Sites:
-    """The sites of a scene; `found` and `occluders` are those of the scene."""
+    """Return the sites of a scene; `found` and `occluders` are those of the scene."""
     return sites_at(faces_of(scene, found).corners(scene), occluders)
 
 
 def numbered_faces(scene: Scene) -> Int[np.ndarray, "F 3"]:
-    """The vertices of all triangles, numbered over all parts."""
+    """Return the vertices of all triangles, numbered over all parts."""
     offsets = np.cumsum([0, *(len(part.mesh.vertices) for part in scene.parts[:-1])])
     return np.concatenate([part.mesh.faces + at for part, at in zip(scene.parts, offsets, strict=True)])
 
 
 def part_of_face(scene: Scene) -> Int[np.ndarray, " F"]:
-    """The part of each triangle."""
+    """Return the part of each triangle."""
     return np.repeat(np.arange(len(scene.parts)), [len(part.mesh.faces) for part in scene.parts])
 
 
@@ -142,7 +142,7 @@ def faces_of(scene: Scene, found: tuple[Pieces, ...]) -> Faces:
 
 
 def sites_at(corners: Corners, occluders: Occluders) -> Sites:
-    """The sites of these corners."""
+    """Return the sites of these corners."""
     triangles, vertex, angles, face_normals = corners.triangles, corners.vertex, corners.angles, corners.face_normals
     places = triangles.reshape(-1, 3)
     # One row a vertex, or two where it is of a sheet and a solid: sheets sort before solids.
@@ -216,7 +216,8 @@ def _out_of_contact(
     angles: Float[np.ndarray, " corners"],
     occluders: Occluders,
 ) -> Float[np.ndarray, "S 3"]:
-    """The starts; those that something parts from most of their triangles, measured by angle, lie on such a one."""
+    """Return the starts; those that something parts from most of their triangles, measured by angle, lie on such a
+    one."""
     way = beside - starts[site]
     length = np.linalg.norm(way, axis=1)
     hidden = ~occluders.free(starts[site], unit(way), length)

@@ -151,7 +151,9 @@ def _to_boundaries(
 
 
 def _cells(state: UInt8[np.ndarray, "n m m"]) -> UInt8[np.ndarray, "n k k"]:
-    """All states at the four corners of each cell between the middles of texels, those over the folded rim included."""
+    """Return all states at the four corners of each cell between the middles of texels, those over the folded rim
+    included.
+    """
     padded = np.ascontiguousarray(np.moveaxis(bordered(np.moveaxis(state, 0, -1)), -1, 0))
     rows = padded[:, :-1] | padded[:, 1:]
     return rows[:, :, :-1] | rows[:, :, 1:]
@@ -212,7 +214,7 @@ def _entered(fine: UInt8[np.ndarray, "n g g"]) -> Bool[np.ndarray, "n k k"]:
 
 
 def _second_halves(grid: np.ndarray) -> tuple[np.ndarray, ...]:
-    """The halves of the grid's four sides that are the others over again."""
+    """Return the halves of the grid's four sides that are the others over again."""
     return grid[:, 0, MAP + 1 :], grid[:, -1, MAP + 1 :], grid[:, MAP + 1 :, 0], grid[:, MAP + 1 :, -1]
 
 
@@ -224,7 +226,7 @@ def _first_halves(grid: np.ndarray) -> tuple[np.ndarray, ...]:
 def _boundaries(
     starts: Float[np.ndarray, "n 3"], fine: UInt8[np.ndarray, "n g g"], occluders: Occluders
 ) -> tuple[Int[np.ndarray, " b"], Float[np.ndarray, "b 3"]]:
-    """The site, ascending, and the direction of every boundary point."""
+    """Return the site, ascending, and the direction of every boundary point."""
     grid, count = _grid(), len(fine)
     differ = (fine[:, :, 1:] ^ fine[:, :, :-1]) == _BOTH, (fine[:, 1:] ^ fine[:, :-1]) == _BOTH
     crossed = np.concatenate([one.reshape(count, -1) for one in differ], axis=1)

@@ -82,7 +82,7 @@ class SceneVisibility:
     def located(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"]
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """The vertices and weights to ask with for points on triangles (numbered over all parts): see `Halving`.
+        """Return the vertices and weights to ask with for points on triangles (numbered over all parts): see `Halving`.
 
         The corners of the triangles themselves may be asked with too; on a floor of two triangles they know little.
         """
@@ -157,7 +157,9 @@ class SceneVisibility:
         sharpness: Float[np.ndarray, "*lobes"] | float,
         back: Bool[np.ndarray, " N"] | None = None,
     ) -> Float[np.ndarray, "N Q"]:
-        """The share of the spherical Gaussian about each direction that is free, 0 to 1; `sharpness` (Q,) or (N, Q)."""
+        """Return the share of the spherical Gaussian about each direction that is free, 0 to 1; `sharpness` (Q,) or (N,
+        Q).
+        """
         return free_share(self.signed_distances(vertices, weights, directions, back), sharpness)
 
     def transfer(
@@ -197,7 +199,7 @@ class SceneVisibility:
         return codes / np.where(left > 0.0, left, 1.0)[:, None], (weights * (sites < 0)).sum(axis=1)
 
     def sites(self, vertices: Int[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"] | None) -> Int[np.ndarray, "N 3"]:
-        """The sites of vertices; -1 inside of solids."""
+        """Return the sites of vertices; -1 inside of solids."""
         sites = self.fronts[vertices]
         if (sites < 0).any():
             number = int(np.asarray(vertices)[sites < 0][0])
@@ -215,7 +217,8 @@ def hidden_shares(
     codes: Float[np.ndarray, "N K"],
     solid_angles: Float[np.ndarray, " P"],
 ) -> Float[np.ndarray, "N P"]:
-    """The share of each cell of directions that is hidden, `along` the middles of cells of these solid angles, sr.
+    """Return the share of each cell of directions that is hidden, `along` the middles of cells of these solid angles,
+    sr.
 
     A boundary that crosses a cell is taken for a straight edge across a square. Near a boundary a bent distance is
     the distance over `SOFT`, to 2 % at 10 degrees.

@@ -59,7 +59,8 @@ class AshikhminShirley(AnalyticBrdf):
         return (*(cls(up, gloss, *pair) for pair in exponents), cls(up, down, 32.0, 32.0))
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The diffuse term (eq. 5) in incident/outgoing angles, the highlight (eq. 4) in half/difference angles."""
+        """Return the diffuse term (eq. 5) in incident/outgoing angles, the highlight (eq. 4) in half/difference
+        angles."""
         under = SumOfTerms(self._even, self._under[None], (self.NAME, "body"))
         base = ModelPart(self.wavelengths_nm, True, self._diffuse, under)
         coat = SumOfTerms(self._gloss, self._coat, (self.NAME, "coat", self.exponent_u, self.exponent_v))

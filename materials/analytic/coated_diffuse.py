@@ -136,7 +136,7 @@ class CoatedDiffuse(ReadBrdf):
         return float(share[seen] @ flow)
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The body in incident/outgoing angles, the coat in half/difference angles."""
+        """Return the body in incident/outgoing angles, the coat in half/difference angles."""
         kind = (self.NAME, self.index)
         body = SumOfTerms(self._let_through, self._body[None] / np.pi, (*kind, "body"))
         coat = SumOfTerms(self._facets, np.ones((1, len(self.wavelengths_nm))), (*kind, "coat", self.roughness))

@@ -81,7 +81,8 @@ class CookTorrance(AnalyticBrdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The body in incident/outgoing angles, the facets in half/difference angles; only those with a weight."""
+        """Return the body in incident/outgoing angles, the facets in half/difference angles; only those with a
+        weight."""
         parts = []
         if self.specular_weight < 1.0:
             body = constant_term(self._body)

@@ -42,7 +42,7 @@ class FluorescentBrdf(Brdf):
 
     @abc.abstractmethod
     def own_form(self, budget: float = 0.5) -> Fast:
-        """The fast form, emission included, which a fit of `eval` would lose."""
+        """Return the fast form, emission included, which a fit of `eval` would lose."""
 
     def lobes(self) -> tuple[Lobe, ...]:
         """Refused: a sum of lobes over reflected wavelengths leaves the emission out."""
@@ -82,13 +82,13 @@ class FluorescentLambert(FluorescentBrdf):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> FluorescentLambert:
-        """The surface whose `parameters()` these are."""
+        """Return the surface whose `parameters()` these are."""
         return cls(Bispectral(*(parameters[name] for name in ("excitation_nm", "wavelengths_nm", "donaldson"))))
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """The diagonal of D over pi, 1/sr: what keeps its wavelength."""
+        """Return the diagonal of D over pi, 1/sr: what keeps its wavelength."""
         value = self.bispectral.reflectance.samples / np.pi
         return eval_lit(lambda lit, _: np.broadcast_to(value, (len(lit), value.size)), value.size, wi, wo)
 

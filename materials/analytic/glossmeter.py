@@ -43,7 +43,7 @@ class Gloss:
 
 
 def gloss_of(surface: Surface, folding: Folding, body: float) -> Gloss:
-    """The gloss of a surface that is alike everywhere; of an anisotropic one, from the mean of eight sides.
+    """Return the gloss of a surface that is alike everywhere; of an anisotropic one, from the mean of eight sides.
 
     The beam is parallel and the detector an eye; the standard's beam is 0.75 x 2.5 degrees wide.
 

@@ -47,7 +47,7 @@ class Instrument(NamedTuple):
 
 
 def not_stated(geometry: str) -> InputError:
-    """The refusal of a spectrum of which it is not known how it was read."""
+    """Return the refusal of a spectrum of which it is not known how it was read."""
     return InputError(
         "which light the instrument counted is not stated",
         field="geometry",

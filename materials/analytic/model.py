@@ -73,7 +73,7 @@ class AnalyticBrdf(Brdf):
 
     @classmethod
     def from_parameters(cls, wavelengths_nm: np.ndarray, parameters: Mapping[str, Any]) -> AnalyticBrdf:
-        """The BRDF whose `parameters()` these are.
+        """Return the BRDF whose `parameters()` these are.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class AnalyticBrdf(Brdf):
 
     @classmethod
     def _declared(cls) -> dict[str, str]:
-        """The parameters in order, each with its annotation."""
+        """Return the parameters in order, each with its annotation."""
         concrete: Any = cls
         return {field.name: str(field.type) for field in fields(concrete) if field.init}
 
@@ -127,7 +127,8 @@ class AnalyticBrdf(Brdf):
         return samples
 
     def _checked_spectral(self, name: str, low: float, *, open_low: bool = False) -> np.ndarray:
-        """The field `name` as an array (L,) of numbers >= `low` (> with `open_low`) on the model's wavelengths."""
+        """Return the field `name` as an array (L,) of numbers >= `low` (> with `open_low`) on the model's
+        wavelengths."""
         values = np.asarray(getattr(self, name), dtype=np.float64)
         if values.shape != self.wavelengths_nm.shape:
             raise _misfit(name, values, self.wavelengths_nm)
@@ -151,7 +152,7 @@ class AnalyticBrdf(Brdf):
             self._set(**{name: number})
 
     def _checked_choice(self, name: str) -> str:
-        """The field `name` as one of the names that `CHOICES` gives for it."""
+        """Return the field `name` as one of the names that `CHOICES` gives for it."""
         value = str(getattr(self, name))
         if value not in self.CHOICES[name]:
             raise UnknownNameError(name, value, self.CHOICES[name], field=name)
@@ -193,7 +194,7 @@ class ModelPart(Brdf):
 
 
 def _from_stored(kind: str, grid: np.ndarray, value: object, name: str) -> object:
-    """A stored value as what the field `name`, annotated as `kind`, holds."""
+    """Return a stored value as what the field `name`, annotated as `kind`, holds."""
     if kind == "float":
         return _number(value, name)
     if kind == "str":

@@ -27,7 +27,8 @@ def seen_by_clusters(
     clusters: Clusters,
     heard: Callable[[float], None] = lambda share: None,
 ) -> Clusters:
-    """The same texels in the same clusters, with means and components that leave least of what each cluster shows.
+    """Return the same texels in the same clusters, with means and components that leave least of what each cluster
+    shows.
 
     found : the dictionary. orthonormal : functions of its span, as they are seen at the mean of all texels; the vectors
     of `clusters` are sums of them. heard : hears the share that is done.
@@ -74,5 +75,5 @@ def seen_by_clusters(
 
 
 def _side_by_side(values: Float[np.ndarray, "Lt n J"]) -> Float[np.ndarray, "n LtJ"]:
-    """All that each has, in a row."""
+    """Return all that each has, in a row."""
     return values.transpose(1, 0, 2).reshape(values.shape[1], values.shape[0] * values.shape[2])

@@ -60,7 +60,7 @@ def clustered(vectors: Float[np.ndarray, "N G"], clusters: int, components: int,
 def _begun(
     tried: Float[np.ndarray, "N G"], clusters: int, components: int, draw: np.random.Generator
 ) -> tuple[float, Float[np.ndarray, "k G"], Float[np.ndarray, "k c G"]]:
-    """A few rounds from random vectors: what is left, means and components."""
+    """Return a few rounds from random vectors: what is left, means and components."""
     left = _squares(tried, tried[draw.permutation(len(tried))[:clusters]])
     origin, axes = _components(tried, left.argmin(axis=1), clusters, components, draw)
     for _ in range(_SHORT):
@@ -86,12 +86,13 @@ def weights_of(
 def nearest(
     vectors: Float[np.ndarray, "N G"], origin: Float[np.ndarray, "k G"], axes: Float[np.ndarray, "k c G"]
 ) -> Int[np.ndarray, " N"]:
-    """The cluster that leaves least of each vector."""
+    """Return the cluster that leaves least of each vector."""
     return _left(vectors, origin, axes).argmin(axis=1)
 
 
 def _filled(left: Float[np.ndarray, "N k"]) -> Int[np.ndarray, " N"]:
-    """The best cluster of each vector, but that no cluster is without: it is given the vector that is worst off."""
+    """Return the best cluster of each vector, but that no cluster is without: it is given the vector that is worst
+    off."""
     number, off = left.argmin(axis=1), left.min(axis=1).copy()
     count = np.bincount(number, minlength=left.shape[1])
     for empty in np.flatnonzero(count == 0):

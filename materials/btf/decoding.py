@@ -66,7 +66,7 @@ class Coding:
         return self.decoded(self.codes(data, file, grey), grey)
 
     def codes(self, data: bytes, file: Path, grey: bool = False) -> Shaped[np.ndarray, "H W C"]:
-        """An image's numbers as its file has them, in as many bytes: what `decoded` takes. See `linear`."""
+        """Return an image's numbers as its file has them, in as many bytes: what `decoded` takes. See `linear`."""
         return self._of_exr(data, file) if data.startswith(MAGIC) else self._of_picture(data, file, grey)
 
     def decoded(self, codes: Shaped[np.ndarray, "*batch C"], grey: bool = False) -> Float[np.ndarray, "*batch D"]:
@@ -118,7 +118,7 @@ class Coding:
         return linear * ((1.0 if self.includes_cosine else cosine) / (np.pi * self.white))
 
     def band(self, number: int) -> Coding:
-        """The coding of one wavelength alone."""
+        """Return the coding of one wavelength alone."""
         return replace(self, white=self.white[min(number, len(self.white) - 1)][None])
 
 

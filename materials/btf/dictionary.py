@@ -58,7 +58,7 @@ class Dictionary:
         return seen(self.average, self.basis).astype(np.float32)
 
     def as_seen(self) -> Float[np.ndarray, "G V Lt J"]:
-        """The functions, in units of ΔE94; float32."""
+        """Return the functions, in units of ΔE94; float32."""
         return turned(
             self.core.astype(np.float32) * np.float32(self.step),
             *(part.astype(np.float32) for part in (self.by_view, self.by_light, self.by_spectrum)),
@@ -71,7 +71,7 @@ class Dictionary:
         return self.step * np.sqrt(np.sum(np.square(self.core, dtype=np.float64), axis=(1, 2, 3)))
 
     def functions(self) -> Float[np.ndarray, "G V Lt J"]:
-        """The functions, f_r cos(theta_i) in 1/sr; float32."""
+        """Return the functions, f_r cos(theta_i) in 1/sr; float32."""
         back = np.linalg.inv(self.seen.astype(np.float64)).astype(np.float32)
         return np.einsum("gvlk,vlkj->gvlj", self.as_seen(), back, optimize=True)
 
@@ -84,7 +84,7 @@ class Dictionary:
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> Dictionary:
-        """The dictionary whose `stored()` this is."""
+        """Return the dictionary whose `stored()` this is."""
         turns = {name: np.asarray(kept[name]) for name in ("by_view", "by_light", "by_spectrum")}
         core = np.ascontiguousarray(dense(kept["core"]).transpose(3, 1, 2, 0))
         mean = RoundedMean.from_stored(kept["mean"], basis)
@@ -118,7 +118,7 @@ def dictionary_of(
 
 
 def _square_under_d65(functions: Float[np.ndarray, "G V Lt J"], mean: RoundedMean) -> float:
-    """The sum of squares of what functions, in ΔE94 under all lights, show under D65."""
+    """Return the sum of squares of what functions, in ΔE94 under all lights, show under D65."""
     all_lights, d65 = (seen(mean.values, mean.basis, lights) for lights in (LIGHTS, ("D65",)))
     products = np.einsum("gvlj,gvlk->vljk", functions, functions, optimize=True).astype(np.float64)
     turn = np.linalg.solve(all_lights, d65)
@@ -131,7 +131,7 @@ def turned(
     second: Float[np.ndarray, "B b"],
     third: Float[np.ndarray, "C c"],
 ) -> Float[np.ndarray, "G A B C"]:
-    """A tensor's last three axes, each by a matrix of its own."""
+    """Return a tensor's last three axes, each by a matrix of its own."""
     values = values @ third.T
     values = np.einsum("gabc,Bb->gaBc", values, second, optimize=True)
     return np.einsum("gabc,Aa->gAbc", values, first, optimize=True)

@@ -55,7 +55,9 @@ class FieldForm(Fast):
         return replace(self, texels=self.texels.in_basis(basis))
 
     def from_afar(self) -> MeanBtf:
-        """The mean of all texels, under the lights that were measured: the one that is left at the coarsest level."""
+        """Return the mean of all texels, under the lights that were measured: the one that is left at the coarsest
+        level.
+        """
         field = self.texels.form
         level = field.levels(filtered=True)[-1]
         lights, first = field.lights.directions, np.zeros(len(field.lights), np.int64)

@@ -57,7 +57,7 @@ class FieldGathering(StandingForm):
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """The twin of `lobes`."""
+        """Return the twin of `lobes`."""
         kind, form = self.texels.form.gathering_shader(filtered), self.texels.form
         sizes = {"FOURS": -(-self.palette.rank // 4), "TERMS": len(self.lights)}
         sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}

@@ -57,7 +57,7 @@ class FieldTexels(Summand):
         return self.form.height, self.form.width
 
     def level(self, number: int) -> ReflectanceField:
-        """The field of a level; others than the first are worked out when first asked for, by whatever basis."""
+        """Return the field of a level; others than the first are worked out when first asked for, by whatever basis."""
         return self.form if number == 0 else self.form.coarser()[number - 1]
 
     def places(self, filtered: bool) -> tuple[dict[str, int], dict[str, Any]]:

@@ -100,7 +100,7 @@ class LafortuneField(Field):
 
 
 def rfp(images: BtfImages) -> PolynomialField:
-    """A polynomial for each view: the reflectance fields of Meseth, Mueller and Klein 2003 (section 4.1)."""
+    """Return a polynomial for each view: the reflectance fields of Meseth, Mueller and Klein 2003 (section 4.1)."""
     inverse = np.linalg.pinv(_terms(images.lights))
     shape = (len(images.views), images.height, images.width, images.basis.size, 6)
     coefficients = np.empty(shape, dtype=np.float32)
@@ -150,7 +150,8 @@ def lafortune(images: BtfImages, lobes: int = 2, scaled: bool = True) -> Lafortu
 
 
 def lobe_table(views: Hemisphere, lights: Hemisphere) -> Float[np.ndarray, "V Lt m"]:
-    """The diffuse lobe, and those of 17 directions of (C_x, C_y, C_z), C_z >= 0, and six exponents; times cos."""
+    """Return the diffuse lobe, and those of 17 directions of (C_x, C_y, C_z), C_z >= 0, and six exponents; times
+    cos."""
     axes = np.array(np.meshgrid([-1.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [0.0, 1.0])).reshape(3, -1).T
     axes = axes[np.abs(axes).sum(axis=1) > 0.0]
     axes /= np.linalg.norm(axes, axis=1, keepdims=True)

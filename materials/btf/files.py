@@ -63,7 +63,7 @@ class HeldCodes:
         return len(self._spilt)
 
     def of(self, key: tuple[int, int], read: Callable[[], list[np.ndarray]]) -> list[np.ndarray]:
-        """The numbers of one image."""
+        """Return the numbers of one image."""
         if key in self._codes:
             return self._codes[key]
         codes = read()
@@ -176,13 +176,13 @@ class BtfFiles(BtfImages):
         return planes[0] if len(planes) == 1 else np.concatenate(planes, axis=-1)
 
     def name(self, view: int, light: int, band: int = 0) -> str:
-        """The name of an image's file in its folder; its directions, where the files were copied."""
+        """Return the name of an image's file in its folder; its directions, where the files were copied."""
         names: tuple[str, ...] = getattr(self.data, "names", ())
         number = int(self.index[view, light, band])
         return names[number] if 0 <= number < len(names) else self.words(view, light)
 
     def words(self, view: int, light: int) -> str:
-        """The directions of an image, in degrees, as names of files have them."""
+        """Return the directions of an image, in degrees, as names of files have them."""
         found = [*_degrees(self.lights.directions[light]), *_degrees(self.views.directions[view])]
         return " ".join(f"{name}{angle:03.4g}" for name, angle in zip(("tl", "pl", "tv", "pv"), found, strict=True))
 
@@ -212,7 +212,7 @@ class BtfFiles(BtfImages):
         return found.astype(np.float32)
 
     def with_offset(self, offset: float) -> BtfFiles:
-        """The same images, registered by another plane."""
+        """Return the same images, registered by another plane."""
         return replace(self, offset=offset)
 
 
@@ -224,5 +224,5 @@ def _degrees(direction: Float[np.ndarray, "3"]) -> tuple[float, float]:
 
 
 def size_words(height: int, width: int) -> str:
-    """The size of an image for a person."""
+    """Return the size of an image for a person."""
     return f"{width} x {height} texels"

@@ -74,7 +74,7 @@ class BtfForm(Fast):
         return replace(self, texels=self.texels.in_basis(basis))
 
     def from_afar(self) -> MeanBtf:
-        """The mean of all texels: the one that is left at the coarsest level."""
+        """Return the mean of all texels: the one that is left at the coarsest level."""
         form = self.texels.form
         level = (self.texels.whole, *form.coarser())[-1]
         means = np.einsum("c,vlcj->vlj", level.weights[0], level.table[int(level.number[0, 0])])
@@ -128,7 +128,7 @@ def btf_form(
     heard: Callable[[float], None] = lambda share: None,
     name: str | None = None,
 ) -> BtfForm | FieldForm:
-    """The form of a BTF, with its error: ΔE94 of texels drawn at random, of every view and light.
+    """Return the form of a BTF, with its error: ΔE94 of texels drawn at random, of every view and light.
 
     budget : a size of local PCA; or the ΔE94 that the mean should not exceed under the worst light. Texels' own noise
     is in every figure, and none of a few sizes may be within: then it is the one called "fine", beyond which bytes buy
@@ -178,7 +178,7 @@ def _of_budget(
 def _field_instead(
     images: BtfImages, found: BtfForm, seed: int, heard: Callable[[float], None], sample: TexelSample
 ) -> BtfForm | FieldForm:
-    """The best field that is clearly better than local PCA and not too large; else local PCA."""
+    """Return the best field that is clearly better than local PCA and not too large; else local PCA."""
     alone, least, best = sample.alone(), _WORTH * _mean(found), None
     for name in _TRIED:
         tried = _FIELDS[name](alone.images, seed, lambda share: None)

@@ -96,7 +96,7 @@ class BtfGathering(StandingForm):
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """The twin of `lobes`."""
+        """Return the twin of `lobes`."""
         tables = [self.table, *(self._coarser if filtered else ())]
         rows = [table / self.texels.tallest(number)[:, None, :, None, None] for number, table in enumerate(tables)]
         # What half precision holds best is of size 1; the lights take what is left.

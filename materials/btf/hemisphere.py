@@ -143,7 +143,7 @@ class Hemisphere:
     def shares(
         self, directions: Float[np.ndarray, "N 3"], falling: bool = False
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """The three measured directions around each of others, and what each counts; the sum is 1.
+        """Return the three measured directions around each of others, and what each counts; the sum is 1.
 
         directions : unit vectors with z >= 0. falling : values are f_r cos(theta_i) of the directions of light: beyond
         the outermost, shares fall with the cosine, so that f_r is held.

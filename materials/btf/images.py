@@ -49,7 +49,7 @@ class BtfImages(abc.ABC):
         return self.image(view, light)[rows, columns]
 
     def registered(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """The image moved back by what `offset` displaces it, linear between texels."""
+        """Return the image moved back by what `offset` displaces it, linear between texels."""
         image = self.image(view, light)
         if self.offset == 0.0:
             return image

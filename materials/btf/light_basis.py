@@ -49,7 +49,7 @@ class LightFunctions:
 
 
 def light_functions(lights: Hemisphere) -> LightFunctions:
-    """The functions for some measured lights."""
+    """Return the functions for some measured lights."""
     return nearest(lights, hats_at)
 
 
@@ -86,7 +86,7 @@ class LightBasis:
 
 
 def balanced_lights(rows: Float[np.ndarray, "n Lt"], lights: Hemisphere, terms: int = TERMS) -> LightBasis:
-    """The balanced basis of a BTF's rows and of light that is as likely from everywhere, narrow or wide.
+    """Return the balanced basis of a BTF's rows and of light that is as likely from everywhere, narrow or wide.
 
     rows : of one view, texel and coefficient each, f_r cos(theta_i), 1/sr. Terms that show nothing are left out.
     """
@@ -128,7 +128,7 @@ def hats_at(lights: Hemisphere, directions: Float[np.ndarray, "n 3"]) -> Float[n
 
 
 def _likely(lights: Hemisphere) -> Float[np.ndarray, "Lt m"]:
-    """A factor of the second moments of what the measured lights stand for, in light as it may be."""
+    """Return a factor of the second moments of what the measured lights stand for, in light as it may be."""
     around = spread(_DIRECTIONS // 8, -1.0)
     hats = hats_at(lights, around)
     total = hats.T @ hats / len(around)

@@ -102,7 +102,7 @@ class LobeGathering(EnvironmentForm):
         return Lobes(directions, sharpness, value, np.pi * matt)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """The twin of `lobes`."""
+        """Return the twin of `lobes`."""
         form = self.texels.form
         kind = form.gathering_shader(filtered)
         levels, uniforms = self.texels.places(filtered)

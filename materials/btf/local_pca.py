@@ -117,7 +117,7 @@ class LocalPca:
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> LocalPca:
-        """The form whose `stored()` this is."""
+        """Return the form whose `stored()` this is."""
         arrays = {name: np.asarray(kept[name]) for name in ("number", "weights", "parts", "part_steps")}
         views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
         return cls(views, lights, Dictionary.from_stored(kept["dictionary"], basis), **arrays)
@@ -126,7 +126,7 @@ class LocalPca:
 def local_pca(
     images: BtfImages, size: Size, seed: int = 0, heard: Callable[[float], None] = lambda share: None
 ) -> LocalPca:
-    """A BTF's form of that size.
+    """Return a BTF's form of that size.
 
     heard : hears how much of the work is done, from 0 to 1.
 

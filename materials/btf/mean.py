@@ -56,6 +56,6 @@ class MeanBtf(Brdf):
 
 
 def basis_of(palette: Palette) -> SpectralBasis:
-    """The basis whose coefficients a palette of one entry is of."""
+    """Return the basis whose coefficients a palette of one entry is of."""
     spectra = palette.samples[0].T
     return SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)

@@ -97,7 +97,7 @@ class PaperPca:
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> PaperPca:
-        """The form whose `stored()` this is."""
+        """Return the form whose `stored()` this is."""
         arrays = {name: np.asarray(kept[name]) for name in ("number", "weights", "brdfs", "steps")}
         views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
         return cls(views, lights, basis, **arrays)
@@ -110,7 +110,7 @@ def paper_pca(
     seed: int = 0,
     heard: Callable[[float], None] = lambda share: None,
 ) -> PaperPca:
-    """A BTF in so many clusters of so many components.
+    """Return a BTF in so many clusters of so many components.
 
     heard : hears how much of the work is done, from 0 to 1.
 
@@ -148,7 +148,7 @@ def paper_pca(
 def _span(
     images: BtfImages, seed: int, heard: Callable[[float], None]
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "G n"]]:
-    """The mean of texels drawn at random, and their principal components, orthonormal."""
+    """Return the mean of texels drawn at random, and their principal components, orthonormal."""
     texels, lights = images.height * images.width, len(images.lights)
     numbers = len(images.views) * lights * images.basis.size
     count = max(1, min(_LEARNT, _NUMBERS // numbers, texels))

@@ -92,7 +92,7 @@ class Polynomials(ReflectanceField):
     def gathered(
         self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
     ) -> Float[np.ndarray, "N 6 J"]:
-        """The polynomials themselves."""
+        """Return the polynomials themselves."""
         return self.codes[view, row, column] * self.steps[view] + self.lowest[view]
 
     def coarser(self) -> tuple[Polynomials, ...]:

@@ -60,7 +60,7 @@ class Prefiltered:
     def axes(
         self, exponent: Int[np.ndarray, "*n"], angle: Int[np.ndarray, "*n"], axes: Float[np.ndarray, "*n 3"]
     ) -> Float[np.ndarray, "*n 3"]:
-        """The Gaussians' axes."""
+        """Return the Gaussians' axes."""
         turn, level = self.turn[exponent, angle], np.hypot(axes[..., 0], axes[..., 1])
         some = (level > 0.0)[..., None]
         out = np.divide(axes[..., :2], level[..., None], out=np.zeros_like(axes[..., :2]), where=some)
@@ -85,7 +85,7 @@ def nearest_angle(axes: Float[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n"]:
 
 @lru_cache(maxsize=8)
 def prefiltered(lowest: float) -> Prefiltered:
-    """The table for lights that were measured down to this cosine."""
+    """Return the table for lights that were measured down to this cosine."""
     to = spread(2 * _DIRECTIONS, -1.0)
     # All is even in y.
     to = to[to[:, 1] >= 0.0]

@@ -35,7 +35,7 @@ def decoded_axes(codes: UInt8[np.ndarray, "*n 2"]) -> Float[np.ndarray, "*n 3"]:
 
 
 def _turned_out(place: Float[np.ndarray, "*n 2"]) -> Float[np.ndarray, "*n 2"]:
-    """The lower half of the octahedron outside the upper one, and back."""
+    """Return the lower half of the octahedron outside the upper one, and back."""
     return (1.0 - np.abs(place[..., ::-1])) * np.where(place < 0.0, -1.0, 1.0).astype(place.dtype)
 
 

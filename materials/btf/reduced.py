@@ -72,7 +72,8 @@ class InBasis(BtfImages):
 
 
 def reduced(images: BtfImages, seed: int = 0, size: int | None = None) -> BtfImages:
-    """The images in the smallest balanced basis that shows their spectra within ΔE94 0.1 under each of five lights.
+    """Return the images in the smallest balanced basis that shows their spectra within ΔE94 0.1 under each of five
+    lights.
 
     They are returned as they are where that saves nothing. Spectra are those of some texels of some images, drawn at
     random, each as bright as it is. size : so many coefficients, whatever they show; fewer where there are no more.

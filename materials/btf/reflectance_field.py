@@ -62,18 +62,19 @@ class ReflectanceField(Field):
         """
 
     def levels(self, filtered: bool) -> tuple[ReflectanceField, ...]:
-        """All levels, or where nothing is filtered this field alone."""
+        """Return all levels, or where nothing is filtered this field alone."""
         return (self, *(self.coarser() if filtered else ()))
 
     @abc.abstractmethod
     def shader(self, filtered: bool = False) -> TermShader:
-        """The twin of `at`: of GLSL that includes field_texels.glsl, which says what it has to define; `filtered`: of
-        all levels, one behind the other.
+        """Return the twin of `at`: of GLSL that includes field_texels.glsl, which says what it has to define;
+        `filtered`: of all levels, one behind the other.
         """
 
     @abc.abstractmethod
     def gathering_shader(self, filtered: bool = False) -> TermShader:
-        """The twin of `gathered`: of GLSL that includes field_gathering.glsl, which says what it has to define."""
+        """Return the twin of `gathered`: of GLSL that includes field_gathering.glsl, which says what it has to
+        define."""
 
     @abc.abstractmethod
     def stored(self) -> dict[str, Any]:
@@ -82,7 +83,7 @@ class ReflectanceField(Field):
     @classmethod
     @abc.abstractmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> ReflectanceField:
-        """The field whose `stored()` this is."""
+        """Return the field whose `stored()` this is."""
 
     @property
     @abc.abstractmethod
@@ -100,7 +101,7 @@ class ReflectanceField(Field):
     def gathered(
         self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
     ) -> Float[np.ndarray, "N B J"]:
-        """The terms of what texels gather in measured views."""
+        """Return the terms of what texels gather in measured views."""
         found = np.empty((len(view), len(self.lights), self.basis.size))
         for number, light in enumerate(self.lights.directions):
             found[:, number] = self.at(view, row, column, np.broadcast_to(light, (len(view), 3)))
@@ -122,7 +123,7 @@ class ReflectanceField(Field):
 
 
 def registered_view(images: BtfImages, view: int) -> Float[np.ndarray, "Lt T J"]:
-    """All registered images of a view, texels row by row.
+    """Return all registered images of a view, texels row by row.
 
     Raises
     ------

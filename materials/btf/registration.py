@@ -152,7 +152,7 @@ def held_out_error(images: BtfImages, offset: float) -> tuple[float, float, floa
 
 
 def registered(images: BtfImages, pictures: Float[np.ndarray, "V H W"]) -> Registration:
-    """The registration of images, used where held-out views are predicted better with it.
+    """Return the registration of images, used where held-out views are predicted better with it.
 
     Better than without, and than by the plane as far on the other side: to shift between texels blurs, and what is
     blurred is predicted better, wherever it lies.
@@ -168,6 +168,6 @@ def registered(images: BtfImages, pictures: Float[np.ndarray, "V H W"]) -> Regis
 
 
 def _middle(size: int) -> Int[np.ndarray, " n"]:
-    """The texels in the middle of one axis that are looked at."""
+    """Return the texels in the middle of one axis that are looked at."""
     count = min(size, _TEXELS)
     return np.arange(count) + (size - count) // 2

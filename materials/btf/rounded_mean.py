@@ -52,13 +52,13 @@ class RoundedMean:
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> RoundedMean:
-        """The mean whose `stored()` this is."""
+        """Return the mean whose `stored()` this is."""
         arrays = {name: np.asarray(kept[name]) for name in ("colour", "level", "rest", "turn")}
         return cls(basis, **arrays, step=float(kept["step"]))
 
 
 def rounded_mean(mean: Float[np.ndarray, "V Lt J"], basis: SpectralBasis) -> RoundedMean:
-    """A mean, 1/sr, in whole numbers."""
+    """Return a mean, 1/sr, in whole numbers."""
     mean = mean.astype(np.float64)
     average = mean.mean(axis=(0, 1))
     square = float(average @ average)

@@ -34,7 +34,7 @@ def sparse(values: Int[np.ndarray, "..."]) -> dict[str, Any]:
 
 
 def dense(kept: Mapping[str, Any]) -> Int[np.ndarray, "..."]:
-    """The array of which `sparse` made this."""
+    """Return the array of which `sparse` made this."""
     large, small = np.asarray(kept["large"]), np.asarray(kept["others"])
     others = small.astype(large.dtype)
     others[small == _LARGE] = large

@@ -99,7 +99,7 @@ class MeasuredBtf(Surface):
         return out
 
     def average(self) -> MeanBtf:
-        """Its mean over all texels, in every direction."""
+        """Return its mean over all texels, in every direction."""
         return MeanBtf(self.images.views, self.images.lights, self.means, self.images.basis)
 
     def own_form(self, budget: float = 0.5) -> Fast | None:
@@ -110,7 +110,7 @@ class MeasuredBtf(Surface):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> MeasuredBtf:
-        """The surface whose `parameters()` these are."""
+        """Return the surface whose `parameters()` these are."""
         given = parameters
         basis = SpectralBasis.sampled(given["wavelengths_nm"])
         if "synthesis" in given:

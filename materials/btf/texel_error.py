@@ -54,7 +54,7 @@ class TexelSample:
         return cls(images, texels, gathered(images, texels, heard))
 
     def alone(self) -> TexelSample:
-        """The same texels as all that there are, side by side: what a form would make of them is soon tried."""
+        """Return the same texels as all that there are, side by side: what a form would make of them is soon tried."""
         values = self.truth.transpose(1, 2, 0, 3)[:, :, None]
         alone = HeldImages(self.images.views, self.images.lights, values, self.images.basis, self.images.texel_mm)
         return TexelSample(alone, np.arange(len(self.texels)), self.truth)
@@ -125,5 +125,5 @@ def stored_error(error: FitError | None) -> dict[str, Any]:
 
 
 def error_stored(kept: Mapping[str, Any]) -> FitError | None:
-    """The error whose `stored_error` is among these; None where there is none."""
+    """Return the error whose `stored_error` is among these; None where there is none."""
     return FitError.from_stored(kept["texel_error"]) if "texel_error" in kept else None

@@ -77,7 +77,7 @@ class BtfTexels(Summand):
         return self.whole if number == 0 else self.form.coarser()[number - 1]
 
     def levels(self, filtered: bool) -> tuple[TexelLevel, ...]:
-        """All levels, or where nothing is filtered the texels alone."""
+        """Return all levels, or where nothing is filtered the texels alone."""
         return (self.whole, *(self.form.coarser() if filtered else ()))
 
     def tallest(self, number: int) -> Float[np.ndarray, "#k c1"]:
@@ -199,7 +199,7 @@ def in_fours(values: Float[np.ndarray, "*n J"]) -> np.ndarray:
 
 
 def folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:
-    """A long list of texels as a picture of at most `MOST_TEXELS` each way, row by row.
+    """Return a long list of texels as a picture of at most `MOST_TEXELS` each way, row by row.
 
     Raises
     ------

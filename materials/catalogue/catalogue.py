@@ -38,7 +38,7 @@ class Catalogue:
 
     @classmethod
     def open(cls, folder: str | Path | None = None) -> Catalogue:
-        """The catalogue in `folder`, or `default_catalogue()`; raises `InputError` where there is none."""
+        """Return the catalogue in `folder`, or `default_catalogue()`; raises `InputError` where there is none."""
         folder = default_catalogue() if folder is None else Path(folder)
         hint = f"metamer catalogue import --catalogue {folder}"
         if not folder.exists():
@@ -60,7 +60,7 @@ class Catalogue:
         return told + html_table(["id"], [[material_id] for material_id in known])
 
     def ids(self) -> tuple[str, ...]:
-        """Every material's id, sorted; files are not opened."""
+        """Return every material's id, sorted; files are not opened."""
         return tuple(sorted(material_id for material_id, _ in material_files(self.folder, SUFFIX)))
 
     def match(self, pattern: str) -> tuple[str, ...]:
@@ -98,7 +98,7 @@ class Catalogue:
         return path
 
     def path(self, material_id: str) -> Path:
-        """The file of a material; raises `UnknownNameError`, which gives the nearest ids."""
+        """Return the file of a material; raises `UnknownNameError`, which gives the nearest ids."""
         path = self.folder / f"{material_id}{SUFFIX}"
         plain = all(part and not part.startswith(".") for part in material_id.split("/"))
         # The names of all files are asked for only where a wrong one was given.
@@ -122,7 +122,7 @@ class Catalogue:
         return self.load(material_id)
 
     def load(self, material_id: str) -> Material:
-        """A material, its checksum verified; raises `InputError` naming a file that is damaged."""
+        """Return a material, its checksum verified; raises `InputError` naming a file that is damaged."""
         path = self.path(material_id)
         record = read_record(path)
         if record.id != material_id:
@@ -159,7 +159,7 @@ class Catalogue:
         return (query or Query()).of(found)
 
     def verify(self) -> dict[str, InputError | None]:
-        """Every id with what is wrong with its file, or None: checksums and heads (`verification` does more)."""
+        """Return every id with what is wrong with its file, or None: checksums and heads (`verification` does more)."""
         from ..records.verification import verify_catalogue
 
         return {one.id: one.problem for one in verify_catalogue(self.folder, quick=True, jobs=1).results}

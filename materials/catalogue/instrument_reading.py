@@ -37,7 +37,7 @@ class InstrumentReading:
 
     @classmethod
     def of(cls, brdf: Brdf) -> InstrumentReading:
-        """The reading of a material's original data."""
+        """Return the reading of a material's original data."""
         around = None
         if effect_of(brdf):
             around = np.pi * np.asarray(brdf.eval(*towards(ANGLES)), dtype=np.float64)

@@ -86,7 +86,7 @@ class Material(MaterialRecord):
         return Spectrum.sampled(reading.wavelengths_nm, np.maximum(reading.factor, 0.0), "radiance factor")
 
     def reading(self) -> InstrumentReading:
-        """The curve that the colours are made of.
+        """Return the curve that the colours are made of.
 
         Raises
         ------

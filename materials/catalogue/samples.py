@@ -28,7 +28,7 @@ _CONDITION = re.compile(r"(?:sample |surface )?(?:conditions?|state)|zustand|bed
 
 
 def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOptions = NO_ANSWER) -> tuple[Sample, ...]:
-    """All samples of what `text` names; readings of one name in one file are readings of one sample.
+    """Return all samples of what `text` names; readings of one name in one file are readings of one sample.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOpti
 
 
 def repeated_readings(path: Path, answer: ImportOptions = NO_ANSWER) -> Sample:
-    """All readings of a file, whatever they are called, as readings of one thing.
+    """Return all readings of a file, whatever they are called, as readings of one thing.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def repeated_readings(path: Path, answer: ImportOptions = NO_ANSWER) -> Sample:
 
 
 def sample_of(material: Material) -> Sample:
-    """A material as an instrument of annular 45:0 reads it.
+    """Return a material as an instrument of annular 45:0 reads it.
 
     Raises
     ------
@@ -156,7 +156,7 @@ def _finish_of(material: MaterialRecord) -> str:
 
 
 def _read_at(material: Material, geometry: Geometry) -> Sample:
-    """A material as an instrument reads it at one angle, by its BRDF."""
+    """Return a material as an instrument reads it at one angle, by its BRDF."""
     brdf = material.brdf()
     try:
         wi, wo = light_and_detector((geometry,))
@@ -171,7 +171,7 @@ def _read_at(material: Material, geometry: Geometry) -> Sample:
 
 
 def measurement_of(material: MaterialRecord) -> Measurement:
-    """The conditions that a material's colour is of: those of its file, and of a surface with a BRDF 45a:0."""
+    """Return the conditions that a material's colour is of: those of its file, and of a surface with a BRDF 45a:0."""
     kept = {key.partition(".")[2]: str(value) for key, value in material.original.items() if key.startswith("details.")}
     form = str(material.original.get("format", ""))
     if form and form not in ("CxF3", "CGATS"):
@@ -184,12 +184,13 @@ def measurement_of(material: MaterialRecord) -> Measurement:
 
 
 def _geometry_of(material: MaterialRecord) -> str:
-    """A surface with a BRDF is read at 45a:0; a spectrum, and a matt surface, count as they were measured."""
+    """Return where a reading was made: a surface with a BRDF is read at 45a:0; a spectrum, and a matt surface, count as
+    they were measured."""
     return "45a:0" if material.is_surface and material.model != "lambert" else material.provenance.geometry
 
 
 def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample, ...]:
-    """The samples of a file; where one of this name cannot be used, its reason is raised."""
+    """Return the samples of a file; where one of this name cannot be used, its reason is raised."""
     if path.suffix == ".h5":
         return (sample_of(Material(**vars(read_record(path)))),)
     try:
@@ -353,7 +354,7 @@ def _together(name: str, some: list[Sample], of_file: dict[str, str]) -> Sample:
 
 
 def _mean_colours(some: list[Sample]) -> tuple[StatedColour, ...]:
-    """The mean of colours that are stated of one sample, for each light and observer."""
+    """Return the mean of colours that are stated of one sample, for each light and observer."""
     by_kind: dict[tuple[str, str | None, str | None], list[StatedColour]] = {}
     for colour in (one for sample in some for one in sample.stated):
         by_kind.setdefault((colour.space, colour.illuminant, colour.observer), []).append(colour)

@@ -7,5 +7,5 @@ from pathlib import Path
 
 
 def shipped_sources() -> Path:
-    """The folder of the materials that come with metamer."""
+    """Return the folder of the materials that come with metamer."""
     return Path(str(files("metamer.catalogs"))) / "shipped"

@@ -35,7 +35,7 @@ class Brdf(Surface):
         return self.eval(points.wi, points.wo)
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The parts whose sum is this function, each with the frame in which it factors best."""
+        """Return the parts whose sum is this function, each with the frame in which it factors best."""
         return (Lobe("io", self),)
 
 

@@ -67,7 +67,7 @@ def half_difference(wi: Direction, wo: Direction) -> tuple[Angle, Angle, Angle, 
 def io_from_half_difference(
     theta_h: AngleLike, theta_d: AngleLike, phi_d: AngleLike, phi_h: AngleLike = 0.0
 ) -> tuple[Direction, Direction]:
-    """The pair (wi, wo) with these half/difference angles; either may come out below the horizon.
+    """Return the pair (wi, wo) with these half/difference angles; either may come out below the horizon.
 
     The angles broadcast. Exchanging wi and wo adds pi to phi_d; mirroring in the plane of h and the normal
     negates it.
@@ -83,12 +83,12 @@ def io_from_half_difference(
 
 
 def folded(phi: Angle) -> Angle:
-    """An azimuth in [0, 2 pi) folded into [0, pi]: the two sides of a mirror plane taken as one."""
+    """Return an azimuth in [0, 2 pi) folded into [0, pi]: the two sides of a mirror plane taken as one."""
     return np.asarray(np.minimum(phi, TAU - phi))
 
 
 def _half_frame(theta_h: Angle, phi_h: Angle) -> tuple[Direction, Direction]:
-    """The directions of growing theta and of growing phi at the half vector: the x and y of the hd frame."""
+    """Return the directions of growing theta and of growing phi at the half vector: the x and y of the hd frame."""
     zero = np.zeros_like(phi_h)
     binormal = np.stack([-np.sin(phi_h), np.cos(phi_h), zero], axis=-1)
     return spherical(theta_h + 0.5 * np.pi, phi_h), binormal
@@ -109,6 +109,6 @@ def _length(v: Direction) -> Angle:
 
 
 def _turn(phi: AngleLike) -> Angle:
-    """An atan2 angle in [0, 2 pi); a tiny negative one, which would round to 2 pi, becomes 0."""
+    """Return an atan2 angle in [0, 2 pi); a tiny negative one, which would round to 2 pi, becomes 0."""
     turned = np.where(np.less(phi, 0), phi + TAU, phi)
     return np.where(turned >= TAU, 0.0, turned)

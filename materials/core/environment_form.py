@@ -25,7 +25,7 @@ BENDS = 9
 
 
 def bends(directions: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 9"]:
-    """The polynomials at unit directions."""
+    """Return the polynomials at unit directions."""
     x, y, z = np.moveaxis(directions, -1, 0)
     return np.stack([np.ones_like(x), x, y, z, x * y, y * z, x * z, x * x - y * y, 3.0 * z * z - 1.0], axis=-1)
 
@@ -65,11 +65,11 @@ class EnvironmentForm(abc.ABC):
 
     @abc.abstractmethod
     def lobes(self, points: Points) -> Lobes:
-        """The slices that viewers at `points.wo` see; where the light stands is not looked at."""
+        """Return the slices that viewers at `points.wo` see; where the light stands is not looked at."""
 
     @abc.abstractmethod
     def shader(self, filtered: bool = False) -> TermShader:
-        """The twin of `lobes`, as `docs/adding_a_surface.md` says."""
+        """Return the twin of `lobes`, as `docs/adding_a_surface.md` says."""
 
     @property
     @abc.abstractmethod

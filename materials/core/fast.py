@@ -61,7 +61,7 @@ class Summand(abc.ABC):
 
     @abc.abstractmethod
     def shader(self, filtered: bool = False) -> TermShader:
-        """The twin of `terms`; `filtered`: each term's mean over what a sample spans of the frame's angles.
+        """Return the twin of `terms`; `filtered`: each term's mean over what a sample spans of the frame's angles.
 
         Raises
         ------
@@ -84,7 +84,7 @@ class Summand(abc.ABC):
         """Grid that it is tabulated on, in words."""
 
     def in_basis(self: AnySummand, basis: SpectralBasis) -> AnySummand:
-        """The same with its spectra projected into another basis."""
+        """Return the same with its spectra projected into another basis."""
         return replace(self, palette=self.palette.in_basis(basis))  # pyright: ignore[reportArgumentType]
 
 
@@ -132,12 +132,12 @@ class Fast(Surface):
         return self
 
     def without_holes(self) -> Fast:
-        """The same for who leaves out where `cutout` has holes: from afar the mean of what is there."""
+        """Return the same for who leaves out where `cutout` has holes: from afar the mean of what is there."""
         return self
 
     @abc.abstractmethod
     def in_basis(self, basis: SpectralBasis) -> Fast:
-        """The same with all palettes in another basis."""
+        """Return the same with all palettes in another basis."""
 
     def environment_form(self) -> EnvironmentForm:
         """Environment form of the surface.
@@ -167,7 +167,9 @@ class Fast(Surface):
     @classmethod
     @abc.abstractmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> Fast:
-        """The form whose `stored()` this is; KeyError where something is missing, InputError where it does not fit."""
+        """Return the form whose `stored()` this is; KeyError where something is missing, InputError where it does not
+        fit.
+        """
 
     def shaded(self, points: Points) -> Float[np.ndarray, "N L"]:
         """f_r cos(theta_i) times what arrives, at every wavelength: what keeps its wavelength of what leaves."""

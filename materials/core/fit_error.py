@@ -72,7 +72,7 @@ class FitError:
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> FitError:
-        """The error whose `stored()` this is."""
+        """Return the error whose `stored()` this is."""
         names = str(kept.get("lights", "")).split()
         columns = [kept[name + "_by_light"].tolist() for name in _FIGURES] if names else []
         lights = tuple(LightError(name, *each) for name, *each in zip(names, *columns, strict=True))

@@ -28,7 +28,7 @@ class FrameAngles:
 
 
 def frame_angles(frame: Frame, wi: Direction, wo: Direction, anisotropic: bool = False) -> FrameAngles:
-    """The angles of `frame` for unit vectors in the surface frame; batch shapes broadcast."""
+    """Return the angles of `frame` for unit vectors in the surface frame; batch shapes broadcast."""
     wi, wo = np.broadcast_arrays(np.asarray(wi, dtype=float), np.asarray(wo, dtype=float))
     batch = wi.shape[:-1]
     wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)

@@ -19,7 +19,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
 
 
 def share_in_hemisphere(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.ndarray, "..."]) -> np.ndarray:
-    """The share of a Gaussian's integral over the sphere that lies inside, exact to 1e-12.
+    """Return the share of a Gaussian's integral over the sphere that lies inside, exact to 1e-12.
 
     theta_d : of the lobe's axis above the edge, rad, from -pi/2 to pi/2. sharpness : lambda >= 0.
     """

@@ -24,7 +24,7 @@ _PIXELS = 400
 
 
 def highlight_protocol(brdf: Brdf, lights_deg: tuple[float, ...] = LIGHT_ANGLES_DEG) -> SphereProtocol | None:
-    """The pixels of the highlight under each light of the sphere protocol; None where the surface has none."""
+    """Return the pixels of the highlight under each light of the sphere protocol; None where the surface has none."""
     pairs = [pair for angle in lights_deg if (pair := _pixels(brdf, 0.5 * np.radians(angle))) is not None]
     if not pairs:
         return None
@@ -33,8 +33,8 @@ def highlight_protocol(brdf: Brdf, lights_deg: tuple[float, ...] = LIGHT_ANGLES_
 
 
 def highlight_width(brdf: Brdf, theta_d: float) -> tuple[float, float]:
-    """The largest tilt of the half direction in a highlight under light at 2 theta_d from the view, radians, and the Y
-    of its brightest pixel; zeros where the surface has none.
+    """Return the largest tilt of the half direction in a highlight under light at 2 theta_d from the view, radians, and
+    the Y of its brightest pixel; zeros where the surface has none.
     """
     turns = np.arange(_TURNS) * 2.0 * np.pi / _TURNS
     around = [0.0] if brdf.isotropic else turns

@@ -40,7 +40,7 @@ class Points:
         return len(self.wi)
 
     def angles(self, frame: Frame, anisotropic: bool = False) -> FrameAngles:
-        """The angles of a frame at every point, kept for the next who asks; `scale` includes what arrives."""
+        """Return the angles of a frame at every point, kept for the next who asks; `scale` includes what arrives."""
         key = (frame, anisotropic)
         if key not in self._angles:
             at = frame_angles(frame, self.wi, self.wo, anisotropic)

@@ -74,7 +74,7 @@ class SphereProtocol:
         return _weights(self.light, self.observer, tuple(wavelengths_nm.tolist()))
 
     def under(self, light: str) -> SphereProtocol:
-        """The same samples under another light."""
+        """Return the same samples under another light."""
         return replace(self, light=light)
 
     def reference(self, surface: Surface) -> Float[np.ndarray, "N 3"]:
@@ -174,7 +174,8 @@ def sphere_protocol(
     lights_deg: tuple[float, ...] = LIGHT_ANGLES_DEG,
     light: str = "D65",
 ) -> SphereProtocol:
-    """The protocol's samples; for isotropic materials only the upper half, of which the lower is a mirror image."""
+    """Return the protocol's samples; for isotropic materials only the upper half, of which the lower is a mirror
+    image."""
     centres = (np.arange(pixels) + 0.5) / pixels * 2.0 - 1.0
     x, y = np.meshgrid(centres, centres[centres > 0] if isotropic else centres)
     seen = x * x + y * y < 1.0
@@ -194,7 +195,7 @@ def sphere_protocol(
 
 
 def measured(fast: Form, surface: Surface, pixels: int = 128) -> Form:
-    """A fast form with its error against the surface that it stands for, under all of `LIGHTS`."""
+    """Return a fast form with its error against the surface that it stands for, under all of `LIGHTS`."""
     sphere = sphere_protocol(pixels, surface.isotropic)
     error = sphere.compare_lights(sphere.references(surface, LIGHTS), sphere.samples(fast, LIGHTS), LIGHTS)
     return replace(fast, error=error)  # pyright: ignore[reportArgumentType]

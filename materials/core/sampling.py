@@ -114,7 +114,7 @@ class DirectionSampler:
         return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
 
     def _nodes(self, wo: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
-        """The nearest of the directions to the viewer that there are tables for."""
+        """Return the nearest of the directions to the viewer that there are tables for."""
         theta = np.arctan2(np.hypot(wo[:, 0], wo[:, 1]), wo[:, 2])
         polar = np.clip((theta * (self._polar / (0.5 * np.pi))).astype(np.int64), 0, self._polar - 1)
         if self._isotropic:
@@ -123,7 +123,7 @@ class DirectionSampler:
         return polar * self._round + np.round(step).astype(np.int64) % self._round
 
     def drawn(self, wo: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 3"]:
-        """A direction to the light for each direction to the viewer and pair of numbers in [0, 1), both in the
+        """Return a direction to the light for each direction to the viewer and pair of numbers in [0, 1), both in the
         surface's frame; on or below the horizon some of them, which are to count as nothing.
         """
         node = self._nodes(wo)
@@ -188,7 +188,7 @@ def _ring_edges() -> Float[np.ndarray, " R"]:
 
 
 def _half_vector(v: Float[np.ndarray, " n"], phi: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
-    """The direction at sin(theta / 2)^2 = v and azimuth phi."""
+    """Return the direction at sin(theta / 2)^2 = v and azimuth phi."""
     sine = 2.0 * np.sqrt(v * (1.0 - v))
     return np.stack([sine * np.cos(phi), sine * np.sin(phi), 1.0 - 2.0 * v], axis=1)
 
@@ -203,7 +203,7 @@ def _turned(h: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[
 
 
 def _spread(cells: Float[np.ndarray, "R S"]) -> Float[np.ndarray, "R S"]:
-    """Each cell at least `_NEAR` of the brightest beside it."""
+    """Return each cell at least `_NEAR` of the brightest beside it."""
     padded = np.pad(cells, ((1, 1), (0, 0)), mode="edge")
     beside = np.max([padded[:-2], padded[2:], np.roll(cells, 1, axis=1), np.roll(cells, -1, axis=1)], axis=0)
     return np.maximum(cells, _NEAR * beside)
@@ -227,8 +227,8 @@ class _Cells:
     def found(
         self, row: Int[np.ndarray, " n"], uniform: Float[np.ndarray, " n"]
     ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        """The cell of a row in which each number in [0, 1) falls, and how far into the cell it falls; numbers are
-        scaled to where the row ends.
+        """Return the cell of a row in which each number in [0, 1) falls, and how far into the cell it falls; numbers
+        are scaled to where the row ends.
         """
         sought = uniform * self._last[row]
         first = row * self.count

@@ -65,7 +65,7 @@ def sampling_key(surface: Surface) -> tuple[Hashable, ...] | None:
 
 
 def _sampler(surface: Surface) -> DirectionSampler:
-    """The sampler of a surface, made once for all that are drawn alike and are asked for one after another."""
+    """Return the sampler of a surface, made once for all that are drawn alike and are asked for one after another."""
     key, terms = sampling_key(surface), surface.sum_of_terms
     if key is None or terms is None:
         return DirectionSampler(surface)
@@ -90,11 +90,11 @@ class _Grey(Surface):
         self.wavelengths_nm, self.isotropic, self._terms = surface.wavelengths_nm, surface.isotropic, terms.terms
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """The term."""
+        """Return the term."""
         return np.repeat(eval_lit(self._terms, 1, points.wi, points.wo), len(self.wavelengths_nm), axis=1)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """The term, as each of XYZ."""
+        """Return the term, as each of XYZ."""
         return np.repeat(eval_lit(self._terms, 1, points.wi, points.wo), 3 * len(folding.lights), axis=1)
 
 
@@ -128,11 +128,11 @@ class _Sum(Surface):
         return SumOfTerms(joined, np.concatenate([terms.spectra for terms in known]), tuple(t.key for t in known))
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """The sum."""
+        """Return the sum."""
         return np.sum([lobe.at(points) for lobe in self.lobes], axis=0)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """The sum, each folded for itself."""
+        """Return the sum, each folded for itself."""
         return np.sum([lobe.xyz(points, folding) for lobe in self.lobes], axis=0)
 
 

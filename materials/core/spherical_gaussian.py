@@ -60,27 +60,28 @@ class Gaussians:
         return Gaussians(axis, sharpness, np.asarray(self.amplitude * other.amplitude * np.exp(-exponent)))
 
     def inner(self, other: Gaussians) -> Scalars:
-        """The integral of G1 G2 over the sphere (eq. 4, whose sinh overflows from lambda1 + lambda2 = 710 on)."""
+        """Return the integral of G1 G2 over the sphere (eq. 4, whose sinh overflows from lambda1 + lambda2 = 710
+        on)."""
         return self.product(other).integral
 
     def over_hemisphere(self, normal: Vectors) -> Scalars:
-        """The integral over the directions with v . normal > 0, exact."""
+        """Return the integral over the directions with v . normal > 0, exact."""
         elevation = np.arctan2(
             np.sum(self.axis * normal, axis=-1), np.linalg.norm(np.cross(self.axis, normal), axis=-1)
         )
         return np.asarray(self.integral * share_in_hemisphere(np.asarray(elevation), self.sharpness))
 
     def inner_over_hemisphere(self, other: Gaussians, normal: Vectors) -> Scalars:
-        """The integral of G1 G2 over the directions with v . normal > 0, exact."""
+        """Return the integral of G1 G2 over the directions with v . normal > 0, exact."""
         return self.product(other).over_hemisphere(normal)
 
     def rotated(self, rotation: Float[np.ndarray, "... 3 3"]) -> Gaussians:
-        """The same lobes turned (eq. 7)."""
+        """Return the same lobes turned (eq. 7)."""
         return replace(self, axis=np.einsum("...ij,...j->...i", rotation, self.axis))
 
 
 def sphere_integral(sharpness: Scalars) -> Scalars:
-    """The integral of exp(lambda (v . p - 1)) over the sphere, sr; 4 pi at lambda = 0."""
+    """Return the integral of exp(lambda (v . p - 1)) over the sphere, sr; 4 pi at lambda = 0."""
     sharpness = np.asarray(sharpness, dtype=np.float64)
     safe = np.maximum(sharpness, 1e-300)
     return np.where(sharpness > 1e-300, -2.0 * np.pi * np.expm1(-2.0 * safe) / safe, 4.0 * np.pi)
@@ -97,5 +98,5 @@ def area(sharpness: Scalars, epsilon: float = EPSILON) -> Scalars:
 
 
 def sharpness_of_area(area_sr: Scalars, epsilon: float = EPSILON) -> Scalars:
-    """The inverse of `area`, for an area below 4 pi."""
+    """Return the inverse of `area`, for an area below 4 pi."""
     return np.asarray(-2.0 * np.pi * np.log(epsilon) / area_sr)

@@ -68,7 +68,7 @@ class Surface(abc.ABC):
     points_at_once: ClassVar[int] = 8192
 
     def own_form(self, budget: float = 0.5) -> Surface | None:
-        """The fast form (`fast.Fast`) that this surface knows itself; None where one has to be fitted.
+        """Return the fast form (`fast.Fast`) that this surface knows itself; None where one has to be fitted.
 
         budget : ΔE94 that the 99th percentile should not exceed, for those that are not exact.
         """
@@ -104,5 +104,5 @@ class Surface(abc.ABC):
         """f_r in 1/sr at each point, without the cosine; zero where either direction is on or below the horizon."""
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """All that leaves in colour, at every wavelength, under each of M lights; 1/sr, without the cosine."""
+        """Return all that leaves in colour, at every wavelength, under each of M lights; 1/sr, without the cosine."""
         return self.at(points) @ folding.weights(self.wavelengths_nm)

@@ -45,13 +45,13 @@ class Terms:
             np.add.at(total, self.place, found)
 
     def summed(self, place_of: Int[np.ndarray, " N"]) -> Terms:
-        """The terms of points, summed up over those that belong to the same place (ascending) and entry."""
+        """Return the terms of points, summed up over those that belong to the same place (ascending) and entry."""
         place = place_of if self.place is None else place_of[self.place]
         return _summed(place, self.entry, self.value)
 
     @staticmethod
     def sum_of(several: Sequence[Terms]) -> Terms:
-        """The sum of terms that each have places of their own; at least one."""
+        """Return the sum of terms that each have places of their own; at least one."""
         if len(several) == 1:
             return several[0]
         place = np.concatenate([one.place for one in several if one.place is not None])

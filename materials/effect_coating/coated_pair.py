@@ -49,7 +49,7 @@ class CoatedPair:
         )
 
     def matt(self, grazing: float = GRAZING) -> Float[np.ndarray, " N"]:
-        """A white matt body under the coat, 1/sr; `grazing` : exponent of the cosines outside."""
+        """Return a white matt body under the coat, 1/sr; `grazing` : exponent of the cosines outside."""
         return self._body(grazing) * COAT_INDEX**2 / np.pi
 
     def flakes(self, spread: float, grazing: float = GRAZING) -> Float[np.ndarray, " N"]:
@@ -61,7 +61,9 @@ class CoatedPair:
         return self.through * (self.wi[:, 2] * self.wo[:, 2]) ** grazing
 
     def coat(self, roughness: float, needle: bool) -> Float[np.ndarray, " N"]:
-        """The coat's own reflection, F D G / (4 cos cos), 1/sr; D by Beckmann for a needle, which ends, else by GGX."""
+        """Return the coat's own reflection, F D G / (4 cos cos), 1/sr; D by Beckmann for a needle, which ends, else by
+        GGX.
+        """
         half, across = self.wi + self.wo, self.wi - self.wo
         cos2_d, sin2_d = 0.25 * np.sum(half * half, axis=1), 0.25 * np.sum(across * across, axis=1)
         cos2_h = 0.25 * half[:, 2] ** 2 / cos2_d

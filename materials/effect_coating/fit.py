@@ -182,7 +182,7 @@ def _evidence(body: _Body) -> float:
 
 
 def _body(trials: _Trials, interference: float) -> _Body:
-    """The narrowest coat of nearly the best evidence, with its best spread of the flakes."""
+    """Return the narrowest coat of nearly the best evidence, with its best spread of the flakes."""
     readings = trials.readings
     c = shift(interference, readings.pair.incidence)
     whole = stretched(readings.lifted, readings.wavelengths_nm, c)
@@ -238,7 +238,7 @@ def _two_part_least_squares(
 
 
 def _corrected(readings: AngleReadings, body: _Body, grazing: float) -> FlakeTilt:
-    """The BRDF of a body, corrected to go through the readings: first the body, then the sum."""
+    """Return the BRDF of a body, corrected to go through the readings: first the body, then the sum."""
     pair, nm = readings.pair, readings.wavelengths_nm
     rest = stretched(beside_coat(readings, body.coat), nm, shift(body.interference, pair.incidence))
     left = np.log((rest + FLOOR) / (body.model + FLOOR))
@@ -261,7 +261,7 @@ def _corrected(readings: AngleReadings, body: _Body, grazing: float) -> FlakeTil
 
 
 def _scaled(brdf: FlakeTilt) -> FlakeTilt:
-    """The body made darker where it would reflect more light than it receives at any wavelength."""
+    """Return the body made darker where it would reflect more light than it receives at any wavelength."""
     most = float(body_albedo(brdf).max())
     return brdf if most <= 1.0 else replace(brdf, scale=1.0 / most)
 

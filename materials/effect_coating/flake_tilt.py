@@ -74,7 +74,7 @@ class FlakeTilt(Brdf):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> FlakeTilt:
-        """The BRDF that `parameters` came from; raises `InputError` where one is missing."""
+        """Return the BRDF that `parameters` came from; raises `InputError` where one is missing."""
         names = [one.name for one in fields(cls)]
         if missing := sorted(set(names) - set(parameters)):
             raise InputError(
@@ -90,7 +90,7 @@ class FlakeTilt(Brdf):
         return cls(**values)
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The whole, over half and difference angles."""
+        """Return the whole, over half and difference angles."""
         return (Lobe("hd", self),)
 
     def eval(
@@ -106,11 +106,11 @@ class FlakeTilt(Brdf):
         return np.maximum(self.scale * body + coat, 0.0)
 
     def body(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
-        """All but the coat's reflection, before `scale`, 1/sr."""
+        """Return all but the coat's reflection, before `scale`, 1/sr."""
         return np.maximum(self._parts(CoatedPair.of(wi, wo))[0], 0.0)
 
     def _parts(self, pair: CoatedPair) -> tuple[Float[np.ndarray, "N L"], Float[np.ndarray, "N L"]]:
-        """The body with both corrections, and the factor of the second one, which the coat has, too."""
+        """Return the body with both corrections, and the factor of the second one, which the coat has, too."""
         lengths = (self.tilt_length, self.incidence_length)
         near = covariance(
             coordinates(pair.tilt, pair.incidence, lengths), coordinates(self.tilts, self.incidences, lengths)
@@ -147,7 +147,7 @@ def shift(interference: float, incidence: Float[np.ndarray, " N"]) -> Float[np.n
 def stretched(
     values: Float[np.ndarray, "N L"], wavelengths_nm: Float[np.ndarray, " L"], by: Float[np.ndarray, " N"]
 ) -> Float[np.ndarray, "N L"]:
-    """Each row of `values` at its wavelengths times a factor, linear between samples; ends are held."""
+    """Return each row of `values` at its wavelengths times a factor, linear between samples; ends are held."""
     asked = np.clip(np.outer(by, wavelengths_nm), wavelengths_nm[0], wavelengths_nm[-1])
     cell = np.clip(np.searchsorted(wavelengths_nm, asked, side="right") - 1, 0, len(wavelengths_nm) - 2)
     share = (asked - wavelengths_nm[cell]) / np.diff(wavelengths_nm)[cell]

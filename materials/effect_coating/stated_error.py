@@ -60,7 +60,7 @@ class StatedError:
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> StatedError | None:
-        """The error whose `stored()` is among what a record keeps; None where it keeps none."""
+        """Return the error whose `stored()` is among what a record keeps; None where it keeps none."""
         if "expected.lights" not in kept:
             return None
         figures = (tuple(float(one) for one in kept[f"expected.{name}"]) for name in ("mean", "bound"))
@@ -68,7 +68,7 @@ class StatedError:
 
 
 def stated_error(readings: AngleReadings, brdf: FlakeTilt, lights: Sequence[str] = LIGHTS) -> StatedError:
-    """The error that is expected of `brdf` on the sphere protocol, under each light."""
+    """Return the error that is expected of `brdf` on the sphere protocol, under each light."""
     sphere = sphere_protocol(_PIXELS)
     seen = aspecular(sphere.wi, sphere.wo) > np.radians(FLARE)
     mean, bound = expected_errors(readings, brdf, sphere.wi[seen], sphere.wo[seen], lights)

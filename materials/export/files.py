@@ -178,7 +178,7 @@ def _beside(path: Path, lines: Sequence[str]) -> str:
 
 
 def _spectra(records: Iterable[MaterialRecord]) -> tuple[list[SpectralEntry], list[str], list[dict[str, str]]]:
-    """The spectrum of each material, what there is to say of them, and where each comes from."""
+    """Return the spectrum of each material, what there is to say of them, and where each comes from."""
     entries, notes, tags = [], [], []
     for record in records:
         entries.append(exported_spectrum(record))
@@ -244,7 +244,7 @@ def _exr(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 
 
 def _texture(path: Path, record: MaterialRecord, attributes: dict[str, str]) -> tuple[str, ...]:
-    """Every texel of a spectral texture, as it came."""
+    """Return every texel of a spectral texture, as it came."""
     from ...spectral.formats.spectral_exr import write_spectral_texture
 
     kept = record.original
@@ -318,7 +318,7 @@ def _gltf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 def _btf(
     path: Path, records: Iterable[MaterialRecord], heard: Callable[[int, int], None], spectral: bool = False
 ) -> tuple[str, ...]:
-    """The images as they were measured; they have to be where they were."""
+    """Return the images as they were measured; they have to be where they were."""
     from ..btf.surface import MeasuredBtf
     from ..formats.btf_writer import write_btf
 

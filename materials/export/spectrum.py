@@ -23,7 +23,7 @@ _DARK = 0.01
 
 
 def exported_spectrum(record: MaterialRecord) -> SpectralEntry:
-    """The spectrum of a record at its own wavelengths, with Lab under D50 and what the record says of it.
+    """Return the spectrum of a record at its own wavelengths, with Lab under D50 and what the record says of it.
 
     Where the record keeps no single spectrum, the reading of an annular 45:0 instrument is computed from the BRDF:
     pi f_r averaged over eight sides; the details say so.

@@ -97,7 +97,7 @@ class FactorPack(Summand):
         return self.palette.samples[0]
 
     def recoloured(self, spectra: Float[np.ndarray, "R J"]) -> FactorPack:
-        """The same factors with other coefficients in the same basis."""
+        """Return the same factors with other coefficients in the same basis."""
         return replace(self, palette=replace(self.palette, values=spectra[None]))
 
     def terms(self, points: Points) -> Terms:
@@ -109,7 +109,7 @@ class FactorPack(Summand):
         return Terms(filtered_values(self.axes, self.factors, self.precision == "half", at, widths))
 
     def values(self, wi: Direction, wo: Direction) -> Float[np.ndarray, "... R"]:
-        """Each term without its spectrum, times cos(theta_i) in frame hd; zero below the horizon."""
+        """Return each term without its spectrum, times cos(theta_i) in frame hd; zero below the horizon."""
         return self.values_at(frame_angles(self.frame, wi, wo, self.anisotropic))
 
     def values_at(self, at: FrameAngles, dtype: type = np.float64) -> Float[np.ndarray, "... R"]:
@@ -177,7 +177,7 @@ class FactorPack(Summand):
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> FactorPack:
-        """The pack whose `stored()` this is."""
+        """Return the pack whose `stored()` this is."""
         places = sorted(kept["axes"].items(), key=lambda place: place[1]["position"])
         factors = tuple(place["factor"] for _, place in places)
         if kept["precision"] == "half":
@@ -225,7 +225,7 @@ class FactoredBrdf(Brdf, Fast):
         return found.reshape(*wi.shape[:-1], -1)
 
     def in_basis(self, basis: SpectralBasis) -> FactoredBrdf:
-        """The same packs with their spectra projected into another basis."""
+        """Return the same packs with their spectra projected into another basis."""
         return replace(self, packs=tuple(pack.in_basis(basis) for pack in self.packs), _whole=self._whole or self)
 
     def environment_form(self) -> ViewSlices:
@@ -254,7 +254,8 @@ class FactoredBrdf(Brdf, Fast):
         return ViewSlices(*mixtures(terms, 1, self.isotropic), pack.palette).in_single_precision()
 
     def with_slices_of(self, original: Surface, budget: float) -> FactoredBrdf:
-        """The same with the environment form of what it stands for, and that form's error (`slices.fit.fewest_slices`).
+        """Return the same with the environment form of what it stands for, and that form's error
+        (`slices.fit.fewest_slices`).
 
         What fluoresces has no samples that stand for it: there the form is that of the packs.
         """
@@ -263,7 +264,7 @@ class FactoredBrdf(Brdf, Fast):
         return replace(self, slices=measured_form(self.environment_form(), original))
 
     def stored(self) -> dict[str, Any]:
-        """The packs by number, and the environment form where it is known."""
+        """Return the packs by number, and the environment form where it is known."""
         packs = {str(number): pack.stored() for number, pack in enumerate(self.packs)}
         return packs if self.slices is None else {**packs, _SLICES: self.slices.stored()}
 
@@ -277,7 +278,9 @@ class FactoredBrdf(Brdf, Fast):
 def matt_brdf(
     values: Float[np.ndarray, " R"], palette: Palette, precision: Literal["single", "half"] = "single"
 ) -> FactoredBrdf:
-    """A surface that looks alike from everywhere: term r is `values[r]` in every direction, times spectrum r, 1/sr."""
+    """Return a surface that looks alike from everywhere: term r is `values[r]` in every direction, times spectrum r,
+    1/sr.
+    """
     ends = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
     axes = tuple(Axis(name, 2, end) for name, end in ends.items())
     factors = (np.tile(values, (2, 1)), *(np.ones((2, len(values))) for _ in axes[1:]))

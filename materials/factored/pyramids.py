@@ -61,7 +61,7 @@ class Levels:
 
 @lru_cache(maxsize=64)
 def axis_levels(axis: Axis) -> Levels:
-    """The levels of an axis, up to the one that averages over all directions: an axis may end before they do."""
+    """Return the levels of an axis, up to the one that averages over all directions: an axis may end before they do."""
     steps, polar = axis.size - 1, axis.name.startswith("theta")
     # A disc of pi radians' radius, or a turn.
     all_of_it = np.pi * np.sqrt(np.pi) if polar else _turn(axis)
@@ -84,7 +84,7 @@ def axis_levels(axis: Axis) -> Levels:
 
 
 def pyramid(axes: Sequence[Axis], factors: Factors, half: bool) -> Factors:
-    """The nodes of all levels of every factor; rounded to 16 bits where those are in half precision."""
+    """Return the nodes of all levels of every factor; rounded to 16 bits where those are in half precision."""
     stacked = [axis_levels(axis).weights @ factor for axis, factor in zip(axes, factors, strict=True)]
     if half:
         stacked = [values.astype(np.float16).astype(np.float64) for values in stacked]
@@ -101,7 +101,9 @@ def width_of(axis: Axis, position: Float[np.ndarray, "*n"], nodes: float) -> Flo
 
 
 def level_of(axis: Axis, position: Float[np.ndarray, " K"], width: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"]:
-    """The level, with its fraction, that averages over `width` radians about a node position; inverse of `width_of`."""
+    """Return the level, with its fraction, that averages over `width` radians about a node position; inverse of
+    `width_of`.
+    """
     steps = axis.size - 1
     if axis.warp == "linear":
         nodes = width * (steps / axis.maximum)

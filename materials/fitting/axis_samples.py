@@ -50,7 +50,7 @@ class AxisSamples:
         return cls(size, periodic, below, position - below, order, edges)
 
     def interpolated(self, factor: Float[np.ndarray, "n R"]) -> Float[np.ndarray, "N R"]:
-        """The factor at every sample, linear between nodes."""
+        """Return the factor at every sample, linear between nodes."""
         step = np.diff(factor, axis=0).take(self.below, axis=0)
         step *= self.fraction[:, None]
         step += factor.take(self.below, axis=0)

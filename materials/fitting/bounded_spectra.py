@@ -35,7 +35,8 @@ _BLOCK = 2048
 def within_bounds(
     packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds, violations: Violations | None = None
 ) -> tuple[tuple[FactorPack, ...], bool]:
-    """The packs with the nearest spectra within `bounds`, and whether the last search found no place beyond them.
+    """Return the packs with the nearest spectra within `bounds`, and whether the last search found no place beyond
+    them.
 
     violations : where the packs are beyond them now (`Bounds.violations`), if that is known.
     """
@@ -102,7 +103,9 @@ def _half_spaces(
 def _least_distance(
     lower: Float[np.ndarray, "n n"], free: Float[np.ndarray, " n"], planes: Float[np.ndarray, "m n"], least: np.ndarray
 ) -> tuple[Float[np.ndarray, " n"], np.ndarray]:
-    """The point with planes @ x >= least that is nearest to `free` by its cost, and which half spaces it leans on."""
+    """Return the point with planes @ x >= least that is nearest to `free` by its cost, and which half spaces it leans
+    on.
+    """
     from scipy.optimize import nnls
 
     lengths = np.maximum(np.linalg.norm(planes, axis=1), 1e-100)

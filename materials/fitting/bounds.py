@@ -129,7 +129,7 @@ class Bounds:
         return self.brdf.isotropic
 
     def extremes(self, packs: tuple[FactorPack, ...], rounded: tuple[FactorPack, ...] | None = None) -> Extremes:
-        """The lowest and the largest value that packs shade to.
+        """Return the lowest and the largest value that packs shade to.
 
         rounded : the same packs in half precision, to look at in their place: where the packs themselves come nearest
         to the bounds and downhill from there, for rounding moves no place far.
@@ -178,7 +178,7 @@ class Bounds:
         return self._last[1]
 
     def _starts(self, packs: tuple[FactorPack, ...]) -> WorstPlaces:
-        """The worst of all places, before going downhill."""
+        """Return the worst of all places, before going downhill."""
         low, high = [], []
         against = (1.0 / self._ends).astype(np.float32)
         for places in self._places(packs):
@@ -191,7 +191,9 @@ class Bounds:
         return _strongest(low), _strongest(high)
 
     def _searched_downhill(self, packs: tuple[FactorPack, ...], starts: WorstPlaces) -> WorstPlaces:
-        """The places that going downhill from these leads to; where they are bright, the original is looked at, too."""
+        """Return the places that going downhill from these leads to; where they are bright, the original is looked at,
+        too.
+        """
         darkest, brightest = (self._downhill(packs, found, (side,)) for found, side in zip(starts, _SIDES, strict=True))
         near = self._worst_excess(packs, brightest, _SIDES[1:]) > 0.5
         if near.any():
@@ -264,7 +266,7 @@ class Places:
 
 
 def _strongest(found: list[tuple[np.ndarray, np.ndarray]]) -> Float[np.ndarray, "N A"]:
-    """The places from which the search goes downhill: the worst, no two of them in one place until all are."""
+    """Return the places from which the search goes downhill: the worst, no two of them in one place until all are."""
     excess, angles = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.argsort(-excess, kind="stable")
     looked_at = 2 * _DOWNHILL
@@ -279,7 +281,7 @@ def _strongest(found: list[tuple[np.ndarray, np.ndarray]]) -> Float[np.ndarray, 
 
 @lru_cache(maxsize=3)
 def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Places:
-    """The nodes of a grid that are above the horizon."""
+    """Return the nodes of a grid that are above the horizon."""
     turned = () if isotropic or len(axes) == 4 else (np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False),)
     shape = (*(axis.size for axis in axes), *(len(one) for one in turned))
     some = np.arange(0, int(np.prod(shape)), max(1, -(-int(np.prod(shape)) // _NODES)))

@@ -71,7 +71,7 @@ def node_directions(
 
 
 def _frozen(wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The arrays, which nobody may change from now on: they are cached."""
+    """Return the arrays, which nobody may change from now on: they are cached."""
     wi.setflags(write=False)
     wo.setflags(write=False)
     return wi, wo

@@ -138,7 +138,7 @@ class Judge:
         return Judgement(replace(self._error(seen), relative_error=relative), self._back(seen[1]))
 
     def _error(self, seen: list[np.ndarray]) -> FitError:
-        """The error from the front and in the highlight, under every light."""
+        """Return the error from the front and in the highlight, under every light."""
         return self.front.compare_lights(self.references[0], seen[0], LIGHTS, self._highlights(seen))
 
     def _highlights(self, seen: list[np.ndarray]) -> list[float]:
@@ -154,7 +154,7 @@ class Judge:
         return [float(p99) for p99 in found]
 
     def _back(self, seen: np.ndarray) -> float:
-        """The worst 99th percentile lit from behind, under any light."""
+        """Return the worst 99th percentile lit from behind, under any light."""
         found = (
             self.back.under(light).compare(self.references[1][index], seen[index]) for index, light in enumerate(LIGHTS)
         )

@@ -41,13 +41,13 @@ def khatri_rao(factors: Factors) -> Float[np.ndarray, "N R"]:
 
 
 def absorbed(decomposition: CPTensor) -> Factors:
-    """The factors alone, with the weights multiplied into the first of them."""
+    """Return the factors alone, with the weights multiplied into the first of them."""
     weights, (first, *others) = decomposition
     return [first * weights, *others]
 
 
 def balanced(factors: Factors) -> Factors:
-    """The same terms, each term's length shared equally among its factors."""
+    """Return the same terms, each term's length shared equally among its factors."""
     lengths = np.stack([np.linalg.norm(factor, axis=0) for factor in factors])
     whole = np.prod(lengths, axis=0)
     share = whole ** (1.0 / len(factors))
@@ -61,7 +61,7 @@ def term_lengths(factors: Factors) -> Float[np.ndarray, " R"]:
 
 
 def longest_first(factors: Factors) -> CPTensor:
-    """The decomposition of these factors, terms in descending order of their length; all weights are 1."""
+    """Return the decomposition of these factors, terms in descending order of their length; all weights are 1."""
     order = np.argsort(-term_lengths(factors), kind="stable")
     return CPTensor((None, [factor[:, order] for factor in factors]))
 

@@ -132,7 +132,7 @@ def decompose_compressed(
 def _best(
     core: np.ndarray, rank: int, generator: np.random.Generator, starts: int, sweeps: int, ridge: float
 ) -> CPTensor:
-    """All terms at once: the most promising of several short runs, continued."""
+    """Return all terms at once: the most promising of several short runs, continued."""
     short = max(sweeps // 4, 1)
     tried = [cp_als(core, random_start(core, rank, generator), short, ridge, 1e-14) for _ in range(starts)]
     begun, _ = min(tried, key=lambda run: run[1])

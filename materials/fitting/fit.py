@@ -129,7 +129,7 @@ def fit(
 
 
 def _stored(best: Candidate, judge: Judge, bounds: Bounds, precision: str, budget: float) -> Fit:
-    """The packs in the precision that they are kept in, and their error measured as such."""
+    """Return the packs in the precision that they are kept in, and their error measured as such."""
     storage, judgement, extremes = single_storage(best.packs), best.judgement, bounds.extremes(best.packs)
     if precision == "auto" and all(np.any(pack.spectra) for pack in best.packs):
         half = half_storage(best.packs, lambda packs: judge.judge_packs(packs).error.p99)

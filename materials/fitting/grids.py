@@ -74,7 +74,9 @@ def _half_axis(brdf: Brdf, luminous: np.ndarray) -> Axis:
 
 
 def filled(table: BrdfTable) -> Float[np.ndarray, "*grid S"]:
-    """The table's values with the nodes that no real pair reaches held at the nearest reached theta_d, then theta_h."""
+    """Return the table's values with the nodes that no real pair reaches held at the nearest reached theta_d, then
+    theta_h.
+    """
     values, known = table.values.copy(), table.reached.copy()
     for mode in (1, 0):
         along, flags = np.moveaxis(values, mode, 0), np.moveaxis(known, mode, 0)

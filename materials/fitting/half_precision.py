@@ -32,7 +32,9 @@ class HalfStorage:
 
 
 def rounded_to_half(pack: FactorPack) -> FactorPack:
-    """The pack with factors that 16 bits hold exactly, each column's largest magnitude 1; the same up to rounding."""
+    """Return the pack with factors that 16 bits hold exactly, each column's largest magnitude 1; the same up to
+    rounding.
+    """
     spectra = pack.palette.values[0]
     factors = []
     for factor in pack.factors:
@@ -60,5 +62,5 @@ def half_storage(
 
 
 def single_storage(packs: tuple[FactorPack, ...]) -> HalfStorage:
-    """The packs as they are, because nothing else was asked for."""
+    """Return the packs as they are, because nothing else was asked for."""
     return HalfStorage(packs, False, None, "kept single: half precision was not tried")

@@ -54,14 +54,14 @@ class JointProblem:
         self._starts = np.cumsum([0, *(pack.rank for pack in packs)])
 
     def factors(self) -> Factors:
-        """The packs' own factors, balanced."""
+        """Return the packs' own factors, balanced."""
         found: Factors = []
         for pack in self.packs:
             found += balanced([*pack.factors, (pack.spectra @ self.samples.analysis).T])
         return found
 
     def packs_of(self, factors: Factors) -> tuple[FactorPack, ...]:
-        """The packs of these factors."""
+        """Return the packs of these factors."""
         found = []
         for pack, (*along_axes, spectral) in zip(self.packs, self._split(factors), strict=True):
             sampled = spectral.T @ self.samples.synthesis
@@ -69,7 +69,7 @@ class JointProblem:
         return tuple(found)
 
     def _split(self, factors: Factors) -> list[Factors]:
-        """The factors of each pack."""
+        """Return the factors of each pack."""
         parts, first = [], 0
         for pack in self.packs:
             count = len(pack.axes) + 1
@@ -78,7 +78,7 @@ class JointProblem:
         return parts
 
     def terms(self, factors: Factors) -> Float[np.ndarray, "N R"]:
-        """Every term of all packs at every sample, without its spectrum."""
+        """Return every term of all packs at every sample, without its spectrum."""
         found = self._terms
         for met, part, first, last in zip(
             self._met, self._split(factors), self._starts[:-1], self._starts[1:], strict=True
@@ -87,24 +87,24 @@ class JointProblem:
         return found
 
     def spectra(self, factors: Factors) -> Float[np.ndarray, "R S"]:
-        """The spectra of all terms."""
+        """Return the spectra of all terms."""
         return np.hstack([part[-1] for part in self._split(factors)]).T
 
     def with_spectra(self, factors: Factors, spectra: Float[np.ndarray, "R S"]) -> Factors:
-        """The same factors with other spectra."""
+        """Return the same factors with other spectra."""
         rows = np.split(spectra, self._starts[1:-1])
         parts = zip(self._split(factors), rows, strict=True)
         return [factor for part, row in parts for factor in (*part[:-1], row.T)]
 
     def with_best_spectra(self, factors: Factors) -> Factors:
-        """The same factors with spectra found for them: a start whose lengths mean nothing yet."""
+        """Return the same factors with spectra found for them: a start whose lengths mean nothing yet."""
         terms = self.terms(factors)
         nothing = np.zeros((terms.shape[1], self.samples.targets.shape[1]))
         spectra, _ = self._spectra(terms, nothing, self.samples.targets.T.copy())
         return self.balanced(self.with_spectra(factors, spectra))
 
     def balanced(self, factors: Factors) -> Factors:
-        """The same terms, each term's length shared equally among its factors."""
+        """Return the same terms, each term's length shared equally among its factors."""
         return [factor for part in self._split(factors) for factor in balanced(part)]
 
     def sweep(self, factors: Factors) -> tuple[Factors, float]:
@@ -145,7 +145,9 @@ class JointProblem:
     def _spectra(
         self, terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"], left: Float[np.ndarray, "S N"]
     ) -> tuple[Float[np.ndarray, "R S"], Float[np.ndarray, "S N"]]:
-        """A few steps of conjugate gradients, preconditioned as if an error counted the same whatever its colour."""
+        """Return a few steps of conjugate gradients, preconditioned as if an error counted the same whatever its
+        colour.
+        """
         half_gradient = self.samples.half_gradient
         matrix = np.zeros((terms.shape[1], terms.shape[1]))
         for start in range(0, len(terms), BLOCK):
@@ -234,7 +236,8 @@ def refined(
     samples: SeenSamples,
     sweeps: int = 8,
 ) -> tuple[tuple[FactorPack, ...], float]:
-    """The packs after some sweeps over all their factors together, and what they leave relative to no packs at all.
+    """Return the packs after some sweeps over all their factors together, and what they leave relative to no packs at
+    all.
 
     The objective never rises: the sum over the samples of the squared ΔE94, to first order, and of a small share of
     what another light might show. The second result is the square root of its ratio, 0 where there is no light.
@@ -248,7 +251,9 @@ def refined(
 def refined_without_extrapolation(
     packs: tuple[FactorPack, ...], samples: SeenSamples, sweeps: int
 ) -> tuple[FactorPack, ...]:
-    """The packs after some sweeps, none from a stretched point: they move no farther than their guards ask them to."""
+    """Return the packs after some sweeps, none from a stretched point: they move no farther than their guards ask them
+    to.
+    """
     problem = JointProblem(packs, samples)
     factors = problem.factors()
     for _ in range(sweeps):
@@ -265,7 +270,7 @@ def new_terms(
     seed: int,
     sweeps: int = 12,
 ) -> tuple[FactorPack, float]:
-    """A pack of `rank` new terms, fitted to what `packs` leave, which stay as they are; and the objective then.
+    """Return a pack of `rank` new terms, fitted to what `packs` leave, which stay as they are; and the objective then.
 
     Starts from smooth random factors, a few cosines each: nodes between samples are then no worse than those on them.
     """

@@ -114,7 +114,7 @@ class LobeTable:
         return not np.any(self.values)
 
     def pack(self, rank: int, seed: int, method: Method, smooth: bool = False) -> tuple[FactorPack, float]:
-        """A pack of `rank` terms by `method`, and the weighted relative residual of the table.
+        """Return a pack of `rank` terms by `method`, and the weighted relative residual of the table.
 
         "weighted": with the nodes' true weights. "joint": the same in fewer sweeps where that takes long, since the
         pack is refined afterwards. "incremental", "refitted": packs of four terms, unweighted (`decompose`).
@@ -142,7 +142,7 @@ class LobeTable:
         return (smoothed_pack(pack) if smooth else pack), relative
 
     def _packed(self, decomposition: CPTensor) -> FactorPack:
-        """The pack of a decomposition of `values`, its last mode written as spectra."""
+        """Return the pack of a decomposition of `values`, its last mode written as spectra."""
         *factors, coefficients = absorbed(decomposition)
         spectral = coefficients.T @ self.synthesis
         return FactorPack(self.lobe.frame, self.axes, tuple(factors), Palette.of(spectral))

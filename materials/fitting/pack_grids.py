@@ -14,7 +14,7 @@ from .visible_pairs import FARTHEST_LIGHT
 
 
 def finer(pack: FactorPack, most: int) -> FactorPack:
-    """The same function on axes with a node between any two; an axis that would have more than `most` stays."""
+    """Return the same function on axes with a node between any two; an axis that would have more than `most` stays."""
     axes, factors = [], []
     for axis, factor in zip(pack.axes, pack.factors, strict=True):
         if 2 * axis.size - 1 <= most:
@@ -28,14 +28,16 @@ def finer(pack: FactorPack, most: int) -> FactorPack:
 
 
 def axes_up_to_farthest_light(frame: Frame, axes: tuple[Axis, ...]) -> tuple[Axis, ...]:
-    """The grid with theta_d, in frame hd, only as far as lights of samples stand; beyond, factors are held constant."""
+    """Return the grid with theta_d, in frame hd, only as far as lights of samples stand; beyond, factors are held
+    constant.
+    """
     if frame != "hd" or axes[1].maximum <= 0.5 * FARTHEST_LIGHT:
         return axes
     return (axes[0], replace(axes[1], maximum=0.5 * FARTHEST_LIGHT), *axes[2:])
 
 
 def up_to_farthest_light(pack: FactorPack) -> FactorPack:
-    """The pack on `axes_up_to_farthest_light`, the same function up to there."""
+    """Return the pack on `axes_up_to_farthest_light`, the same function up to there."""
     axes = axes_up_to_farthest_light(pack.frame, pack.axes)
     if axes is pack.axes:
         return pack

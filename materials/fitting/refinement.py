@@ -76,7 +76,7 @@ class Refinement:
         return self._drawn[1]
 
     def refine(self, candidate: Candidate) -> Candidate:
-        """The candidate after some rounds, as many as improve its measured distance; the best of them."""
+        """Return the candidate after some rounds, as many as improve its measured distance; the best of them."""
         best = candidate
         for _ in range(_ROUNDS):
             before = best.judgement.score
@@ -89,7 +89,7 @@ class Refinement:
         return best
 
     def refine_once(self, candidate: Candidate, packs: tuple[FactorPack, ...]) -> Candidate:
-        """The candidate with `packs` in place of its own, after some sweeps over them.
+        """Return the candidate with `packs` in place of its own, after some sweeps over them.
 
         While light from behind decides the score, errors under it count more and more.
         """
@@ -113,7 +113,7 @@ class Refinement:
         return kept
 
     def bring_within(self, candidate: Candidate) -> Candidate:
-        """The same terms with guards wherever they leave the bounds, until they leave them nowhere.
+        """Return the same terms with guards wherever they leave the bounds, until they leave them nowhere.
 
         Sweeps beside the guards refine what is seen, too: they are the last that the packs get.
         """

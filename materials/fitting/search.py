@@ -47,7 +47,7 @@ class Search:
         self.growth = Growth(self.refinement)
 
     def lobewise(self, lobes: tuple[Lobe, ...]) -> Candidate:
-        """Each lobe by itself; then, with method "joint", all of them together."""
+        """Return each lobe by itself; then, with method "joint", all of them together."""
         settings = self.settings
         found = [self._lobe(number, lobe, lobes) for number, lobe in enumerate(lobes)]
         # A lobe without light adds nothing, unless it is all there is.
@@ -74,7 +74,9 @@ class Search:
         return self.growth.grow(self.refinement.refine(candidate), rival)
 
     def _lobe(self, number: int, lobe: Lobe, lobes: tuple[Lobe, ...]) -> tuple[FactorPack, float]:
-        """The pack of fewest terms within the lobe's share of the budget, else the best; and its table's residual."""
+        """Return the pack of fewest terms within the lobe's share of the budget, else the best; and its table's
+        residual.
+        """
         settings, judge = self.settings, self.judge
         alone, joint = len(lobes) == 1, settings.method == "joint"
         share = settings.budget / np.sqrt(len(lobes))

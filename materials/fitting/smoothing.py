@@ -11,7 +11,7 @@ from ..factored.pack import FactorPack
 
 
 def smoothed_pack(pack: FactorPack) -> FactorPack:
-    """The pack with every factor over an angle smoothed; spectra stay; its error is unknown."""
+    """Return the pack with every factor over an angle smoothed; spectra stay; its error is unknown."""
     factors = [smoothed(factor, axis.periodic) for factor, axis in zip(pack.factors, pack.axes, strict=True)]
     return replace(pack, factors=tuple(factors))
 

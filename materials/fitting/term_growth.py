@@ -48,12 +48,12 @@ class Growth:
         self.brdf, self.judge, self.settings = refinement.brdf, refinement.judge, refinement.settings
 
     def first_terms(self, frame: Frame, rival: Candidate) -> FactorPack:
-        """A pack of four terms for everything, in one frame, on the grid that `rival` has there."""
+        """Return a pack of four terms for everything, in one frame, on the grid that `rival` has there."""
         axes, seed = self._axes(frame, rival.packs), self.settings.seed
         return new_terms((), self.refinement.samples(PACK), frame, axes, PACK, seed)[0]
 
     def grow(self, candidate: Candidate, rival: Candidate | None = None) -> Candidate:
-        """The best candidate that comes of this one by more terms and finer grids.
+        """Return the best candidate that comes of this one by more terms and finer grids.
 
         rival : given up as soon as the candidate can no longer be better than this one.
         """
@@ -78,7 +78,7 @@ class Growth:
         return self.ended(safe if safe is not None and safe.better_than(last, budget) else last)
 
     def ended(self, candidate: Candidate) -> Candidate:
-        """The candidate, with the reason why no more terms are tried."""
+        """Return the candidate, with the reason why no more terms are tried."""
         if candidate.judgement.score <= self.settings.budget:
             why = "budget met"
         elif candidate.rank + PACK > self.settings.ranks[-1]:
@@ -120,7 +120,9 @@ class Growth:
         return wanted
 
     def _up_to_farthest_light(self, candidate: Candidate) -> Candidate:
-        """The same terms on grids that end where lights of pictures do: beyond, nothing would hold their factors."""
+        """Return the same terms on grids that end where lights of pictures do: beyond, nothing would hold their
+        factors.
+        """
         packs = tuple(up_to_farthest_light(pack) for pack in candidate.packs)
         same = all(new is old for new, old in zip(packs, candidate.packs, strict=True))
         if self.settings.axes is not None or same:
@@ -130,7 +132,7 @@ class Growth:
         return found
 
     def _on_finer_grids(self, candidate: Candidate) -> Candidate:
-        """The same terms with twice as many nodes an axis, for as long as that pays."""
+        """Return the same terms with twice as many nodes an axis, for as long as that pays."""
         best = candidate
         while best.judgement.score > self.settings.budget and self.settings.axes is None:
             packs = tuple(finer(pack, _MOST_NODES) for pack in best.packs)
@@ -154,7 +156,7 @@ class Growth:
         return not known or candidate.judgement.score < min(known)
 
     def _axes(self, frame: Frame, packs: tuple[FactorPack, ...]) -> tuple[Axis, ...]:
-        """The grid that the material has in this frame already, else one made for it."""
+        """Return the grid that the material has in this frame already, else one made for it."""
         for pack in packs:
             if pack.frame == frame and pack.anisotropic != self.brdf.isotropic:
                 return pack.axes

@@ -28,7 +28,7 @@ class Tucker:
     lost: float
 
     def expanded(self, core: CPTensor) -> CPTensor:
-        """A CP decomposition of the core as one of the table; lengths and errors do not change."""
+        """Return a CP decomposition of the core as one of the table; lengths and errors do not change."""
         weights, factors = core
         return CPTensor((weights, [basis @ factor for basis, factor in zip(self.bases, factors, strict=True)]))
 
@@ -83,7 +83,7 @@ def mode_gram(tensor: Float[np.ndarray, "..."], mode: int) -> Float[np.ndarray, 
 
 
 def projected(tensor: Float[np.ndarray, "..."], basis: Float[np.ndarray, "n k"], mode: int) -> Float[np.ndarray, "..."]:
-    """The tensor with `mode` expressed in the columns of `basis`: a contiguous array of size k along it."""
+    """Return the tensor with `mode` expressed in the columns of `basis`: a contiguous array of size k along it."""
     # tensorly's `mode_dot` copies the table before it is smaller than it was: here the last mode is a view.
     if mode == tensor.ndim - 1:
         return (tensor.reshape(-1, tensor.shape[mode]) @ basis).reshape(*tensor.shape[:-1], basis.shape[1])

@@ -105,11 +105,11 @@ class SeenSamples:
         return out
 
     def reweighted(self, weights: Float[np.ndarray, " N"]) -> SeenSamples:
-        """The same samples, the square of an error at each counting `weights` times as much."""
+        """Return the same samples, the square of an error at each counting `weights` times as much."""
         return replace(self, sensitivity=self.sensitivity * np.sqrt(weights), base_weight=self.base_weight * weights)
 
     def thinned(self, step: int) -> SeenSamples:
-        """Every `step`-th sample, each counting so many times as much, and all guards."""
+        """Return every `step`-th sample, each counting so many times as much, and all guards."""
         first = len(self.wi) - len(self.guards)
         some = np.concatenate([np.arange(0, first, step), np.arange(first, len(self.wi))])
         times = np.where(some < first, float(step), 1.0)
@@ -127,7 +127,8 @@ class SeenSamples:
     def with_guards(
         self, wi: Float[np.ndarray, "G 3"], wo: Float[np.ndarray, "G 3"], limits: Float[np.ndarray, "2 L"], cost: float
     ) -> SeenSamples:
-        """The samples and G further pairs, the guards: packs shall shade to pi f_r cos(theta_i) between `limits` there.
+        """Return the samples and G further pairs, the guards: packs shall shade to pi f_r cos(theta_i) between `limits`
+        there.
 
         limits : the lowest and the highest value at each working wavelength. cost : of leaving them by 0.02 at one
         wavelength of one guard. Guards come last, and cost nothing while packs are within the limits.
@@ -155,7 +156,7 @@ class SeenSamples:
         return float(np.vdot(left, self.half_gradient(left)))
 
     def minus(self, packs: tuple[FactorPack, ...]) -> SeenSamples:
-        """The same samples, with what packs shade to subtracted from the targets."""
+        """Return the same samples, with what packs shade to subtracted from the targets."""
         shaded = [pack.shade(self.wi, self.wo) @ (pack.palette.basis.synthesis.T @ self.analysis) for pack in packs]
         return replace(self, targets=self.targets - sum(shaded, np.zeros_like(self.targets)))
 

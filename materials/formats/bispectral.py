@@ -55,7 +55,7 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 
 def read_bispectral(path: Path) -> tuple[FluorescentLambert, ...]:
-    """The distinct surfaces of the picture, in the order in which its rows show them.
+    """Return the distinct surfaces of the picture, in the order in which its rows show them.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def read_bispectral(path: Path) -> tuple[FluorescentLambert, ...]:
 
 
 def _placed(bispectral: Callable[[int, int], Bispectral], path: Path, row: int, column: int) -> Bispectral:
-    """The surface of a pixel; what is wrong with it is said with its place in the file."""
+    """Return the surface of a pixel; what is wrong with it is said with its place in the file."""
     try:
         return bispectral(row, column)
     except InputError as reason:

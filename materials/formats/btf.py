@@ -70,7 +70,7 @@ def check_named(path: Path) -> None:
 
 
 def companions(path: Path) -> Iterable[Path]:
-    """The other images of the set."""
+    """Return the other images of the set."""
     return tuple(other for other in members(path) if other != path)
 
 
@@ -93,7 +93,7 @@ def _texels(path: Path) -> int:
 
 
 def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
-    """The one record, "btf/NAME".
+    """Yield the one record, "btf/NAME".
 
     Raises
     ------
@@ -160,7 +160,7 @@ def _images(found: Sorted, folder: Path, coding: Coding, basis: SpectralBasis, a
 
 
 def _without_unused(images: BtfFiles, folder: Path) -> BtfFiles:
-    """The same without the files that cannot be used: a record does not need them to be there."""
+    """Return the same without the files that cannot be used: a record does not need them to be there."""
     data = images.data
     assert isinstance(data, StoredFiles)
     used = np.unique(images.index[images.index >= 0])
@@ -173,7 +173,7 @@ def _without_unused(images: BtfFiles, folder: Path) -> BtfFiles:
 
 
 def _size(images: BtfFiles, found: Sorted) -> tuple[int, int]:
-    """The size of the first image that can be read."""
+    """Return the size of the first image that can be read."""
     problem: InputError | OSError = FileNotFoundError("no images")
     for file in found.files:
         try:

@@ -15,7 +15,7 @@ _ORIENTATION, _UPRIGHT = 0x0112, 1
 
 
 def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
-    """A note for each thing asked for, with the number of images and the name of the first.
+    """Return a note for each thing asked for, with the number of images and the name of the first.
 
     A file that cannot be opened is passed over: who reads it says what is wrong with it.
     """

@@ -73,7 +73,7 @@ def _image_name(stem: str, folders: tuple[str, ...]) -> ImageName | None:
 
 
 def set_folder(path: Path) -> Path:
-    """The folder of the whole set that an image belongs to.
+    """Return the folder of the whole set that an image belongs to.
 
     It is above folders whose names say an angle or a wavelength, and above those that are told apart by a number and
     hold each another view, or light.
@@ -87,7 +87,7 @@ def set_folder(path: Path) -> Path:
 
 
 def members(path: Path) -> list[Path]:
-    """All images of the set that `path` belongs to, sorted by their names."""
+    """Return all images of the set that `path` belongs to, sorted by their names."""
     name = image_name(path)
     if name is None:
         return [path]
@@ -186,7 +186,7 @@ def _images_in(folder: Path, changed_ns: int) -> tuple[str, ...]:
 
 @lru_cache(maxsize=1024)
 def _directions_in(folder: Path, changed_ns: int) -> tuple[frozenset, frozenset]:
-    """The views and the lights that a folder's images have."""
+    """Return the views and the lights that a folder's images have."""
     found = [image_name(folder / name) for name in _images_in(folder, changed_ns)]
     return frozenset(one.view for one in found if one), frozenset(one.light for one in found if one)
 

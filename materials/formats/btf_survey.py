@@ -90,7 +90,7 @@ def sorted_files(paths: list[Path], folder: Path) -> Sorted:
 
 
 def _angles(at: tuple[float, float]) -> tuple[float, float]:
-    """The one name of a direction: straight up, phi says nothing."""
+    """Return the one name of a direction: straight up, phi says nothing."""
     return (at[0], at[1] % 360.0 if at[0] else 0.0)
 
 

@@ -48,12 +48,13 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def reading_cost(path: Path) -> ReadingCost:
-    """Its numbers as words, and what is worked out between scattered pairs."""
+    """Return its numbers as words, and what is worked out between scattered pairs."""
     return cost_of_bytes(path, 13.0, 4e-6)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """The file's one material; it is spectral, and needs no `uplift`. Raises `InputError` as `read_cornell` does."""
+    """Yield the file's one material; it is spectral, and needs no `uplift`. Raises `InputError` as `read_cornell`
+    does."""
     from ..measured.scattered import ScatteredBrdf
 
     measurement = read_cornell(path)
@@ -119,7 +120,9 @@ def read_cornell(path: str | Path) -> ScatteredMeasurement:
 
 
 def _begins_with_wavelengths(head: bytes) -> bool:
-    """The count stands alone on its line, as no table of spectra begins; a list cut off by the end of `head` counts."""
+    """Check that the count stands alone on its line, as no table of spectra begins; a list cut off by the end of `head`
+    counts.
+    """
     if b"\0" in head:
         return False
     text = head.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
@@ -146,7 +149,9 @@ def _begins_with_wavelengths(head: bytes) -> bool:
 
 
 def _split(line: str) -> list[str]:
-    """The words of a line, parted by white space or by commas; one comma alone within a word may be a decimal one."""
+    """Return the words of a line, parted by white space or by commas; one comma alone within a word may be a decimal
+    one.
+    """
     found: list[str] = []
     for word in line.split():
         inner = word.removesuffix(",")

@@ -44,12 +44,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """Every material of the family; what is wrong with one of them does not hold up the others."""
+    """Yield every material of the family; what is wrong with one of them does not hold up the others."""
     yield from _family(path)
 
 
 def companions(path: Path) -> Iterator[Path]:
-    """The files that are part of a description: `sources.toml` beside it, and the tables that it lists."""
+    """Yield the files that are part of a description: `sources.toml` beside it, and the tables that it lists."""
     manifest = path.parent / TABLES_FILE
     if manifest.is_file():
         yield manifest
@@ -61,7 +61,7 @@ def companions(path: Path) -> Iterator[Path]:
 
 
 def read_toml(path: Path) -> dict[str, Any]:
-    """A TOML file as a dictionary; raises `InputError` that names it."""
+    """Return a TOML file as a dictionary; raises `InputError` that names it."""
     try:
         return tomllib.loads(read_text(path, "a TOML file"))
     except tomllib.TOMLDecodeError as reason:
@@ -174,7 +174,7 @@ class _Entry:
         return said
 
     def _spectrum(self, key: str, quantity: Kind, used: dict[str, FamilyTable], read: bool) -> Spectrum:
-        """The spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""
+        """Return the spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""
         value, field = self.values[key], f"{self.name}.{key}"
         if set(value) == {"constant"}:
             with self._placed(field):
@@ -189,7 +189,7 @@ class _Entry:
         return table.spectrum(str(value.get("column")).replace("{column}", self.column))
 
     def _read_at(self, key: str, used: Mapping[str, FamilyTable]) -> str | None:
-        """The geometry at which a table's spectrum was read of the whole; None where it is of the body alone."""
+        """Return the geometry at which a table's spectrum was read of the whole; None where it is of the body alone."""
         value = self.values.get(key)
         if not isinstance(value, dict) or "table" not in value:
             return None

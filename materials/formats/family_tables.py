@@ -81,14 +81,14 @@ class FamilyTable:
         return found
 
     def spectrum(self, column: str) -> Spectrum:
-        """The spectrum of a column, on its own wavelengths."""
+        """Return the spectrum of a column, on its own wavelengths."""
         if column not in self._spectra:
             raise UnknownNameError("column", column, self._spectra, file=self.origin, field=self.name)
         return self._spectra[column]
 
 
 def constant_spectrum(value: object, quantity: Kind) -> Spectrum:
-    """The same reflectance or index at every working wavelength."""
+    """Return the same reflectance or index at every working wavelength."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError("not a number", found=repr(value), expected="a number")
     grid = WORKING_WAVELENGTHS_NM
@@ -98,7 +98,7 @@ def constant_spectrum(value: object, quantity: Kind) -> Spectrum:
 
 
 def tables_from(description: Mapping[str, Any], file: Path) -> dict[str, FamilyTable]:
-    """The tables that a `sources.toml` describes, by name; nothing of them is read yet."""
+    """Return the tables that a `sources.toml` describes, by name; nothing of them is read yet."""
     return {name: _table(name, entry, file) for name, entry in description.items()}
 
 
@@ -138,7 +138,7 @@ def _in_fractions(spectrum: Spectrum, file: Path, column: str) -> Spectrum:
 
 
 def _colour_checker(chart: str, file: Path, name: str) -> dict[str, Spectrum]:
-    """The patches of a chart of colour-science; a density in brackets is left out of the names."""
+    """Return the patches of a chart of colour-science; a density in brackets is left out of the names."""
     return {
         column: Spectrum.sampled(values.wavelengths, values.values) for column, _, values in _patches(chart, file, name)
     }

@@ -88,7 +88,7 @@ def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> 
 
 
 def _unique(name: str, taken: set[str]) -> str:
-    """The name, or with the first number that makes it new; the name of its emission is taken with it."""
+    """Return the name, or with the first number that makes it new; the name of its emission is taken with it."""
     number, candidate = 1, name
     while {candidate, f"{candidate}-emission"} & taken:
         number += 1
@@ -180,7 +180,7 @@ class _Material:
         )
 
     def _texture(self, holder: JsonNode, name: str) -> Texture | None:
-        """A texture of the surface; where it lies is asked for together with all others."""
+        """Return a texture of the surface; where it lies is asked for together with all others."""
         if holder.has(name):
             self.placed.append((holder, name))
         return self.textures.of(holder, name)
@@ -267,7 +267,7 @@ class _Material:
         return notes + (["colours of the mesh's vertices are not applied"] if self.coloured else [])
 
     def _description(self) -> dict[str, Any]:
-        """The material, its textures and the file's own header, word for word."""
+        """Return the material, its textures and the file's own header, word for word."""
         asset = self.gltf.root.child("asset")
         details = {"gltf.asset": asset.values, "gltf.material": self.node.values, "gltf.textures": self.textures.used()}
         kept: dict[str, Any] = {"file": printable(self.gltf.path.name), "gltf.name": self.label}
@@ -302,7 +302,7 @@ def _licence(asset: JsonNode) -> str:
 
 
 def _unlit(maps: SurfaceMaps) -> SurfaceMaps:
-    """The body alone."""
+    """Return the body alone."""
     return SurfaceMaps(base=maps.base, coverage=maps.coverage, cutoff=maps.cutoff)
 
 

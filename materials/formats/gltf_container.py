@@ -53,7 +53,7 @@ class GltfFile:
     binary: tuple[int, int] | None
 
     def picture(self, image: JsonNode) -> EncodedPicture:
-        """The bytes of one of `images`; raises `InputError` where they are missing, elsewhere or too many."""
+        """Return the bytes of one of `images`; raises `InputError` where they are missing, elsewhere or too many."""
         name = image.text("name")
         if image.has("uri"):
             uri = image.text("uri")
@@ -73,7 +73,8 @@ class GltfFile:
         return buffer.has("uri") or (self.binary is not None and number == 0)
 
     def buffer(self, number: int) -> bytes:
-        """All bytes of one of `buffers`, however many; raises `InputError` where they are missing or elsewhere."""
+        """Return all bytes of one of `buffers`, however many; raises `InputError` where they are missing or
+        elsewhere."""
         buffer = self.root.children("buffers")[number]
         return self._bytes(buffer, number, 0, buffer.whole("byteLength"), most=None)
 
@@ -88,7 +89,7 @@ class GltfFile:
 
 
 def open_gltf(path: Path) -> GltfFile:
-    """The container in `path`, checked; pictures are read when they are asked for.
+    """Return the container in `path`, checked; pictures are read when they are asked for.
 
     Raises
     ------
@@ -125,7 +126,7 @@ def companions(path: Path) -> Iterator[Path]:
 
 
 def local_path(node: JsonNode, folder: Path) -> Path:
-    """The file that a `uri` names; it must be relative and lie in the folder of the glTF, or below.
+    """Return the file that a `uri` names; it must be relative and lie in the folder of the glTF, or below.
 
     Backslashes part folders where no file is called by them: programs on Windows write them, against the rule.
     """
@@ -165,7 +166,7 @@ def named_by_backslashes(node: JsonNode, folder: Path) -> bool:
 
 
 def _json_of(path: Path) -> tuple[bytes, tuple[int, int] | None]:
-    """The JSON, and offset and length of a GLB's binary chunk."""
+    """Return the JSON, and offset and length of a GLB's binary chunk."""
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(12)
@@ -253,7 +254,7 @@ def _buffer_size(gltf: GltfFile, number: int, buffer: JsonNode) -> int:
 
 
 def _inlined(node: JsonNode) -> bytes:
-    """The content of a data: URI in base64."""
+    """Return the content of a data: URI in base64."""
     head, comma, body = node.text("uri").partition(",")
     if not comma or not head.endswith(";base64"):
         node.refuse("uri", "unknown encoding", repr(head[:60]), "data:TYPE;base64,...")

@@ -38,39 +38,39 @@ class JsonNode:
         return name in self.values
 
     def child(self, name: str) -> JsonNode:
-        """The object of that name, empty where there is none."""
+        """Return the object of that name, empty where there is none."""
         value = self.values.get(name, {})
         if not isinstance(value, dict):
             self.refuse(name, "not an object", _shown(value), "{ ... }")
         return JsonNode(self.file, self._at(name), value)
 
     def children(self, name: str) -> list[JsonNode]:
-        """The objects in the list of that name; none where there is none."""
+        """Return the objects in the list of that name; none where there is none."""
         values = self.values.get(name, [])
         if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
             self.refuse(name, "not a list of objects", _shown(values), "[{ ... }, ...]")
         return [JsonNode(self.file, f"{self._at(name)}[{number}]", value) for number, value in enumerate(values)]
 
     def text(self, name: str, default: str = "") -> str:
-        """The text of that name; anything else is refused."""
+        """Return the text of that name; anything else is refused."""
         value = self.values.get(name, default)
         if not isinstance(value, str):
             self.refuse(name, "not text", _shown(value), "text in quotes")
         return value
 
     def number(self, name: str, default: Real, low: Real = 0.0, high: Real = math.inf) -> float:
-        """A finite number from `low` to `high`."""
+        """Return a finite number from `low` to `high`."""
         return self._number(name, self.values.get(name, default), low, high)
 
     def numbers(self, name: str, default: tuple[Real, ...], low: Real = 0.0, high: Real = math.inf) -> list[float]:
-        """A list of as many numbers as `default` has."""
+        """Return a list of as many numbers as `default` has."""
         values = self.values.get(name, list(default))
         if not isinstance(values, list) or len(values) != len(default):
             self.refuse(name, "not a list of that length", _shown(values), f"{len(default)} numbers")
         return [self._number(f"{name}[{at}]", value, low, high) for at, value in enumerate(values)]
 
     def whole(self, name: str, default: int | None = None, below: int | None = None) -> int:
-        """A whole number from 0 to below `below`; refused where it is missing and has no default."""
+        """Return a whole number from 0 to below `below`; refused where it is missing and has no default."""
         value, limit = self.values.get(name, default), sys.maxsize if below is None else below
         if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < limit:
             expected = "0, 1, 2, ..." if below is None else f"0, 1, 2, ..., less than {below}"
@@ -91,7 +91,7 @@ class JsonNode:
 
 
 def parsed(raw: bytes, file: Path) -> JsonNode:
-    """The object that is the whole of a JSON text; raises `InputError` naming `file`."""
+    """Return the object that is the whole of a JSON text; raises `InputError` naming `file`."""
     weight = sum(raw.count(sign) for sign in (b",", b"[", b"{"))
     if weight > MOST_VALUES:
         raise InputError(
@@ -118,7 +118,7 @@ def parsed(raw: bytes, file: Path) -> JsonNode:
 
 
 def compact(value: Any) -> str:
-    """A value as JSON in one line of ASCII, its keys sorted."""
+    """Return a value as JSON in one line of ASCII, its keys sorted."""
     return json.dumps(value, sort_keys=True, separators=(",", ":"))
 
 

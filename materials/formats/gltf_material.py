@@ -30,7 +30,8 @@ _NEAR = 1e-9
 
 
 def gltf_material(surface: Surface, name: str, writer: GltfWriter) -> tuple[dict[str, Any], list[str]]:
-    """A surface in the words of a file's `materials`, its textures added to the file; and notes on what became of it.
+    """Return a surface in the words of a file's `materials`, its textures added to the file; and notes on what became
+    of it.
 
     Raises
     ------
@@ -65,7 +66,7 @@ def gltf_material(surface: Surface, name: str, writer: GltfWriter) -> tuple[dict
 
 
 def _maps_of(surface: Surface) -> tuple[MapSet, dict[str, float] | None, list[str]]:
-    """The surface as maps, its clear coat, and notes."""
+    """Return the surface as maps, its clear coat, and notes."""
     one, none = TexelMap.constant(1.0), TexelMap.constant(0.0)
     if isinstance(surface, MapSet):
         return surface, None, []
@@ -211,7 +212,7 @@ def _coat(maps: MapSet, writer: GltfWriter, notes: list[str]) -> dict[str, Any]:
 
 
 def _bumps(normal: TexelMap, maps: MapSet, writer: GltfWriter) -> dict[str, Any]:
-    """A normal map, green up: the codes that it came with where those are a picture's."""
+    """Return a normal map, green up: the codes that it came with where those are a picture's."""
     strength = normal.scale[0] / 2.0
     as_pictures_are = len(normal.scale) == 3 and normal.scale[2] == 2.0 and abs(normal.scale[1]) == normal.scale[0]
     as_pictures_are &= normal.offset == tuple(-0.5 * number for number in normal.scale)

@@ -46,7 +46,7 @@ class TextureReader:
         self._read: dict[str, Texture] = {}
 
     def of(self, holder: JsonNode, name: str) -> Texture | None:
-        """The texture that `holder` names so, None where it has none.
+        """Return the texture that `holder` names so, None where it has none.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class TextureReader:
         return Placement((across, down), (left, 1.0 - top - down), (wrap[0], wrap[1]))
 
     def all(self) -> tuple[list[Texture], list[str]]:
-        """Every texture whose bytes are there, rendered or not, and what is to be said of them."""
+        """Return every texture whose bytes are there, rendered or not, and what is to be said of them."""
         notes: list[str] = []
         for holder, name in self._holders(self.material):
             try:
@@ -118,7 +118,7 @@ class TextureReader:
         return list(self._read.values()), notes
 
     def used(self) -> dict[str, Any]:
-        """The file's own words on each texture: slot to texture, sampler and image, without their content."""
+        """Return the file's own words on each texture: slot to texture, sampler and image, without their content."""
         described: dict[str, Any] = {}
         samplers = self.gltf.root.children("samplers")
         for holder, name in self._holders(self.material):
@@ -137,7 +137,7 @@ class TextureReader:
         return place.removeprefix(self.material.place).removeprefix(".extensions").lstrip(".")
 
     def _holders(self, node: JsonNode) -> Iterator[tuple[JsonNode, str]]:
-        """Every (object, key) of the material that names a texture."""
+        """Yield every (object, key) of the material that names a texture."""
         for name, value in node.values.items():
             if name == "extras" or not isinstance(value, dict):
                 continue

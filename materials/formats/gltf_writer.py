@@ -101,7 +101,9 @@ class GltfWriter:
         return len(self._lists["accessors"]) - 1
 
     def _sphere_primitive(self) -> dict[str, Any]:
-        """A unit sphere: u goes to the right as seen from outside, from -z to -z, the file's v from the top down."""
+        """Return a unit sphere: u goes to the right as seen from outside, from -z to -z, the file's v from the top
+        down.
+        """
         v, u = (each.ravel() for each in np.mgrid[0 : _DOWN + 1, 0 : _AROUND + 1] / [[[_DOWN]], [[_AROUND]]])
         theta, phi = np.pi * v, 2.0 * np.pi * u
         place = np.stack([-np.sin(theta) * np.sin(phi), np.cos(theta), -np.sin(theta) * np.cos(phi)], axis=1)
@@ -121,7 +123,7 @@ class GltfWriter:
 
 
 def _binary(document: bytes, buffer: bytes) -> bytes:
-    """The container .glb: the document, filled up with blanks, and the buffer, with zeros, to fours of bytes."""
+    """Return the container .glb: the document, filled up with blanks, and the buffer, with zeros, to fours of bytes."""
     document += b" " * (-len(document) % 4)
     buffer += b"\0" * (-len(buffer) % 4)
     chunks = (

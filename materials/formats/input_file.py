@@ -37,7 +37,7 @@ class InputFile:
 
 
 def head_of(path: Path) -> bytes:
-    """The first bytes, which say what a file is; raises `InputError` where it cannot be read."""
+    """Return the first bytes, which say what a file is; raises `InputError` where it cannot be read."""
     try:
         with path.open("rb") as file:
             return file.read(HEAD)

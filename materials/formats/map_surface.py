@@ -90,7 +90,8 @@ def _drawn(
     uplift: str,
     answer: ImportOptions,
 ) -> tuple[MappedSurface | None, list[str], set[str]]:
-    """The surface of all texels, None where they are alike; notes; and which of the other properties it shows."""
+    """Return the surface of all texels, None where they are alike; notes; and which of the other properties it
+    shows."""
     notes: list[str] = []
     drawn: set[str] = set()
     more = _more(measured, matt, answer.maps == "mended")

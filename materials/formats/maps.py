@@ -46,7 +46,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def companions(path: Path) -> Iterable[Path]:
-    """The other maps of a set."""
+    """Return the other maps of a set."""
     return tuple(other for files in members(path).values() for other in files if other != path)
 
 
@@ -56,7 +56,7 @@ def reading_cost(path: Path) -> ReadingCost:
 
 
 def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
-    """The one record, "maps/NAME", of the set that a map belongs to.
+    """Yield the one record, "maps/NAME", of the set that a map belongs to.
 
     Raises
     ------

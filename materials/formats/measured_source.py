@@ -33,7 +33,7 @@ class MeasuredBrdf(Protocol):
 def measured_source(
     path: Path, brdf: MeasuredBrdf, *, source: str, kind: str, geometry: str, original: Mapping[str, Any]
 ) -> MaterialSource:
-    """The measurement in `path` as "measured/NAME"; its notes are those of the BRDF, and the file's SHA-256.
+    """Return the measurement in `path` as "measured/NAME"; its notes are those of the BRDF, and the file's SHA-256.
 
     original : what the file says beside that which `brdf` is rebuilt from, which holds all of its values.
     """

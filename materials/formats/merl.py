@@ -38,12 +38,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def reading_cost(path: Path) -> ReadingCost:
-    """The file, its values in order, and what stands between and beyond them."""
+    """Return the file, its values in order, and what stands between and beyond them."""
     return cost_of_bytes(path, 11.0, 0.06e-6)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """The file's one material, its spectra made up by `uplift`; raises `InputError` as `read_merl` does."""
+    """Yield the file's one material, its spectra made up by `uplift`; raises `InputError` as `read_merl` does."""
     with placed(path, hint=_AGAIN):
         brdf = MerlBrdf.from_measurement(read_merl(path), uplift)
     yield measured_source(

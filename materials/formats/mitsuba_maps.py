@@ -70,7 +70,7 @@ def _is(one: TexelMap, number: float) -> bool:
 
 
 def _texture(folder: Path, name: str, values: np.ndarray, surface: MapSet, raw: bool = False) -> Element:
-    """A number that is the same everywhere, or a picture where it lies on the mesh."""
+    """Return a number that is the same everywhere, or a picture where it lies on the mesh."""
     if values.shape[:2] == (1, 1) and values.shape[2] == 1:
         return element("float", name=name, value=f"{values.item():.9g}")
     channels = "RGB" if values.shape[2] == 3 else "Y"

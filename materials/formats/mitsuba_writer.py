@@ -133,7 +133,7 @@ def _uplifted(rgb: np.ndarray, method: str) -> Float[np.ndarray, "P T L H W"]:
 
 
 def _plugin(brdf: Brdf) -> Element | None:
-    """The plugin that is this BRDF, None where there is none."""
+    """Return the plugin that is this BRDF, None where there is none."""
     if isinstance(brdf, Lambert):
         return _diffuse(brdf.wavelengths_nm, brdf.reflectance.samples)
     if not isinstance(brdf, CookTorrance) or brdf.masking != "smith" or brdf.roughness < _SMOOTHEST:
@@ -194,7 +194,7 @@ def _irradiance() -> tuple[np.ndarray, np.ndarray]:
 
 
 def element(tag: str, *children: Element, **attributes: str) -> Element:
-    """An element of XML, with what is in it."""
+    """Return an element of XML, with what is in it."""
     from xml.etree.ElementTree import Element
 
     element = Element(tag, attributes)

@@ -11,12 +11,13 @@ _LONGEST_NAME = 80
 
 
 def slug(name: str) -> str:
-    """A name fit for an id: "5R 4/14" -> "5r-4-14"."""
+    """Return a name fit for an id: "5R 4/14" -> "5r-4-14"."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
 
 
 def id_word(name: str) -> str:
-    """A name fit for an id, and the same each time: accents go; what has no Latin letters leaves digits of its hash.
+    """Return a name fit for an id, and the same each time: accents go; what has no Latin letters leaves digits of its
+    hash.
 
     >>> id_word("Crème brûlée"), id_word("赤 1"), id_word("5R 4/14")
     ('creme-brulee', '1-b23441', '5r-4-14')

@@ -49,7 +49,7 @@ class Format(Protocol):
         ...
 
     def read_sources(self, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-        """Its materials; raises `InputError` where the file as a whole cannot be used."""
+        """Return its materials; raises `InputError` where the file as a whole cannot be used."""
         ...
 
 
@@ -65,12 +65,12 @@ _MESHES = (".obj", ".ply", ".off", ".stl")
 
 @cache
 def formats() -> tuple[Format, ...]:
-    """The readers, in the order in which they are asked."""
+    """Return the readers, in the order in which they are asked."""
     return tuple(cast(Format, import_module(f".{name}", __package__)) for name in FORMATS)
 
 
 def format_for(path: Path, named: bool = False) -> Format | None:
-    """The reader for a file, None where there is none; raises `InputError` where the file cannot be read.
+    """Return the reader for a file, None where there is none; raises `InputError` where the file cannot be read.
 
     named : the file itself was asked for: a name that a format's files have is then enough, and its reader says what is
         wrong with the content.
@@ -95,7 +95,7 @@ def guessed(reader: Format, path: Path) -> bool:
 
 
 def companions(reader: Format, path: Path) -> tuple[Path, ...]:
-    """The further files that a file of that format is made of."""
+    """Return the further files that a file of that format is made of."""
     return tuple(getattr(reader, "companions", lambda path: ())(path))
 
 
@@ -103,7 +103,8 @@ def recognised_files(
     files: Iterable[InputFile | Rejected],
     format_of: Callable[[InputFile], Format | None] = lambda file: format_for(file.path, file.named),
 ) -> list[tuple[InputFile | Rejected, Format | None]]:
-    """Each file with its reader, or None; without those that are part of another one, such as tables and textures.
+    """Return each file with its reader, or None; without those that are part of another one, such as tables and
+    textures.
 
     format_of : takes the place of `format_for`.
     """
@@ -129,7 +130,7 @@ def _part_of_another(file: InputFile | Rejected, parts: set[Path]) -> bool:
 
 
 def not_a_source(path: Path) -> InputError:
-    """The refusal of a file that no format knows."""
+    """Return the refusal of a file that no format knows."""
     start = head_of(path)[:16]
     if start and path.suffix.lower() in _MESHES:
         return InputError(

@@ -59,12 +59,12 @@ def is_other_tensor(head: bytes) -> bool:
 
 
 def reading_cost(path: Path) -> ReadingCost:
-    """The file, and its fields as a record keeps them."""
+    """Return the file, and its fields as a record keeps them."""
     return cost_of_bytes(path, 5.0, 0.05e-6)
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """The file's one material; a file in RGB gets spectra by `uplift`. Raises `InputError` as `read_rgl` does."""
+    """Yield the file's one material; a file in RGB gets spectra by `uplift`. Raises `InputError` as `read_rgl` does."""
     with placed(path, hint="measure or tabulate it over a whole, a half or a quarter turn"):
         brdf = RglBrdf.from_measurement(read_rgl(path), uplift)
     measurement, count = (
@@ -102,7 +102,7 @@ def read_rgl(path: str | Path) -> RglMeasurement:
 
 
 def read_tensors(path: Path) -> dict[str, np.ndarray]:
-    """Every array of a container, in the file's order; raises `InputError` (which does not name the file)."""
+    """Return every array of a container, in the file's order; raises `InputError` (which does not name the file)."""
     raw = read_bytes(path, "a readable binary file")
     if not raw.startswith(MAGIC):
         found = f"{raw[: len(MAGIC)]!r} ..." if raw else "an empty file"

@@ -58,7 +58,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def label(path: Path) -> str:
-    """The format of the file."""
+    """Return the format of the file."""
     return _reader(path).NAME
 
 
@@ -185,7 +185,7 @@ def _coating(
 
 
 def _free(word: str, taken: set[str]) -> str:
-    """The word, or the word with the first number from 2 that makes it a new one."""
+    """Return the word, or the word with the first number from 2 that makes it a new one."""
     name, number = word, 2
     while name in taken:
         name, number = f"{word}-{number}", number + 1
@@ -308,6 +308,6 @@ def _text(value: object) -> str:
 
 
 def _stated(details: Mapping[str, str], *keys: str) -> str:
-    """The first of these details that the file gives."""
+    """Return the first of these details that the file gives."""
     known = {key.casefold(): value for key, value in details.items()}
     return next((known[key].strip() for key in keys if known.get(key, "").strip()), "")

@@ -44,7 +44,7 @@ class Reconstruction:
 
 
 def refusal_at_angles(thing: Thing[SpectralEntry], path: Path) -> InputError | None:
-    """The refusal of readings at angles that make no BRDF; None of those that do."""
+    """Return the refusal of readings at angles that make no BRDF; None of those that do."""
     kinds = {one.item.spectrum.quantity for one in thing.readings}
     usable = [one for one in thing.angles if abs(one.second or 0.0) > FLARE]
     if len(usable) >= FEWEST and kinds <= {"reflectance", "radiance factor"}:
@@ -62,7 +62,7 @@ def refusal_at_angles(thing: Thing[SpectralEntry], path: Path) -> InputError | N
 
 
 def refusal_without_light(words: Iterable[str], path: Path) -> InputError:
-    """The refusal of readings that seem to be at aspecular angles and do not say where the light is."""
+    """Return the refusal of readings that seem to be at aspecular angles and do not say where the light is."""
     return InputError(
         "readings at several aspecular angles are no matt surfaces, and the angle of the light is not stated",
         file=path,
@@ -122,7 +122,7 @@ def _factor(spectrum: Spectrum, nm: Float[np.ndarray, " L"]) -> Float[np.ndarray
 
 
 def _with_gloss(readings: AngleReadings, gloss: str) -> tuple[FlakeTilt, str]:
-    """The fit with the coat that a glossmeter tells, or that the readings do, and a sentence on it."""
+    """Return the fit with the coat that a glossmeter tells, or that the readings do, and a sentence on it."""
     brdf = reconstructed(readings)
     told = [(float(units), method or "") for units, method in _GLOSS.findall(gloss)]
     units = next((units for units, method in told if not method or _SIXTY.search(method)), None)
@@ -177,7 +177,7 @@ def _notes(
 
 
 def _original(thing: Thing[SpectralEntry]) -> dict[str, Any]:
-    """The readings as they came, one after the other: where they stand at one grid, as rows."""
+    """Return the readings as they came, one after the other: where they stand at one grid, as rows."""
     entries = [one.item for one in thing.readings]
     grids = [one.spectrum.wavelengths_nm for one in entries]
     angles = [one.angle for one in thing.readings if one.angle is not None]

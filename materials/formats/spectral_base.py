@@ -32,7 +32,7 @@ class SpectralBase:
 
 
 def read_spectral_base(path: Path) -> SpectralBase:
-    """The reflectances of a picture.
+    """Return the reflectances of a picture.
 
     Raises
     ------

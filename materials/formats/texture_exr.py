@@ -64,7 +64,7 @@ def reading_cost(path: Path) -> ReadingCost:
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """The texture's record, "textures/NAME"; where there are several layers or quantities, one for each.
+    """Yield the texture's record, "textures/NAME"; where there are several layers or quantities, one for each.
 
     Spectra need no `uplift`.
 
@@ -106,7 +106,7 @@ def _chart(path: Path, uplift: str) -> list[MaterialSource | Rejected]:
 
 
 def spectral_textures(picture: ExrPicture, path: Path) -> list[TextureImage]:
-    """Every quantity of every layer; raises `InputError` where channels do not go together."""
+    """Return every quantity of every layer; raises `InputError` where channels do not go together."""
     found: dict[tuple[str, str], dict[float, np.ndarray]] = {}
     for name, pixels in picture.channels.items():
         if match := PLAIN.match(name):
@@ -190,7 +190,7 @@ def _source(
 
 
 def surface_of(texture: TextureImage, mean: np.ndarray, path: Path) -> tuple[str, dict[str, Any], list[str]]:
-    """A matt surface, or where the mean exceeds 1 or shines, that as a spectrum without a surface."""
+    """Return a matt surface, or where the mean exceeds 1 or shines, that as a spectrum without a surface."""
     values, grid = texture.values, texture.wavelengths_nm
     notes = []
     negative = int((values < 0).sum())
@@ -237,7 +237,7 @@ def _others(picture: ExrPicture) -> dict[str, np.ndarray]:
 
 
 def header_of(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """The header's attributes, each as its text: units, exposure, handedness, the preview's light, ..."""
+    """Return the header's attributes, each as its text: units, exposure, handedness, the preview's light, ..."""
     found: dict[str, Any] = {}
     for name, value in attributes.items():
         text = printable(value if isinstance(value, str) else _worded(value))

@@ -54,7 +54,7 @@ def _holds(head: bytes, pattern: str) -> bool:
 
 @cache
 def formats() -> tuple[Unread, ...]:
-    """Every format of `unread.toml`, in its order."""
+    """Return every format of `unread.toml`, in its order."""
     told = tomllib.loads(Path(__file__).with_name("unread.toml").read_text(encoding="utf-8"))
     return tuple(
         Unread(
@@ -70,7 +70,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def label(path: Path) -> str:
-    """The name of the file's format."""
+    """Return the name of the file's format."""
     found = unread(path, _head(path))
     return found.name if found else NAME
 

@@ -108,7 +108,7 @@ class HalfGeometry:
 
 
 def _shares(cosine: np.ndarray) -> np.ndarray:
-    """The shares of the nodes of `SHADOWING_DEG` at these cosines, (N,8)."""
+    """Return the shares of the nodes of `SHADOWING_DEG` at these cosines, (N,8)."""
     left = np.clip(np.searchsorted(_COSINES, cosine) - 1, 0, len(_COSINES) - 2)
     share = (cosine - _COSINES[left]) / (_COSINES[left + 1] - _COSINES[left])
     rows, shares = np.arange(len(cosine)), np.zeros((len(cosine), len(_COSINES)))

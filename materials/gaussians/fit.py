@@ -29,7 +29,7 @@ _SMALL = 0.5
 
 
 def fit_gaussians(brdf: Brdf, lobes: int = 3, *, pixels: int = 40, light: str = "D65") -> GaussianBrdf:
-    """The `GaussianBrdf` of so many lobes that comes nearest to `brdf`.
+    """Return the `GaussianBrdf` of so many lobes that comes nearest to `brdf`.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ def stretch(viewer: Float[np.ndarray, "... 3"], half: Float[np.ndarray, "... 3"]
 
 
 def warped(lobes: Gaussians, viewer: Float[np.ndarray, "... 3"]) -> Gaussians:
-    """A distribution of half vectors over directions of light (eqs. 16 to 20): D*(h) -> W*(i).
+    """Return a distribution of half vectors over directions of light (eqs. 16 to 20): D*(h) -> W*(i).
 
     A lobe's amplitude stays, its support grows by tau at its own axis: sharpness lambda / tau. viewer : unit; its shape
     and the lobes' broadcast.

@@ -78,7 +78,7 @@ def _check_size(members: list[zipfile.ZipInfo], archive: Path) -> None:
 
 
 def _parts(name: str) -> tuple[str, ...]:
-    """The parts of a member's name; archives from Windows separate them by backslashes, against the rule."""
+    """Return the parts of a member's name; archives from Windows separate them by backslashes, against the rule."""
     return PurePosixPath(name.replace("\\", "/")).parts
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 def fitted_on_cluster(
     pending: Iterator[tuple[PlannedMaterial, MaterialSource | InputError]], budget: float, scheduler: str
 ) -> Iterator[tuple[PlannedMaterial, MaterialSource | None, FitResult]]:
-    """Each material with what the cluster made of it, as results come. Closing the iterator cancels the rest.
+    """Yield each material with what the cluster made of it, as results come. Closing the iterator cancels the rest.
 
     Raises
     ------

@@ -56,7 +56,7 @@ def readers_hash(root: Path = _ROOT) -> str:
 
 @cache
 def modules_of(model: str, root: Path = _ROOT) -> tuple[str, ...]:
-    """The modules, as "materials/fitting/fit", that a fit of that model can reach by imports, sorted."""
+    """Return the modules, as "materials/fitting/fit", that a fit of that model can reach by imports, sorted."""
     own = MEASURED[model].module.replace(".", "/") if model in MEASURED else f"analytic/{model}"
     # A spectrum without a surface is fitted by nothing.
     roots = (_COLOUR,) if model in SPECTRA else (_FIT, _COLOUR, f"materials/{own}")
@@ -104,7 +104,7 @@ def imports_in(module: str, text: bytes) -> Iterator[str]:
 
 @cache
 def _source(root: Path, module: str) -> bytes | None:
-    """The source of a module, also out of a packed installation; None where there is none."""
+    """Return the source of a module, also out of a packed installation; None where there is none."""
     try:
         return __loader__.get_data(str(root / f"{module}.py"))
     except OSError:

@@ -41,7 +41,7 @@ def reading_too_large(reader: Format, path: Path, name: str) -> tuple[ReadingCos
 
 
 def fit_too_large(size: int, name: str, material_id: str) -> InputError | None:
-    """The refusal of a material of `size` bytes whose fit memory does not hold."""
+    """Return the refusal of a material of `size` bytes whose fit memory does not hold."""
     if _COPIES * size <= _HARMLESS_BYTES:
         return None
     return _refusal(_WORKER_BYTES + _COPIES * size, "its fit takes more memory than there is", name, material_id)

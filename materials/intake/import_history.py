@@ -232,7 +232,7 @@ def is_private(file: InputFile) -> bool:
 
 
 def _parts(file: InputFile, reader: Format) -> list[Path]:
-    """The file, and the further ones that its format makes of it; they may be missing."""
+    """Return the file, and the further ones that its format makes of it; they may be missing."""
     return [file.path, *sorted(companions(reader, file.path))]
 
 
@@ -262,7 +262,7 @@ def _content(path: Path) -> str:
 
 
 def _names_beside(path: str) -> str:
-    """A hash of the names in a file's folder: what a file is may depend on them, as a texture's does."""
+    """Return a hash of the names in a file's folder: what a file is may depend on them, as a texture's does."""
     folder = os.path.dirname(path)  # noqa: PTH120
     try:
         return _names_in(folder, os.stat(folder).st_mtime_ns)  # noqa: PTH116

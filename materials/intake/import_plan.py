@@ -106,7 +106,7 @@ def planned(
     known: Known | None = None,
     doing: Callable[[str, Doing], None] = lambda name, doing: None,
 ) -> tuple[PlannedFile, ...]:
-    """Every file with its materials, in the order of `files`; nothing is written.
+    """Return every file with its materials, in the order of `files`; nothing is written.
 
     looked_at : called with (done, total, name) after each file.
     known : what earlier imports into the folder saw; learns what this one sees.
@@ -205,7 +205,9 @@ def _read(
 
 
 def _sealed(read: MaterialSource | Rejected, say: Hears) -> tuple[MaterialSource | Rejected, str]:
-    """A source whose files will be noticed to change, and its content hash; `Rejected` where they cannot be read."""
+    """Return a source whose files will be noticed to change, and its content hash; `Rejected` where they cannot be
+    read.
+    """
     if isinstance(read, Rejected):
         return read, ""
     try:

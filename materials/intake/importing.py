@@ -244,7 +244,7 @@ Work = Generator[tuple[PlannedMaterial, MaterialSource | None, FitResult], None,
 def _loaded(
     pending: Iterable[PlannedMaterial], doing: Callable[[str, Doing], None]
 ) -> Iterator[tuple[PlannedMaterial, MaterialSource | InputError]]:
-    """Each material with its data, read when it is asked for."""
+    """Yield each material with its data, read when it is asked for."""
     for material in pending:
         assert material.load is not None
         doing(material.id, Doing("reading"))
@@ -261,7 +261,7 @@ def _here(
     apart: bool,
     doing: Callable[[str, Doing], None],
 ) -> Work:
-    """The work in processes of this machine, or in this one."""
+    """Yield the work in processes of this machine, or in this one."""
     if not pending:
         return
     unread: list[tuple[PlannedMaterial, FitResult]] = []
@@ -287,7 +287,7 @@ def _here(
 def _on_cluster(
     pending: Sequence[PlannedMaterial], budget: float, scheduler: str, doing: Callable[[str, Doing], None]
 ) -> Work:
-    """The same work by the workers of a Dask scheduler."""
+    """Yield the same work by the workers of a Dask scheduler."""
     from .cluster import fitted_on_cluster
 
     yield from fitted_on_cluster(_loaded(pending, doing), budget, scheduler)

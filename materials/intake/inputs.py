@@ -104,7 +104,7 @@ def _matching(pattern: str) -> Iterator[InputFile]:
 
 
 def _opened(file: InputFile, private: Path) -> Iterator[InputFile | Rejected]:
-    """The file itself, or what is in it where it is a zip file.
+    """Yield the file itself, or what is in it where it is a zip file.
 
     Programs pack documents of their own in this way: what has a name of another kind must be named itself.
     """

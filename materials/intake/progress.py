@@ -66,7 +66,7 @@ def in_bytes(words: str, total: int, say: Hears) -> Callable[[int], None]:
 
 
 def share_done(trials: Sequence[Trial], budget: float) -> float:
-    """The share of a fit that is done, 0 to 1.
+    """Return the share of a fit that is done, 0 to 1.
 
     While there are tables alone, how far down the way from the worst trial to the budget the best of this lobe is, in
     logarithms. Once all packs are fitted together: the square of the terms, as the time goes, against those that
@@ -145,7 +145,7 @@ class Expected:
 
 
 def in_words(seconds: float) -> str:
-    """A time as people say it, no more exact than an estimate is.
+    """Return a time as people say it, no more exact than an estimate is.
 
     >>> in_words(0.2), in_words(41.0), in_words(95.0), in_words(1300.0), in_words(8000.0)
     ('1 s', '41 s', '1 min 35 s', '22 min', '2 h 13 min')

@@ -21,8 +21,8 @@ _NAMED = 6
 
 
 def material_from(path: str | Path, budget: float = BUDGET) -> Material:
-    """The one surface in a file: a material of a catalogue (.h5), or anything that `metamer catalogue import` reads, or
-    a folder of maps. Its id is the path as it is given.
+    """Return the one surface in a file: a material of a catalogue (.h5), or anything that `metamer catalogue import`
+    reads, or a folder of maps. Its id is the path as it is given.
 
     Raises
     ------

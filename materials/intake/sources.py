@@ -18,7 +18,7 @@ from .inputs import inputs_of
 def read_sources(
     path: str | Path, uplift: str = DEFAULT_METHOD, answer: ImportOptions = NO_ANSWER
 ) -> tuple[MaterialSource | Rejected, ...]:
-    """Every material that a file, or a folder of files, gives.
+    """Return every material that a file, or a folder of files, gives.
 
     `uplift`: how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     `answer`: what was measured, where a file does not say it.
@@ -53,7 +53,7 @@ def check_uplift(uplift: str) -> None:
 def read_with(
     reader: Any, path: Path, uplift: str, answer: ImportOptions = NO_ANSWER
 ) -> Iterator[MaterialSource | Rejected]:
-    """The materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`.
+    """Yield the materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`.
 
     What a format says itself is not overruled: of another quantity than the answer, it is refused or kept as it is.
     """
@@ -88,7 +88,7 @@ def _surface(model: str) -> str:
 
 
 def nothing_to_import(path: str | Path, looked_at: int) -> InputError:
-    """The refusal of a folder or pattern in which nothing was recognised."""
+    """Return the refusal of a folder or pattern in which nothing was recognised."""
     found = f"{looked_at} files, none of a known format" if looked_at else "no files"
     hint = "metamer catalogue import --help names the formats"
     return InputError("nothing to import", file=path, found=found, expected="files of materials", hint=hint)

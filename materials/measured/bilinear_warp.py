@@ -78,7 +78,7 @@ def bilinear(
 
 
 def cell(x: Float[np.ndarray, " N"], size: int) -> tuple[Int[np.ndarray, " N"], Float[np.ndarray, " N"]]:
-    """The node at or below x in [0, 1] of `size` uniform nodes (never the last), and how far beyond it x is."""
+    """Return the node at or below x in [0, 1] of `size` uniform nodes (never the last), and how far beyond it x is."""
     place = np.clip(x, 0.0, 1.0) * (size - 1)
     node = np.minimum(place.astype(np.intp), size - 2)
     return node, place - node

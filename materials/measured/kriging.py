@@ -74,7 +74,7 @@ class Kernel:
 
     @classmethod
     def from_array(cls, scales: Float[np.ndarray, " K"]) -> Kernel:
-        """The kernel that `array` came from."""
+        """Return the kernel that `array` came from."""
         if len(scales) != len(fields(cls)):
             raise InputError("not the scales of a kernel", found=len(scales), expected=f"{len(fields(cls))} numbers")
         return cls(*(float(scale) for scale in scales))

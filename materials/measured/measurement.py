@@ -84,7 +84,7 @@ class ScatteredMeasurement:
         return len(self.wi)
 
     def subset(self, rows: np.ndarray) -> ScatteredMeasurement:
-        """The measurement at some of its direction pairs only."""
+        """Return the measurement at some of its direction pairs only."""
         return ScatteredMeasurement(
             self.wavelengths_nm,
             self.wi[rows],
@@ -98,7 +98,7 @@ class ScatteredMeasurement:
 
 
 def prepared(measurement: ScatteredMeasurement) -> ScatteredMeasurement:
-    """The measurement without what no picture shows; `notes` says what was left out.
+    """Return the measurement without what no picture shows; `notes` says what was left out.
 
     Pairs with a direction beyond 89 deg go. Of more wavelengths than the working grid has, those well outside it go;
     if more are left, so that cost stays bounded, spectra are the nearest ones on that grid (`spectral.projection`).
@@ -137,7 +137,8 @@ def prepared(measurement: ScatteredMeasurement) -> ScatteredMeasurement:
 
 
 def _on_working_grid(measurement: ScatteredMeasurement, kept: Int[np.ndarray, " K"], note: str) -> ScatteredMeasurement:
-    """The readings at `kept` as the nearest spectra on the working wavelengths; missing where none is half a step away.
+    """Return the readings at `kept` as the nearest spectra on the working wavelengths; missing where none is half a
+    step away.
 
     A gap between readings counts as the straight line across it.
     """
@@ -155,7 +156,8 @@ def _on_working_grid(measurement: ScatteredMeasurement, kept: Int[np.ndarray, " 
 
 
 def estimated_background(measurement: ScatteredMeasurement) -> Float[np.ndarray, " L"]:
-    """The k(lambda) >= 0 of f_r(i, o) - f_r(o, i) = -k (1/cos theta_i - 1/cos theta_o), 1/sr, by robust regression.
+    """Return the k(lambda) >= 0 of f_r(i, o) - f_r(o, i) = -k (1/cos theta_i - 1/cos theta_o), 1/sr, by robust
+    regression.
 
     Swapped pairs are interpolated linearly in the logarithm between the measured ones. 0 at wavelengths where fewer
     than 30 pairs can be compared, and everywhere if more than a tenth of all readings dropped out.

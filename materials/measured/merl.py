@@ -79,7 +79,7 @@ class MerlBrdf(Brdf):
 
     @classmethod
     def from_measurement(cls, measurement: MerlMeasurement, method: str = DEFAULT_METHOD) -> MerlBrdf:
-        """The BRDF through a measurement as `read_merl` gives it."""
+        """Return the BRDF through a measurement as `read_merl` gives it."""
         return cls(measurement.values, method, measurement.name)
 
     def parameters(self) -> dict[str, Any]:
@@ -88,7 +88,7 @@ class MerlBrdf(Brdf):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> MerlBrdf:
-        """The BRDF that `parameters` came from."""
+        """Return the BRDF that `parameters` came from."""
         if "values" not in parameters:
             found = sorted(parameters)
             raise InputError("a MERL BRDF is not complete", field="parameters", found=found, expected="also values")
@@ -115,7 +115,8 @@ class MerlBrdf(Brdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The whole, over half and difference angles: even a diffuse body is one term there, as f_r has no cosine.
+        """Return the whole, over half and difference angles: even a diffuse body is one term there, as f_r has no
+        cosine.
 
         On the table's own nodes, except that the fit halves the azimuth only once, and that phi_d is smooth enough for
         every fifth node.
@@ -177,9 +178,9 @@ def _reachable() -> Bool[np.ndarray, "90 90 180"]:
 
 
 def _without_gaps(values: Float[np.ndarray, "H D P"]) -> Float[np.ndarray, "H D P"]:
-    """Every 0 replaced by what the positive nodes around it say: along each axis a straight line in the logarithm
-    between the nearest ones on both sides, or the nearest where there is one side only; the nearer axis counts more,
-    and theta_h, along which a lobe falls by decades, less.
+    """Return every 0 replaced by what the positive nodes around it say: along each axis a straight line in the
+    logarithm between the nearest ones on both sides, or the nearest where there is one side only; the nearer axis
+    counts more, and theta_h, along which a lobe falls by decades, less.
     """
     known = values > 0
     logarithm = np.log(np.where(known, values, 1.0))

@@ -62,7 +62,7 @@ class RglBrdf(Brdf):
 
     @classmethod
     def from_measurement(cls, measurement: RglMeasurement, method: str = DEFAULT_METHOD) -> RglBrdf:
-        """The BRDF of a measurement as `read_rgl` gives it."""
+        """Return the BRDF of a measurement as `read_rgl` gives it."""
         return cls(measurement, method)
 
     def parameters(self) -> dict[str, Any]:
@@ -72,7 +72,7 @@ class RglBrdf(Brdf):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> RglBrdf:
-        """The BRDF that `parameters` came from; raises `InputError` where a field is missing."""
+        """Return the BRDF that `parameters` came from; raises `InputError` where a field is missing."""
         fields = {
             name.removeprefix(_FIELD): np.asarray(value)
             for name, value in parameters.items()
@@ -125,7 +125,7 @@ class RglBrdf(Brdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The whole, over half and difference angles: lacquers and films peak about the half vector."""
+        """Return the whole, over half and difference angles: lacquers and films peak about the half vector."""
         return (Lobe("hd", self),)
 
     def eval(
@@ -212,7 +212,7 @@ class RglBrdf(Brdf):
         return phi_i, phi_m
 
     def _slices(self, phi_i: np.ndarray, theta_i: np.ndarray) -> Slices:
-        """The tabulated light directions around these, as indices into (P x T,), and what each counts."""
+        """Return the tabulated light directions around these, as indices into (P x T,), and what each counts."""
         fields = self.measurement.fields
         azimuths, polars = _around(fields["phi_i"], phi_i), _around(fields["theta_i"], theta_i)
         count = len(fields["theta_i"])
@@ -220,7 +220,7 @@ class RglBrdf(Brdf):
 
 
 def _around(nodes: np.ndarray, x: np.ndarray) -> Slices:
-    """The nodes on both sides of x and what each counts; the end nodes beyond them."""
+    """Return the nodes on both sides of x and what each counts; the end nodes beyond them."""
     if len(nodes) == 1:
         return [(np.zeros(len(x), dtype=np.intp), np.ones(len(x)))]
     nodes = nodes.astype(np.float64)

@@ -45,7 +45,7 @@ _MIRRORED = _Grid(tuple(np.linspace(-np.pi, -0.5 * np.pi, 9).tolist()), 16, 45, 
 
 
 def rgl_fields(brdf: Brdf, description: str = "") -> dict[str, np.ndarray]:
-    """The fields of a spectral file.
+    """Return the fields of a spectral file.
 
     Raises
     ------
@@ -131,7 +131,7 @@ def _peak(brdf: Brdf, grid: _Grid) -> Float[np.ndarray, "A B"]:
 
 
 def _between(peak: Float[np.ndarray, "A B"], size: int) -> Float[np.ndarray, "N N"]:
-    """The peak at the nodes of the square, linear between its own, as a renderer looks it up."""
+    """Return the peak at the nodes of the square, linear between its own, as a renderer looks it up."""
     at = np.linspace(0.0, 1.0, size)
     along = np.stack([np.interp(at, np.linspace(0.0, 1.0, peak.shape[1]), line) for line in peak])
     return np.stack([np.interp(at, np.linspace(0.0, 1.0, peak.shape[0]), column) for column in along.T], axis=1)

@@ -102,7 +102,7 @@ class ScatteredBrdf(Brdf):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> ScatteredBrdf:
-        """The BRDF that `parameters` came from."""
+        """Return the BRDF that `parameters` came from."""
         missing = sorted({"measured_wavelengths_nm", "wi", "wo", "values", "missing", "background"} - set(parameters))
         if missing:
             raise InputError(
@@ -147,7 +147,8 @@ class ScatteredBrdf(Brdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The whole, over half and difference angles: paints are lobes on a base too faint to pay for a frame."""
+        """Return the whole, over half and difference angles: paints are lobes on a base too faint to pay for a
+        frame."""
         return (Lobe("hd", self),)
 
     def eval(
@@ -205,7 +206,8 @@ class ScatteredBrdf(Brdf):
         return float(at.theta_d.min())
 
     def _held(self, wi: np.ndarray, wo: np.ndarray, margin: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """The pair with polar angles beyond the largest measured one, and a margin, held at it; azimuths stay."""
+        """Return the pair with polar angles beyond the largest measured one, and a margin, held at it; azimuths
+        stay."""
         most = min(self._largest + margin, STEEPEST)
         theta_i, theta_o, phi = io_angles(wi, wo)
         beyond = np.maximum(theta_i, theta_o) > most
@@ -216,8 +218,9 @@ class ScatteredBrdf(Brdf):
         return wi, wo
 
     def _logarithm(self, wi: np.ndarray, wo: np.ndarray) -> Float[np.ndarray, "N L"]:
-        """The kriged logarithm at held pairs; towards the light's own direction, where nothing is measured, it settles
-        on the mean around the smallest measured difference angle. No peak is invented there."""
+        """Return the kriged logarithm at held pairs; towards the light's own direction, where nothing is measured, it
+        settles on the mean around the smallest measured difference angle. No peak is invented there.
+        """
         theta_h, theta_d, phi_d, _ = half_difference(wi, wo)
         interpolate, _, _ = self._kriging
 

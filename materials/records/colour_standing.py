@@ -71,7 +71,8 @@ def standing_sentences(record: MaterialRecord) -> str:
 
 
 def title_of(record: MaterialRecord) -> str:
-    """A material's name for people: what its description or its file calls it, else the last word of its id, spelt out.
+    """Return a material's name for people: what its description or its file calls it, else the last word of its id,
+    spelt out.
 
     >>> from types import SimpleNamespace
     >>> title_of(SimpleNamespace(id="paint/signal-red", original={}))

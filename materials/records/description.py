@@ -31,7 +31,7 @@ class ShownSpectrum:
 
 
 def shown_spectrum(record: MaterialRecord) -> ShownSpectrum:
-    """The measured spectrum where the record keeps one, else pi f_r of the original data at annular 45:0."""
+    """Return the measured spectrum where the record keeps one, else pi f_r of the original data at annular 45:0."""
     spectrum = record.measured_spectrum()
     if spectrum is not None and spectrum.samples.ndim == 1:
         return ShownSpectrum(spectrum.wavelengths_nm, spectrum.samples, f"{spectrum.quantity}, as measured")
@@ -54,7 +54,7 @@ class ShownColour:
 
 
 def shown_colours(record: MaterialRecord) -> tuple[ShownColour, ...]:
-    """Every stated colour with its recomputation; raises `InputError` as `recomputed_colours` does."""
+    """Return every stated colour with its recomputation; raises `InputError` as `recomputed_colours` does."""
     return tuple(
         ShownColour(
             f"{one.illuminant or 'the light itself'}, {one.observer}",
@@ -74,7 +74,7 @@ def shown_conditions(colour: Mapping[str, Any]) -> str:
 
 
 def two_decimals(values: Iterable[float]) -> str:
-    """The numbers of a colour.
+    """Return the numbers of a colour.
 
     >>> two_decimals([50.0, -1.25, 0.333])
     '50.00 -1.25 0.33'
@@ -118,7 +118,7 @@ def shown_trials(record: MaterialRecord) -> tuple[tuple[str, ...], tuple[tuple[s
 
 
 def shown_values(values: Mapping[str, Any], left_out: Sequence[str] = ()) -> dict[str, str]:
-    """A record's parameters or measurement in words: arrays by their shape, numbers and text as they are.
+    """Return a record's parameters or measurement in words: arrays by their shape, numbers and text as they are.
 
     Of an array that stays in a file, also which.
     """

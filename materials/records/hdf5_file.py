@@ -30,7 +30,8 @@ def write_behind(head: bytes, tree: Node, path: Path) -> None:
 
 
 def _image(tree: Node, room: int) -> bytes:
-    """The HDF5 file behind the head, made in memory: the library ends the whole process where a disk gets full."""
+    """Return the HDF5 file behind the head, made in memory: the library ends the whole process where a disk gets
+    full."""
     import h5py
 
     with h5py.File("in memory", "w", driver="core", backing_store=False, userblock_size=room) as file:

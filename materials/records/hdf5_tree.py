@@ -37,7 +37,7 @@ class Node:
     value: np.ndarray | StoredArray | None = None
 
     def __getitem__(self, path: str) -> Node:
-        """The node below, by a path such as "packs/0/axes"; KeyError where there is none."""
+        """Return the node below, by a path such as "packs/0/axes"; KeyError where there is none."""
         node = self
         for name in path.split("/"):
             node = node.children[name]
@@ -119,7 +119,8 @@ def _large_from(node: Node) -> StoredArray:
 
 
 def mapping_from(node: Node) -> dict[str, Any]:
-    """The mapping that `mapping_node` wrote: an array without axes as a number, a large one as a `StoredArray`."""
+    """Return the mapping that `mapping_node` wrote: an array without axes as a number, a large one as a
+    `StoredArray`."""
     found = dict(node.attributes)
     for key, child in node.children.items():
         if child.value is None:
@@ -145,7 +146,7 @@ def form_node(values: Mapping[str, Any]) -> Node:
 
 
 def form_from(node: Node) -> dict[str, Any]:
-    """The mapping that `form_node` wrote; a large array is a `StoredArray`."""
+    """Return the mapping that `form_node` wrote; a large array is a `StoredArray`."""
     found = dict(node.attributes)
     for name, child in node.children.items():
         if child.value is not None:

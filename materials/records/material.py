@@ -122,7 +122,7 @@ class MaterialRecord:
         return self.model not in SPECTRA
 
     def surface(self) -> Surface:
-        """The original, at every wavelength: the truth that `fast` stands for.
+        """Return the original, at every wavelength: the truth that `fast` stands for.
 
         Raises
         ------
@@ -133,7 +133,7 @@ class MaterialRecord:
         return rebuild(self.model, self.parameters)
 
     def brdf(self) -> Brdf:
-        """The original as one BRDF: of a texture, its average.
+        """Return the original as one BRDF: of a texture, its average.
 
         Raises
         ------

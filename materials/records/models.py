@@ -83,7 +83,7 @@ def quantity_of(model: str) -> str:
 
 
 def no_surface(model: str, material_id: str | None = None) -> InputError:
-    """The refusal of a spectrum where a surface is needed."""
+    """Return the refusal of a spectrum where a surface is needed."""
     row = SPECTRA[model]
     return InputError(
         f"{row.words}, not a surface that can be shaded",
@@ -95,7 +95,7 @@ def no_surface(model: str, material_id: str | None = None) -> InputError:
 
 
 def model_named(name: str, file: Path | None = None, field: str | None = "model") -> type[AnalyticBrdf]:
-    """The analytic model of that NAME; raises `UnknownNameError` where this version has none."""
+    """Return the analytic model of that NAME; raises `UnknownNameError` where this version has none."""
     from ..analytic import MODELS
 
     models = {model.NAME: model for model in MODELS}
@@ -105,7 +105,9 @@ def model_named(name: str, file: Path | None = None, field: str | None = "model"
 
 
 def rebuild(model: str, parameters: Mapping[str, Any]) -> Surface:
-    """The original that a record's `model` and `parameters` stand for; InputError for a spectrum without a surface."""
+    """Return the original that a record's `model` and `parameters` stand for; InputError for a spectrum without a
+    surface.
+    """
     if model in SPECTRA:
         raise no_surface(model)
     row = MEASURED.get(model)

@@ -99,7 +99,9 @@ def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, str]]:
 
 
 def summary(material_id: str, file: str | Path) -> Summary:
-    """The summary of one file; raises `InputError` where it has no head that can be used, or is another material."""
+    """Return the summary of one file; raises `InputError` where it has no head that can be used, or is another
+    material.
+    """
     head = read_head(file)
     if head.get("id") != material_id:
         raise other_material(file, head.get("id"), material_id)

@@ -103,7 +103,8 @@ def write_record(record: MaterialRecord, path: Path, *, copy: bool = True) -> No
 
 
 def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
-    """The record in `path`; raises `InputError` naming a file that is not one, is damaged or is of another version.
+    """Return the record in `path`; raises `InputError` naming a file that is not one, is damaged or is of another
+    version.
 
     Large arrays are left where they are, as `StoredArray`: each block is checked when it is read.
 
@@ -126,7 +127,7 @@ def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
 
 
 def stored_arrays(record: MaterialRecord) -> tuple[StoredArray, ...]:
-    """The large arrays of a record, which reading it leaves where they are."""
+    """Return the large arrays of a record, which reading it leaves where they are."""
     values = (*record.parameters.values(), *record.original.values())
     return tuple(value for value in values if isinstance(value, StoredArray))
 
@@ -144,7 +145,7 @@ def check_large(record: MaterialRecord, path: Path, heard: Callable[[int], None]
 
 
 def damaged(path: Path, reason: str) -> InputError:
-    """The refusal of a file that cannot be read."""
+    """Return the refusal of a file that cannot be read."""
     found = reason.split("\n")[0]
     return InputError("not a readable material file", file=path, found=found, expected="HDF5", hint=IMPORT_AGAIN)
 

@@ -70,7 +70,7 @@ def from_afar(fast: Fast, original: Callable[[], Surface]) -> Surface | None:
 
 
 def colour_folding() -> Folding:
-    """The light and the observer of `record_colour`."""
+    """Return the light and the observer of `record_colour`."""
     light, eye = _conditions()
     return Folding(eye, [light])
 

@@ -68,7 +68,7 @@ def head_of(record: MaterialRecord, checksum: str, *, colour: bool = True) -> di
 
 
 def head_bytes(head: dict[str, Any], path: Path) -> bytes:
-    """The head as it lies in the file: JSON, spaces, a line feed."""
+    """Return the head as it lies in the file: JSON, spaces, a line feed."""
     text = json.dumps(head, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
     if len(text) >= HEAD_BYTES:
         problem = "what the file says of itself is too long"
@@ -79,7 +79,7 @@ def head_bytes(head: dict[str, Any], path: Path) -> bytes:
 
 
 def read_head(path: str | Path) -> dict[str, Any]:
-    """The head of a material file, without opening its content.
+    """Return the head of a material file, without opening its content.
 
     Raises
     ------
@@ -121,18 +121,18 @@ def read_head(path: str | Path) -> dict[str, Any]:
 
 
 def no_such_file(path: str | Path) -> InputError:
-    """The refusal of a file that is not there."""
+    """Return the refusal of a file that is not there."""
     return InputError("no such file", file=path, expected="the file of a material", hint=NAME_A_MATERIAL)
 
 
 def other_material(path: str | Path, found: object, expected: str) -> InputError:
-    """The refusal of a file whose id is not the one that its place in the catalogue gives."""
+    """Return the refusal of a file whose id is not the one that its place in the catalogue gives."""
     hint = "material files are renamed by importing them again"
     return InputError("file holds another material", file=path, field="id", found=found, expected=expected, hint=hint)
 
 
 def other_schema(path: str | Path, schema: object) -> InputError:
-    """The refusal of a file of another schema."""
+    """Return the refusal of a file of another schema."""
     hint = "import the material again, or upgrade metamer"
     return InputError(
         "written by another version", file=path, field="schema", found=schema, expected=str(SCHEMA), hint=hint

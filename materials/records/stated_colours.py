@@ -31,7 +31,7 @@ def stated_colours(original: Mapping[str, Any]) -> tuple[StatedColour, ...]:
 
 
 def recomputed_colours(record: MaterialRecord) -> tuple[StatedComparison, ...]:
-    """Every stated colour of a record beside what its spectrum gives; none where it keeps no single spectrum.
+    """Return every stated colour of a record beside what its spectrum gives; none where it keeps no single spectrum.
 
     Raises
     ------

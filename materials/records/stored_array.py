@@ -79,7 +79,7 @@ class StoredArray:
         return self.shape[0]
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
-        """The whole of it, in memory."""
+        """Return the whole of it, in memory."""
         return np.asarray(self.read(), dtype=dtype)
 
     def blocks(self) -> list[Block]:
@@ -98,7 +98,7 @@ class StoredArray:
         return found
 
     def chunks(self, rows: slice = slice(None)) -> Iterator[tuple[Block, np.ndarray]]:
-        """Every block that has some of these rows of the first axis, in C order: where it lies, and its numbers.
+        """Yield every block that has some of these rows of the first axis, in C order: where it lies, and its numbers.
 
         Raises
         ------
@@ -188,13 +188,13 @@ class StoredArray:
         return np.frombuffer(data, self.dtype).reshape(shape)
 
     def _touched(self, first: int, last: int) -> Iterator[tuple[int, Block]]:
-        """The blocks that have some of these rows of the first axis, with their numbers."""
+        """Yield the blocks that have some of these rows of the first axis, with their numbers."""
         for number, where in enumerate(self.blocks()):
             if where[0].start < last and where[0].stop > first:
                 yield number, where
 
     def _place_of(self, where: Block) -> Path:
-        """The file that a block lies in."""
+        """Return the file that a block lies in."""
         return self.file
 
     def _gone(self, path: Path) -> InputError:
@@ -218,7 +218,8 @@ class StoredArray:
 
 
 def blocks_of(shape: tuple[int, ...], dtype: np.dtype) -> list[Block]:
-    """The blocks of an array in C order: whole along its last axes, at most `BLOCK_BYTES` each where a number is less.
+    """Return the blocks of an array in C order: whole along its last axes, at most `BLOCK_BYTES` each where a number is
+    less.
 
     >>> blocks_of((2, 3), np.dtype("f8"))
     [(slice(0, 2, None), slice(0, 3, None))]
@@ -238,7 +239,7 @@ def blocks_of(shape: tuple[int, ...], dtype: np.dtype) -> list[Block]:
 
 
 def chunks_of(array: StoredArray | np.ndarray) -> Iterator[tuple[Block, np.ndarray]]:
-    """The blocks of an array with their numbers, wherever they are."""
+    """Yield the blocks of an array with their numbers, wherever they are."""
     if isinstance(array, StoredArray):
         yield from array.chunks()
     else:
@@ -260,7 +261,7 @@ def _size_of(file: Path) -> int:
 
 
 def raw(block: np.ndarray) -> memoryview:
-    """The bytes of an array in C order, without a copy."""
+    """Return the bytes of an array in C order, without a copy."""
     return block.reshape(-1).view(np.uint8).data
 
 
@@ -269,5 +270,5 @@ def _digest(block: np.ndarray) -> bytes:
 
 
 def _words(where: Block) -> str:
-    """A block for a person: `[0:4, 0:256]`."""
+    """Return a block for a person: `[0:4, 0:256]`."""
     return "[" + ", ".join(f"{along.start}:{along.stop}" for along in where) + "]"

@@ -30,12 +30,13 @@ class StoredFiles(StoredArray):
 
     @classmethod
     def of(cls, folder: Path, names: tuple[str, ...], digests: bytes = b"", sizes: tuple[int, ...] = ()) -> StoredFiles:
-        """The files of these names, as large as they are now unless `sizes` says it; OSError where one is gone."""
+        """Return the files of these names, as large as they are now unless `sizes` says it; OSError where one is
+        gone."""
         sizes = sizes or tuple((folder / name).stat().st_size for name in names)
         return cls(folder, 0, (sum(sizes),), np.dtype(np.uint8), digests, 0, names=names, sizes=sizes)
 
     def blocks(self) -> list[Block]:
-        """A block a file."""
+        """Return a block a file."""
         return [(slice(int(last) - size, int(last)),) for last, size in zip(self._ends, self.sizes, strict=True)]
 
     @property
@@ -89,7 +90,7 @@ class StoredFiles(StoredArray):
                 raise self._changed(f"{found} bytes", f"{size} bytes").at(file=path)
 
     def joined(self) -> StoredArray:
-        """The same bytes in blocks like those of any other array: what a copy of them in a record is made of."""
+        """Return the same bytes in blocks like those of any other array: what a copy of them in a record is made of."""
         return _Joined(self.file, 0, self.shape, self.dtype, heard=self.heard, parts=self)
 
 

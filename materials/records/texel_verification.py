@@ -45,7 +45,7 @@ def check_decodes(record: MaterialRecord) -> None:
 
 
 def texels_measured_again(record: MaterialRecord) -> FitError | None:
-    """The error of texels as `btf_form` measures it, with the texels that it draws.
+    """Return the error of texels as `btf_form` measures it, with the texels that it draws.
 
     None where none is declared, or where it was measured otherwise: by another protocol, or in a basis of few
     coefficients that is found here with other vectors.

@@ -32,7 +32,8 @@ def trial_table(trials: Sequence[Trial | LightError]) -> np.ndarray:
 
 
 def trials_from(table: np.ndarray) -> tuple[Trial, ...]:
-    """The trials of a table. A column that this version does not know is left out, a field without one has its default.
+    """Return the trials of a table. A column that this version does not know is left out, a field without one has its
+    default.
 
     Raises TypeError where a field without a default has no column.
     """
@@ -45,7 +46,7 @@ def trials_from(table: np.ndarray) -> tuple[Trial, ...]:
 
 
 def lights_from(table: np.ndarray) -> tuple[LightError, ...]:
-    """The figures of each light of a table that `trial_table` made."""
+    """Return the figures of each light of a table that `trial_table` made."""
     return tuple(
         _built(LightError, {name: table[name][row] for name in table.dtype.names or ()}) for row in range(len(table))
     )

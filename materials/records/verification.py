@@ -172,7 +172,9 @@ def verify_material(
 
 
 def measured_again(record: MaterialRecord) -> FitError | None:
-    """The error of a record's packs, measured as its `error` says; None where it says what this version does not do."""
+    """Return the error of a record's packs, measured as its `error` says; None where it says what this version does not
+    do.
+    """
     declared = record.error
     size = None if declared is None else re.match(r"sphere (\d+) x \1,", declared.protocol)
     if declared is None or size is None or record.fast is None:
@@ -189,7 +191,8 @@ def measured_again(record: MaterialRecord) -> FitError | None:
 
 
 def environment_measured_again(record: MaterialRecord) -> FitError | None:
-    """The error of a record's environment form, measured again; None where it has none, or by another protocol."""
+    """Return the error of a record's environment form, measured again; None where it has none, or by another
+    protocol."""
     declared = record.environment_error
     if declared is None or not isinstance(record.fast, FactoredBrdf) or record.fast.slices is None:
         return None

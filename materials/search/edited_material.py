@@ -26,7 +26,7 @@ class VariedCatalogue(Catalogue):
 
     @classmethod
     def of(cls, catalogue: Catalogue, made: Iterable[Material]) -> VariedCatalogue:
-        """A catalogue with more materials; those that it has had stay."""
+        """Return a catalogue with more materials; those that it has had stay."""
         before = catalogue.made if isinstance(catalogue, VariedCatalogue) else {}
         return cls(catalogue.folder, {**before, **{one.id: one for one in made}})
 
@@ -40,7 +40,7 @@ class VariedCatalogue(Catalogue):
 
 
 def varied(material: Material, values: Mapping[str, float | int], budget: float = BUDGET) -> Material:
-    """A material with other parameters, its fast form fitted anew: about a second.
+    """Return a material with other parameters, its fast form fitted anew: about a second.
 
     Its id says what was changed; its error is measured; its provenance is that of the material, with a note.
 
@@ -96,7 +96,7 @@ def _source(material: Material, values: Mapping[str, float | int]) -> MaterialSo
 
 
 def _made(source: MaterialSource, fitted: FitResult) -> Material:
-    """The material that came of it."""
+    """Return the material that came of it."""
     if fitted.fast is None:
         raise InputError("could not be fitted", field=source.id, found=fitted.reason)
     one = source

@@ -44,7 +44,7 @@ class Slider:
         return self.domain.open_low and self.domain.low == 0.0
 
     def at(self, value: float | int) -> AnalyticBrdf:
-        """The material with this value in place of its own.
+        """Return the material with this value in place of its own.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class Slider:
 
 
 def sliders(surface: Surface, name: str | None = None) -> tuple[Slider, ...]:
-    """The sliders of a surface, in the order of its model's fields.
+    """Return the sliders of a surface, in the order of its model's fields.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def sliders(surface: Surface, name: str | None = None) -> tuple[Slider, ...]:
 
 
 def changed(surface: Surface, values: Mapping[str, float | int], name: str | None = None) -> AnalyticBrdf:
-    """The surface with several values changed, by names of sliders.
+    """Return the surface with several values changed, by names of sliders.
 
     Raises
     ------

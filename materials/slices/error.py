@@ -95,12 +95,12 @@ def error_between(
 
 
 def with_error(form: ViewSlices, reference_xyz: Float[np.ndarray, "M N 3"], isotropic: bool) -> ViewSlices:
-    """The form with its error against a surface's `references`."""
+    """Return the form with its error against a surface's `references`."""
     return replace(form, error=error_between(reference_xyz, samples(form, isotropic), isotropic))
 
 
 def measured_form(form: ViewSlices, surface: Surface) -> ViewSlices:
-    """The form with its error against the surface that it stands for."""
+    """Return the form with its error against the surface that it stands for."""
     return with_error(form, references(surface), surface.isotropic)
 
 
@@ -191,7 +191,7 @@ def _rays() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _slices(isotropic: bool) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Each slice that is needed: its viewer, and the frames (n,3,3) of the points that see it."""
+    """Return each slice that is needed: its viewer, and the frames (n,3,3) of the points that see it."""
     wo, frames = _points(isotropic)
     if not isotropic:
         return [(one, frame[None]) for one, frame in zip(wo, frames, strict=True)]

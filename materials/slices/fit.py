@@ -59,8 +59,9 @@ SliceAt = Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray, np.
 
 
 def view_slices(surface: Surface, lobes: int = LOBES) -> ViewSlices:
-    """The environment form of a surface that is alike everywhere, its spectra in as few terms as keep each slice within
-    a thousandth of its luminance under `protocol.LIGHTS`; on the working wavelengths where the surface's are finer.
+    """Return the environment form of a surface that is alike everywhere, its spectra in as few terms as keep each slice
+    within a thousandth of its luminance under `protocol.LIGHTS`; on the working wavelengths where the surface's are
+    finer.
 
     A matt surface has no Gaussians, however many are asked for.
     """

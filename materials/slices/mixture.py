@@ -54,7 +54,7 @@ class Mixture:
         return float(np.log(lobes.sum(axis=0) + rest) @ power / power.sum())
 
     def turned(self, rotation: Float[np.ndarray, "3 3"]) -> Mixture:
-        """Its Gaussians turned about the point."""
+        """Return its Gaussians turned about the point."""
         return replace(self, axes=self.axes @ rotation.T)
 
     def densities(self, to: Float[np.ndarray, "3 S"]) -> tuple[Float[np.ndarray, "Q S"], Float[np.ndarray, " S"]]:

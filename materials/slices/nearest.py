@@ -79,7 +79,7 @@ class Wanted:
         )
 
     def nearest(self, mixture: Mixture, rounds: int) -> Mixture:
-        """The mixture after at most so many steps (Levenberg 1944, Marquardt 1963), none of which is worse."""
+        """Return the mixture after at most so many steps (Levenberg 1944, Marquardt 1963), none of which is worse."""
         found, damping = mixture, _DAMPING
         parts = _Parts.of(found, self.directions)
         off = self._off(parts)

@@ -40,7 +40,7 @@ def _sources() -> Gaussians:
 
 
 def sun() -> Gaussians:
-    """The sun, one lobe."""
+    """Return the sun, one lobe."""
     found = _sources()
     return Gaussians(found.axis[1:], found.sharpness[1:], found.amplitude[1:])
 
@@ -81,7 +81,7 @@ def on_normals(normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
 
 @cache
 def _step() -> tuple[np.ndarray, np.ndarray]:
-    """The blurred step over the sine of the elevation."""
+    """Return the blurred step over the sine of the elevation."""
     sine = np.linspace(-1.0, 1.0, 4097)
     return sine, share_in_hemisphere(np.arcsin(sine), np.array(HAZE))
 
@@ -110,7 +110,7 @@ def _mean_cosine(sharpness: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
 
 
 def _of_mean_cosine(wanted: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
-    """The sharpness of a normalised Gaussian of that mean cosine, by Newton's steps from a close start."""
+    """Return the sharpness of a normalised Gaussian of that mean cosine, by Newton's steps from a close start."""
     found = wanted * (3.0 - wanted**2) / (1.0 - wanted**2)
     for _ in range(6):
         slope = 1.0 / found**2 - 1.0 / np.sinh(np.minimum(found, 300.0)) ** 2

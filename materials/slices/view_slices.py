@@ -132,7 +132,7 @@ class ViewSlices(EnvironmentForm):
         return sum(one.nbytes for one in (self.directions, self.sharpness, self.value, self.palette.values))
 
     def in_single_precision(self) -> ViewSlices:
-        """Its numbers as a file keeps them."""
+        """Return its numbers as a file keeps them."""
         arrays = {name: getattr(self, name).astype(np.float32).astype(np.float64) for name in _ARRAYS}
         return replace(self, **arrays)
 
@@ -144,7 +144,7 @@ class ViewSlices(EnvironmentForm):
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> ViewSlices:
-        """The form whose `stored()` this is; KeyError where something is missing."""
+        """Return the form whose `stored()` this is; KeyError where something is missing."""
         directions, sharpness, value = (np.asarray(kept[name], dtype=np.float64) for name in _ARRAYS)
         error = _error_from(kept["error"]) if "error" in kept else None
         return cls(directions, sharpness, value, Palette.from_stored(kept["palette"]), error)

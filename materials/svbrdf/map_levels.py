@@ -104,7 +104,7 @@ def coat_from_afar(
 
 
 def _function_of(spread: np.ndarray, function: np.ufunc) -> np.ndarray:
-    """A function of symmetric matrices (a, b, c), by their eigenvalues."""
+    """Return a function of symmetric matrices (a, b, c), by their eigenvalues."""
     a, b, c = np.moveaxis(spread, -1, 0)
     middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
     # The smaller one from the determinant, which is what it loses digits to.

@@ -299,7 +299,7 @@ class MapPlanes(Summand):
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> MapPlanes:
-        """The summand whose `stored()` this is; KeyError where something is missing."""
+        """Return the summand whose `stored()` this is; KeyError where something is missing."""
         numbers = {name: tuple(np.asarray(kept[name]).tolist()) for name in ("columns", "constants", "scale", "offset")}
         wrap, rank = cast("tuple[Wrap, Wrap]", tuple(str(kept["wrap"]).split())), int(kept["rank"])
         return cls(

@@ -196,7 +196,7 @@ class MapSet:
         return spectra_of(colours, self.uplift, self.wavelengths_nm) if self.uplift else colours
 
     def blocks(self) -> Iterator[tuple[slice, Texels]]:
-        """All texels, row after row, some at a time: their numbers, and what they scatter."""
+        """Yield all texels, row after row, some at a time: their numbers, and what they scatter."""
         height, width = self.size
         for start in range(0, height * width, _TEXELS):
             numbers = np.arange(start, min(start + _TEXELS, height * width))
@@ -214,7 +214,7 @@ class MapSet:
 
     @classmethod
     def from_parameters(cls: type[AnyMaps], parameters: Mapping[str, Any]) -> AnyMaps:
-        """The maps whose `parameters()` these are.
+        """Return the maps whose `parameters()` these are.
 
         Raises
         ------

@@ -261,7 +261,7 @@ class MappedSlices(EnvironmentForm):
         return self._slices_of("spread", "normal", "differ", filtered)
 
     def _slices_of(self, name: str, normal: str, differ: str, filtered: bool) -> FacetSlices:
-        """The same of the facets, or of the coat's."""
+        """Return the same of the facets, or of the coat's."""
         levels, layout = self.maps.levels if filtered and self.maps.uses_uv else ([self.maps.planes], self.maps.layout)
         low, high, coat = [], [], name != "spread"
         parts = 1 if coat else self.parts
@@ -284,7 +284,7 @@ class MappedSlices(EnvironmentForm):
         return facet_slices(float(min(low)), float(max(high)), layout.coated and not coat)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """The maps' own look-up; the slices in two textures, a row a viewer and alpha, those of a coat below."""
+        """Return the maps' own look-up; the slices in two textures, a row a viewer and alpha, those of a coat below."""
         filtered &= self.maps.uses_uv
         own, slices = self.maps.shader(filtered), self._slices(filtered)
         alphas, polar, count = slices.widths.shape

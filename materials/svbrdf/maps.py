@@ -94,7 +94,7 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         return out
 
     def average(self) -> MetallicRoughness:
-        """The surface of the mean of what texels reflect, and of alpha; bumps are left out.
+        """Return the surface of the mean of what texels reflect, and of alpha; bumps are left out.
 
         Raises
         ------

@@ -123,7 +123,7 @@ class MapsForm(Fast):
 
 
 def maps_form(surface: MapSet, budget: float = 0.5) -> MapsForm:
-    """The fast form of a surface of maps.
+    """Return the fast form of a surface of maps.
 
     As few coefficients as keep the colours of bodies and facets within a fifth of `budget` (ΔE94, 99th percentile) and
     within `budget` at all texels judged, under each of `protocol.LIGHTS`, but three where colours have as many. Planes
@@ -208,7 +208,7 @@ def _layout(numbers: Float[np.ndarray, "H W T"], rank: int, coated: bool) -> tup
 
 
 def _halved(form: MapsForm, isotropic: bool, budget: float) -> MapsForm:
-    """The form in half precision, where that shows the same."""
+    """Return the form in half precision, where that shows the same."""
     layout = form.maps.layout
     if layout.columns[layout.starts["spread"] + 1] >= 0:
         # The determinant of a narrow, turned highlight would be what rounding leaves of it.

@@ -36,7 +36,7 @@ class MattTexture(EnvironmentForm):
         return Lobes(np.zeros((count, 0, 3)), np.zeros((count, 0)), np.zeros((count, 0, rank)), matt[:, None])
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """The texture's own look-up, with a cosine in place of its term."""
+        """Return the texture's own look-up, with a cosine in place of its term."""
         return replace(self.texture.shader(filtered), file=Path(__file__).with_name("matt_texture.glsl"))
 
     @property

@@ -84,7 +84,7 @@ def linear_from_srgb(values: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "
 
 
 def exr_colours(attributes: Mapping[str, Any]) -> tuple[str, ...]:
-    """The same of the attributes of an OpenEXR file, whose colours are taken to be linear sRGB."""
+    """Return the same of the attributes of an OpenEXR file, whose colours are taken to be linear sRGB."""
     said = []
     xy = attributes.get("chromaticities")
     if xy is not None:
@@ -98,7 +98,7 @@ def exr_colours(attributes: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _flat(values: Any) -> Iterator[Any]:
-    """The numbers of chromaticities, whether they come in pairs or in a row."""
+    """Yield the numbers of chromaticities, whether they come in pairs or in a row."""
     for value in values if hasattr(values, "__iter__") else (values,):
         if hasattr(value, "__iter__"):
             yield from value
@@ -107,7 +107,7 @@ def _flat(values: Any) -> Iterator[Any]:
 
 
 def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """The chunks of few bytes; the first of a kind comes last."""
+    """Return the chunks of few bytes; the first of a kind comes last."""
     found, at = [], 8
     while at + 8 <= len(data):
         length, kind = struct.unpack_from(">I4s", data, at)

@@ -62,7 +62,7 @@ ROUND = 8
 def axes_of(
     spread: Float[np.ndarray, "N 3"],
 ) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, " N"], Float[np.ndarray, "N 2"]]:
-    """The wide and the narrow alpha of S (`facets`), and the unit direction of the wide one."""
+    """Return the wide and the narrow alpha of S (`facets`), and the unit direction of the wide one."""
     a, b, c = np.moveaxis(spread, -1, 0)
     half = np.hypot(0.5 * (a - c), b)
     wide = 0.5 * (a + c) + half

@@ -43,7 +43,7 @@ class TexelMap:
 
     @classmethod
     def constant(cls, *numbers: float) -> TexelMap:
-        """The same C numbers everywhere."""
+        """Return the same C numbers everywhere."""
         return cls(np.array(numbers, dtype=np.float64).reshape(1, 1, -1))
 
     @property
@@ -66,7 +66,7 @@ class TexelMap:
     def at(
         self, rows: Int[np.ndarray, "*texels"], columns: Int[np.ndarray, "*texels"]
     ) -> Float[np.ndarray, "*texels C"]:
-        """The numbers of texels."""
+        """Return the numbers of texels."""
         if self.size == (1, 1):
             return np.broadcast_to(self.decoded(self.values[0, 0]), (*rows.shape, self.values.shape[2]))
         return self.decoded(self.values[rows, columns])
@@ -80,7 +80,7 @@ class TexelMap:
 
     @classmethod
     def from_parameters(cls, kept: Mapping[str, Any], name: str) -> TexelMap:
-        """The map whose `parameters(name)` these are; KeyError where there is none."""
+        """Return the map whose `parameters(name)` these are; KeyError where there is none."""
 
         def numbers(key: str, usual: float) -> tuple[float, ...]:
             return tuple(np.atleast_1d(kept.get(f"{name}.{key}", usual)).astype(float).tolist())

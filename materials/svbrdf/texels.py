@@ -38,28 +38,28 @@ def between(
 
 
 def _inside(along: Float[np.ndarray, " N"], wrap: Wrap) -> Float[np.ndarray, " N"]:
-    """A coordinate brought into [0, 1], where that alone does it: what is repeated is left to `_texel`."""
+    """Return a coordinate brought into [0, 1], where that alone does it: what is repeated is left to `_texel`."""
     if wrap == "clamp":
         return np.clip(along, 0.0, 1.0)
     return 1.0 - np.abs(1.0 - np.mod(along, 2.0)) if wrap == "mirror" else along
 
 
 def _texel(number: Int[np.ndarray, "N 4"], count: int, wrap: Wrap) -> Int[np.ndarray, "N 4"]:
-    """The texel beside an edge: the one on the other side, or (also in a mirror) the edge's own again."""
+    """Return the texel beside an edge: the one on the other side, or (also in a mirror) the edge's own again."""
     return number % count if wrap == "repeat" else np.clip(number, 0, count - 1)
 
 
 def look_up(
     picture: Float[np.ndarray, "H W C"], uv: Float[np.ndarray, "N 2"], wrap: tuple[Wrap, Wrap] = REPEATED
 ) -> Float[np.ndarray, "N C"]:
-    """A picture between its texels, at each point."""
+    """Return a picture between its texels, at each point."""
     height, width, _ = picture.shape
     rows, columns, shares = between(uv, height, width, wrap)
     return np.einsum("nk,nkc->nc", shares, picture[rows, columns].astype(np.float64, copy=False))
 
 
 def levels_of(picture: Float[np.ndarray, "H W C"]) -> list[Float[np.ndarray, "_ _ C"]]:
-    """The picture, and means of it over half as many texels each way, down to a single one.
+    """Return the picture, and means of it over half as many texels each way, down to a single one.
 
     Means are by area: a size that is odd is halved to the next smaller number, whose texels are a little more than two
     wide. Float64.
@@ -72,7 +72,7 @@ def levels_of(picture: Float[np.ndarray, "H W C"]) -> list[Float[np.ndarray, "_ 
 
 
 def level_at(footprint: Float[np.ndarray, "N 2 2"], height: int, width: int, last: int) -> Float[np.ndarray, " N"]:
-    """The level, with its fraction, whose texels are as wide as the longer side of what a sample spans."""
+    """Return the level, with its fraction, whose texels are as wide as the longer side of what a sample spans."""
     sides = np.linalg.norm(footprint * (width, height), axis=-1)
     return np.clip(np.log2(np.maximum(sides.max(axis=1), 1.0)), 0.0, float(last))
 
@@ -93,7 +93,7 @@ def at_levels(
 def filtered(
     levels: Sequence[Float[np.ndarray, "_ _ C"]], uv: Float[np.ndarray, "N 2"], footprint: Float[np.ndarray, "N 2 2"]
 ) -> Float[np.ndarray, "N C"]:
-    """The mean of a picture over what each sample spans, between two levels."""
+    """Return the mean of a picture over what each sample spans, between two levels."""
     height, width, planes = levels[0].shape
     level = level_at(footprint, height, width, len(levels) - 1)
     fine = level.astype(np.int64)

@@ -58,7 +58,7 @@ class SpectralTexture(Surface):
         return out
 
     def average(self) -> Lambert:
-        """The surface of the mean reflectance.
+        """Return the surface of the mean reflectance.
 
         Raises
         ------
@@ -77,5 +77,5 @@ class SpectralTexture(Surface):
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> SpectralTexture:
-        """The surface whose `parameters()` these are."""
+        """Return the surface whose `parameters()` these are."""
         return cls(np.asarray(parameters["wavelengths_nm"], dtype=np.float64), np.asarray(parameters["texture"]))

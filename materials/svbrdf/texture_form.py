@@ -78,7 +78,7 @@ class TextureForm(Fast):
 
 
 def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarray, budget: float = 0.5) -> TextureForm:
-    """The fast form of reflectances (H,W,L), its palette at their own wavelengths.
+    """Return the fast form of reflectances (H,W,L), its palette at their own wavelengths.
 
     As few terms as keep ΔE94 under each of `protocol.LIGHTS` within a fifth of `budget` at the 99th percentile of the
     texels judged, and within `budget` at all of them; with three terms a light nothing is left. Planes are in half

@@ -49,7 +49,7 @@ class TexturePlanes(Summand):
         return Terms(self.coefficients(points) * points.angles(self.frame).scale[:, None])
 
     def coefficients(self, points: Points) -> Float[np.ndarray, "N R"]:
-        """Each plane at each point, or its mean over what the point spans."""
+        """Return each plane at each point, or its mean over what the point spans."""
         assert points.uv is not None
         if points.spans is None or points.footprint is None:
             return look_up(self.planes, points.uv)

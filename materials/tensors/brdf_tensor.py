@@ -63,7 +63,7 @@ class BrdfTensor:
 def brdf_tensor(
     family: Family, ranks: tuple[int, int, int] = RANKS, disc: Disc | None = None, separate: bool = True
 ) -> BrdfTensor:
-    """The tensor of a family, its best of that size in the sense of squares on the disc.
+    """Return the tensor of a family, its best of that size in the sense of squares on the disc.
 
     separate : whether highlights are taken out before.
     """

@@ -36,7 +36,7 @@ class Components:
     error: float
 
     def values(self, wi: Float[np.ndarray, "*n 3"], wo: Float[np.ndarray, "*#n 3"]) -> Float[np.ndarray, "*n P"]:
-        """All functions at pairs of unit directions above the horizon, 1/sr; float32, linear between nodes."""
+        """Return all functions at pairs of unit directions above the horizon, 1/sr; float32, linear between nodes."""
         sizes = self.table.shape[:3]
         places = coordinates(wi, wo)
         lows, shares = [], []
@@ -66,7 +66,7 @@ class Components:
 
 
 def components_of(family: Family, count: int = COMPONENTS) -> Components:
-    """The principal components of all members, as the cosines of light and view weigh them on a sphere.
+    """Return the principal components of all members, as the cosines of light and view weigh them on a sphere.
 
     Their own singular values are in `by_member`; the sign of each function's largest number is positive.
     """

@@ -36,7 +36,7 @@ class Disc:
         return (np.add.outer(at * at, at * at) <= _RIM * _RIM).ravel()
 
     def look_up(self, table: Float[np.ndarray, "M k"], to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n k"]:
-        """A table's values at directions, linear between four nodes."""
+        """Return a table's values at directions, linear between four nodes."""
         place = (raised(to[:, :2])[:, :2] + 1.0) * (0.5 * (self.across - 1))
         corner = np.clip(np.floor(place).astype(np.int64), 0, self.across - 2)
         right, up = (place - corner).T[:, :, None]

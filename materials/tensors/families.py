@@ -69,7 +69,7 @@ class Family:
         return found
 
     def weights(self, *parameters: float) -> Float[np.ndarray, " N"]:
-        """The mixture of members at a point between them: at most d + 1 are not 0, and all sum to 1.
+        """Return the mixture of members at a point between them: at most d + 1 are not 0, and all sum to 1.
 
         Raises
         ------

@@ -79,7 +79,7 @@ class Tuned(Brdf):
         return found + self._highlight(wi, wo)[:, None] * self.specular
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """The matt part and the highlight, each where it is not black."""
+        """Return the matt part and the highlight, each where it is not black."""
         none = np.zeros_like(self.diffuse)
         found = []
         if self.diffuse.any() or not self.specular.any():

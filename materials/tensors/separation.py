@@ -54,7 +54,7 @@ class Separated:
 
 
 def separated(family: Family) -> Separated:
-    """The Gaussians of all members, found view by view."""
+    """Return the Gaussians of all members, found view by view."""
     from scipy.optimize import nnls
 
     deviation = np.radians(np.maximum(WIDTHS, _TEXEL)) / 3.0

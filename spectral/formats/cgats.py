@@ -259,18 +259,18 @@ def _common(table: CgatsTable, place: str) -> dict[str, str]:
 
 
 def conditions_of(table: CgatsTable) -> dict[str, str]:
-    """The keywords that say how the samples of a table were measured."""
+    """Return the keywords that say how the samples of a table were measured."""
     stated = {key: shortened(value, 200) for key, value in table.keywords.items() if value and is_condition(key)}
     return stated | {"format": NAME}
 
 
 def illuminant_of(table: CgatsTable) -> str | None:
-    """The illuminant that XYZ and Lab were computed for; a bare MEASUREMENT_SOURCE is the instrument's lamp."""
+    """Return the illuminant that XYZ and Lab were computed for; a bare MEASUREMENT_SOURCE is the instrument's lamp."""
     named = (illuminant_in(table.keywords.get(key, "")) for key in _ILLUMINANT_KEYS)
     source = table.keywords.get("MEASUREMENT_SOURCE", "")
     return next((light for light in named if light), illuminant_in(source) if "=" in source else None)
 
 
 def observer_of(table: CgatsTable) -> str | None:
-    """The observer that XYZ and Lab were computed for."""
+    """Return the observer that XYZ and Lab were computed for."""
     return next((found for key in _OBSERVER_KEYS if (found := observer_in(table.keywords.get(key, "")))), None)

@@ -38,7 +38,7 @@ class Band(NamedTuple):
 
 
 def bands(table: CgatsTable) -> list[Band]:
-    """The fields that are named for a wavelength, none where fewer than two are."""
+    """Return the fields that are named for a wavelength, none where fewer than two are."""
     found = []
     for column, field in enumerate(table.fields):
         if match := BAND.fullmatch(field):
@@ -109,7 +109,7 @@ def grid_of(table: CgatsTable, found: list[Band]) -> tuple[np.ndarray, list[int]
 
 
 def keyword_number(table: CgatsTable, key: str) -> float | None:
-    """The number that a keyword states, None where the file does not have it."""
+    """Return the number that a keyword states, None where the file does not have it."""
     words = table.keywords.get(key)
     if words is None:
         return None

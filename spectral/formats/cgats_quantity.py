@@ -146,7 +146,7 @@ def _contradiction(field: str, found: str) -> InputError:
 def signs_of_table(
     table: CgatsTable, said: StatedQuantity, condition: str | None, beside: Luminances, above_norm: bool, path: Path
 ) -> list[Sign]:
-    """The signs of a table that states nothing (rule 6), but those in its numbers.
+    """Return the signs of a table that states nothing (rule 6), but those in its numbers.
 
     Parameters
     ----------

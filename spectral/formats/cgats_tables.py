@@ -48,7 +48,7 @@ class CgatsTable:
     notes: tuple[str, ...]
 
     def number(self, cell: str) -> float:
-        """The number in a cell, NaN if there is none."""
+        """Return the number in a cell, NaN if there is none."""
         return number(cell, self.decimal)
 
 
@@ -63,7 +63,7 @@ def tokens(line: str) -> list[str]:
 
 
 def read_tables(path: Path) -> list[CgatsTable]:
-    """Every table of a file.
+    """Return every table of a file.
 
     Raises
     ------
@@ -112,7 +112,7 @@ def read_tables(path: Path) -> list[CgatsTable]:
 
 
 def _numbered(lines: list[str]) -> Iterator[tuple[int, str]]:
-    """The lines with their numbers, each short enough to be one of a measurement."""
+    """Yield the lines with their numbers, each short enough to be one of a measurement."""
     for at, line in enumerate(lines, 1):
         if len(line) > LONGEST_LINE:
             raise InputError("a line is too long", field=f"line {at}", expected=f"{LONGEST_LINE} characters at most")

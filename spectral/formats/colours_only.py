@@ -66,7 +66,7 @@ class Coloured(NamedTuple):
 
 
 def colour_in(text: str) -> StatedColour | None:
-    """The colour that a person writes, such as "lab:52.1,10.3,-5.6@D65/1964_10"; None where the text is none.
+    """Return the colour that a person writes, such as "lab:52.1,10.3,-5.6@D65/1964_10"; None where the text is none.
 
     Raises
     ------
@@ -162,7 +162,9 @@ def _cgats(path: Path) -> list[Coloured]:
 
 
 def _table(path: Path) -> list[Coloured]:
-    """A header of names, L*, a* and b*, and a row each; the light and the observer stand anywhere above or in it."""
+    """Return a header of names, L*, a* and b*, and a row each; the light and the observer stand anywhere above or in
+    it.
+    """
     lines = [(at, line) for at, line in enumerate(read_lines(path), 1) if line.strip()]
     # White space is in names, too.
     dialect = next((one for one in dialects_of([line for _, line in lines]) if one.delimiter), Dialect(",", "."))
@@ -238,7 +240,9 @@ def _in_usual(patterns: object, numbers: Sequence[float], line: int) -> Sequence
 def _colours_of(
     name: str, cells: Mapping[str, float], light: str | None, eye: str | None, details: Mapping[str, str]
 ) -> list[Coloured]:
-    """The colours of one row; those of one light and observer that stand below several headings are readings apart."""
+    """Return the colours of one row; those of one light and observer that stand below several headings are readings
+    apart.
+    """
     by_words: dict[str, dict[str, float]] = {}
     for head, value in cells.items():
         by_words.setdefault(behind_colour_axis(head), {})[head] = value
@@ -276,7 +280,7 @@ def _check_headings(header: list[str], line: int) -> None:
 
 
 def _labelled(row: list[str]) -> tuple[str, str] | None:
-    """A label and its words in a line above a table, in two cells or in one; None where it has no label."""
+    """Return a label and its words in a line above a table, in two cells or in one; None where it has no label."""
     words = [cell.strip() for cell in row if cell.strip()]
     label, mark, rest = (words or [""])[0].partition(":")
     if mark and rest.strip():

@@ -59,7 +59,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def opening(path: Path) -> bytes:
-    """The start of a file with its first rows, which titles of an instrument or many columns make long."""
+    """Return the start of a file with its first rows, which titles of an instrument or many columns make long."""
     with suppress(OSError), path.open("rb") as file:
         start = file.read(16 * HEAD)
         if start.count(b"\n") < _FEW_LINES:

@@ -56,7 +56,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 @names_its_file
 def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
-    """Every spectrum of a file; objects whose spectrum cannot be used are in `rejected`.
+    """Return every spectrum of a file; objects whose spectrum cannot be used are in `rejected`.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def colours_without_spectra(path: Path) -> list[tuple[str, tuple[StatedColour, .
 
 
 def _opened(path: Path) -> tuple[Element, Vocabulary, dict[str, Specification | None], list[Element]]:
-    """The root, its vocabulary, specifications by Id, and the objects."""
+    """Return the root, its vocabulary, specifications by Id, and the objects."""
     root = read_xml(path)
     known = Vocabulary(root, NAMESPACE)
     if known.name(root) != "CxF" or "gretagmacbeth" in known.root_uri.lower():
@@ -254,13 +254,13 @@ def _specifications(resources: list[Element], known: Vocabulary) -> dict[str, Sp
 
 
 def _named_by(value: Element, known: Mapping[str, Specification | None]) -> Specification | None:
-    """The specification that a value names, the only one where it names none; None where there is no telling."""
+    """Return the specification that a value names, the only one where it names none; None where there is no telling."""
     wanted = value.get("ColorSpecification")
     return known.get(wanted) if wanted is not None else next(iter(known.values())) if len(known) == 1 else None
 
 
 def _without_specification(value: Element, known: Mapping[str, Specification | None], field: str) -> InputError:
-    """The refusal of a value that names no specification, none of the file, or one of two."""
+    """Return the refusal of a value that names no specification, none of the file, or one of two."""
     wanted = value.get("ColorSpecification")
     expected = ", ".join(list(known)[:8]) or "a specification, but the file has none"
     if wanted is None:
@@ -353,7 +353,7 @@ def _labels(
 
 
 def _without_spectra(root: Element, objects: list[Element], known: Vocabulary) -> InputError:
-    """The refusal of a file without spectra, which says what its objects have instead."""
+    """Return the refusal of a file without spectra, which says what its objects have instead."""
     if not objects:
         there = list(dict.fromkeys(known.name(part) or "" for part in known.children(root)))
         return InputError(

@@ -40,7 +40,7 @@ def shared_out(
     name: str,
     gathered: Gathering,
 ) -> list[tuple[tuple[StatedColour, ...], dict[str, str]]]:
-    """The colours of an object by the spectrum that each is of, and as text by kind those that are of none.
+    """Return the colours of an object by the spectrum that each is of, and as text by kind those that are of none.
 
     A colour is of the spectra that have its specification; else of those that agree with it in the most parts of
     theirs, and contradict it in none, such as the same light of the device; of these, of the one of its own name.

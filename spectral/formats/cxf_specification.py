@@ -101,7 +101,7 @@ def specification(element: Element, known: Vocabulary) -> Specification:
 
 
 def _condition(light: Element) -> str:
-    """The ISO 13655 letter first ("M1_Daylight" -> "M1 (M1_Daylight)"), custom ones in their own words."""
+    """Return the ISO 13655 letter first ("M1_Daylight" -> "M1 (M1_Daylight)"), custom ones in their own words."""
     told = (light.text or "").strip()
     custom = light.get("CustomType", "")
     letter = told.partition("_")[0]
@@ -142,7 +142,7 @@ def _degrees(text: str) -> str:
 
 
 def _by_geometry(choice: Element | None, known: Vocabulary, told: str) -> tuple[Quantity | None, str | None]:
-    """A custom measurement is what its geometry can only measure; a sphere measures two things."""
+    """Tell a custom measurement by what its geometry can only measure; a sphere measures two things."""
     name = next((known.name(element) for element in known.children(choice)), None)
     kinds: dict[str | None, Quantity] = {
         "SingleAngle": "reflectance",

@@ -179,7 +179,7 @@ class _Specifications:
         illuminant: str | None = None,
         observer: str | None = None,
     ) -> str:
-        """The Id of the specification of a value, which is written where it is the first of its kind."""
+        """Return the Id of the specification of a value, which is written where it is the first of its kind."""
         details = entry.details
         said = ("geometry", "condition", "instrument", "calibration", "aperture", "backing", "bandpass corrected")
         key = (entry.spectrum.quantity, listed, illuminant, observer, *(details.get(name, "") for name in said))

@@ -47,7 +47,7 @@ def channel_names(path: Path, head: bytes) -> tuple[str, ...]:
 
 
 def read_picture(path: Path, most: int) -> ExrPicture:
-    """Every pixel of every part.
+    """Return every pixel of every part.
 
     Parameters
     ----------
@@ -126,7 +126,8 @@ def samples_in(path: Path) -> int:
 
 
 def check_size(path: Path, most: int) -> list[_Header]:
-    """The headers of all parts; raises `InputError` where they cannot be read, or name more than `most` samples."""
+    """Return the headers of all parts; raises `InputError` where they cannot be read, or name more than `most`
+    samples."""
     headers = _headers(existing_file(path))
     samples = sum(header.area * len(header.names) for header in headers)
     if samples > most:

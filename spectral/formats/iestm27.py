@@ -61,7 +61,7 @@ def recognises(path: Path, head: bytes) -> bool:
 
 @names_its_file
 def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
-    """The spectrum of a file, named by its description.
+    """Return the spectrum of a file, named by its description.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def _add(
 
 
 def _quantity(gathered: Gathering, element: Element, known: Vocabulary) -> tuple[Quantity, str, str]:
-    """The quantity, the file's word for it, and its unit."""
+    """Return the quantity, the file's word for it, and its unit."""
     field = "SpectralQuantity"
     said = list(dict.fromkeys(words(one) for one in known.children(element, field)))
     told = said[0] if said else ""
@@ -140,7 +140,7 @@ def _quantity(gathered: Gathering, element: Element, known: Vocabulary) -> tuple
 
 
 def _geometry(element: Element, known: Vocabulary, quantity: Quantity, told: str) -> str:
-    """The geometry of what was measured; one of something else belies the quantity."""
+    """Return the geometry of what was measured; one of something else belies the quantity."""
     reflected, sent = (known.text(element, f"{kind}Geometry") for kind in ("Reflection", "Transmission"))
     own, other = (sent, reflected) if quantity == "transmittance" else (reflected, sent)
     stated = [word for word in (own, other) if word and word.casefold() not in _NO_GEOMETRY]

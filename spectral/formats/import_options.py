@@ -120,7 +120,7 @@ class AgainstAnswerError(InputError):
 
     @classmethod
     def of(cls, part: Literal["quantity", "scale"], **said: Any) -> AgainstAnswerError:
-        """The refusal, with where it is and what was found, as of `InputError`."""
+        """Return the refusal, with where it is and what was found, as of `InputError`."""
         made = cls(
             f"the file {'says one thing' if part == 'quantity' else 'states one scale'}, and "
             f"--{'as' if part == 'quantity' else 'scale'} another",
@@ -138,7 +138,7 @@ NO_ANSWER = ImportOptions()
 def contradiction(
     answer: ImportOptions, quantity: str, words: str, *, file: str | Path | None = None, field: str | None = None
 ) -> InputError:
-    """The refusal of a file that says another quantity than the person who imports it."""
+    """Return the refusal of a file that says another quantity than the person who imports it."""
     return AgainstAnswerError.of(
         "quantity",
         file=file,

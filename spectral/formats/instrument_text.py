@@ -68,7 +68,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
 
 
 def _finest(table: TextTable) -> TextTable:
-    """The table with the block of most samples alone, where its blocks are the same range at several steps."""
+    """Return the table with the block of most samples alone, where its blocks are the same range at several steps."""
     blocks = [block for block in table.blocks if block]
     if len(blocks) < 2 or any(len(block) != 1 for block in blocks):
         return table

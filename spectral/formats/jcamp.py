@@ -107,7 +107,7 @@ class _Block:
     closed: bool = False
 
     def text(self, label: str) -> str:
-        """The first line of a record without comments, "" where there is none.
+        """Return the first line of a record without comments, "" where there is none.
 
         Raises
         ------
@@ -121,7 +121,7 @@ class _Block:
         return values[0] if values else ""
 
     def number(self, label: str) -> _Written | None:
-        """The number of a record, None where there is none.
+        """Return the number of a record, None where there is none.
 
         Raises
         ------
@@ -134,7 +134,7 @@ class _Block:
         return _Written.of(text) if text else None
 
     def needed(self, label: str) -> _Written:
-        """The number of a record that has to be there."""
+        """Return the number of a record that has to be there."""
         value = self.number(label)
         if value is None:
             raise InputError("a record is missing", field=label, expected=f"##{label}= and a number")
@@ -184,7 +184,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
 
 
 def _bare(line: str) -> str:
-    """A line without its comment."""
+    """Return a line without its comment."""
     return line.partition("$$")[0].strip()
 
 
@@ -271,7 +271,7 @@ def _axis(block: _Block) -> AxisUnit:
 
 
 def _decision(units: str, axis: AxisUnit, answer: ImportOptions) -> Decision:
-    """The quantity by YUNITS; arbitrary units are what a person says."""
+    """Return the quantity by YUNITS; arbitrary units are what a person says."""
     named, place = quantity_in(units), "YUNITS"
     if named in ("absorbance", "index") or _FUNCTION.search(units) or names_derived(units):
         raise InputError(
@@ -395,7 +395,7 @@ def _check_abscissa(written: _Written, factor: Fraction, expected: Fraction, ste
 
 
 def _ordinates(text: str, most: int, place: str) -> tuple[list[_Written | None], bool]:
-    """The ordinates of a line, None where one is missing, and whether it ends in a difference."""
+    """Return the ordinates of a line, None where one is missing, and whether it ends in a difference."""
     out: list[_Written | None] = []
     at, step, kind = 0, 0, ""
     while at < len(text):

@@ -64,7 +64,9 @@ _ILLUM = re.compile(r"(?<![a-z])illum(?:s|inants?)?(?![a-z])", re.I)
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """The header of version 5 or 7.3, or, for version 4, which has none, the suffix and a plausible first matrix."""
+    """Return the header of version 5 or 7.3, or, for version 4, which has none, the suffix and a plausible first
+    matrix.
+    """
     if head[:10] in _HEADERS:
         return True
     if path.suffix.casefold() != ".mat" or len(head) < 20:
@@ -162,7 +164,7 @@ def _is_no_spectrum(name: str) -> bool:
 def _axes(
     numbers: dict[str, np.ndarray], variables: dict[str, Variable], gathering: Gathering
 ) -> dict[str, np.ndarray]:
-    """Every vector of wavelengths (L,), by name."""
+    """Return every vector of wavelengths (L,), by name."""
     found = {
         name: value.ravel()
         for name, value in numbers.items()
@@ -255,7 +257,7 @@ def _of_toolbox(name: str) -> str | None:
 
 
 def _no_colour(what: str, field: str) -> InputError:
-    """The refusal of a variable that is called what is no colour."""
+    """Return the refusal of a variable that is called what is no colour."""
     return InputError(
         "not the spectrum of a colour",
         field=field,

@@ -73,7 +73,7 @@ class _Reader:
 
 
 def _answer(path: Path) -> tuple[bytes, bytes]:
-    """The letter and the content of what the process says of a file; twice asked where it was gone already.
+    """Return the letter and the content of what the process says of a file; twice asked where it was gone already.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _answer(path: Path) -> tuple[bytes, bytes]:
 
 
 def _asked(request: bytes) -> tuple[bytes, bytes] | None:
-    """The answer to a request, None where the process ended."""
+    """Return the answer to a request, None where the process ended."""
     answers: list[tuple[bytes, bytes]] = []
     late = threading.Event()
 
@@ -121,7 +121,7 @@ def _asked(request: bytes) -> tuple[bytes, bytes] | None:
 
 
 def _running() -> subprocess.Popen[bytes]:
-    """The process that reads, started where there is none."""
+    """Return the process that reads, started where there is none."""
     process = _Reader.process if _Reader.owner == os.getpid() else None
     if process is not None and process.poll() is None:
         return process

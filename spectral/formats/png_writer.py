@@ -17,7 +17,7 @@ _COLOUR_TYPE = {1: 0, 3: 2, 4: 6}
 
 
 def png_bytes(codes: UInt[np.ndarray, "H W C"], chunks: Iterable[tuple[bytes, bytes]] = ()) -> bytes:
-    """A PNG of C = 1, 3 or 4 channels, with further `chunks` (kind, content) before its pixels.
+    """Return a PNG of C = 1, 3 or 4 channels, with further `chunks` (kind, content) before its pixels.
 
     >>> png_bytes(np.zeros((1, 2, 3), np.uint8))[:4]
     b'\\x89PNG'

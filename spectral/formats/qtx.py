@@ -48,7 +48,7 @@ class _Section:
     fields: dict[str, list[str]] = field(default_factory=dict)
 
     def text(self, name: str) -> str:
-        """The value of a field, "" where there is none.
+        """Return the value of a field, "" where there is none.
 
         Raises
         ------
@@ -173,7 +173,7 @@ def _spectrum(
 
 
 def _values(text: str, count: int, name: str, gathering: Gathering, answer: ImportOptions) -> np.ndarray:
-    """The `count` values of a list: parted by commas, or by semicolons, tabs or spaces with either decimal mark.
+    """Return the `count` values of a list: parted by commas, or by semicolons, tabs or spaces with either decimal mark.
 
     Commas that part values and are their decimal marks as well are read where digits behind them are those of no whole
     percentage, or where a person says so.
@@ -215,7 +215,7 @@ def _is_of_decimals(digits: str) -> bool:
 
 
 def _decision(section: _Section, prefix: str, answer: ImportOptions) -> Decision:
-    """The quantity by the mode of viewing, and reflectance where that says none."""
+    """Return the quantity by the mode of viewing, and reflectance where that says none."""
     name = f"{prefix}_VIEWING"
     viewing = section.text(name)
     sent, named = re.search(r"%\s?T\b|\btrans", viewing, re.I) is not None, quantity_in(viewing)
@@ -253,7 +253,7 @@ def _details(section: _Section, prefix: str, called: str, standard: str) -> dict
 
 
 def _colours(section: _Section, prefix: str) -> tuple[StatedColour, ...]:
-    """The colours that a section states beside its reflectance, for the light and observer of its ILLNAME."""
+    """Return the colours that a section states beside its reflectance, for the light and observer of its ILLNAME."""
     named = ", ".join(section.fields.get("ILLNAME", ()))
     axes = {f"{prefix}_{axis}": axis for axis in _COLOURS}
     cells = {

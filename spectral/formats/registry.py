@@ -43,7 +43,7 @@ _Read = TypeVar("_Read")
 
 
 def names_its_file(read: Callable[Concatenate[Path, _Options], _Read]) -> Callable[Concatenate[Path, _Options], _Read]:
-    """A reader whose refusals name the file that it was given: nothing below it has to carry the path about."""
+    """Return a reader whose refusals name the file that it was given: nothing below it has to carry the path about."""
 
     @wraps(read)
     def named(path: Path, *options: _Options.args, **further: _Options.kwargs) -> _Read:
@@ -123,12 +123,12 @@ def details_of_readings(file: SpectralFile) -> dict[str, str]:
 
 
 def readers() -> tuple[ModuleType, ...]:
-    """The readers, in the order in which they are asked."""
+    """Return the readers, in the order in which they are asked."""
     return tuple(import_module(f".{name}", __package__) for name in FORMATS)
 
 
 def format_of(path: str | Path) -> ModuleType | None:
-    """The reader that recognises a file by its content, None if there is none.
+    """Return the reader that recognises a file by its content, None if there is none.
 
     Raises
     ------
@@ -237,7 +237,8 @@ def read_with(reader: ModuleType, path: Path, answer: ImportOptions) -> Spectral
 
 
 def _overruled(entry: SpectralEntry, answer: ImportOptions, said: str, scaled: bool) -> SpectralEntry:
-    """The spectrum as the answer says; the colours beside it are those of what the format says, and are left out.
+    """Return the spectrum as the answer says; the colours beside it are those of what the format says, and are left
+    out.
 
     scaled : whether its values are on the scale of the answer already.
     """

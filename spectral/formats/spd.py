@@ -25,7 +25,7 @@ _SIDES = (("transmittance", "T"), ("reflectance", "R front"), ("reflectance", "R
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """A glazing header, or a text of numbers that is named .spd."""
+    """Return a glazing header, or a text of numbers that is named .spd."""
     text = head_text(head)
     if _GLAZING.match(text):
         return True

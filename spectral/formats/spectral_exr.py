@@ -116,7 +116,7 @@ class SpectralImage:
     half: bool = False
 
     def bispectral(self, row: int, column: int) -> Bispectral:
-        """The Donaldson matrix of one pixel; an ordinary reflectance where the file holds no re-radiation.
+        """Return the Donaldson matrix of one pixel; an ordinary reflectance where the file holds no re-radiation.
 
         The layout leaves the unit of re-radiation open. It is taken as power in a band for power in a band, as
         `Bispectral` has it; a file in other units sends out more than it takes in and is refused, or nearly nothing.
@@ -200,7 +200,7 @@ def write_bispectral_exr(
 
 
 def _length(wavelength_nm: float) -> str:
-    """A wavelength as the layout writes it: 550,000000nm."""
+    """Return a wavelength as the layout writes it: 550,000000nm."""
     return f"{wavelength_nm:.6f}nm".replace(".", ",")
 
 

@@ -138,7 +138,7 @@ def has_no_table(path: Path) -> bool:
 
 
 def _of_sheet(entry: SpectralEntry, title: str, several: bool) -> SpectralEntry:
-    """The entry with its sheet among its details, and in its name where there are several."""
+    """Return the entry with its sheet among its details, and in its name where there are several."""
     name = entry.name
     if several and not name.startswith(title):
         name = f"{title} {name}"
@@ -146,7 +146,7 @@ def _of_sheet(entry: SpectralEntry, title: str, several: bool) -> SpectralEntry:
 
 
 def _file_name(title: str) -> str:
-    """A name of a file that has the title of a sheet for its stem."""
+    """Return a name of a file that has the title of a sheet for its stem."""
     return "".join(sign if sign.isprintable() and sign not in "/\\" else "_" for sign in title).strip(".") + ".xlsx"
 
 
@@ -160,7 +160,7 @@ def _parts(path: Path) -> dict[str, int]:
 
 
 def _sheets(path: Path) -> list[_Sheet]:
-    """Every sheet of cells, in the order of the workbook."""
+    """Return every sheet of cells, in the order of the workbook."""
     try:
         from openpyxl import load_workbook
     except ImportError:
@@ -230,7 +230,7 @@ def _column(letters: bytes) -> int:
 
 
 def _sheet(sheet: Worksheet, written: Worksheet) -> _Sheet:
-    """A sheet's cells; `written` is the same with formulas in place of their values."""
+    """Return a sheet's cells; `written` is the same with formulas in place of their values."""
     # The rows and columns that a format reaches have no end: what is there is kept by its place.
     cells: dict[tuple[int, int], Any] = {place: cell for place, cell in sheet._cells.items() if cell.value is not None}
     empty = [cell.coordinate for place, cell in written._cells.items() if cell.data_type == "f" and place not in cells]
@@ -262,7 +262,7 @@ def _sheet(sheet: Worksheet, written: Worksheet) -> _Sheet:
 
 
 def _text(cell: Any) -> str:
-    """The value of a cell as a text table has it."""
+    """Return the value of a cell as a text table has it."""
     value = cell.value
     if isinstance(value, bool):
         return str(value).upper()
@@ -277,8 +277,8 @@ def _text(cell: Any) -> str:
 
 
 def _percentage(cell: Any) -> int | None:
-    """The power of ten by which a number is shown as a percentage: 2, or 0 where the sign is no more than a letter of
-    its format; None where it is shown as none.
+    """Return the power of ten by which a number is shown as a percentage: 2, or 0 where the sign is no more than a
+    letter of its format; None where it is shown as none.
     """
     value, shown_as = cell.value, str(cell.number_format)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or "%" not in shown_as:
@@ -287,7 +287,7 @@ def _percentage(cell: Any) -> int | None:
 
 
 def _question(sheet: Worksheet, cells: dict[tuple[int, int], Any], empty: list[str]) -> InputError | None:
-    """The refusal of a sheet of which nobody can tell from its cells what was meant; None where all is plain."""
+    """Return the refusal of a sheet of which nobody can tell from its cells what was meant; None where all is plain."""
     if sheet.sheet_state != "visible":
         return InputError(
             "spectra in a hidden sheet", found="a sheet that is not shown", expected="a sheet in sight",
@@ -317,7 +317,9 @@ def _question(sheet: Worksheet, cells: dict[tuple[int, int], Any], empty: list[s
 
 
 def _merged_heading(sheet: Worksheet, cells: dict[tuple[int, int], Any]) -> InputError | None:
-    """The refusal of a heading right above the table that is merged over some of its columns, beside another one."""
+    """Return the refusal of a heading right above the table that is merged over some of its columns, beside another
+    one.
+    """
     first = _first_row_of_numbers(cells)
     for region in sorted(sheet.merged_cells.ranges, key=lambda one: one.coord):
         if region.min_col == region.max_col or not first - 2 <= region.max_row <= first:
@@ -338,7 +340,7 @@ def _merged_heading(sheet: Worksheet, cells: dict[tuple[int, int], Any]) -> Inpu
 
 
 def _first_row_of_numbers(cells: dict[tuple[int, int], Any]) -> int:
-    """The first row with two numbers or more, 0 where there is none."""
+    """Return the first row with two numbers or more, 0 where there is none."""
     counts: dict[int, int] = {}
     for (row, _), cell in cells.items():
         if isinstance(cell.value, int | float) and not isinstance(cell.value, bool):

@@ -65,7 +65,7 @@ def display_transform(cube: Cube, aim: Aim) -> Any:
 
 
 def make_config(name: str, transform: Any, aim: Aim, black: Black = "absolute", describing: str = "") -> Any:
-    """The pinned configuration with this display, which comes first.
+    """Return the pinned configuration with this display, which comes first.
 
     name : of display and colour space. transform : from XYZ-D65, in memory or as a file. black : which view is first.
 
@@ -159,7 +159,7 @@ def write_config(
 
 
 def file_stem(name: str) -> str:
-    """A display's name as that of a file.
+    """Return a display's name as that of a file.
 
     >>> file_stem("EIZO CG279X (desk 4)")
     'EIZO_CG279X_desk_4'

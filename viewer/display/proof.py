@@ -31,7 +31,8 @@ class Proof:
 
 
 def proof_of(display: DisplayTransform, named: str | None) -> Proof | None:
-    """The proof of another display of the same configuration, by the view that is called alike; None for no name.
+    """Return the proof of another display of the same configuration, by the view that is called alike; None for no
+    name.
 
     Raises
     ------

@@ -234,7 +234,7 @@ class DisplayTransform:
         return off <= WHITE_TOLERANCE and bool((above > 1.0 + CLIP_TOLERANCE).any())
 
     def describe(self) -> list[str]:
-        """The chain in plain words, for a report; what white becomes is measured, not quoted."""
+        """Return the chain in plain words, for a report; what white becomes is measured, not quoted."""
         import PyOpenColorIO as ocio
 
         white, above = self.apply(np.stack([DISPLAY_WHITE_XYZ, 1.5 * DISPLAY_WHITE_XYZ]))

@@ -145,8 +145,8 @@ class GLBackend(Backend):
     def _standing(
         self, owner: Owner, view: View, seen: moderngl.Texture, tables: TriangleTables, triangles: WindowTriangles
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """The weights of the second and third corner at every sample; each triangle's number + 1, negative where its
-        back is seen, and its normal on the viewer's side.
+        """Return the weights of the second and third corner at every sample; each triangle's number + 1, negative where
+        its back is seen, and its normal on the viewer's side.
         """
         scratch = Owner(self.context)
         try:

@@ -86,7 +86,7 @@ class DifferencePass:
 
 
 def columns(matrix: Float[np.ndarray, "3 3"]) -> tuple[float, ...]:
-    """A matrix as GLSL takes it, column by column."""
+    """Return a matrix as GLSL takes it, column by column."""
     return tuple(float(one) for one in np.asarray(matrix).T.reshape(-1))
 
 

@@ -145,7 +145,7 @@ class GLGathering:
             scratch.release()
 
     def _kept(self, of: object, which: int, made: Callable[[], LightTables]) -> LightTables:
-        """The tables of something, made when first asked for."""
+        """Return the tables of something, made when first asked for."""
         key = id(of), which
         # What was asked for last stands last: a light that is turned and turned does not drive its own map out.
         found = self._tables.pop(key, None)

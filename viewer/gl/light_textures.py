@@ -61,7 +61,7 @@ def light_tables(context: moderngl.Context, gathered: GatheredLight, fields: sli
 
 
 def panel_tables(context: moderngl.Context, panel: GatheredPanel) -> LightTables:
-    """A softbox: numbers alone."""
+    """Return a softbox: numbers alone."""
     nodes = [(float(at), float(weight)) for at, weight in zip(polygon.AT, polygon.WEIGHTS, strict=True)]
     return LightTables(
         {"PANEL": 1, "PANEL_CELLS": len(panel.cells), "PANEL_NODES": len(nodes)},
@@ -84,7 +84,7 @@ def _bordered(level: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "pad
 
 
 def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice) -> LightTables:
-    """The bright parts of at most four fields."""
+    """Return the bright parts of at most four fields."""
     parts, owner = bright.parts, Owner(context)
     count = len(parts.axis)
     axes, amplitudes = np.zeros((max(count, 1), 4)), np.zeros((max(count, 1), 4))

@@ -380,7 +380,7 @@ class Passes:
     def _full_screen(
         self, fragment: str, terms: Path | None = None, /, **sizes: int | float
     ) -> tuple[moderngl.Program, moderngl.VertexArray]:
-        """A program that runs at every pixel of its target, and its vertex array without buffers."""
+        """Return a program that runs at every pixel of its target, and its vertex array without buffers."""
         return self._made("fullscreen.vert", fragment, terms, **sizes)
 
     def _made(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> CachedProgram:

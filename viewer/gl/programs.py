@@ -46,7 +46,7 @@ class Programs:
             self._made.popitem()[1].release()
 
     def compiled_again(self) -> Callable[[], None]:
-        """All of them from their files as those are now; to call what comes back puts them in place.
+        """Return all of them from their files as those are now; to call what comes back puts them in place.
 
         Raises
         ------

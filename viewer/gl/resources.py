@@ -116,7 +116,7 @@ class Owner:
             self._spares.give(self._textures.pop())
 
     def texture(self, size: tuple[int, int], components: int, data=None, dtype: str = "f4") -> moderngl.Texture:
-        """A texture for `texelFetch`: no filtering, no mipmaps."""
+        """Return a texture for `texelFetch`: no filtering, no mipmaps."""
         nearest = self.context.NEAREST
         made = self._spares.take((*size, components, dtype))
         if made is None:
@@ -136,7 +136,7 @@ class Owner:
         return made
 
     def texels(self, values: Float[np.ndarray, "h w 4"]) -> moderngl.Texture:
-        """An array as a texture, in its own precision."""
+        """Return an array as a texture, in its own precision."""
         dtype = "f2" if values.dtype == np.float16 else "f4"
         return self.texture(values.shape[1::-1], values.shape[2], values.tobytes(), dtype)
 
@@ -238,8 +238,8 @@ def uv_texels(corners: Float[np.ndarray, "T 3 2"]) -> Float[np.ndarray, "T 2 4"]
 
 
 def palette_texels(colours: Float[np.ndarray, "P R M3"]) -> tuple[Float[np.ndarray, "h w 4"], tuple[int, int]]:
-    """A folded palette four terms a texel, as `fold.glsl` reads it: a column for X, Y and Z of each spectrum of each
-    entry; and how many entries stand side by side, and the rows of one.
+    """Return a folded palette four terms a texel, as `fold.glsl` reads it: a column for X, Y and Z of each spectrum of
+    each entry; and how many entries stand side by side, and the rows of one.
 
     Raises
     ------

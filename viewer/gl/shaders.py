@@ -98,7 +98,7 @@ def shader_folder() -> Path:
 
 
 def with_file_names(message: str, names: tuple[str, ...]) -> str:
-    """A compiler's message with source string numbers replaced by the files they stand for."""
+    """Return a compiler's message with source string numbers replaced by the files they stand for."""
 
     def replaced(match: re.Match[str]) -> str:
         number = int(match[2])

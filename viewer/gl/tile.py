@@ -87,6 +87,6 @@ def places(
 
 
 def read(texture: moderngl.Texture) -> np.ndarray:
-    """A texture of floats, row by row."""
+    """Return a texture of floats, row by row."""
     width, height = texture.size
     return np.frombuffer(texture.read(), dtype=np.float32).reshape(height, width, texture.components)

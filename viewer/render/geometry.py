@@ -109,8 +109,8 @@ def knows_geometry(scene: Scene, known: SceneGeometry | None) -> bool:
 
 
 def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeometry:
-    """A scene prepared for any camera; what `known` has of the same meshes and lights is taken over, and `known` itself
-    given back where nothing has changed.
+    """Return a scene prepared for any camera; what `known` has of the same meshes and lights is taken over, and `known`
+    itself given back where nothing has changed.
     """
     same = known is not None and _same_meshes(scene, known)
     bare = known if known is not None and same else _triangles(scene)

@@ -64,7 +64,7 @@ class IndirectCache:
         say: Callable[[str], object] = lambda words: None,
         rays: int = RAYS,
     ) -> IndirectLight | None:
-        """The scene's indirect light; None where it is not asked for, or where nothing of it could be seen.
+        """Return the scene's indirect light; None where it is not asked for, or where nothing of it could be seen.
 
         folder : rays of the geometry are taken from there, or traced and kept there; None keeps them in memory alone.
         jobs, say : see `kept_hits`. rays : of each site.
@@ -96,7 +96,7 @@ class IndirectCache:
 
 
 def counted(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> Scene:
-    """The scene with a number of bounces in place of "auto": as many as its picture has."""
+    """Return the scene with a number of bounces in place of "auto": as many as its picture has."""
     if scene.bounces != "auto":
         return scene
     light = IndirectCache().light(scene, surfaces, shown_in, lambda done, total, what: None, transfer_folder())

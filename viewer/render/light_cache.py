@@ -182,7 +182,9 @@ class LightCache:
         return self._shaded is not None and [*map(id, self._shaded)] == [id(part.mesh) for part in scene.parts]
 
     def _bright_light(self, environment: EnvironmentLight) -> BrightLight:
-        """The bright parts of a light as it is turned; found once for its map, and the same object while it stays."""
+        """Return the bright parts of a light as it is turned; found once for its map, and the same object while it
+        stays.
+        """
         key, rotation = id(environment.maps.maps), environment.world_from_map
         if key not in self._bright:
             if len(self._bright) >= KEPT_ENVIRONMENTS:

@@ -98,7 +98,7 @@ def picture_cost(
     spectra: int = 1,
     jobs: int = 1,
 ) -> PictureCost:
-    """The cost of one picture of a scene, or of one material of a review under `spectra` illuminants.
+    """Return the cost of one picture of a scene, or of one material of a review under `spectra` illuminants.
 
     suffix : of the file: a PNG is encoded for a display first, which takes more.
     jobs : processes of a review; each holds what the camera sees, and its own pictures.

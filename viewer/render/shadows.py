@@ -284,7 +284,7 @@ def _along(vectors: np.ndarray, to_light: np.ndarray | None) -> np.ndarray:
 
 
 def _area(a: np.ndarray, b: np.ndarray, to_light: np.ndarray | None) -> np.ndarray:
-    """The area that a and b span as the light sees it."""
+    """Return the area that a and b span as the light sees it."""
     if to_light is None:
         return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return np.einsum("ni,ni->n", _cross(a, b), to_light)

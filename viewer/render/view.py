@@ -71,7 +71,7 @@ class View:
             yield TileWindow(left, top, min(across, width - left), min(down, height - top))
 
     def triangles(self, window: TileWindow) -> WindowTriangles:
-        """The triangles in one of the windows."""
+        """Return the triangles in one of the windows."""
         faces, farthest = self.scene.faces, float(self.depth.max(initial=0.0))
         clip, depth, near = self.clip, self.depth, None if self.left_out is None else np.flatnonzero(~self.left_out)
         if (window.width, window.height) != self.size:

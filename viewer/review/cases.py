@@ -70,14 +70,14 @@ class Setting:
 
 
 def light_names(scene: Scene, illuminants: Sequence[str] | None = None) -> tuple[str, ...]:
-    """The lights of a review, each once: `illuminants`, those of the scene's review, or `OWN_LIGHT`."""
+    """Return the lights of a review, each once: `illuminants`, those of the scene's review, or `OWN_LIGHT`."""
     return tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
 
 
 def review_views(
     scene: Scene, camera: str | None, size: int | None, reference_size: int | None
 ) -> tuple[Camera, Camera | None]:
-    """The view that is compared with the reference, and that of the pictures where it is another one.
+    """Return the view that is compared with the reference, and that of the pictures where it is another one.
 
     size, reference_size : pixels on the longer side of each; None: as the camera has it, and as large as the pictures.
 
@@ -112,7 +112,8 @@ def prepared(
     version: str,
     warn: Warn,
 ) -> tuple[Setting, list[ReviewCase]]:
-    """All that is known before anything is drawn; the parameters are those of `review`, `views` as of `review_views`.
+    """Return all that is known before anything is drawn; the parameters are those of `review`, `views` as of
+    `review_views`.
 
     Raises
     ------
@@ -170,7 +171,7 @@ def prepared(
 
 
 def _plan_of_all(plans: Sequence[ScenePlan]) -> ScenePlan:
-    """The plan of the picture that takes the most coefficients, which the report names."""
+    """Return the plan of the picture that takes the most coefficients, which the report names."""
     largest = max(plans, key=lambda one: one.basis_size)
     if len(plans) == 1:
         return largest
@@ -195,7 +196,7 @@ def _check_materials(
 def _pictured(
     scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None
 ) -> list[tuple[Scene, tuple[str, ...]]]:
-    """The scenes that are drawn, and which materials of each are judged."""
+    """Return the scenes that are drawn, and which materials of each are judged."""
     if scene.review is None and not materials:
         return [(scene, scene.material_ids)]
     patterns = materials or (scene.review.materials if scene.review else ())
@@ -204,7 +205,7 @@ def _pictured(
 
 
 def _distinct_lights(scene: Scene, spectra: Sequence[Spectrum | None]) -> list[Spectrum]:
-    """Every light spectrum that the review shows, each once."""
+    """Return every light spectrum that the review shows, each once."""
     own = [spectrum for light in scene.lights for spectrum in light.spectra]
     found = [s for other in spectra for s in (own if other is None else [other])]
     return list({spectrum.key: spectrum for spectrum in found}.values())

@@ -37,7 +37,7 @@ class PictureComparison:
 
 
 def compare(setting: Setting, case: ReviewCase, drawing: ReviewDrawing) -> Iterator[PictureComparison]:
-    """Each material that is judged, over the pixels that show it.
+    """Yield each material that is judged, over the pixels that show it.
 
     Raises
     ------

@@ -46,7 +46,7 @@ class ReviewDrawing:
 
 
 def draw(setting: Setting, case: ReviewCase, reference: Reference, warn: Warn) -> Iterator[ReviewDrawing]:
-    """The case under each illuminant; pictures that the display clips are said."""
+    """Yield the case under each illuminant; pictures that the display clips are said."""
     scene, display = setting.scene, setting.display
     begun = time.perf_counter()
     shown = dict(case.surfaces)

@@ -113,7 +113,7 @@ def _seen(
 
 
 def _table(spectrum: Spectrum) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
-    """A light's spectral power as far as observers see, 1 at its highest."""
+    """Return a light's spectral power as far as observers see, 1 at its highest."""
     inside = (spectrum.wavelengths_nm >= _VISIBLE_NM[0]) & (spectrum.wavelengths_nm <= _VISIBLE_NM[1])
     power = spectrum.samples[inside]
     return spectrum.wavelengths_nm[inside], power / power.max()

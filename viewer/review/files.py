@@ -31,7 +31,7 @@ _DEVICES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("c
 
 
 def picture_name(material_id: str, light: str | None) -> str:
-    """The name, without its ending, of a material's pictures under a light; None: as the scene is lit.
+    """Return the name, without its ending, of a material's pictures under a light; None: as the scene is lit.
 
     Two different pairs have two different names on every file system, also where case does not count: `/` becomes `~`,
     and a name that cannot be kept otherwise has a `~~` and digits of its hash behind what can be read of it.

@@ -228,7 +228,9 @@ def _report(
 
 
 def _key(setting: Setting, catalogue: Catalogue, case: ReviewCase, checked: bool) -> str:
-    """The hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with them."""
+    """Return the hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with
+    them.
+    """
     it = setting
     lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
     if it.shown_view is not None:
@@ -286,7 +288,7 @@ def _drawn(
     warn: Warn,
     reading_of: ReadingOf,
 ) -> DrawnRows:
-    """The rows of one case, their pictures below `folder`; with `checked` also the report's checks of itself."""
+    """Return the rows of one case, their pictures below `folder`; with `checked` also the report's checks of itself."""
     heard, rows, checks = _Warnings(warn), [], ()
     spectra = pixel_spectra(setting, case)
     for drawing in draw(setting, case, truth, heard):

@@ -40,7 +40,7 @@ def row_key(
     total: int,
     more: Sequence[str | bool],
 ) -> str:
-    """The hash of one scene's rows under all lights: `total` rows has the review, and `more` counts as it is."""
+    """Return the hash of one scene's rows under all lights: `total` rows has the review, and `more` counts as it is."""
     # Where the scene came from and what else could be seen of it changes no picture; its name stands in their headers.
     shown = replace(scene, cameras=(view,), path=None, review=None, notes=())
     checksums = [read_head(catalogue.path(material_id))["checksum"] for material_id in scene.material_ids]

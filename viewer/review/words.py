@@ -70,7 +70,7 @@ def colour_chain(
     display: DisplayTransform,
     encoded_on: str,
 ) -> list[str]:
-    """The colour chain from spectrum to display, a sentence each."""
+    """Return the colour chain from spectrum to display, a sentence each."""
     observer = scene.observer
     traced = "Reference: Embree rays, the original data of each material at every wavelength, float64"
     if scene.spread_lights:

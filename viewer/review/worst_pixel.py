@@ -77,7 +77,7 @@ def _factors(
 
 @cache
 def _lights(seen_by: Observer) -> tuple[tuple[Spectrum, ...], Float[np.ndarray, "M"]]:
-    """An even light, and the same with a band of `_STRENGTH` at each of `BANDS_NM`; and how luminous each is."""
+    """Return an even light, and the same with a band of `_STRENGTH` at each of `BANDS_NM`; and how luminous each is."""
     nm = np.arange(360.0, 831.0, 5.0)
     step = BANDS_NM[1] - BANDS_NM[0]
     bands = [np.maximum(1.0 - np.abs(nm - middle) / step, 0.0) for middle in BANDS_NM.tolist()]

@@ -34,8 +34,9 @@ from .preview import lights_in_words
 
 
 def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: RenderSession | None = None) -> str:
-    """The page as HTML. `scene`, whose reviewed part wears the material, and `renderer` make its picture; a spectrum
-    without a surface has none."""
+    """Return the page as HTML. `scene`, whose reviewed part wears the material, and `renderer` make its picture; a
+    spectrum without a surface has none.
+    """
     picture, words = None, no_surface(record.model).problem if not record.is_surface else "not rendered"
     if record.is_surface and scene is not None and renderer is not None:
         picture, words = _picture(record, scene, renderer)

@@ -33,7 +33,7 @@ def along(
     camera: str | None = None,
     warn: Warn = unheard,
 ) -> Iterator[tuple[Material, Picture]]:
-    """The scene with each of the materials on a part, one after the other; each is drawn when it is asked for.
+    """Yield the scene with each of the materials on a part, one after the other; each is drawn when it is asked for.
 
     Parameters
     ----------

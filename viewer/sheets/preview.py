@@ -104,8 +104,8 @@ def lights_in_words(scene: Scene) -> str:
 def contact_sheet(
     found: Sequence[Thumbnail], columns: int = 8, title: str = "", captions: Sequence[str] | None = None
 ) -> UInt8[np.ndarray, "H W 3"]:
-    """The thumbnails in rows of `columns`, each with its name, family and standing under it, and the ΔE94 of its fit or
-    what `captions` say.
+    """Return the thumbnails in rows of `columns`, each with its name, family and standing under it, and the ΔE94 of its
+    fit or what `captions` say.
     """
     from PIL import Image
 
@@ -158,7 +158,7 @@ def write_sheet(path: Path, sheet: UInt8[np.ndarray, "H W 3"]) -> None:
 
 
 def _curve(record: MaterialRecord, pixels: int) -> UInt8[np.ndarray, "H W 3"]:
-    """The spectrum of a light or a filter, which no sphere can wear, as a line over its own range."""
+    """Return the spectrum of a light or a filter, which no sphere can wear, as a line over its own range."""
     from PIL import Image, ImageDraw
 
     spectrum = shown_spectrum(record)
@@ -177,7 +177,8 @@ def _curve(record: MaterialRecord, pixels: int) -> UInt8[np.ndarray, "H W 3"]:
 def _points(
     wavelengths_nm: Float[np.ndarray, " L"], values: Float[np.ndarray, " L"], side: int
 ) -> Float[np.ndarray, "L 2"]:
-    """The curve in a box of `side` pixels, y downwards; its largest value, or 1 where nothing is larger, on top."""
+    """Return the curve in a box of `side` pixels, y downwards; its largest value, or 1 where nothing is larger, on
+    top."""
     span = wavelengths_nm[-1] - wavelengths_nm[0]
     across = (wavelengths_nm - wavelengths_nm[0]) / span if span > 0 else np.full(len(values), 0.5)
     top = values.max() if values.max() > 0 else 1.0

@@ -57,7 +57,7 @@ class Relit:
 
 
 def dressed(scene: Scene, materials: Mapping[str, str]) -> Scene:
-    """The scene with other materials (ids) on some parts.
+    """Return the scene with other materials (ids) on some parts.
 
     Raises
     ------
@@ -114,7 +114,9 @@ def relit(
 
 
 def _whole_pixels(states: Sequence[Scene], drawn: Picture, catalogue: Catalogue) -> Float[np.ndarray, "H W"]:
-    """The number of the part that is all that a pixel shows in each state; NaN where it shows several, or nothing."""
+    """Return the number of the part that is all that a pixel shows in each state; NaN where it shows several, or
+    nothing.
+    """
     cut = [one.cut({name: catalogue.surface(name).drawn() for name in one.material_ids}) for one in states]
     # Without holes all states show the same.
     holed = [one for one in cut if any(hole is not None for hole in one.cutouts)]

@@ -18,7 +18,7 @@ _FINER = 8
 
 
 def sheet_font(size: int) -> FreeTypeFont:
-    """The font that comes with Pillow, `size` pixels high."""
+    """Return the font that comes with Pillow, `size` pixels high."""
     from PIL import ImageFont
 
     font = ImageFont.load_default(size)
@@ -45,7 +45,7 @@ def write_line(sheet: Image, at: tuple[int, int], text: str, ink: tuple[int, int
 
 
 def fitted_line(text: str, font: FreeTypeFont, width: int) -> str:
-    """The text, its middle left out where it is wider than `width` pixels: both ends of an id tell."""
+    """Return the text, its middle left out where it is wider than `width` pixels: both ends of an id tell."""
     if line_length(text, font) <= width:
         return text
     kept = len(text)

@@ -21,7 +21,7 @@ _TURN_MS = 6000
 
 
 def orbited(camera: Camera, frames: int) -> tuple[Camera, ...]:
-    """The camera at equal steps of a full turn about its target, anticlockwise seen from the tip of its `up`.
+    """Return the camera at equal steps of a full turn about its target, anticlockwise seen from the tip of its `up`.
 
     >>> [one.position.astype(int).tolist() for one in orbited(Camera(position=(0, 1, 2)), 4)]
     [[0, 1, 2], [2, 1, 0], [0, 1, -2], [-2, 1, 0]]

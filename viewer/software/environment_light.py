@@ -83,7 +83,7 @@ def gathered_terms(layer: SpreadLayer, samples: TileSamples) -> Terms:
 def _of_surfaces(
     light: IndirectLight, fields: slice, samples: TileSamples, lobes: Lobes, smooth: Float[np.ndarray, "N 3"]
 ) -> _Gathered:
-    """The same of what comes by way of other surfaces. `smooth` : normals before a texture's own."""
+    """Return the same of what comes by way of other surfaces. `smooth` : normals before a texture's own."""
     sites, shares = light.near(samples.face, samples.weights, samples.back)
     at = np.einsum("nc,ncvf->nvf", shares, light.at_sites[..., fields][sites])
     moments, radiance = light_at(at, smooth, samples.frame[:, 2])
@@ -110,7 +110,7 @@ def _of_environment(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _
 
 
 def _of_panel(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _Gathered:
-    """The same of a light that is near, cell by cell where the scene stands in its way.
+    """Return the same of a light that is near, cell by cell where the scene stands in its way.
 
     Of illuminance and moments is taken what hidden cells give; of what a lobe sees the hidden share of the cells, by
     how much of each lies under the lobe, the angle to the nearest boundary between both as in `_left`.

@@ -50,7 +50,7 @@ class CanvasValues:
 def values_of(
     frame: Frame | ImageFrame, session: Session, rows: slice, columns: slice
 ) -> tuple[CanvasValues, CanvasValues]:
-    """The mean over a rectangle of both sides' pictures."""
+    """Return the mean over a rectangle of both sides' pictures."""
     both = []
     for canvas, white in zip(frame.canvases, frame.whites, strict=True):
         found = read_box(canvas, rows, columns).reshape(-1, 4).mean(axis=0, dtype=np.float64)
@@ -70,7 +70,7 @@ def differences(first: CanvasValues, second: CanvasValues) -> dict[ImageFormula,
 
 
 def read_box(texture: moderngl.Texture, rows: slice, columns: slice) -> Float[np.ndarray, "h w 4"]:
-    """A rectangle of a canvas."""
+    """Return a rectangle of a canvas."""
     target = texture.ctx.framebuffer([texture])
     try:
         box = columns.start, rows.start, columns.stop - columns.start, rows.stop - rows.start

@@ -73,7 +73,7 @@ def _fitting_side(side: int, seconds: list[float]) -> int:
 
 @lru_cache(maxsize=8)
 def _camera(view: Viewpoint, width: int, height: int, samples: int) -> Camera:
-    """The same object for the same view: what is worked out of it is kept by that."""
+    """Return the same object for the same view: what is worked out of it is kept by that."""
     return view.camera(width, height, samples)
 
 
@@ -426,7 +426,7 @@ class CanvasRenderer:
             yield renderer, renderer.sides.prepared(sides, camera), onto
 
     def _groups(self) -> Iterator[tuple[int, list[CanvasSide], list[moderngl.Texture]]]:
-        """The sides that one renderer draws, and their canvases: all, or each where their geometry differs."""
+        """Yield the sides that one renderer draws, and their canvases: all, or each where their geometry differs."""
         assert self.sides is not None
         first, second = self.sides
         if first is second or second.made != "fast":

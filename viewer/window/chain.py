@@ -30,7 +30,7 @@ def _links(session: Session, display: DisplayTransform) -> Iterator[str]:
 
 
 def observer_words(name: str) -> str:
-    """An observer as people call it: "CIE 1964 10°"."""
+    """Return an observer as people call it: "CIE 1964 10°"."""
     return f"CIE {name.replace('_', ' ')}°"
 
 

@@ -77,7 +77,7 @@ class Choices:
 
 
 def opened(scene: Scene, subject: Subject, catalogue: str | None = None, **settings: Any) -> Session:
-    """The session that a window begins with: the scene's first camera, observer and display."""
+    """Return the session that a window begins with: the scene's first camera, observer and display."""
     short = next((short for short, key in OBSERVERS.items() if key == scene.observer.name), "1931_2")
     begun: dict[str, Any] = {
         "subject": subject,

@@ -33,7 +33,7 @@ _MODE_KEYS: dict[Mode, tuple[str, ...]] = {
 
 
 def commands(choices: Choices) -> Commands:
-    """All commands for what there is to choose from."""
+    """Return all commands for what there is to choose from."""
     groups = (_light, _observer, _compare, _look, _material, _adaptation, _display, _other, _window)
     return Commands(one for group in groups for one in group(choices))
 
@@ -266,7 +266,7 @@ def _of_other(**changes: Any) -> Change:
 
 
 def swapped(session: Session, choices: Choices) -> Session:
-    """A as B was and B as A was, in what B says of its own: what it leaves to A stays with both."""
+    """Return a as B was and B as A was, in what B says of its own: what it leaves to A stays with both."""
     other, changes = session.other, {}
     now = session
     if other.material is not None:

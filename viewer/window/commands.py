@@ -34,7 +34,7 @@ class Command:
     held: bool = False
 
     def __call__(self, session: Session) -> Session:
-        """The session after it; itself where it is the window's matter, or where nothing is to be changed."""
+        """Return the session after it; itself where it is the window's matter, or where nothing is to be changed."""
         return session if self.change is None else self.change(session)
 
 
@@ -56,7 +56,7 @@ class Dial:
     logarithmic: bool = False
 
     def at(self, session: Session, value: float) -> Session:
-        """The session with this value, held within its ends: a slider is dragged beyond them."""
+        """Return the session with this value, held within its ends: a slider is dragged beyond them."""
         return self.put(session, float(min(max(value, self.low), self.high)))
 
     def stepped(self, session: Session, steps: float) -> Session:
@@ -118,7 +118,7 @@ def folded(text: str) -> str:
 
 
 def stepped(dial: Dial, group: str, more: tuple[str, ...] = (), less: tuple[str, ...] = ()) -> tuple[Command, Command]:
-    """A dial up and down by keys."""
+    """Return a dial up and down by keys."""
     return (
         Command(f"{dial.name}.up", f"{dial.words} up", group, more, partial(dial.stepped, steps=1.0)),
         Command(f"{dial.name}.down", f"{dial.words} down", group, less, partial(dial.stepped, steps=-1.0)),
@@ -126,7 +126,7 @@ def stepped(dial: Dial, group: str, more: tuple[str, ...] = (), less: tuple[str,
 
 
 def following(known: Sequence[T], now: T, steps: int) -> T:
-    """The entry so many places on, round and round; from the first or last where `now` is none of them.
+    """Return the entry so many places on, round and round; from the first or last where `now` is none of them.
 
     >>> following(("a", "b", "c"), "c", 1), following(("a", "b", "c"), "x", -1)
     ('a', 'c')
@@ -147,7 +147,7 @@ def chord_parts(chord: str) -> tuple[frozenset[str], str]:
 
 
 def searched(names: Sequence[str], words: str) -> tuple[str, ...]:
-    """The names in which every word occurs.
+    """Return the names in which every word occurs.
 
     >>> searched(("paint/red-gloss", "paint/blue-gloss"), "Gloss red")
     ('paint/red-gloss',)

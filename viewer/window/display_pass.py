@@ -154,7 +154,7 @@ def surround_xyz(lightness: float) -> Float[np.ndarray, "3"]:
 
 
 def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTransform:
-    """The session's, and what it leaves open the scene's.
+    """Return the session's, and what it leaves open the scene's.
 
     Raises
     ------
@@ -170,14 +170,14 @@ def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTran
 
 
 def scale_rgb(share: float) -> tuple[int, int, int]:
-    """The colour of a ΔE map at a share of its scale, sRGB."""
+    """Return the colour of a ΔE map at a share of its scale, sRGB."""
     table = plots.scale_rgb()
     red, green, blue = table[min(int(share * len(table)), len(table) - 1)] if share <= 1.0 else plots.OVER_RGB
     return int(red), int(green), int(blue)
 
 
 def _scale_xyz() -> Float[np.ndarray, "steps 4"]:
-    """The steps of the scale, what is beyond it, and what holds no number."""
+    """Return the steps of the scale, what is beyond it, and what holds no number."""
     codes = np.concatenate([plots.scale_rgb(), [plots.OVER_RGB, plots.UNDEFINED_RGB]]) / 255.0
     linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
     return np.pad(linear @ xyz_from_rgb().T, ((0, 0), (0, 1))).astype(np.float32)

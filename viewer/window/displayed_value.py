@@ -34,7 +34,7 @@ def displayed(
     surround: float = 50.0,
     coverage: float = 1.0,
 ) -> Displayed:
-    """A colour as the window shows it.
+    """Return a colour as the window shows it.
 
     Parameters
     ----------

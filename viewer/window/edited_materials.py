@@ -42,7 +42,8 @@ class Fitting:
         self._thread.close()
 
     def material(self, material_id: str, values: Values) -> Material | None:
-        """The material with these values, or what stands for it meanwhile; None where that is the material itself.
+        """Return the material with these values, or what stands for it meanwhile; None where that is the material
+        itself.
 
         Raises
         ------

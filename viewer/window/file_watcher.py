@@ -113,7 +113,7 @@ class Reloading(Generic[Loaded]):
 
 
 def files_of_scene(path: str | Path) -> tuple[Path, ...]:
-    """A scene's file, and all that it names beside it: meshes, maps, spectra, a display's configuration.
+    """Return a scene's file, and all that it names beside it: meshes, maps, spectra, a display's configuration.
 
     A text in it that is the name of a file there counts as one. A file that is no TOML names none.
     """
@@ -131,7 +131,7 @@ def files_of_materials(catalogue: Catalogue, ids: Iterable[str]) -> tuple[Path, 
 
 
 def files_of_shaders() -> tuple[Path, ...]:
-    """The renderer's own shaders; those of surfaces lie beside their classes, and are read with the program."""
+    """Return the renderer's own shaders; those of surfaces lie beside their classes, and are read with the program."""
     return tuple(sorted(shader_folder().iterdir()))
 
 

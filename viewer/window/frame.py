@@ -210,8 +210,8 @@ class Frame(CanvasRenderer):
         write_xyz_exr(path, ColourImage(found[..., :3], "xyz", side.white), found[..., 3], words)
 
     def asked_reference(self, number: int = 1) -> AskedView | None:
-        """The view of a side, for `ReferenceWorker`, and side A's picture beside it; None before that is exact, and of
-        what has no reference: a file, an influence.
+        """Return the view of a side, for `ReferenceWorker`, and side A's picture beside it; None before that is exact,
+        and of what has no reference: a file, an influence.
         """
         if self.quality != Quality.EXACT or self.sides is None or not isinstance(self.catalogue, Catalogue):
             return None
@@ -256,7 +256,7 @@ class Frame(CanvasRenderer):
             self._begin(Work.TERMS, False)
 
     def _differ(self) -> moderngl.Texture:
-        """The map of what is on the canvases."""
+        """Return the map of what is on the canvases."""
         assert self._session is not None
         formula = self._session.compare.formula
         if self._differed != (self._drawn, formula):

@@ -144,7 +144,7 @@ class ImageFrame:
         return self._files[file]
 
     def light(self, session: Session, choice: LightChoice, who: str) -> Spectrum | None:
-        """The spectrum of a choice; None where it leaves the picture its own.
+        """Return the spectrum of a choice; None where it leaves the picture its own.
 
         Raises
         ------

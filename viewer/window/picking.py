@@ -34,7 +34,9 @@ class Picker:
         self._first = np.cumsum([0, *(len(part.mesh.faces) for part in scene.parts)])
 
     def pin(self, camera: Camera, column: float, row: float, name: str) -> Pin | None:
-        """The point under a place of the picture, in pixels from its upper left corner; None where nothing is there."""
+        """Return the point under a place of the picture, in pixels from its upper left corner; None where nothing is
+        there.
+        """
         one = camera.cropped(slice(int(row), int(row) + 1), slice(int(column), int(column) + 1))
         # The middle of the sample that is nearest to the place: as finely as the picture is sampled.
         origins, directions = one.rays()
@@ -72,7 +74,7 @@ class Picker:
         return Sight(None, f"hidden by {hidden}") if hidden else Sight(pixel)
 
     def _hidden_by(self, start: np.ndarray, place: np.ndarray) -> str:
-        """The part that stands between two points; "" where none does."""
+        """Return the part that stands between two points; "" where none does."""
         off = place - start
         length = float(np.linalg.norm(off))
         direction = (off / length)[None]

@@ -6,7 +6,8 @@ from .state import Session
 
 
 def side_under(session: Session, size: tuple[int, int], column: int, row: int) -> tuple[int, int, int]:
-    """The side (0 is A, 1 is B) that a pixel of what is seen shows, and its column and row in that side's picture.
+    """Return the side (0 is A, 1 is B) that a pixel of what is seen shows, and its column and row in that side's
+    picture.
 
     A ΔE map counts as A.
 

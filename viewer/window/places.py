@@ -43,7 +43,7 @@ class Pin:
             )
 
     def mesh(self, scene: Scene) -> Mesh:
-        """The mesh that it lies on.
+        """Return the mesh that it lies on.
 
         Raises
         ------
@@ -93,6 +93,6 @@ def _whole(low: float, high: float, count: int) -> slice:
 
 
 def free_name(stem: str, taken: Sequence[Pin | Region]) -> str:
-    """A name that none of them has yet: "pin 1", "pin 2" and so on."""
+    """Return a name that none of them has yet: "pin 1", "pin 2" and so on."""
     names = {one.name for one in taken}
     return next(f"{stem} {number}" for number in range(1, len(names) + 2) if f"{stem} {number}" not in names)

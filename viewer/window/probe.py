@@ -186,7 +186,7 @@ class Prober:
         )
 
     def truth(self, camera: Camera, reading: ProbeReading, noise: float = NOISE) -> ProbeTruth:
-        """The same pixel by the reference; what it draws has noise of `noise` at most, ΔE94."""
+        """Return the same pixel by the reference; what it draws has noise of `noise` at most, ΔE94."""
         column, row = reading.pixel
         one = camera.cropped(slice(row, row + 1), slice(column, column + 1))
         surfaces = {name: material.surface() for name, material in self._materials.items()}

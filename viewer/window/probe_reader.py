@@ -152,7 +152,7 @@ class _Rays:
 
 
 def dimmed(reading: ProbeReading, factor: float) -> ProbeReading:
-    """A reading in less light, beside the same white."""
+    """Return a reading in less light, beside the same white."""
     if factor == 1.0:
         return reading
     spectra = reading.spectra

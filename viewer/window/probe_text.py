@@ -24,7 +24,7 @@ _SPECTRA = ("incident", "reflectance", "reflected")
 
 
 def copied(name: str, reading: ProbeReading, shown: Displayed | None = None) -> str:
-    """A probe as lines of text, names and numbers with a tab between, for spreadsheets and messages alike."""
+    """Return a probe as lines of text, names and numbers with a tab between, for spreadsheets and messages alike."""
     lines = [
         ("probe", name),
         ("pixel", f"{reading.pixel[0]}, {reading.pixel[1]}"),

@@ -27,7 +27,7 @@ def rating_of(
     other: ProbeReading | None = None,
     shown: Displayed | None = None,
 ) -> Rating:
-    """A rating of the shown part's material, of the side that is seen.
+    """Return a rating of the shown part's material, of the side that is seen.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ class Asking:
             self._thread.ask(kind, lambda: (key, work()))
 
     def answer(self, kind: str, key: Hashable = None) -> QueryAnswer | None:
-        """The last answer of a kind, if it is to this question; to whichever, where none is named."""
+        """Return the last answer of a kind, if it is to this question; to whichever, where none is named."""
         found = self._answers.get(kind)
         return found if found is None or key is None or found.key == key else None
 
@@ -91,12 +91,12 @@ def neighbours(catalogue: Catalogue, name: str, word: str, amount: float) -> Nei
 
 
 def sliders_of(catalogue: Catalogue, name: str) -> tuple[Slider, ...]:
-    """The parameters of a material; InputError where it has none."""
+    """Return the parameters of a material; InputError where it has none."""
     return sliders(catalogue.surface(name).surface(), name)
 
 
 def plan_of(side: CanvasSide, lights: Sequence[str], catalogue: Any) -> ScenePlan:
-    """The plan for a side's materials under its own lights and some more, by name."""
+    """Return the plan for a side's materials under its own lights and some more, by name."""
     spectra = [one.spectrum for one in side.scene.lights]
     spectra += [lamp(name, None, Path(), catalogue)[0] for name in lights]
     return plan_scene(list(side.surfaces.values()), spectra, side.scene.observer)

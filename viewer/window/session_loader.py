@@ -57,7 +57,7 @@ class Loaded:
 
 
 def scene_path(subject: Subject) -> Path:
-    """The file of a subject's scene."""
+    """Return the file of a subject's scene."""
     return Path(subject.path) if subject.path is not None else shipped_scene(SHOWN_IN)
 
 
@@ -85,7 +85,8 @@ def load(subject: Subject, catalogue_name: str | None = None) -> Loaded:
 
 @lru_cache(maxsize=8)
 def display_views(config: str | None = None) -> Mapping[str, tuple[str, ...]]:
-    """The displays of a configuration of OpenColorIO, each with its views; of the one in use where none is named.
+    """Return the displays of a configuration of OpenColorIO, each with its views; of the one in use where none is
+    named.
 
     Raises
     ------

@@ -121,7 +121,7 @@ class SessionObjects:
         return VariedCatalogue.of(self.catalogue, self._edited.values()) if mine else self.catalogue
 
     def sides(self, session: Session) -> tuple[CanvasSide, CanvasSide]:
-        """A and B; one object where they are alike.
+        """Return a and B; one object where they are alike.
 
         Raises
         ------
@@ -149,7 +149,8 @@ class SessionObjects:
         return frozenset().union(*(one.one_sided for one in self._fewer.values()))
 
     def moving(self, side: CanvasSide) -> CanvasSide:
-        """A side of fewer triangles; itself where that would need work of its own, as under lights that spread."""
+        """Return a side of fewer triangles; itself where that would need work of its own, as under lights that
+        spread."""
         if side.scene.spread_lights or side.scene.bounces != 0:
             return side
         meshes = tuple(part.mesh for part in side.scene.parts)
@@ -242,7 +243,9 @@ class SessionObjects:
         )
 
     def _mesh(self, shape: str, in_place_of: Mesh) -> Mesh:
-        """A generated shape or a mesh's file, as large as what it takes the place of, and standing where that does."""
+        """Return a generated shape or a mesh's file, as large as what it takes the place of, and standing where that
+        does.
+        """
 
         def made() -> tuple[Mesh, Mesh]:
             if shape in SHAPES and shape != "patches":
@@ -259,7 +262,7 @@ class SessionObjects:
         return self._meshes.get_or((shape, id(in_place_of)), made)[1]
 
     def _standing_for(self, name: str, asked: _Asked) -> str:
-        """The id of what a material is drawn as: itself, or what was fitted of it."""
+        """Return the id of what a material is drawn as: itself, or what was fitted of it."""
         values = next((values for edited, values in asked.edits if edited == name), None)
         if values is None:
             return name

@@ -110,7 +110,7 @@ class SpectralPicture:
         return self.planes[: len(self.wavelengths_nm), row, column].astype(np.float64)
 
     def region(self, rows: slice, columns: slice) -> Float[np.ndarray, " L"]:
-        """The mean of `spectrum` over a region."""
+        """Return the mean of `spectrum` over a region."""
         planes = self.planes[: len(self.wavelengths_nm), rows, columns]
         return planes.mean(axis=(1, 2), dtype=np.float64)
 

@@ -158,7 +158,7 @@ def _read(path: Path, memory: PictureMemory) -> SpectralPicture:
 
 
 def _known(light: str) -> str | None:
-    """The name, where an illuminant is called so."""
+    """Return the name, where an illuminant is called so."""
     try:
         illuminant(light)
     except UnknownNameError:

@@ -270,7 +270,7 @@ class Session:
         return "A" if self.compare.mode == "B" else "B"
 
     def material_of(self, part: str) -> str | None:
-        """The id that is chosen for a part of side A; None where it is the scene's own."""
+        """Return the id that is chosen for a part of side A; None where it is the scene's own."""
         return next((one.material for one in self.worn if one.part == part), None)
 
     def wearing(self, part: str, material: str) -> Session:

@@ -12,7 +12,7 @@ LONGEST_S = 0.25
 
 
 def turned_on(session: Session, seconds: float) -> Session:
-    """The session so much later, as its turntable has it."""
+    """Return the session so much later, as its turntable has it."""
     if not session.turntable_deg_s or session.subject.kind == "image":
         return session
     degrees = session.turntable_deg_s * min(seconds, LONGEST_S)

@@ -66,7 +66,7 @@ class Viewpoint:
         return cls(camera.name, position, target, up, camera.projection, float(extent), aspect)
 
     def camera(self, width: int, height_px: int, samples: int = 1) -> Camera:
-        """The camera that takes a picture of this size."""
+        """Return the camera that takes a picture of this size."""
         extent = self.extent_of(width / height_px)
         fov, height = (extent, None) if self.projection == "perspective" else (None, extent)
         return Camera(
@@ -74,7 +74,7 @@ class Viewpoint:
         )
 
     def extent_of(self, aspect: float) -> float:
-        """The extent of a picture of this width over height: its own, or more where the picture is narrower."""
+        """Return the extent of a picture of this width over height: its own, or more where the picture is narrower."""
         more = self.aspect / aspect
         if more <= 1.0:
             return self.extent

@@ -37,5 +37,5 @@ _LISTED: tuple[tuple[str, str, str, tuple[str, ...]], ...] = (
 
 
 def window_commands() -> Iterator[Command]:
-    """All of them."""
+    """Return all of them."""
     return (Command(name, words, group, keys) for name, words, group, keys in _LISTED)

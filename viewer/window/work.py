@@ -53,7 +53,7 @@ WORK_OF: dict[str, Work] = {
 
 
 def work(before: Session | None, after: Session) -> Work:
-    """The most that any of what differs asks for; all of it where nothing was before."""
+    """Return the most that any of what differs asks for; all of it where nothing was before."""
     if before is None:
         return Work.GEOMETRY
     changed = [one.name for one in fields(Session) if getattr(before, one.name) != getattr(after, one.name)]

@@ -88,7 +88,7 @@ class ReferenceWorker:
         self._want(None)
 
     def poll(self) -> ViewError | Failed | None:
-        """The latest that came of the view asked for last, since it was last polled; None where nothing did."""
+        """Return the latest that came of the view asked for last, since it was last polled; None where nothing did."""
         with self._changed:
             mine = [what for ticket, what in self._heard if ticket == self._newest]
             self._heard.clear()
@@ -178,7 +178,7 @@ class _Packer(pickle.Pickler):
         self._known = known
 
     def persistent_id(self, obj: object) -> int | None:
-        """The number of a mesh."""
+        """Return the number of a mesh."""
         if not isinstance(obj, Mesh):
             return None
         return next(number for number, one in enumerate(self._known) if one is obj)
@@ -192,13 +192,13 @@ class _Unpacker(pickle.Unpickler):
         self._known = known
 
     def persistent_load(self, pid: int) -> Mesh:
-        """The mesh of that number."""
+        """Return the mesh of that number."""
         return self._known[pid]
 
 
 def packed(message: tuple[int, AskedView | None], known: list[Mesh]) -> bytes:
-    """A message with the meshes that the other side lacks, which are added to `known`; when none of its meshes is
-    known, what was known before is forgotten on both sides.
+    """Return a message with the meshes that the other side lacks, which are added to `known`; when none of its meshes
+    is known, what was known before is forgotten on both sides.
     """
     view = message[1]
     meshes = [] if view is None else [part.mesh for part in view.scene.parts]

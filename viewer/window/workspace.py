@@ -199,8 +199,8 @@ class Desk:
 
 
 def begun(loaded: Loaded, **settings: Any) -> Session:
-    """The session that a window begins with: as the scene says; an image in its own light, reflectances in D65, and
-    pictures in XYZ for their observer.
+    """Return the session that a window begins with: as the scene says; an image in its own light, reflectances in D65,
+    and pictures in XYZ for their observer.
     """
     subject, catalogue = loaded.subject, loaded.catalogue_name
     if loaded.scene is not None:

@@ -52,7 +52,7 @@ class MoreMaps:
 
 
 def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSurface | None, list[str]]:
-    """The surface, and what was assumed, in words; None where all texels are alike, so that their mean says all.
+    """Return the surface, and what was assumed, in words; None where all texels are alike, so that their mean says all.
 
     Raises
     ------
@@ -110,7 +110,8 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
 def _bumps(
     name: str, texture: Texture | None, green: Green, scale: float, mends: bool, notes: list[str]
 ) -> dict[str, TexelMap]:
-    """The map of normals of that name, where there is one that is not level; what is to be said goes to `notes`."""
+    """Return the map of normals of that name, where there is one that is not level; what is to be said goes to
+    `notes`."""
     if texture is None:
         return {}
     normal, said = normals_of(texture, green, scale)
@@ -164,7 +165,7 @@ def _check_colours(found: dict[str, TexelMap], measured: bool) -> None:
 
 
 def _brought_to(size: tuple[int, int], one: TexelMap, placement: Placement) -> TexelMap:
-    """A map of another size, linear between its texels."""
+    """Return a map of another size, linear between its texels."""
     if one.size in ((1, 1), size):
         return one
     height, width = size

@@ -84,7 +84,7 @@ def map_name(path: Path) -> MapName | None:
 
 
 def members(path: Path) -> dict[str, list[Path]]:
-    """The files of the set that `path` is of, by role, itself among them; in the order of their names."""
+    """Return the files of the set that `path` is of, by role, itself among them; in the order of their names."""
     name = map_name(path)
     if name is None:
         return {}
@@ -96,7 +96,7 @@ def members(path: Path) -> dict[str, list[Path]]:
 
 
 def pictures_in(folder: Path) -> tuple[Path, ...]:
-    """The maps that lie in a folder, whatever their sets."""
+    """Return the maps that lie in a folder, whatever their sets."""
     return tuple(path for path, _ in _named(folder, _changed(folder)))
 
 
@@ -114,7 +114,7 @@ def _changed(folder: Path) -> int:
 
 @lru_cache(maxsize=16)
 def _named(folder: Path, changed: int) -> tuple[tuple[Path, MapName], ...]:
-    """Every map in a folder; asked again when the folder has changed."""
+    """Return every map in a folder; asked again when the folder has changed."""
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError:

@@ -55,7 +55,7 @@ def kept_maps(textures: Iterable[Texture], uplift: str) -> dict[str, Any]:
 
 
 def kept_texture(original: Mapping[str, Any], slot: str) -> Texture:
-    """The map of that name out of a record's `original`; raises `UnknownNameError`."""
+    """Return the map of that name out of a record's `original`; raises `UnknownNameError`."""
     slots = sorted(
         name.removeprefix(_PREFIX).removesuffix(".encoding")
         for name in original

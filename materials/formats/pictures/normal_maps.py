@@ -27,7 +27,7 @@ _LEVEL = 1.01 / 255.0
 
 
 def normals_of(texture: Texture, green: Green, strength: float = 1.0) -> tuple[TexelMap, list[str]]:
-    """The vectors of a normal map, z up and y upwards in the picture, and what is to be said of them.
+    """Return the vectors of a normal map, z up and y upwards in the picture, and what is to be said of them.
 
     strength : what x and y are multiplied by (glTF's `scale`).
 
@@ -60,7 +60,7 @@ def normals_of(texture: Texture, green: Green, strength: float = 1.0) -> tuple[T
 
 
 def mended(normal: TexelMap) -> tuple[TexelMap, list[str]]:
-    """The map with level normals where it has none, and how many; see `map_set.check_normals`."""
+    """Return the map with level normals where it has none, and how many; see `map_set.check_normals`."""
     vectors = normal.decoded(normal.values)
     bad = (np.linalg.norm(vectors, axis=-1) < 0.02) | (vectors[..., 2] <= 0.0)
     if not bad.any():

@@ -32,7 +32,7 @@ class Colour:
     scale: tuple[float, ...] = (1.0, 1.0, 1.0)
 
     def at(self, rows: slice, size: tuple[int, int]) -> Float[np.ndarray, "*texels 3"]:
-        """The colour at rows of texels."""
+        """Return the colour at rows of texels."""
         scale = np.asarray(self.scale)
         return scale if self.texture is None else scale * self.texture.linear(rows, size)
 
@@ -47,7 +47,7 @@ class Number:
     inverted: bool = False
 
     def at(self, rows: slice, size: tuple[int, int]) -> Float[np.ndarray, "*texels 1"]:
-        """The number at rows of texels."""
+        """Return the number at rows of texels."""
         value = np.array([self.scale])
         if self.texture is not None:
             value = value * self.texture.band(self.channel, rows, size)[..., None]
@@ -208,7 +208,7 @@ def model_of(maps: SurfaceMaps, uplift: str) -> tuple[dict[str, object], list[st
 
 
 def reflectance_of(rgb: tuple[float, ...], uplift: str) -> tuple[Float[np.ndarray, " L"], str]:
-    """A reflectance of a linear colour in [0, 1], and a note where the method alone would have gone above 1.
+    """Return a reflectance of a linear colour in [0, 1], and a note where the method alone would have gone above 1.
 
     Then enough of Mallett and Yuksel's spectrum of the same colour, which never does, is mixed in: the colour stays.
     """

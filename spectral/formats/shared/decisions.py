@@ -91,7 +91,7 @@ def decided(
     field: str | None = None,
     data: str | None = None,
 ) -> Decision | None:
-    """The decision by the rules at the head of this module, None where the file is to be refused (`undecided`).
+    """Return the decision by the rules at the head of this module, None where the file is to be refused (`undecided`).
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def taken_as(decision: Decision, scale: Divisor | None) -> str:
 
 
 def undecided(signs: Iterable[Sign], field: str | None, count: int = 1) -> InputError:
-    """The refusal of spectra that nothing tells: what was looked for, what was found, and what settles it."""
+    """Return the refusal of spectra that nothing tells: what was looked for, what was found, and what settles it."""
     hints: dict[str, list[str]] = {}
     for sign in signs:
         hints.setdefault(sign.says, []).append(sign.words)
@@ -169,13 +169,13 @@ def undecided(signs: Iterable[Sign], field: str | None, count: int = 1) -> Input
 
 
 def signs_of_name(origin: str, name: str, what: str) -> list[Sign]:
-    """The signs in a name; `what`: what it is the name of, such as "the file name"."""
+    """Return the signs in a name; `what`: what it is the name of, such as "the file name"."""
     return [Sign(origin, meaning, f"{what} {shortened(name, 40)!r}") for meaning in sorted(meant_by(name))]
 
 
 def signs_beside(words: str, what: str, path: Path) -> list[Sign]:
-    """The signs in words of the file that are not the measurement's own, such as a title; programs write the name of
-    the file there, which is no further sign.
+    """Return the signs in words of the file that are not the measurement's own, such as a title; programs write the
+    name of the file there, which is no further sign.
     """
     own = re.sub(re.escape(path.stem), " ", words[:4000], flags=re.I)
     return [Sign("words beside", meaning, f"{what} {shortened(words, 40)!r}") for meaning in sorted(meant_by(own))]
@@ -184,7 +184,7 @@ def signs_beside(words: str, what: str, path: Path) -> list[Sign]:
 def signs_of_numbers(
     grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "L"], likeness: Likeness | None
 ) -> list[Sign]:
-    """The signs in a spectrum's own numbers."""
+    """Return the signs in a spectrum's own numbers."""
     found: list[Sign] = []
     if likeness is not None:
         found.append(Sign("resemblance", likeness.kind, f"the numbers of {likeness.name}"))
@@ -202,7 +202,7 @@ def signs_of_numbers(
 
 
 def signs_of_all(grid: np.ndarray, spectra: np.ndarray, field: str) -> list[Sign]:
-    """The signs that every one of several spectra (N,L) has, where all of them are of one quantity.
+    """Return the signs that every one of several spectra (N,L) has, where all of them are of one quantity.
 
     Raises
     ------
@@ -285,7 +285,7 @@ class ValueRange(NamedTuple):
 
     @classmethod
     def of(cls, samples: np.ndarray, quantity: str, worded: bool) -> ValueRange:
-        """The range of finite samples (N), 0 to 0 where there are none."""
+        """Return the range of finite samples (N), 0 to 0 where there are none."""
         lowest, highest = (float(samples.min()), float(samples.max())) if samples.size else (0.0, 0.0)
         most = 100.0 * _MOST_FACTOR if worded and quantity == "radiance factor" else _MOST_PERCENT
         if np.all(samples == np.round(samples)):

@@ -228,7 +228,7 @@ class Gathering:
         return self._grids[key]
 
     def finish(self, details: Mapping[str, str] | None = None) -> SpectralFile:
-        """The file as read.
+        """Return the file as read.
 
         Raises
         ------

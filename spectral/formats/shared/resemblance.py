@@ -112,7 +112,7 @@ def _scale(factor: float) -> float | None:
 
 @lru_cache(maxsize=16)
 def _published(grid: bytes) -> _Published:
-    """Every published table at these wavelengths, less those that do not cover them or have no shape there."""
+    """Return every published table at these wavelengths, less those that do not cover them or have no shape there."""
     nodes = np.frombuffer(grid)
     kinds, names, rows, flat = [], [], [], []
     for kind, name, nm, values in _tables():

@@ -50,7 +50,7 @@ def decoded(data: bytes) -> str | None:
 
 @lru_cache(maxsize=2)  # each reader in turn asks for the same one
 def head_text(head: bytes) -> str:
-    """The start of a file as text, "" if it is no text; the character that is cut at its end does no harm."""
+    """Return the start of a file as text, "" if it is no text; the character that is cut at its end does no harm."""
     if head[:2] in _WIDE:
         head = head[: len(head) // 2 * 2]
     else:
@@ -109,7 +109,7 @@ def read_lines(path: str | Path) -> list[str]:
 
 
 def number(cell: str, decimal: str = ".") -> float:
-    """The number in a cell that has `decimal` for its decimal mark; NaN if it is none, or not finite."""
+    """Return the number in a cell that has `decimal` for its decimal mark; NaN if it is none, or not finite."""
     if decimal == ",":
         if "." in cell or cell.endswith(","):
             return math.nan

@@ -254,7 +254,7 @@ def names_derived(heading: str, others: Sequence[str] = ()) -> bool:
 
 
 def measured(named: str | None) -> Quantity | None:
-    """The quantity that `quantity_in` told, None where it told none or one that is no spectrum of a colour."""
+    """Return the quantity that `quantity_in` told, None where it told none or one that is no spectrum of a colour."""
     return {name: name for name in get_args(Quantity)}.get(named)
 
 
@@ -279,7 +279,8 @@ def names_power_per_frequency(words: str) -> bool:
 
 
 def counts_in_lines(words: str) -> str | None:
-    """The line above a table that says that its values are counted, such as "Units: DN"; None where none does."""
+    """Return the line above a table that says that its values are counted, such as "Units: DN"; None where none
+    does."""
     found = (line.strip() for line in words.splitlines()[:400] if len(line) < 400)
     return next((line for line in found if _COUNTED_LINE.search(line)), None)
 

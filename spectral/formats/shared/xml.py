@@ -44,7 +44,7 @@ def root_name(head: bytes) -> str | None:
 
 
 def read_xml(path: Path) -> Element:
-    """The root element of a file.
+    """Return the root element of a file.
 
     Raises
     ------
@@ -146,7 +146,7 @@ class Vocabulary:
                 yield child
 
     def child(self, element: Element | None, *path: str) -> Element | None:
-        """The first child of a name, or along a path of names."""
+        """Return the first child of a name, or along a path of names."""
         for name in path:
             element = next(self.children(element, name), None)
         return element
@@ -186,7 +186,7 @@ def kept(details: Mapping[str, str]) -> dict[str, str]:
 
 
 def number(text: str, field: str) -> float:
-    """A number as XML Schema writes it (xs:double)."""
+    """Return a number as XML Schema writes it (xs:double)."""
     try:
         if "_" in text or not text.isascii():
             raise ValueError

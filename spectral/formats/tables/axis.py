@@ -116,7 +116,7 @@ AXIS_LINE = re.compile(
 
 
 def axis_unit(words: str) -> AxisUnit | None:
-    """The unit of an axis that words state, None where they state none; a length goes before all others.
+    """Return the unit of an axis that words state, None where they state none; a length goes before all others.
 
     >>> axis_unit("frequency (THz)").formula, axis_unit("Energy [eV]").formula
     ('nm = 299792.458 / THz', 'nm = 1239.841984 / eV')
@@ -177,7 +177,7 @@ def refuse_even_reciprocals(values: Float[np.ndarray, "L"], field: str) -> None:
 
 
 def _unevenness(values: Float[np.ndarray, "L"]) -> float:
-    """The most that a step differs from the mean step, as a share of it."""
+    """Return the most that a step differs from the mean step, as a share of it."""
     steps = np.diff(values)
     mean = float(steps.mean())
     return float(np.abs(steps / mean - 1.0).max()) if mean else math.inf
@@ -201,7 +201,8 @@ def check_axis(heading: str) -> None:
 
 
 def stated_unit(heading: str, lines: Sequence[str]) -> tuple[AxisUnit | None, bool]:
-    """The unit of an axis by its heading and the unit below, else by lines above the table, and whether by a line.
+    """Return the unit of an axis by its heading and the unit below, else by lines above the table, and whether by a
+    line.
 
     A heading that speaks of wavelengths, or of frequencies, is believed as far as it goes. Slow frequencies in lines,
     such as a chopper's in Hz, are not of light.

@@ -110,7 +110,7 @@ class Dialect:
         return [cell.strip().strip('"') for cell in line.split(self.delimiter)]
 
     def number(self, cell: str) -> float:
-        """The number in a cell, NaN if there is none; a percent sign after it is left out (see `in_percent`)."""
+        """Return the number in a cell, NaN if there is none; a percent sign after it is left out (see `in_percent`)."""
         return _number(cell, self.decimal)
 
     def is_number(self, cell: str) -> bool:
@@ -118,7 +118,7 @@ class Dialect:
         return not math.isnan(_number(cell, self.decimal))
 
     def wavelength(self, cell: str) -> tuple[float, bool] | None:
-        """The wavelength that a cell names, and whether it says so with a unit or a word; None if it is none."""
+        """Return the wavelength that a cell names, and whether it says so with a unit or a word; None if it is none."""
         return _wavelength(cell, self.decimal)
 
     def names_wavelength(self, cell: str) -> bool:
@@ -137,7 +137,7 @@ _CANDIDATES = (("\t", ".,"), (";", ".,"), ("|", ".,"), (",", ".,"), ("", ".,"))
 
 
 def dialect_of(lines: Sequence[str]) -> Dialect:
-    """The dialect in which most cells of a sample of lines are numbers, in rows of two numbers or more."""
+    """Return the dialect in which most cells of a sample of lines are numbers, in rows of two numbers or more."""
     return dialects_of(lines)[0]
 
 
@@ -176,7 +176,7 @@ def _worth(cell: str, decimal: str) -> int:
 
 
 def comment(line: str) -> str | None:
-    """The words of a line that is a comment, None of any other."""
+    """Return the words of a line that is a comment, None of any other."""
     match = _COMMENT.match(line)
     return line[match.end() :].strip() if match else None
 

@@ -42,7 +42,7 @@ def gathered(
     hints: Sequence[Sign] = (),
     may_be_counts: bool = False,
 ) -> SpectralFile:
-    """A table's columns as entries.
+    """Return a table's columns as entries.
 
     A column is what its own header says, else what the lines above its table say, else what the person says, else what
     several signs agree on (`shared.decisions`, which also says what follows where there is no unit). The unit is looked
@@ -110,7 +110,7 @@ def _details(column: Column, alone: bool) -> dict[str, str]:
 
 
 def _colours(column: Column, table: TextTable, alone: bool) -> tuple[StatedColour, ...]:
-    """The colours beside a column; those in the lines above are its own where it is `alone` in its table."""
+    """Return the colours beside a column; those in the lines above are its own where it is `alone` in its table."""
     said = column.preamble if alone else {}
     said = said | {head: cell for head, cell in column.beside.items() if colour_axis(head)}
     own = " ".join(cell for head, cell in column.beside.items() if names_condition(head))
@@ -217,7 +217,9 @@ def _of_light(grid: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def _named(table: TextTable, path: Path) -> list[Column]:
-    """All columns, each with a name: the file's where the table gives none, numbered where a later block repeats it."""
+    """Return all columns, each with a name: the file's where the table gives none, numbered where a later block repeats
+    it.
+    """
     taken: set[str] = set()
     for number, block in enumerate(table.blocks, 1):
         for column in block:

@@ -55,7 +55,7 @@ class LongForm(NamedTuple):
 
 
 def long_form(table: Section, words: tuple[int, ...], numbered: Sequence[Row]) -> LongForm | None:
-    """The columns of a table in long form, None of any other.
+    """Return the columns of a table in long form, None of any other.
 
     A table is in long form where a column names samples and is headed so, or where the words of a column tell rows at
     equal wavelengths apart.
@@ -211,7 +211,7 @@ def _of_sample(
     several: bool,
     dialect: Dialect,
 ) -> Column:
-    """The column of one spectrum, called after its sample, with the other words of its rows beside it."""
+    """Return the column of one spectrum, called after its sample, with the other words of its rows beside it."""
     column = copy(template)
     column.wavelengths, column.values = array("d", points), array("d")
     for line, values in points.values():

@@ -61,7 +61,7 @@ class Way(NamedTuple):
         return 0 if self.layout.header is None else len(self.shown[self.layout.header][1])
 
     def values(self, cells: Sequence[str]) -> Sequence[str]:
-        """The cells of a row that hold wavelengths or values."""
+        """Return the cells of a row that hold wavelengths or values."""
         return cells if self.layout.way == "down" else [cells[at] for at in self.layout.axes if at < len(cells)]
 
     def explains(self) -> bool:
@@ -73,7 +73,7 @@ class Way(NamedTuple):
         )
 
     def numbers(self) -> dict[int, list[float]]:
-        """The numbers of the first rows, by line."""
+        """Return the numbers of the first rows, by line."""
         read = self.text.dialect.number
         found = {line: [read(cell) for cell in self.values(cells)] for line, cells in self._compared()}
         return {line: [number for number in row if not math.isnan(number)] for line, row in found.items()}
@@ -85,7 +85,7 @@ class Way(NamedTuple):
 def one_reading(
     plain: list[tuple[int, str]], comments: list[tuple[int, str]], decimal: Decimal | None = None
 ) -> Way | None:
-    """The way to read the rows of a text (number of the line, line), None where there is no table.
+    """Return the way to read the rows of a text (number of the line, line), None where there is no table.
 
     Parameters
     ----------
@@ -130,7 +130,9 @@ def one_reading(
 
 
 def _another(chosen: Way, explained: Sequence[Way]) -> tuple[int, str] | None:
-    """A row that another way reads as other numbers: its line, and its cells in that way. None where there is none."""
+    """Return a row that another way reads as other numbers: its line, and its cells in that way. None where there is
+    none.
+    """
     numbers = chosen.numbers() if len(explained) > 1 else {}
     for way in explained:
         if way is not chosen:
@@ -141,8 +143,8 @@ def _another(chosen: Way, explained: Sequence[Way]) -> tuple[int, str] | None:
 
 
 def _torn_at_commas(way: Way) -> tuple[int, str] | None:
-    """A row of whole numbers that commas part: each pair of them may be one number, below no headings, or where only
-    headings such as "Remark" would be left without a cell.
+    """Return a row of whole numbers that commas part: each pair of them may be one number, below no headings, or where
+    only headings such as "Remark" would be left without a cell.
     """
     if way.text.dialect.delimiter != "," or way.layout.way != "down":
         return None
@@ -160,8 +162,9 @@ def _torn_at_commas(way: Way) -> tuple[int, str] | None:
 
 
 def _paired(way: Way) -> Way | None:
-    """A table of whole numbers between commas read by decimal commas: each value of two cells, and the wavelength of
-    one, or of two where the second is nothing but zeros. None where its rows are not all of as many cells.
+    """Return a table of whole numbers between commas read by decimal commas: each value of two cells, and the
+    wavelength of one, or of two where the second is nothing but zeros. None where its rows are not all of as many
+    cells.
     """
     cells_of, rows = way.text.dialect.cells, list(way.rows())
     counts = {len(cells) for _, cells in rows}
@@ -208,7 +211,9 @@ def _check_cut_off(way: Way) -> None:
 
 
 def _headings(way: Way) -> list[str]:
-    """The headings of the columns, of a row or of the comment above the numbers; empty where there is none for each."""
+    """Return the headings of the columns, of a row or of the comment above the numbers; empty where there is none for
+    each.
+    """
     if way.layout.header is not None:
         return list(way.shown[way.layout.header][1])
     line, cells = way.shown[way.layout.first]
@@ -218,8 +223,8 @@ def _headings(way: Way) -> list[str]:
 
 
 def _thousands(way: Way) -> tuple[int, str] | None:
-    """A row whose decimal mark may part thousands: each number that has it has three digits behind it and no zero
-    before it, and others of its column are whole and below a thousand.
+    """Return a row whose decimal mark may part thousands: each number that has it has three digits behind it and no
+    zero before it, and others of its column are whole and below a thousand.
     """
     dialect = way.text.dialect
     if dialect.delimiter == ",":
@@ -265,7 +270,7 @@ def _ask(chosen: Way, line: int, other: str, hint: str) -> NoReturn:
 
 
 def torn(cells: Sequence[str], dialect: Dialect) -> str | None:
-    """The first of these cells that holds a piece of a number, or pieces of several; None where none does."""
+    """Return the first of these cells that holds a piece of a number, or pieces of several; None where none does."""
     return next((cell for cell in cells if is_torn(cell, dialect.decimal)), None) or _cut_off(cells, dialect)
 
 

@@ -107,7 +107,9 @@ def parse_lines(lines: list[str], answer: ImportOptions = NO_ANSWER) -> TextTabl
 
 
 def _further(before: Section, line: int, way: Way) -> Section:
-    """The table that begins below another: from its first row, with its first rows, and where its wavelengths are."""
+    """Return the table that begins below another: from its first row, with its first rows, and where its wavelengths
+    are.
+    """
     text, dialect = before.text, before.text.dialect
     start = text.place(before.last_line + 1)
     first = text.place(line) - start
@@ -153,7 +155,9 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
 
 
 def _across_below(table: Section) -> tuple[int, Way] | None:
-    """The header of wavelengths across, each with its unit, among the rows below a table; None where there is none."""
+    """Return the header of wavelengths across, each with its unit, among the rows below a table; None where there is
+    none.
+    """
     first = table.text.place(table.last_line + 1)
     for line, cells in table.text.cells(first, first + SHOWN_LINES):
         if len(cells) > 2 and labelled_wavelengths(cells, table.text.dialect):
@@ -209,7 +213,9 @@ def _kept_apart(sections: Sequence[Section], notes: list[str]) -> None:
 
 
 def _title(section: Section) -> str:
-    """The sample that the lines above a table name, "" where they name none: by a key, or right above the header."""
+    """Return the sample that the lines above a table name, "" where they name none: by a key, or right above the
+    header.
+    """
     named = next((value for key, value in section.preamble.items() if key != "title" and is_name_header(key)), "")
     cells = [cell for cell in section.above[-1][1] if cell] if section.above else []
     alone = cells[0] if len(cells) == 1 else ""
@@ -244,7 +250,7 @@ def _preamble(above: Sequence[Row], remarks: Sequence[str], delimiter: str) -> t
 
 
 def _condition_in(line: str) -> list[str]:
-    """A part of a measurement and what a line such as "Filter = none" says of it; [] of any other."""
+    """Return a part of a measurement and what a line such as "Filter = none" says of it; [] of any other."""
     parts = [part.strip() for part in re.split("[:=;,\t]", line, maxsplit=1)]
     return parts if len(parts) == 2 and parts[1] and is_condition(parts[0], perhaps=True) else []
 

@@ -159,7 +159,7 @@ def check_columns(columns: Sequence[Column], dialect: Dialect) -> None:
 
 
 def _wavelength(text: str, shape: str, dialect: Dialect) -> float | None:
-    """The wavelength in a cell that is written as the first one was; a word with a number in it is none."""
+    """Return the wavelength in a cell that is written as the first one was; a word with a number in it is none."""
     found = dialect.wavelength(text)
     return found[0] if found and (not found[1] or _shape(text) == shape) else None
 
@@ -279,7 +279,7 @@ def empty_columns(
 
 
 def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:
-    """The header without its unit; the row above names columns that are only called what was measured."""
+    """Return the header without its unit; the row above names columns that are only called what was measured."""
     bracket = _UNIT_BRACKET.search(head)
     plain = _UNIT_BRACKET.sub("", head).strip() if bracket else head
     no_unit = bracket is not None and not unit_in(head)
@@ -307,7 +307,7 @@ def _continues(begun: array[float], last: float, at: float) -> bool:
 
 
 def _shape(cell: str) -> str:
-    """A cell with its number taken out: "Spectral Data 380[nm]" and "Spectral Data 385[nm]" have one shape."""
+    """Return a cell with its number taken out: "Spectral Data 380[nm]" and "Spectral Data 385[nm]" have one shape."""
     return re.sub(r"\d+(?:[.,]\d+)?", "0", cell[:60])
 
 

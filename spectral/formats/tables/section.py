@@ -166,7 +166,7 @@ class Section:
 
 
 def cell(cells: Sequence[str], at: int) -> str:
-    """A cell of a row, "" beyond its end."""
+    """Return a cell of a row, "" beyond its end."""
     return cells[at] if at < len(cells) else ""
 
 
@@ -179,7 +179,7 @@ def trimmed(cells: Sequence[str]) -> list[str]:
 
 
 def ragged(line: int, found: int, expected: int, cells: Sequence[str] = ()) -> InputError:
-    """The refusal of a row that is shorter or longer than its table; `cells` of it are shown."""
+    """Return the refusal of a row that is shorter or longer than its table; `cells` of it are shown."""
     return InputError(
         "a row is cut short" if found < expected else "a row is too long",
         field=f"line {line}",

@@ -47,7 +47,7 @@ def screenshot(window: Window, path: str | None = None) -> None:
 
 
 def probes(window: Window) -> list[Named]:
-    """All that is probed now: what the pointer was last over, and the pins, of both sides."""
+    """Return all that is probed now: what the pointer was last over, and the pins, of both sides."""
     frame, session = window.frame, window.desk.session
     spots = [*filter(None, [window.probing.cursor]), *window.probing.pins]
     found: list[Named] = []

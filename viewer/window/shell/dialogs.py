@@ -30,7 +30,7 @@ TABS = {"metamerism": "Metamerism", "material.like": "Edit", "rate.note": "Proto
 
 
 def draw_dialog(window: Window) -> bool:
-    """The dialog that is open; whether there is one, and keys are none of commands."""
+    """Return the dialog that is open; whether there is one, and keys are none of commands."""
     desk = window.desk
     name = desk.dialog
     if name in TABS:

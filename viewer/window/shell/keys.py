@@ -21,7 +21,7 @@ _REPEATED = (".up", ".down", ".left", ".right", ".next", ".previous", "zoom.in",
 
 
 def key_of(name: str) -> imgui.Key | None:
-    """The key of a name; None of one that is known by what it types, and of Shift alone."""
+    """Return the key of a name; None of one that is known by what it types, and of Shift alone."""
     if name in _NAMED:
         return _NAMED[name]
     if len(name) == 1 and name.isalnum():

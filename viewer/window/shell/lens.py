@@ -28,11 +28,11 @@ class PicturePlace:
         return self.width / ((self.uv[2] - self.uv[0]) * self.seen_size[0])
 
     def pixel_of(self, x: float, y: float) -> tuple[float, float]:
-        """The place in the picture, pixels, of one on the screen from the upper left of what is seen."""
+        """Return the place in the picture, pixels, of one on the screen from the upper left of what is seen."""
         return self.uv[0] * self.seen_size[0] + x / self.zoom, self.uv[1] * self.seen_size[1] + y / self.zoom
 
     def screen_of(self, column: float, row: float) -> tuple[float, float]:
-        """The other way round."""
+        """Return the other way round."""
         return (column - self.uv[0] * self.seen_size[0]) * self.zoom, (row - self.uv[1] * self.seen_size[1]) * self.zoom
 
     def holds(self, at: tuple[float, float]) -> bool:
@@ -54,12 +54,12 @@ class Lens:
         self._zoom, self._middle = None, (0.5, 0.5)
 
     def whole(self, size: tuple[int, int], room: tuple[int, int]) -> PicturePlace:
-        """A picture that is made for its area: at whole pixels, one for one."""
+        """Return a picture that is made for its area: at whole pixels, one for one."""
         left, top = max(0, (room[0] - size[0]) // 2), max(0, (room[1] - size[1]) // 2)
         return PicturePlace(left, top, size[0], size[1], (0.0, 0.0, 1.0, 1.0), size)
 
     def placed(self, size: tuple[int, int], room: tuple[int, int]) -> PicturePlace:
-        """An image: not larger than it is until somebody zooms, and all of it."""
+        """Return an image: not larger than it is until somebody zooms, and all of it."""
         zoom = self._zoom or min(1.0, room[0] / size[0], room[1] / size[1])
         self._last, self._size = zoom, size
         found = []

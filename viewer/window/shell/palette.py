@@ -12,7 +12,7 @@ _ROWS = 16
 
 
 def draw_palette(window: Window, opened: bool) -> bool:
-    """A field and a list; whether it is done. opened : in this very frame."""
+    """Return a field and a list; whether it is done. opened : in this very frame."""
     kept, desk = window.kept, window.desk
     if opened:
         kept.found, kept.row = "", 0

@@ -21,7 +21,7 @@ _SYMBOLS = "fonts/Inconsolata-Medium.ttf"
 
 @lru_cache(maxsize=512)
 def grey(lightness: float, display: DisplayTransform, alpha: float = 1.0) -> ImVec4:
-    """A grey of this L* on the display."""
+    """Return a grey of this L* on the display."""
     red, green, blue = np.clip(display.apply(surround_xyz(min(max(lightness, 0.0), 100.0))), 0.0, 1.0).tolist()
     return ImVec4(red, green, blue, alpha)
 
@@ -94,7 +94,7 @@ class Style:
         style.grab_min_size = 6.0
 
     def panel(self, step: float = 0.0, alpha: float = 1.0) -> ImVec4:
-        """A grey that stands out from the panels' by so much L*."""
+        """Return a grey that stands out from the panels' by so much L*."""
         base, _, _, sign = DARK if self.dark else LIGHT
         return grey(base + sign * step, self.display, alpha)
 

@@ -26,7 +26,7 @@ def heading(words: str, style: Style) -> None:
 
 
 def button(label: str, chosen: bool, style: Style) -> bool:
-    """A button that shows whether it is what is chosen; whether it was clicked."""
+    """Return a button that shows whether it is what is chosen; whether it was clicked."""
     if chosen:
         back, front = style.chosen
         for kind in (imgui.Col_.button, imgui.Col_.button_hovered):
@@ -135,7 +135,7 @@ def said(words: str) -> None:
 
 
 def section(words: str, opened: bool = True) -> bool:
-    """A group that is opened and closed; whether it is open."""
+    """Return a group that is opened and closed; whether it is open."""
     return imgui.collapsing_header(words, imgui.TreeNodeFlags_.default_open if opened else 0)
 
 
