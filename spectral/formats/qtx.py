@@ -21,7 +21,7 @@ from ..spectrum import Quantity
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, StatedColour, names_its_file
 from .shared.decisions import Decision, Sign, ValueRange, decided, divisor_of
-from .shared.entry_rules import DELETED, Gathering, in_visible
+from .shared.entry_rules import Gathering, in_visible
 from .shared.text import head_text, number, read_lines, shortened
 from .shared.words import illuminant_in, observer_in, quantity_in, stated_colours
 from .shared.xml import kept
@@ -118,10 +118,10 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
         alike = [one for one in usable if one[3].quantity == quantity]
         scale = None
         if quantity != "emission":
-            of_light = np.concatenate([values[in_visible(grid) & (values > DELETED)] for _, grid, values, *_ in alike])
-            range_of_values = ValueRange.of(of_light, quantity, True)
-            if of_light.size:
-                scale = divisor_of(range_of_values, "percent", f"the format ({NAME})", answer)
+            grids, every = (np.concatenate([one[part] for one in alike]) for part in (1, 2))
+            seen = in_visible(grids)
+            range_of_values = ValueRange.of(every[seen] if seen.any() else every, quantity, True)
+            scale = divisor_of(range_of_values, "percent", f"the format ({NAME})", answer)
         for name, grid, values, decision, details, colours in alike:
             gathering.take(name or path.stem, grid, values, decision, scale, details=details, stated=colours)
     return gathering.finish(header)

@@ -134,6 +134,12 @@ def test_fractions_are_asked_about(written, refused):
     assert entry.spectrum.samples == pytest.approx(RED / 100.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("low", [800, 4000])
+def test_percent_is_percent_beyond_the_visible_too(written, low):
+    (entry,) = read(written(section("STD", 0, "Rot", RED, low=low))).entries
+    assert entry.spectrum.quantity == "reflectance" and entry.spectrum.samples == pytest.approx(RED / 100.0)
+
+
 def test_a_fluorescent_white_sends_back_more(written):
     (entry,) = read(written(section("STD", 0, "Brightened", RED + 60.0))).entries
     assert entry.spectrum.quantity == "radiance factor" and entry.spectrum.samples.max() == pytest.approx(1.33)
