@@ -101,9 +101,12 @@ def formula(text: str) -> Formula:
     >>> formula("ΔE00").name, formula("cmc (2:1)").name
     ('CIE 2000', 'CMC 2:1')
     """
-    folded = re.sub(r"[\s_*()-]", "", text.casefold().removesuffix(_AS_PUBLISHED))
+    if not isinstance(text, str):
+        raise InputError("no name of a formula", field="formula", found=repr(text)[:80], expected='such as "CIE 2000"')
+    bare = text.casefold().removesuffix(_AS_PUBLISHED)
+    folded = re.sub(r"[\s_*()-]", "", bare)
     if folded.startswith("cmc"):
-        return _cmc(text, folded[3:])
+        return _cmc(text, re.sub(r"^[\s_*()-]*c[\s_*()-]*m[\s_*()-]*c", "", bare))
     for before in ("cie", "deltae", "δe", "de"):
         folded = folded.removeprefix(before)
     if folded not in _ALSO:
@@ -124,11 +127,13 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: str = "CIE 1994") -> Fl
     Raises
     ------
     UnknownNameError : another formula. ComparisonError : one that takes more than CIELAB, such as CAM16-UCS.
+    InputError : no formula, weights that are not above 0, or arrays that are not (...,3) or do not fit each other.
 
     >>> delta_e(np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 10.0]), "dE 76")
     array(3.)
     """
     asked = formula(method)
+    reference_lab, sample_lab = _pairs(reference_lab, sample_lab)
     if asked.cmc is not None:
         return delta_e_cmc(reference_lab, sample_lab, *asked.cmc)
     if not asked.name.startswith("CIE"):
@@ -138,8 +143,38 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: str = "CIE 1994") -> Fl
     return difference.delta_e(reference_lab, sample_lab, asked.name)  # type: ignore[arg-type]
 
 
+def _pairs(reference_lab: Lab, sample_lab: Lab) -> tuple[Lab, Lab]:
+    """Both sides as arrays (...,3) that fit each other."""
+    sides: dict[str, np.ndarray] = {}
+    for field, given in (("reference_lab", reference_lab), ("sample_lab", sample_lab)):
+        try:
+            lab = np.asarray(given, dtype=np.float64)
+        except (TypeError, ValueError):
+            lab = np.empty(())
+        if not lab.ndim or lab.shape[-1] != 3:
+            found = f"shape {lab.shape}" if lab.ndim else repr(given)[:80]
+            raise InputError(
+                "not CIELAB",
+                field=field,
+                found=found,
+                expected="L*, a*, b* as an array (...,3)",
+                hint="a spectrum has them as spectrum.lab()" if hasattr(given, "lab") else None,
+            )
+        sides[field] = lab
+    reference, sample = sides.values()
+    try:
+        np.broadcast_shapes(reference.shape, sample.shape)
+    except ValueError:
+        found, expected = f"shapes {reference.shape} and {sample.shape}", "as many on both sides, or one on one of them"
+        raise InputError(
+            "sides that do not fit each other", field="sample_lab", found=found, expected=expected
+        ) from None
+    return reference, sample
+
+
 def _cmc(text: str, weights: str) -> Formula:
-    found = re.fullmatch(r"(\d+(?:\.\d+)?):(\d+(?:\.\d+)?)", weights)
+    # A hyphen would be a minus, and what stands between two digits parts two numbers.
+    found = re.fullmatch(r"[\s_*(]*(\d+(?:\.\d+)?)\s*:\s*(\d+(?:\.\d+)?)[\s_*)]*", weights)
     pair = (0.0, 0.0) if found is None else (float(found[1]), float(found[2]))
     if min(pair) <= 0.0:
         raise InputError(

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from ..runtime.errors import UnknownNameError
+from ..runtime.errors import InputError, UnknownNameError
 from .colour_library import ColourTable, colour_tables
 from .spectrum import Spectrum
 
@@ -56,7 +56,6 @@ def light_source_names() -> tuple[str, ...]:
     return tuple(colour_tables("SDS_LIGHT_SOURCES"))
 
 
-@cache
 def illuminant(name: str) -> Spectrum:
     """Relative spectral power of an illuminant or light source, on its own wavelengths.
 
@@ -70,15 +69,30 @@ def illuminant(name: str) -> Spectrum:
     ------
     UnknownNameError
         With the nearest names, or for a lamp on booths that is no illuminant with what to write.
+    InputError
+        No name, but a lamp or something else.
 
     >>> illuminant("F11").quantity
     'emission'
     """
+    if not isinstance(name, str):
+        raise InputError(
+            "not the name of an illuminant",
+            field="illuminant",
+            found=repr(name)[:80],
+            expected='a name, such as "D65"',
+            hint="a measured lamp is the light of metamer.render, and of the lab(light) and xyz(light) of a spectrum",
+        )
+    return _illuminant(name)
+
+
+@cache
+def _illuminant(name: str) -> Spectrum:
     folded = name.casefold()
     if folded == HORIZON:
         return _horizon()
     if (canonical := canonical_name(name)) != name:
-        return illuminant(canonical)
+        return _illuminant(canonical)
     if folded not in _tables():
         known = [*(label for label, _ in _tables().values()), *BOOTH_NAMES, HORIZON]
         raise UnknownNameError("illuminant", name, known).at(hint=_to_write(name))

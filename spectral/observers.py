@@ -143,13 +143,21 @@ def _trapezoid(grid: np.ndarray) -> np.ndarray:
     return 0.5 * (np.concatenate([steps, [0.0]]) + np.concatenate([[0.0], steps]))
 
 
-@cache
 def observer(name: str) -> Observer:
     """Standard observer by short name ("1931_2", "1964_10", "2015_2", "2015_10") or by colour-science's key.
 
     >>> observer("1964_10").name
     'CIE 1964 10 Degree Standard Observer'
     """
+    if not isinstance(name, str):
+        raise InputError(
+            "not the name of an observer", field="observer", found=repr(name)[:80], expected='a name, such as "1931_2"'
+        )
+    return _observer(name)
+
+
+@cache
+def _observer(name: str) -> Observer:
     by_key = {key.casefold(): key for key in OBSERVERS.values()}
     key = OBSERVERS.get(name) or by_key.get(name.casefold())
     if key is None:

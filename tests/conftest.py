@@ -15,6 +15,7 @@ from pathlib import Path
 import metamer
 import pytest
 import pytest_timeout
+import shape_checks
 from hypothesis import HealthCheck, settings
 from shape_checks import check_shapes, next_test
 
@@ -315,3 +316,11 @@ def scenes() -> types.ModuleType:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+@pytest.fixture
+def as_users_call(monkeypatch):
+    """Calls as they are outside of tests, where nothing checks types before a function does."""
+    if shape_checks.ALL_SHAPES:
+        pytest.skip("all types are checked")
+    monkeypatch.setattr(shape_checks, "CHECKED_CALLS", 0)

@@ -334,3 +334,62 @@ def test_review_of_a_script_is_that_of_the_command(scene, catalogue, tmp_path):
     assert list(frame["p99"]) == [row.statistics.p99 for row in found.rows]
     assert "tiny/satin-green" in found._repr_html_() and found.verdict.split("<")[0][:20] in found._repr_html_()
     assert found.verdict in said and re.search(r"1 picture in \d+ s\.", said)
+
+
+# Arguments that are of another kind.
+
+
+NM = np.arange(380.0, 781.0, 20.0)
+GREY, PAPER = ((NM, np.full(NM.size, level)) for level in (0.3, 0.4))
+
+
+@pytest.mark.parametrize(
+    ("argument", "name"),
+    [
+        ("illuminants", "A"),
+        ("observers", "1931_2"),
+        ("formulas", "CIE 2000"),
+        ("whites", "CIE 2004"),
+        ("across", "geometry"),
+    ],
+)
+def test_one_name_is_a_list_of_one(as_users_call, argument, name):
+    found, listed = (metamer.match(GREY, PAPER, **{argument: given}).asked for given in (name, [name]))
+    assert found == listed
+
+
+def test_one_angle_is_a_list_of_one(as_users_call):
+    with pytest.raises(UsageError) as one:
+        metamer.match(GREY, PAPER, angles="15")
+    with pytest.raises(UsageError) as listed:
+        metamer.match(GREY, PAPER, angles=["15"])
+    assert str(one.value) == str(listed.value)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: metamer.match(GREY, PAPER, 0.8),
+        lambda: metamer.match(GREY, PAPER, illuminants=[GREY]),
+        lambda: metamer.match(GREY, PAPER, illuminants=metamer.illuminant("A")),
+        lambda: metamer.match(GREY, PAPER, illuminants=np.array([1.0, 2.0])),
+        lambda: metamer.match(GREY, PAPER, observers=[10]),
+        lambda: metamer.match(GREY, PAPER, formulas=2000),
+        lambda: metamer.match(GREY, PAPER, angles=15),
+        lambda: metamer.illuminant(GREY),
+        lambda: metamer.illuminant(6500),
+        lambda: metamer.observer({}),
+        lambda: metamer.delta_e([50.0, 0.0, 0.0], [51.0, 0.0, 0.0], None),
+        lambda: metamer.fit(metamer.Spectrum(GREY)),
+        lambda: metamer.fit(None),
+    ],
+)
+def test_an_argument_of_another_kind_is_refused_in_words(as_users_call, wrong):
+    with pytest.raises(InputError, match="expected"):
+        wrong()
+
+
+def test_a_measured_lamp_that_stands_for_a_name_is_told_where_it_goes(as_users_call):
+    for wrong in (metamer.illuminant, lambda lamp: metamer.match(GREY, PAPER, illuminants=[lamp])):
+        with pytest.raises(InputError, match=r"metamer\.render.*lab.*xyz"):
+            wrong(GREY)

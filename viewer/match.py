@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -42,16 +42,16 @@ def match(
     samples: Any,
     tolerance: str | None = None,
     *,
-    formulas: Sequence[str] | None = None,
-    illuminants: Sequence[str] | None = None,
-    observers: Sequence[str] | None = None,
+    formulas: str | Sequence[str] | None = None,
+    illuminants: str | Sequence[str] | None = None,
+    observers: str | Sequence[str] | None = None,
     repeatability: float | None = None,
     repeated: str | Path | None = None,
-    whites: Sequence[str] = (),
+    whites: str | Sequence[str] = (),
     catalogue: Catalogue | Path | None = None,
     answer: ImportOptions = NO_ANSWER,
-    across: Collection[Crossing] = (),
-    angles: Sequence[str] = (),
+    across: Crossing | Collection[Crossing] = (),
+    angles: str | Sequence[str] = (),
     signed: Mapping[str, str] | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> MatchReport:
@@ -63,8 +63,8 @@ def match(
         as one (`foreign_spectra.KINDS`); of samples one, or a list of any number.
     tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
     formulas : that ΔE is told by, after that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
-    illuminants, observers : None: D65, A and TL84, 10 degrees; where colours without spectra are among them, what
-        these are stated for.
+    illuminants, observers : one name or several. None: D65, A and TL84, 10 degrees; where colours without spectra are
+        among them, what these are stated for.
     repeatability : ΔE*ab that readings of the instrument scatter by. repeated : a file of readings that tells it.
     whites : whiteness and yellowness of each, by name: "CIE 2004", "ASTM E313", "ASTM E313-73", "yellowness".
     catalogue : where ids are looked up; None: the default one.
@@ -80,6 +80,10 @@ def match(
     @cache
     def opened() -> Catalogue:
         return catalogue if isinstance(catalogue, Catalogue) else Catalogue.open(catalogue)
+
+    formulas, scales, crossings = _names(formulas, "formulas"), _names(whites, "whites"), _names(across, "across")
+    illuminants, observers = _names(illuminants, "illuminants"), _names(observers, "observers")
+    angles = _names(angles, "angles") or ()
 
     def named(one: Any, unnamed: str) -> tuple[Sample, ...]:
         if isinstance(one, str | Path):
@@ -120,7 +124,9 @@ def match(
     if formulas is None:
         formulas = (*FORMULAS, *AT_ANGLES) if shared else FORMULAS
     asked = replace(
-        _asked(tolerance, formulas, conditions, known, _scales(whites)), across=_crossings(across), notes=notes
+        _asked(tolerance, formulas, conditions, known, _scales(scales or ())),
+        across=_crossings(crossings or ()),
+        notes=notes,
     )
     pairs = matched(first, found, asked)
     batches = [batch([one.differences[at] for one in pairs], asked.judging) for at in range(len(asked.conditions))]
@@ -128,6 +134,24 @@ def match(
     if instrument := first.details.get("instrument", ""):
         filled.setdefault("instrument", instrument)
     return MatchReport(first, pairs, asked, batches, filled, installed_version())
+
+
+def _names(value: Any, field: str) -> tuple[str, ...] | None:
+    """Names of an argument, one or several; None where nothing is given."""
+    if value is None:
+        return None
+    names = (value,) if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
+    for name in names:
+        if not isinstance(name, str):
+            lamp = "a measured lamp is the light of metamer.render, and of the lab(light) and xyz(light) of a spectrum"
+            raise InputError(
+                "not a name",
+                field=field,
+                found=repr(name)[:80],
+                expected="one name, or several",
+                hint=lamp if field == "illuminants" else None,
+            )
+    return names
 
 
 def _is_same(one: Sample, other: Sample) -> bool:

@@ -41,22 +41,26 @@ class Tolerance:
 
         Raises
         ------
-        InputError : no number above 0 at the end, or no formula before it.
+        InputError : no text, no number above 0 at the end, or no formula before it.
 
         >>> Tolerance.of("CMC 2:1 1.0").limit
         1.0
         """
-        match = re.fullmatch(r"\s*(.+?)[\s<=]+([0-9.]+)\s*", text)
+        match = re.fullmatch(r"\s*(.+?)[\s<=]+([0-9.]+)\s*", text) if isinstance(text, str) else None
         try:
             limit = float(match[2]) if match else 0.0
         except ValueError:
             limit = 0.0
-        if match is None or not 0.0 < limit < np.inf:
+        alone = _is_formula(text)
+        if match is None or alone or not 0.0 < limit < np.inf:
             raise InputError(
-                "not a tolerance",
+                "a tolerance without its limit" if alone else "not a tolerance",
                 field="tolerance",
                 found=text,
                 expected='a formula and a number above 0, such as "CMC 2:1 1.0" or "CIE 2000 0.8"',
+                hint=f'write the largest difference that is accepted behind it, as in "{text.strip()} 1.0"'
+                if alone
+                else None,
             )
         return cls(formula(match[1]), limit)
 
@@ -94,3 +98,12 @@ class Tolerance:
             beyond = ~(off <= self.limit)
             low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
         return ways * low[:, None]
+
+
+def _is_formula(text: str) -> bool:
+    """Return True where the whole text is the name of a formula, whose number is no limit."""
+    try:
+        formula(text)
+    except InputError:
+        return False
+    return True

@@ -102,8 +102,16 @@ def fit(
 
     Raises
     ------
-    InputError : the budget is not positive, or the BRDF is not finite somewhere above the horizon.
+    InputError : not a BRDF, the budget is not positive, or the BRDF is not finite somewhere above the horizon.
     """
+    if not isinstance(brdf, Brdf):
+        raise InputError(
+            "not a BRDF",
+            field="brdf",
+            found=repr(brdf)[:80],
+            expected="a BRDF, such as of material.brdf()",
+            hint='metamer.Material.from_spectrum(spectrum, "family/name") makes a material of a spectrum',
+        )
     if not budget > 0:
         raise InputError("unusable budget", field="budget", found=budget, expected="a positive ΔE94")
     if not ranks:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from metamer.calibration.match.tolerance import Tolerance
 from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import xyz_from_lab
-from metamer.spectral.formula import ADAPTING_LUMINANCE, BACKGROUND, NAMES, formula
+from metamer.spectral.formula import ADAPTING_LUMINANCE, BACKGROUND, NAMES, delta_e, formula
 
 WHITE = np.array([0.9481, 1.0, 1.0732])
 
@@ -92,6 +93,85 @@ def test_names_as_people_write_them(text, name):
 def test_other_names_are_refused():
     with pytest.raises(UnknownNameError, match="CIE 2000"):
         formula("CIE 2001")
-    for text in ("CMC", "CMC 0:1", "CMC two:one", "CMC 2"):
-        with pytest.raises(InputError, match="l:c"):
+
+
+def test_what_is_no_text_is_no_formula(as_users_call):
+    for text in (None, 0.8, ["CIE 2000"]):
+        with pytest.raises(InputError, match="no name of a formula"):
             formula(text)
+
+
+@pytest.mark.parametrize(
+    "weights",
+    [
+        "",
+        "0:1",
+        "two:one",
+        "2",
+        "-1:1",
+        "1:-1",
+        "(-2:1)",
+        "(2:-1)",
+        "- 1:1",
+        "-0.5:1",
+        "−1:1",
+        "+-2:1",
+        "2:_-1",
+        "2:1 1.0",
+        "2 1:1",
+        "1 2:1",
+        "2:1:1",
+        "2:1 (1)",
+    ],
+)
+@pytest.mark.parametrize("name", ["CMC ", "CMC", "cmc_"])
+def test_weights_of_cmc_are_two_numbers_above_0(name, weights):
+    with pytest.raises(InputError, match="l:c"):
+        formula(name + weights)
+
+
+@pytest.mark.parametrize("written", ["CMC 2:1", "CMC2:1", "(CMC 2:1)", "cmc ( 2 : 1 )", "CMC_2.0:1.0"])
+def test_weights_of_cmc_may_be_parted_and_bracketed(written):
+    assert formula(written).name == "CMC 2:1"
+
+
+LABS = np.tile([50.0, 20.0, 10.0], (4, 1))
+
+
+@pytest.mark.parametrize("method", ["CIE 1976", "CIE 2000", "CMC 2:1"])
+@pytest.mark.parametrize(
+    ("first", "second", "said"),
+    [
+        (LABS[:, :2], LABS, "reference_lab: not CIELAB"),
+        (LABS, LABS.T, "sample_lab: not CIELAB"),
+        (LABS, 3.0, "sample_lab: not CIELAB"),
+        (None, LABS, "reference_lab: not CIELAB"),
+        ("50, 20, 10", LABS, "reference_lab: not CIELAB"),
+        ([[50.0, 20.0, 10.0], [50.0, 20.0]], LABS, "reference_lab: not CIELAB"),
+        (LABS, LABS[:3], "do not fit each other"),
+    ],
+)
+def test_sides_that_are_no_colours_or_do_not_fit_are_refused(as_users_call, method, first, second, said):
+    with pytest.raises(InputError, match=said):
+        delta_e(first, second, method)
+
+
+@pytest.mark.parametrize("method", ["CIE 1976", "CIE 2000", "CMC 2:1"])
+def test_one_standard_is_held_beside_many(as_users_call, method):
+    assert delta_e(LABS[0], LABS, method).shape == (4,) and delta_e(LABS[0].tolist(), LABS[0], method).shape == ()
+
+
+@pytest.mark.parametrize(
+    "text", ["CIE 2000", "dE 94", "CMC 2:1", "cmc 2: 1", "ciede2000", " CIE 1976 ", "DIN 6175-2", "94"]
+)
+def test_a_tolerance_without_its_limit_is_asked_for_it(text):
+    with pytest.raises(InputError, match=r"without its limit(.|\n)*1\.0"):
+        Tolerance.of(text)
+
+
+@pytest.mark.parametrize(
+    "text", [0.8, None, ("CIE 2000", 0.8), "0.8", "CIE 2000 -1", "CIE 2000 0", "CMC -2:1 1.0", "CMC 2:-1 1"]
+)
+def test_what_is_no_tolerance_is_refused(as_users_call, text):
+    with pytest.raises(InputError):
+        Tolerance.of(text)
