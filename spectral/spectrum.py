@@ -68,6 +68,12 @@ class Spectrum:
         if wavelengths_nm is None:
             taken = Spectrum.of(samples, quantity)
             samples, wavelengths_nm, quantity = taken.samples, taken.wavelengths_nm, taken.quantity
+        elif not isinstance(wavelengths_nm, np.ndarray) or not wavelengths_nm.size or wavelengths_nm.flat[0] < 10.0:
+            try:
+                wavelengths_nm = validated_wavelengths(wavelengths_nm)
+            except InputError as reason:
+                hint = "samples come first: Spectrum(samples, wavelengths_nm), or Spectrum((wavelengths_nm, samples))"
+                raise reason.at(hint=hint if _is_axis(samples) else None) from None
         object.__setattr__(self, "samples", samples)
         object.__setattr__(self, "wavelengths_nm", wavelengths_nm)
         object.__setattr__(self, "quantity", quantity)
@@ -123,7 +129,10 @@ class Spectrum:
         found = foreign_curves(value)
         if found is None or len(found) != 1:
             what = repr(value)[:80] if found is None else f"{len(found)} spectra"
-            raise InputError("no spectrum", field="value", found=what, expected=f"one of a Spectrum, {KINDS}")
+            hint = "metamer.read_spectra(file) reads a file" if isinstance(value, str | Path) else None
+            raise InputError(
+                "no spectrum", field="value", found=what, expected=f"one of a Spectrum, {KINDS}", hint=hint
+            )
         return cls.sampled(found[0][1], found[0][2], quantity)
 
     def xyz(self, light: object = None, observer: object = "1931_2") -> Float[np.ndarray, "... 3"]:
@@ -319,6 +328,8 @@ def check_values(
         )
     if quantity in _UNBOUNDED or not (values > 1.0 + 1e-9).any():
         return
+    # Of files somebody else asks.
+    lamp = "" if file else '; a lamp is a spectrum of quantity="emission"'
     if values.max() > 2.0:
         raise InputError(
             f"{quantity} looks like percent",
@@ -326,7 +337,7 @@ def check_values(
             field=field,
             found=_first(values == values.max(), values, wavelengths_nm),
             expected="fractions from 0 to 1",
-            hint="divide by 100",
+            hint="divide by 100" + lamp,
         )
     raise InputError(
         f"{quantity} above 1",
@@ -334,8 +345,17 @@ def check_values(
         field=field,
         found=_first(values > 1.0 + 1e-9, values, wavelengths_nm),
         expected="from 0 to 1",
-        hint="check the white calibration; fluorescence or gloss in the reading also does this",
+        hint="check the white calibration; fluorescence or gloss in the reading also does this" + lamp,
     )
+
+
+def _is_axis(values: Any) -> bool:
+    """Return True for what can be wavelengths."""
+    try:
+        validated_wavelengths(values)
+    except InputError:
+        return False
+    return True
 
 
 def _first(which: np.ndarray, values: np.ndarray, wavelengths_nm: Wavelengths) -> str:

@@ -393,3 +393,57 @@ def test_a_measured_lamp_that_stands_for_a_name_is_told_where_it_goes(as_users_c
     for wrong in (metamer.illuminant, lambda lamp: metamer.match(GREY, PAPER, illuminants=[lamp])):
         with pytest.raises(InputError, match=r"metamer\.render.*lab.*xyz"):
             wrong(GREY)
+
+
+@pytest.mark.parametrize("made", [False, True])
+def test_a_new_catalogue_is_made_where_it_is_asked_for(tmp_path, made):
+    folder = tmp_path / "new"
+    if made:
+        folder.mkdir()
+    with pytest.raises(InputError):
+        metamer.Catalogue.open(folder)
+    assert metamer.Catalogue.open(folder, create=True).ids() == () and (folder / MARKER).is_file()
+    lamp = metamer.Material.from_spectrum(GREY, "mine/lamp", "emission")
+    metamer.Catalogue.open(folder, create=True).add(lamp)
+    assert metamer.Catalogue.open(folder, create=True).ids() == ("mine/lamp",)
+
+
+def test_a_folder_of_other_files_is_made_no_catalogue(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    for folder in (tmp_path, tmp_path / "notes.txt"):
+        with pytest.raises(InputError, match="not a catalogue"):
+            metamer.Catalogue.open(folder, create=True)
+
+
+@pytest.mark.parametrize("name", ["dye", "", "/dye", "mine/", ".mine/dye", "mine//dye", "mine/../dye"])
+def test_an_id_is_refused_before_the_fit(name, monkeypatch):
+    monkeypatch.setattr("metamer.materials.fitting.fit.fit", lambda *_, **__: pytest.fail("fitted"))
+    with pytest.raises(InputError, match="family/name"):
+        metamer.Material.from_spectrum(GREY, name)
+
+
+@pytest.mark.parametrize("take", [metamer.Spectrum, metamer.Material.from_spectrum])
+@pytest.mark.parametrize("file", ["foo.csv", Path("foo.csv")])
+def test_a_file_in_place_of_a_spectrum_is_told_what_reads_it(take, file):
+    with pytest.raises(InputError, match=r"metamer\.read_spectra"):
+        take(file)
+
+
+@pytest.mark.parametrize("power", [1.5, 80.0])
+def test_a_lamp_taken_for_a_reflectance_is_told_of_emission(power):
+    for values in ((NM, power * GREY[1] / GREY[1].max()), {400.0: 0.1, 700.0: power}):
+        with pytest.raises(InputError, match='quantity="emission"'):
+            metamer.Spectrum(values)
+
+
+@pytest.mark.parametrize("quantity", ["reflectance", "emission"])
+@pytest.mark.parametrize("kind", [np.array, list, tuple])
+def test_wavelengths_before_samples_are_told_their_order(as_users_call, kind, quantity):
+    with pytest.raises(InputError, match="samples come first"):
+        metamer.Spectrum(kind(NM), kind(GREY[1]), quantity)
+    assert metamer.Spectrum(kind(GREY[1]), kind(NM), quantity).samples.shape == NM.shape
+
+
+def test_a_match_is_told_in_one_line():
+    told = repr(metamer.match(GREY, PAPER, "CIE 2000 1.0"))
+    assert told.startswith("<MatchReport of 1 beside standard: ") and "\n" not in told and len(told) < 400

@@ -71,7 +71,7 @@ _STEPS = (1.0, 2.0, 5.0, 10.0)
 _AB_ENDS, _LC_ENDS = ("greener", "redder", "bluer", "yellower"), ("greyer", "stronger", "darker", "lighter")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class MatchReport:
     """All that the page, the table and the JSON say.
 
@@ -95,6 +95,9 @@ class MatchReport:
 
     def _repr_html_(self) -> str:
         return as_html(self, self.summary, self.facts)
+
+    def __repr__(self) -> str:
+        return f"<MatchReport of {len(self.samples)} beside {self.standard.name}: {self.summary}>"
 
     @property
     def verdict(self) -> Verdict:

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import made_folder
 from ...runtime.notebook import html_table
 from ..records.material import MaterialRecord
 from ..records.models import SPECTRA, no_surface
 from ..records.query import Query, Summary, material_files, summary
-from ..records.record import MARKER, SUFFIX, check_marker, read_record, write_record
+from ..records.record import MARKER, SUFFIX, check_id, check_marker, read_record, write_marker, write_record
 from ..records.record_head import other_material
 from .material import Material
 
@@ -37,9 +38,15 @@ class Catalogue:
     folder: Path
 
     @classmethod
-    def open(cls, folder: str | Path | None = None) -> Catalogue:
-        """Return the catalogue in `folder`, or `default_catalogue()`; raises `InputError` where there is none."""
+    def open(cls, folder: str | Path | None = None, *, create: bool = False) -> Catalogue:
+        """Return the catalogue in `folder`, or `default_catalogue()`; raises `InputError` where there is none.
+
+        create : a folder that is not there, or is empty, becomes an empty catalogue.
+        """
         folder = default_catalogue() if folder is None else Path(folder)
+        if create and (not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))):
+            made_folder(folder)
+            write_marker(folder)
         hint = f"metamer catalogue import --catalogue {folder}"
         if not folder.exists():
             raise InputError("no such catalogue", file=folder, hint=hint)
@@ -87,10 +94,7 @@ class Catalogue:
         ------
         InputError : there is one of its id, or the id is none. NoRoomError : the disk is full.
         """
-        family, _, name = material.id.partition("/")
-        plain = family and name and all(part and not part.startswith(".") for part in material.id.split("/"))
-        if not plain:
-            raise InputError("not an id of a material", field="id", found=material.id, expected="family/name")
+        check_id(material.id)
         path = self.folder / f"{material.id}{SUFFIX}"
         if path.exists():
             raise InputError("there is a material of this id", file=path, field=material.id, hint="take another name")

@@ -19,6 +19,7 @@ from ...spectral.spectrum_colour import as_html, plot, swatch
 from ...spectral.wavelengths import material_wavelengths
 from ..analytic.lambert import Lambert
 from ..records.material import MaterialRecord, Provenance
+from ..records.record import check_id
 from .instrument_reading import InstrumentReading
 
 __all__ = ["Material"]
@@ -46,10 +47,11 @@ class Material(MaterialRecord):
 
         Raises
         ------
-        InputError : as of `Spectrum.of`; several spectra; a light or too little of the visible for a surface.
+        InputError : as of `Spectrum.of`; not an id; several; a light or too little of the visible for a surface.
         """
         from ..fitting.fit import fit
 
+        check_id(name)
         spectrum = Spectrum.of(value, quantity)
         if spectrum.samples.ndim != 1:
             found = f"shape {spectrum.samples.shape}"

@@ -7,10 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ...runtime.errors import InputError
-from ...runtime.files import half_written, made_folder, written_whole
+from ...runtime.files import half_written, made_folder
 from ...runtime.locks import at_work
-from ..records.record import MARKER, SUFFIX, check_marker
-from ..records.record_head import SCHEMA
+from ..records.record import MARKER, SUFFIX, check_marker, write_marker
 from . import import_history
 
 # An import writes no other files: what else is there is not its own to clear away.
@@ -49,5 +48,4 @@ def _mark(folder: Path) -> None:
     if strangers:
         hint = "name an empty or a new folder: --catalogue FOLDER"
         raise InputError("not a catalogue", file=folder, found=f"other files, such as {strangers[0]}", hint=hint)
-    with written_whole(folder / MARKER) as beside:
-        beside.write_text(f"# One HDF5 file a material; read it with metamer, or with h5py.\nschema = {SCHEMA}\n")
+    write_marker(folder)

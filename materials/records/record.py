@@ -61,6 +61,19 @@ def material_path(folder: Path, material_id: str) -> Path:
     return folder / f"{material_id}{SUFFIX}"
 
 
+def check_id(material_id: object) -> None:
+    """Raise an `InputError` where an id is not "family/name", of parts that are no hidden files."""
+    parts = material_id.split("/") if isinstance(material_id, str) else []
+    if len(parts) < 2 or not all(part and not part.startswith(".") for part in parts):
+        raise InputError("not an id of a material", field="id", found=material_id, expected="family/name")
+
+
+def write_marker(folder: Path) -> None:
+    """Make an empty folder a catalogue."""
+    with written_whole(folder / MARKER) as beside:
+        beside.write_text(f"# One HDF5 file a material; read it with metamer, or with h5py.\nschema = {SCHEMA}\n")
+
+
 def check_marker(folder: Path) -> None:
     """Raises `InputError` where the catalogue in `folder` is of a schema that this version does not know."""
     try:
