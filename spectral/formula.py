@@ -150,7 +150,7 @@ def _pairs(reference_lab: Lab, sample_lab: Lab) -> tuple[Lab, Lab]:
         try:
             lab = np.asarray(given, dtype=np.float64)
         except (TypeError, ValueError):
-            lab = np.empty(())
+            lab = np.asarray(0.0)
         if not lab.ndim or lab.shape[-1] != 3:
             found = f"shape {lab.shape}" if lab.ndim else repr(given)[:80]
             raise InputError(

@@ -7,7 +7,7 @@ import colour
 import numpy as np
 import pandas
 import pytest
-from metamer import Spectrum, illuminant, observer
+from metamer import Spectrum, illuminant, match, observer
 from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import as_light
 
@@ -144,3 +144,36 @@ def test_a_library_that_is_missing_is_named(library, extra, monkeypatch):
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(InputError, match=rf"{library} is not installed(?s:.*)metamer-colour\[{extra}\]"):
         new_axes() if library == "matplotlib" else data_frame(["a"], [[1]])
+
+
+LOTS = np.array([RED, RED[::-1]])
+
+
+@pytest.mark.parametrize(
+    ("table", "hint"),
+    [
+        (pandas.DataFrame(LOTS, columns=[f"{nm:g} nm" for nm in NM]), r"df\.T"),
+        (pandas.DataFrame(LOTS, columns=[f"{nm:g}nm" for nm in NM], index=["lot 1", "lot 2"]), r"df\.T"),
+        (pandas.DataFrame(LOTS, columns=NM, index=["lot 1", "lot 2"]), r"df\.T"),
+        (pandas.DataFrame(LOTS, columns=NM), r"df\.T"),
+        (pandas.DataFrame({"lot": ["a", "b"]} | dict(zip(NM, LOTS.T, strict=True))), r"df\.set_index\('lot'\)\.T"),
+        (pandas.DataFrame({"nm": NM, "red": RED}), r"df\.set_index\('nm'\)"),
+        (pandas.DataFrame({"red": RED, "Wavelength (nm)": NM}), r"df\.set_index\('Wavelength \(nm\)'\)"),
+        (pandas.DataFrame({"wavelength_nm": NM, "red": RED}), r"df\.set_index\('wavelength_nm'\)"),
+    ],
+)
+def test_a_table_with_its_wavelengths_elsewhere_is_told_to_turn(table, hint):
+    for take in (Spectrum, lambda value: match((NM, RED), value)):
+        with pytest.raises(InputError, match=hint):
+            take(table)
+
+
+@pytest.mark.parametrize("label", ["{:g} nm", "{:g}nm", "{:.1f}", "{:g} NM"])
+def test_a_turned_table_has_its_unit_in_the_index(label):
+    table = pandas.DataFrame(RED[None], columns=[label.format(nm) for nm in NM], index=["red"]).T
+    assert np.array_equal(Spectrum(table).wavelengths_nm, NM) and np.allclose(Spectrum(table).samples, RED)
+
+
+def test_a_table_over_wavelengths_may_have_numbers_for_names():
+    table = pandas.DataFrame({500: RED, 600: RED, "nm": RED}, index=NM)
+    assert len(match((NM, 0.9 * RED), table).samples) == 3
