@@ -71,7 +71,7 @@ def read_spectra(
 
 
 def _refusal(file: str | Path, rejected: tuple[tuple[str, InputError], ...], usable: int) -> InputError:
-    """The first reason, with how many spectra are refused, which others, and how the rest is read."""
+    """Return the first reason, with how many spectra are refused, which others, and how the rest is read."""
     (called, first), *others = rejected
     reason = _as_arguments(first)
     problem = reason.problem
@@ -85,7 +85,7 @@ def _refusal(file: str | Path, rejected: tuple[tuple[str, InputError], ...], usa
 
 
 def _as_arguments(reason: InputError) -> InputError:
-    """The error with the arguments of `read_spectra` where it names options of the command."""
+    """Return the error with the arguments of `read_spectra` where it names options of the command."""
     names = ("problem", "field", "found", "expected", "hint")
     texts = {name: getattr(reason, name) for name in names}
     return reason.at(**{name: in_python(text) for name, text in texts.items() if isinstance(text, str)})  # type: ignore[arg-type]
