@@ -133,7 +133,12 @@ class Spectrum:
             raise InputError(
                 "no spectrum", field="value", found=what, expected=f"one of a Spectrum, {KINDS}", hint=hint
             )
-        return cls.sampled(found[0][1], found[0][2], quantity)
+        try:
+            return cls.sampled(found[0][1], found[0][2], quantity)
+        except InputError as reason:
+            if quantity == "emission" or not (found[0][2] > 1.0).any():
+                raise
+            raise reason.at(hint=f'{reason.hint}; a lamp is a spectrum of quantity="emission"') from None
 
     def xyz(self, light: object = None, observer: object = "1931_2") -> Float[np.ndarray, "... 3"]:
         """Compute XYZ (...,3) as `spectrum_colour.xyz`: under D65 where no light is given; Y = 1 is perfect white."""
@@ -328,8 +333,6 @@ def check_values(
         )
     if quantity in _UNBOUNDED or not (values > 1.0 + 1e-9).any():
         return
-    # Of files somebody else asks.
-    lamp = "" if file else '; a lamp is a spectrum of quantity="emission"'
     if values.max() > 2.0:
         raise InputError(
             f"{quantity} looks like percent",
@@ -337,7 +340,7 @@ def check_values(
             field=field,
             found=_first(values == values.max(), values, wavelengths_nm),
             expected="fractions from 0 to 1",
-            hint="divide by 100" + lamp,
+            hint="divide by 100",
         )
     raise InputError(
         f"{quantity} above 1",
@@ -345,7 +348,7 @@ def check_values(
         field=field,
         found=_first(values > 1.0 + 1e-9, values, wavelengths_nm),
         expected="from 0 to 1",
-        hint="check the white calibration; fluorescence or gloss in the reading also does this" + lamp,
+        hint="check the white calibration; fluorescence or gloss in the reading also does this",
     )
 
 
