@@ -118,7 +118,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
         alike = [one for one in usable if one[3].quantity == quantity]
         scale = None
         if quantity != "emission":
-            grids, every = (np.concatenate([one[part] for one in alike]) for part in (1, 2))
+            grids, every = np.concatenate([one[1] for one in alike]), np.concatenate([one[2] for one in alike])
             seen = in_visible(grids)
             range_of_values = ValueRange.of(every[seen] if seen.any() else every, quantity, True)
             scale = divisor_of(range_of_values, "percent", f"the format ({NAME})", answer)
