@@ -121,8 +121,8 @@ def test_another_release_of_a_library_counts(copied, monkeypatch):
 @pytest.mark.slow
 def test_every_library_that_a_fit_imports_is_known():
     known = {name for name, _ in code_version._LIBRARIES} - {"colour-science"} | {"colour"}
-    # What checks shapes or tells what memory there is gives no numbers; what stores them stores their bits.
-    plain = {"jaxtyping", "h5py", "psutil"}
+    # What checks shapes, or tells what memory and folders there are, gives no numbers; what stores them stores their bits.
+    plain = {"jaxtyping", "h5py", "platformdirs", "psutil"}
     decoders = {"PIL", "OpenEXR"}
     found = set()
     # Theirs count where pictures are decoded.
