@@ -15,7 +15,7 @@ from .locks import abandoned, made_and_held
 from .shutdown import clearing, undisturbed
 
 _NAME = re.compile(r"metamer-[0-9a-f]{32}")
-# Of Linux: open files of this process by their numbers, also those that are in memory alone.
+# Folder of the open files of this process on Linux, by number; files in memory are among them.
 _OPEN_FILES = Path("/proc/self/fd")
 
 

@@ -15,7 +15,7 @@ from .observers import EFFICACY, Observer, observer
 from .sample import check_covers
 from .spectrum import Spectrum
 
-# Of a drawing in a notebook: its size in SVG units, and the wavelengths that it shows at least.
+# Size of a drawing in a notebook, SVG units, and the wavelengths that it shows at least.
 _WIDTH, _HEIGHT, _SHOWN_NM = 260.0, 90.0, (400.0, 700.0)
 
 

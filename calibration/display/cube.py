@@ -35,8 +35,8 @@ _LEAST, _LEAST_GAMMA = 0.25, 2.4
 # ΔE94 by which the nearest colour has to be nearer than codes that are cut off, to be taken wholly: among the darkest
 # colours it hardly is, and greys would go back where one channel after the other comes to its end.
 _WORTH = 2.0
-# What codes are kept near even codes by: ΔE94 for all of the range, and more for the darkest, of which a display shows
-# hardly anything: there, greys of another white would go back and forth between codes that look alike.
+# Pull towards even codes: ΔE94 for all of the range, and more for the darkest, which a display hardly shows: there,
+# greys of another white would go back and forth between codes that look alike.
 _PULL = 1.0
 _DARK_PULL, _DARK = 20.0, 0.03
 # ΔE94 from which on a node is not reached in that box, and the nearest colour is looked for anew.

@@ -58,7 +58,7 @@ def read_spectra(
         raise _refusal(file, found.rejected, len(found.entries))
     for called, reason in found.rejected:
         warnings.warn(f"{called} is left out: {_as_arguments(reason)}", stacklevel=2)
-    # What was asked for is no news.
+    # Notes that repeat an argument are left out.
     for note in (note for note in found.notes if not note.startswith(BY_ANSWER) or ";" in note):
         warnings.warn(in_python(note), stacklevel=2)
     spectra: dict[str, Spectrum] = {}

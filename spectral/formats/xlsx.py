@@ -42,7 +42,7 @@ LARGEST, _MOST_PARTS, _MOST_CELLS = 32 * 2**20, 4096, 4_000_000
 _NO_TABLE, _UNVALUED = "no table of wavelengths and values", "formulas without a value"
 # Letters in a number format that stand for themselves, colours and conditions.
 _LETTERS = re.compile(r'"[^"]*"|\\.|\[[^\]]*\]|[_*].')
-# What openpyxl makes cells of, however many there are: regions that are merged, or linked.
+# Merged or linked regions: openpyxl makes a cell of each place in them, however many there are.
 _REGION = re.compile(
     rb"(?:mergeCell|hyperlink)\s[^<>]{0,400}?\bref\s?=\s?[\"']\$?([A-Za-z]{1,3})\$?(\d{1,9}):\$?([A-Za-z]{1,3})\$?(\d{1,9})"
 )

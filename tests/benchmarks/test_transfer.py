@@ -52,7 +52,7 @@ def small():
         patched.setattr(pixels, "ALL", 3)
         patched.setattr(ours, "SITES", 24)
         patched.setattr(ours, "PATHS", 64)
-        # Of the renderer's picture.
+        # The renderer's picture.
         patched.setattr(refinement, "MOST_VERTICES", 400)
         patched.setattr(precompute, "_TRAINING", 400)
         patched.setattr(whole_pictures, "fit", partial(fit, budget=2.0, pixels=32))

@@ -113,7 +113,7 @@ def test_gl_where_it_is_missing_is_an_error(review, monkeypatch):
 )
 def test_unknown_name_on_the_command_line(review, words, said):
     code, _, err, found = review(*words)
-    # Of words that the scene or the catalogue would have to know, a file is at fault.
+    # A word that the scene or the catalogue would have to know is the fault of a file.
     assert code == (64 if "--illuminants" in words else 4) and found is None
     assert all(part in err for part in said), err
 

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-#: What Windows has not; what a library of ours needs itself is left to it.
+#: Modules and functions that Windows lacks, hidden from us; libraries that need them are imported before.
 HIDE = """
 import os, signal, sys
 import h5py, psutil, scipy.io, tempfile  # these ask their own system

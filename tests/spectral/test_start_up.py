@@ -81,7 +81,7 @@ def test_tables_are_imported_once_and_kept_bit_for_bit(tables, monkeypatch, grou
     assert the_same(tables(group), theirs)
     monkeypatch.setattr(colour_library, "colour_science", None)
     assert the_same(tables(group), theirs)
-    # Those of another version are none of this one's.
+    # Tables of another version are not read.
     monkeypatch.setattr(colour_library, "version", lambda name: "another")
     with pytest.raises(TypeError):
         tables(group)

@@ -47,7 +47,7 @@ def test_a_reading_of_something_else_is_named(simulated, display, fault):
         found = characterise(changed(readings, fault)).warnings
     except InputError as reason:
         found = (str(reason),)
-    # Where the model follows it, what it does to sums of channels is said.
+    # A model that follows the wrong reading leaves sums of channels that do not add up: those are named.
     assert any("misread" in words or "from the sum of their parts" in words for words in found), found
     if fault is white_and_dark:
         assert any(f"reading {readings.whites[2] + 1}, of white" in words for words in found), found

@@ -121,7 +121,7 @@ def test_another_release_of_a_library_counts(copied, monkeypatch):
 @pytest.mark.slow
 def test_every_library_that_a_fit_imports_is_known():
     known = {name for name, _ in code_version._LIBRARIES} - {"colour-science"} | {"colour"}
-    # What checks shapes or tells of memory and folders gives no numbers; what stores numbers stores their bits.
+    # Checks of shapes, memory and folders give no numbers; storage keeps every bit.
     plain = {"jaxtyping", "h5py", "platformdirs", "psutil"}
     decoders = {"PIL", "OpenEXR"}
     found = set()

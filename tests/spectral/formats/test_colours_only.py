@@ -52,7 +52,7 @@ def test_chromaticities_are_converted_with_the_formula_said(tmp_path, order):
 
 
 def test_columns_that_are_there_are_not_worked_out(tmp_path):
-    """What stands beside L*, a*, b* may be rounded."""
+    """C* and h beside L*, a*, b* may be rounded."""
     path = tmp_path / "x.csv"
     path.write_text("name,L*,a*,b*,C*,h\none,50,17.3,10,20,30\n")
     (found,) = read_colours(path)
