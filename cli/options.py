@@ -249,6 +249,25 @@ def add_catalogue_option(command: argparse.ArgumentParser) -> None:
     )
 
 
+def add_display_option(command: argparse.ArgumentParser) -> None:
+    """`--display`."""
+    command.add_argument(
+        "--display",
+        metavar="NAME",
+        help="what pictures are encoded for, in place of the scene's: a display of its OpenColorIO configuration, "
+        "icc:FILE for one with an ICC profile, icc:screen for the profile that the system has",
+    )
+
+
+def check_display(name: str | None) -> None:
+    """Raise `InputError` for an ICC profile of `--display` that cannot be used; other names wait for their scene."""
+    from ..calibration.display.icc_profile import PREFIX
+    from ..viewer.display.transform import DisplayTransform
+
+    if name is not None and name.startswith(PREFIX):
+        DisplayTransform(name)
+
+
 def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
     """Return the catalogue asked for; the default one is first made from the shipped materials where it is missing."""
     from ..materials.catalogue.catalogue import Catalogue, default_catalogue

@@ -10,8 +10,10 @@ from typing import Literal
 from ..runtime.errors import UsageError
 from .options import (
     add_catalogue_option,
+    add_display_option,
     add_renderer_option,
     catalogue_for,
+    check_display,
     illuminant_name,
     positive_count,
     positive_delta_e,
@@ -68,6 +70,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="processes for ambient visibility (default: one a core), and for a missing catalogue's "
         "import (default: 1)",
     )
+    add_display_option(command)
     add_catalogue_option(command)
     add_renderer_option(command)
     command.set_defaults(run=run)
@@ -90,10 +93,12 @@ def run(args: argparse.Namespace) -> int:
         REFERENCE_NOISE,
         bounces_notes,
         check_output,
+        display_for,
         lit_by,
         picture,
         reference_picture,
         render_spectral,
+        shown_on,
     )
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
 
@@ -106,9 +111,12 @@ def run(args: argparse.Namespace) -> int:
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
     scene_file(args.scene)
+    check_display(args.display)
     check_outputs([args.output], [args.scene])
     catalogue = catalogue_for(args.catalogue, args.jobs or 1)
-    scene = lit_by(load_scene(args.scene, catalogue, say), args.illuminant)
+    scene = shown_on(lit_by(load_scene(args.scene, catalogue, say), args.illuminant), args.display)
+    if args.output.suffix.lower() == ".png":
+        _ = display_for(scene.viewing)
     scene = scene if args.bounces is None else replace(scene, bounces=args.bounces)
     view = scene.camera(args.camera)
     kind = "reference" if args.reference else "spectra" if args.spectral else "picture"

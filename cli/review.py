@@ -10,9 +10,11 @@ from pathlib import Path
 from .options import (
     Added,
     add_catalogue_option,
+    add_display_option,
     add_output_option,
     add_renderer_option,
     catalogue_for,
+    check_display,
     comma_separated,
     illuminant_names,
     positive_count,
@@ -76,6 +78,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     command.add_argument("--markdown", type=Path, metavar="FILE", help="write a short summary for a merge request, too")
     command.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
+    add_display_option(command)
     add_catalogue_option(command)
     add_renderer_option(command)
     command.set_defaults(run=run)
@@ -89,6 +92,7 @@ def run(args: argparse.Namespace) -> int:
     from ..runtime.distribution import installed_version
     from ..runtime.files import check_outputs
     from ..runtime.worker_pool import usable_cores
+    from ..viewer.picture import shown_on
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.render.scene_layers import VISIBILITY
     from ..viewer.review.cases import light_names, review_views
@@ -99,9 +103,10 @@ def run(args: argparse.Namespace) -> int:
     jobs = args.jobs or usable_cores()
     # Said before a missing catalogue is made, which takes minutes.
     path = scene_file(args.scene or shipped_scene("booth"))
+    check_display(args.display)
     ratings = () if args.protocol is None else read_protocol(args.protocol)
     catalogue = catalogue_for(args.catalogue, jobs)
-    scene = load_scene(path, catalogue, say)
+    scene = shown_on(load_scene(path, catalogue, say), args.display)
     view, _ = review_views(scene, args.camera, args.size, args.reference_size)
     cost = picture_cost(scene, view, "review", spectra=len(light_names(scene, args.illuminants)), jobs=jobs)
     cost.check_room(scene, view)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from ..runtime.distribution import install_hint, system_hint
 from ..runtime.errors import InputError
-from .options import add_catalogue_option, catalogue_for
+from .options import add_catalogue_option, add_display_option, catalogue_for, check_display
 
 # What Debian's and Ubuntu's packages of these libraries are called.
 _LIBRARIES = ("libx11-6", "libxext6", "libxcursor1", "libxi6", "libxinerama1", "libxrandr2", "libgl1")
@@ -31,6 +32,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "that it is compared with, such as the pictures of a review; default: a shipped scene",
     )
     command.add_argument("--last", action="store_true", help="go on where the window was closed the last time")
+    add_display_option(command)
     add_catalogue_option(command)
     command.set_defaults(run=run)
 
@@ -45,6 +47,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.last and args.what:
         raise UsageError("--last: it says what to look at, name nothing else")
+    check_display(args.display)
     shell = _shell()
     shell.check_display()
     catalogue = catalogue_for(args.catalogue, 1)
@@ -58,6 +61,8 @@ def run(args: argparse.Namespace) -> int:
         folder = None if args.catalogue is None else str(args.catalogue)
         loaded, path = load(found, folder), None
         session = begun(loaded, **comparison_of(args.what))
+    if args.display is not None:
+        session = replace(session, shown=replace(session.shown, config=None, display=args.display, view=None))
     desk = Desk(loaded, session)
     desk.path = path
     shell.run(desk, keep=kept)

@@ -20,7 +20,7 @@ from ..runtime.errors import UnknownNameError, UsageError
 from ..runtime.worker_pool import usable_cores
 from .gl.backend import create_session, gl_session, software_session
 from .gl.context import DISABLE_VARIABLE, NoGL
-from .picture import REFERENCE_NOISE, Picture, lit_by, picture, reference_picture
+from .picture import REFERENCE_NOISE, Picture, lit_by, picture, reference_picture, shown_on
 from .render.picture_cost import picture_cost
 from .render.scene_layers import Filtering
 from .render.session import RenderSession
@@ -39,6 +39,7 @@ def render(
     *,
     camera: str | None = None,
     illuminant: object = None,
+    display: str | None = None,
     reference: bool = False,
     bounces: int | Literal["auto"] | None = None,
     noise: float | None = None,
@@ -55,6 +56,8 @@ def render(
     scene : or the path of its file. catalogue : where the materials are; default: `Catalogue.open()`.
     camera : its name in the scene; default: the first.
     illuminant : in place of every light's own spectrum: its name, or an emission as of `Spectrum.of`.
+    display : what the picture is encoded for, in place of the scene's: a display of its OpenColorIO configuration,
+        `icc:FILE` or `icc:screen`.
     reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture.
     bounces : surfaces that light may come by beside the one that is seen, or "auto": as many as can be seen; default:
         what the scene says (`Scene.bounces`), which is none where it says nothing.
@@ -75,7 +78,7 @@ def render(
     if not reference and noise is not None:
         raise UsageError("noise is of references: add reference=True")
     catalogue = Catalogue.open() if catalogue is None else catalogue
-    scene = _read(scene, catalogue)
+    scene = shown_on(_read(scene, catalogue), display)
     scene = lit_by(scene if bounces is None else replace(scene, bounces=bounces), illuminant)
     view = scene.camera(camera)
     kind = "reference" if reference else "picture"
@@ -110,6 +113,7 @@ def review(
     materials: Sequence[str] | None = None,
     budget: float = 1.0,
     camera: str | None = None,
+    display: str | None = None,
     size: int | None = None,
     reference_size: int | None = None,
     renderer: RendererName | RenderSession = "auto",
@@ -130,7 +134,7 @@ def review(
     illuminants : names; default: those of the scene's review, or of its lights.
     materials : ids or patterns to sweep over the review's part, or the first; default: those of the scene's review.
     budget : ΔE94 that the 99th percentile of each row is held against.
-    camera : its name in the scene; default: the first.
+    camera : its name in the scene; default: the first. display : as of `render`.
     size, reference_size : pixels on the longer side of pictures (default: as the camera has it), and of references,
         figures and maps (default: as large as the pictures).
     renderer : as of `render`.
@@ -147,7 +151,7 @@ def review(
     from .review.review import review as review_into
 
     catalogue = Catalogue.open() if catalogue is None else catalogue
-    scene = _read(scene, catalogue)
+    scene = shown_on(_read(scene, catalogue), display)
     # Read first: a review takes minutes.
     ratings = () if protocol is None else read_protocol(protocol)
     jobs = jobs or usable_cores()

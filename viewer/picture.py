@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from ..calibration.display.icc_profile import PREFIX
 from ..calibration.report.statistics import DeltaEStatistics, delta_e_map, delta_e_statistics
 from ..lighting.camera import Camera
 from ..lighting.reference.noise import NOISE_SHARE
@@ -151,6 +152,16 @@ def lit_by(scene: Scene, light: object) -> Scene:
     replaced = f"lit by {name} in place of the spectra that the scene gives its lights"
     lit = scene.with_illuminant(as_light(light), name)
     return replace(lit, notes=(*lit.notes, replaced))
+
+
+def shown_on(scene: Scene, display: str | None) -> Scene:
+    """Return the scene for another display of its configuration by its colorimetric view, or for the display of an ICC
+    profile (`icc:FILE`); None: as it is.
+    """
+    if display is None:
+        return scene
+    config = None if display.startswith(PREFIX) else scene.viewing.ocio_config
+    return replace(scene, viewing=replace(scene.viewing, display=display, view=None, ocio_config=config))
 
 
 def picture_words(scene: Scene, view: Camera, made_by: str, metamer: str) -> dict[str, str]:
@@ -329,7 +340,7 @@ def say_if_clipped(
     """Say of a picture, by the name of its `view`, that no pixel of it is dark enough for the display."""
     if display.clips_all(image, coverage):
         warn(
-            f"{view} is clipped as a whole: all that it shows is brighter than “{display.display}” can be; raise "
+            f"{view} is clipped as a whole: all that it shows is brighter than “{display.name}” can be; raise "
             f"viewing.reference_illuminance_lux, now {scene.viewing.reference_illuminance_lux:g}"
         )
 

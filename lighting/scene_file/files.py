@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...calibration.display.icc_profile import PREFIX, SCREEN
 from ...materials.formats.input_file import head_of, is_zip
 from ...materials.formats.registry import format_for, label
 from ...runtime.errors import InputError, UnknownNameError
@@ -301,6 +302,11 @@ def _viewing(table: dict, path: Path, illuminances: np.ndarray) -> Viewing:
     got.setdefault("reference_illuminance_lux", float(illuminances.sum()))
     if got.get("adaptation", "Bradford") not in CONE_FROM_XYZ:
         raise UnknownNameError("adaptation", got["adaptation"], CONE_FROM_XYZ, file=path, field="viewing.adaptation")
+    # Files are found from the scene's folder, as all that it names.
+    if "://" not in (config := got.get("ocio_config", "://")):
+        got["ocio_config"] = str(path.parent / config)
+    if (display := got.get("display", "")).startswith(PREFIX) and display != SCREEN:
+        got["display"] = f"{PREFIX}{path.parent / display.removeprefix(PREFIX)}"
     with placed(path, "viewing"):
         return Viewing(**got)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from icc_profiles import matrix_profile, profile
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from pictures import read_xyz_exr
@@ -271,3 +272,37 @@ def test_a_picture_goes_through_a_link_to_what_it_leads_to(render, tmp_path):
     code, _, said, path = render("near.png")
     assert code == 0, said
     assert path.is_symlink() and (tmp_path / "far.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_display_by_its_icc_profile(render, metamer, scene, tmp_path):
+    """On the command and in the scene alike, from the scene's folder; other codes than those of sRGB."""
+    (tmp_path / "desk.icc").write_bytes(matrix_profile("gamma"))
+    plain, shown, own = (
+        np.asarray(Image.open(render(name, *words)[3]))
+        for name, words in (("a.png", ()), ("b.png", ("--display", f"icc:{tmp_path / 'desk.icc'}")),
+                            ("c.png", ("--display", "Display P3 - Display")))
+    )  # fmt: skip
+    assert np.abs(shown.astype(int) - plain).max() > 5 and (own != plain).any()
+    with scene.open("a", encoding="utf-8") as text:
+        text.write('\n[viewing]\ndisplay = "icc:desk.icc"\n')
+    code, _, _, path = render("d.png")
+    assert code == 0
+    np.testing.assert_array_equal(np.asarray(Image.open(path)), shown)
+    # Back to another display of OpenColorIO, by its own view.
+    code, _, _, path = render("e.png", "--display", "Display P3 - Display")
+    np.testing.assert_array_equal(np.asarray(Image.open(path)), own)
+
+
+def test_a_profile_that_cannot_be_used_is_said_before_anything_is_made(render, metamer, scene, tmp_path):
+    (tmp_path / "printer.icc").write_bytes(profile({}, kind=b"prtr", space=b"CMYK", pcs=b"Lab "))
+    for words, said in (
+        (f"icc:{tmp_path / 'printer.icc'}", "not a profile of a display"),
+        (f"icc:{tmp_path / 'none.icc'}", "no such file"),
+        ("sRGB", "sRGB - Display"),
+    ):
+        code, _, told, path = render("x.png", "--display", words)
+        assert code == 4 and said in told and not path.exists()
+    nowhere = tmp_path / "nowhere"
+    code, _, told = metamer("render", scene, "--display", f"icc:{tmp_path / 'none.icc'}", "-o", tmp_path / "y.png",
+                            "--catalogue", nowhere)  # fmt: skip
+    assert code == 4 and "none.icc" in told

@@ -1,4 +1,6 @@
-"""A characterised display as a configuration of OpenColorIO: the pinned one, and this display beside its own.
+"""A display of one's own in a configuration of OpenColorIO: the pinned one, and this display beside its own.
+
+It is characterised, or has an ICC profile. Of a characterised one:
 
 Its colour space is entered from XYZ-D65: a matrix, a mirrored power of 1/3, a range, a curve a channel, a cube. It has
 two views: the colorimetric one, as other displays of the configuration have it, and the same with the black of pictures
@@ -10,6 +12,7 @@ from __future__ import annotations
 import io
 import zipfile
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +20,14 @@ import numpy as np
 
 from ...calibration.display.aim import Aim, Black
 from ...calibration.display.cube import Cube
+from ...calibration.display.icc_profile import DisplayProfile
 from ...runtime.errors import InputError
 from ...runtime.files import made_folder, written_whole
-from .transform import DEFAULT_VIEW, PINNED_CONFIG
 
+# Pinned by its full name: what "default" and "latest" mean moves between releases of OpenColorIO.
+PINNED_CONFIG = "ocio://cg-config-v2.2.0_aces-v1.3_ocio-v2.4"
+#: The colorimetric view.
+DEFAULT_VIEW = "Un-tone-mapped"
 #: The second view.
 COMPENSATED = "Black-point compensated"
 _FORMAT = "Academy/ASC Common LUT Format"
@@ -85,16 +92,7 @@ def make_config(name: str, transform: Any, aim: Aim, black: Black = "absolute", 
             expected="a name of its own, such as the maker's and a number",
             hint="--name",
         )
-    config.addColorSpace(
-        ocio.ColorSpace(
-            ocio.REFERENCE_SPACE_DISPLAY,
-            name=name,
-            family="Display",
-            encoding="sdr-video",
-            description=describing,
-            fromReference=transform,
-        )
-    )
+    config.addColorSpace(_display_space(name, describing, fromReference=transform))
     shared = config.getViewTransform(DEFAULT_VIEW)
     matrix, offset = aim.compensation()
     moved = np.eye(4)
@@ -121,6 +119,35 @@ def make_config(name: str, transform: Any, aim: Aim, black: Black = "absolute", 
         ahead = [COMPENSATED, *views] if black == "bpc" else [*views, COMPENSATED]
         config.setActiveViews(", ".join(f'"{one}"' for one in dict.fromkeys(ahead)))
     return config
+
+
+@lru_cache(maxsize=8)
+def profile_config(profile: DisplayProfile) -> tuple[Any, str]:
+    """Return the pinned configuration with the display of an ICC profile, and the name that it has there; its view is
+    the colorimetric one.
+    """
+    import PyOpenColorIO as ocio
+
+    config, name = ocio.Config.CreateFromFile(PINNED_CONFIG), f"ICC: {profile.name}"
+    config.addColorSpace(
+        _display_space(name, str(profile.path), fromReference=profile.from_xyz_d65, toReference=profile.to_xyz_d65)
+    )
+    config.addDisplayView(name, DEFAULT_VIEW, viewTransform=DEFAULT_VIEW, displayColorSpaceName=name)
+    config.setActiveDisplays(f'"{name}"')
+    return config, name
+
+
+def _display_space(name: str, describing: str, **transforms: Any) -> Any:
+    import PyOpenColorIO as ocio
+
+    return ocio.ColorSpace(
+        ocio.REFERENCE_SPACE_DISPLAY,
+        name=name,
+        family="Display",
+        encoding="sdr-video",
+        description=describing,
+        **transforms,
+    )
 
 
 def write_config(

@@ -62,7 +62,7 @@ class DisplayPass:
         except moderngl.Error as reason:
             raise InputError(
                 "the driver does not compile OpenColorIO's shader for this display",
-                field=f"{transform.display} / {transform.view}",
+                field=f"{transform.name} / {transform.view}",
                 found=str(reason).strip(),
                 hint="the CPU path shows the same picture",
             ) from None

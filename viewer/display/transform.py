@@ -11,29 +11,34 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ...calibration.display.aim import PICTURE_WHITE_XYZ
+from ...calibration.display.icc_profile import PREFIX, SCREEN, DisplayProfile, read_display_profile
 from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import existing_file
 from ...spectral.adaptation import Method, adaptation_matrix
 from ...spectral.difference import delta_e_xyz
 from ...spectral.image import ColourImage
+from .config import DEFAULT_VIEW, PINNED_CONFIG, profile_config
+from .screen_profile import screen_profile
 
-# Pinned by its full name: what "default" and "latest" mean moves between releases of OpenColorIO.
-PINNED_CONFIG = "ocio://cg-config-v2.2.0_aces-v1.3_ocio-v2.4"
 INTERCHANGE_ROLE = "cie_xyz_d65_interchange"
 DEFAULT_DISPLAY = "sRGB - Display"
-DEFAULT_VIEW = "Un-tone-mapped"
 
 # White of the interchange space.
 DISPLAY_WHITE_XYZ = PICTURE_WHITE_XYZ
 # ΔE94 of white by what the display shows for its code, from which on a view is not colorimetric: a step of eight bits.
 WHITE_TOLERANCE = 0.5
 
+# ΔE94 by which a pixel is off on a display whose profile ends at its gamut, from which on it counts as clipped.
+_BEYOND = 1.0
+# Tables between whose nodes white lies miss it by as much.
+_TABLE_STEP = 0.01
 # Encoded values this far outside [0, 1] count as clipped: a quarter of an 8-bit step, well above float32 rounding.
 CLIP_TOLERANCE = 1e-3
 # Shown where a pixel holds no number.
@@ -42,17 +47,19 @@ NOT_A_NUMBER_RGB = (1.0, 0.0, 1.0)
 
 @dataclass(frozen=True)
 class DisplayTransform:
-    """One display and view of one OCIO configuration, entered from XYZ.
+    """One display and view of one OCIO configuration, or the display of an ICC profile, entered from XYZ.
 
     Parameters
     ----------
-    display, view : names as the configuration spells them.
+    display, view : names as the configuration spells them; or `icc:FILE`, and `icc:screen` for the profile
+        that the system has for its first screen, which have the colorimetric view alone.
     config : a path or an `ocio://` name; None takes `$OCIO` where it is set, else the pinned built-in configuration.
     adaptation : `Bradford`, `CAT02` or `CAT16`, from the image's white to the display's.
 
     Raises
     ------
-    InputError : the configuration cannot be read or lacks the interchange role.
+    InputError : the configuration cannot be read or lacks the interchange role; the profile cannot be used
+        (`read_display_profile`), or stands beside a configuration.
     UnknownNameError : it has no such display or view; the message gives the nearest names.
     """
 
@@ -66,12 +73,36 @@ class DisplayTransform:
         _ = self._cpu
 
     @cached_property
+    def profile(self) -> DisplayProfile | None:
+        """ICC profile of the display; None of a display of a configuration."""
+        if not self.display.startswith(PREFIX):
+            return None
+        if self.config:
+            raise InputError(
+                "an ICC profile and a configuration of OpenColorIO",
+                field="display",
+                found=f"{self.display} and {self.config}",
+                expected="one of the two",
+                hint="leave ocio_config out: a profile says itself what its display shows",
+            )
+        return _profile_of(self.display)
+
+    @cached_property
+    def name(self) -> str:
+        """Name of the display in its configuration, for people."""
+        return self.display if self.profile is None else profile_config(self.profile)[1]
+
+    @cached_property
     def config_name(self) -> str:
         """The configuration in use, as OCIO is asked for it."""
+        if self.profile:
+            return PINNED_CONFIG
         return self.config or os.environ.get("OCIO") or PINNED_CONFIG
 
     @cached_property
     def _named_by(self) -> str:
+        if self.profile:
+            return str(self.profile.path)
         if self.config:
             return f"configuration {self.config}"
         return f"$OCIO={os.environ['OCIO']}" if os.environ.get("OCIO") else f"configuration {PINNED_CONFIG}"
@@ -81,7 +112,7 @@ class DisplayTransform:
         import PyOpenColorIO as ocio
 
         try:
-            config = ocio.Config.CreateFromFile(self.config_name)
+            config = profile_config(self.profile)[0] if self.profile else ocio.Config.CreateFromFile(self.config_name)
         except (ocio.Exception, ocio.ExceptionMissingFile) as reason:
             raise InputError(
                 "the OpenColorIO configuration cannot be used",
@@ -100,9 +131,9 @@ class DisplayTransform:
                 hint=f"add `{INTERCHANGE_ROLE}: <its XYZ-D65 display space>` to its roles, or unset OCIO",
             )
         displays = list(config.getDisplays())
-        if self.display not in displays:
-            raise UnknownNameError("display", self.display, displays, file=self._named_by, field="display")
-        views = list(config.getViews(self.display))
+        if self.name not in displays:
+            raise UnknownNameError("display", self.name, displays, file=self._named_by, field="display")
+        views = list(config.getViews(self.name))
         if self.view not in views:
             raise UnknownNameError("view", self.view, views, file=self._named_by, field=self.display)
         return config
@@ -127,7 +158,7 @@ class DisplayTransform:
 
         direction = ocio.TRANSFORM_DIR_INVERSE if back else ocio.TRANSFORM_DIR_FORWARD
         transform = ocio.DisplayViewTransform(
-            src=INTERCHANGE_ROLE, display=self.display, view=self.view, direction=direction
+            src=INTERCHANGE_ROLE, display=self.name, view=self.view, direction=direction
         )
         try:
             return self._config.getProcessor(transform)
@@ -135,7 +166,7 @@ class DisplayTransform:
             raise InputError(
                 f"the display transform cannot be {'turned round' if back else 'built'}",
                 file=self._named_by,
-                field=f"{self.display} / {self.view}",
+                field=f"{self.name} / {self.view}",
                 found=str(reason).strip(),
                 hint="check that every look-up table which the configuration names exists and can be read",
             ) from None
@@ -205,10 +236,28 @@ class DisplayTransform:
         xyz_d65[undefined] = 0.0
         rgb = (on or self.apply)(xyz_d65)
         undefined = np.logical_or(undefined, ~np.isfinite(rgb).all(axis=-1))
-        notes = _notes(rgb, undefined, self.display)
+        notes = _notes(*self.out_of_range(xyz_d65, rgb), undefined, self.name)
         rgb = np.clip(rgb, 0.0, 1.0)
         rgb[undefined] = NOT_A_NUMBER_RGB
         return rgb, notes
+
+    def out_of_range(
+        self, xyz_d65: Float[np.ndarray, "*batch 3"], rgb: Float[np.ndarray, "*batch 3"]
+    ) -> tuple[Bool[np.ndarray, "*batch"], Bool[np.ndarray, "*batch"]]:
+        """Return which colours the display cannot show: a channel below its range (out of gamut), one above (brighter
+        than white).
+
+        Tables of a profile end at the gamut: there colours count that are shown off by more than ΔE94 1, on the side of
+        the range at which their codes are.
+
+        rgb : codes of `xyz_d65`, as `apply` returns them.
+        """
+        if self.profile is None or not self.profile.has_limits:
+            return (rgb < -CLIP_TOLERANCE).any(axis=-1), (rgb > 1.0 + CLIP_TOLERANCE).any(axis=-1)
+        shown = self.decode(np.clip(rgb, 0.0, 1.0)).astype(np.float64)
+        off = np.asarray(delta_e_xyz(np.asarray(xyz_d65, dtype=np.float64), shown, DISPLAY_WHITE_XYZ) > _BEYOND)
+        above = off & (rgb >= 1.0 - _TABLE_STEP).any(axis=-1)
+        return off & ~above, above
 
     def clips_all(self, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> bool:
         """Return whether all that a picture shows is brighter than the display can be: no pixel that a surface covers
@@ -224,18 +273,18 @@ class DisplayTransform:
         )
         if image.space == "xyz":
             xyz = xyz @ self.adaptation_from(image.white_xyz).T
-        return bool((self.apply(xyz) > 1.0 + CLIP_TOLERANCE).any(axis=-1).all())
+        return bool(self.out_of_range(xyz, self.apply(xyz))[1].all())
 
     @cached_property
     def shows_limits(self) -> bool:
         """True where codes beyond the display's range come out as such: the view neither limits nor changes white."""
-        white, above = self.apply(np.stack([DISPLAY_WHITE_XYZ, 1.5 * DISPLAY_WHITE_XYZ]))
-        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, self.shown(white), DISPLAY_WHITE_XYZ))
-        return off <= WHITE_TOLERANCE and bool((above > 1.0 + CLIP_TOLERANCE).any())
+        both = np.stack([DISPLAY_WHITE_XYZ, 1.5 * DISPLAY_WHITE_XYZ])
+        rgb = self.apply(both)
+        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, self.shown(rgb[0]), DISPLAY_WHITE_XYZ))
+        return off <= WHITE_TOLERANCE and bool(self.out_of_range(both, rgb)[1][1])
 
     def describe(self) -> list[str]:
         """Return the chain in plain words, for a report; what white becomes is measured, not quoted."""
-        import PyOpenColorIO as ocio
 
         white, above = self.apply(np.stack([DISPLAY_WHITE_XYZ, 1.5 * DISPLAY_WHITE_XYZ]))
         code = ", ".join(f"{value:.4f}" for value in white)
@@ -243,11 +292,15 @@ class DisplayTransform:
         words = [
             f"Chromatic adaptation: {self.adaptation}, once, from the white of each light to the display white D65 "
             f"(x {x:.4f}, y {y:.4f}), before OpenColorIO.",
-            f"Display transform: OpenColorIO {ocio.__version__}, {self._named_by}, display “{self.display}”, "
-            f"view “{self.view}”, entered through the role {INTERCHANGE_ROLE}.",
+            *self._chain(),
             f"The perfect diffuser facing the light (Y = 1) is sent to the display as ({code}).",
         ]
-        if np.all(above <= 1.0 + CLIP_TOLERANCE):
+        if self.profile is not None and self.profile.has_limits:
+            words.append(
+                f"The profile ends at the display's gamut: pixels that it shows off by more than ΔE94 {_BEYOND:g} are "
+                "counted per picture."
+            )
+        elif np.all(above <= 1.0 + CLIP_TOLERANCE):
             words.append("This view limits values above white itself: clipped pixels cannot all be counted.")
         else:
             words.append("No tone mapping by Metamer: what the display cannot show is clipped and counted per picture.")
@@ -261,6 +314,17 @@ class DisplayTransform:
             words.append("These codes show the white that was asked for: full code is not white on this display.")
         return words
 
+    def _chain(self) -> list[str]:
+        import PyOpenColorIO as ocio
+
+        if self.profile is not None:
+            first, *more = self.profile.describe()
+            return [f"Display transform: OpenColorIO {ocio.__version__}, {first}", *more]
+        return [
+            f"Display transform: OpenColorIO {ocio.__version__}, {self._named_by}, display “{self.display}”, "
+            f"view “{self.view}”, entered through the role {INTERCHANGE_ROLE}."
+        ]
+
     def shown(self, rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
         """XYZ-D65 that the display shows for codes, as the configuration has its colour space; codes are cut to [0, 1].
 
@@ -270,8 +334,8 @@ class DisplayTransform:
         """
         import PyOpenColorIO as ocio
 
-        name = self._config.getDisplayViewColorSpaceName(self.display, self.view)
-        name = self.display if name == "<USE_DISPLAY_NAME>" else name
+        name = self._config.getDisplayViewColorSpaceName(self.name, self.view)
+        name = self.name if name == "<USE_DISPLAY_NAME>" else name
         values = np.clip(np.array(rgb, dtype=np.float32, order="C"), 0.0, 1.0)
         try:
             processor = self._config.getProcessor(name, INTERCHANGE_ROLE).getDefaultCPUProcessor()
@@ -287,6 +351,20 @@ class DisplayTransform:
         return values
 
 
+def _profile_of(display: str) -> DisplayProfile:
+    """Read the profile that a display is named by; once, as long as its file is the same."""
+    if display == SCREEN:
+        return _read_profile(SCREEN, screen_profile())
+    path = existing_file(display.removeprefix(PREFIX))
+    seen = path.stat()
+    return _read_profile(str(path), (seen.st_mtime_ns, seen.st_size))
+
+
+@lru_cache(maxsize=8)
+def _read_profile(path: str, held: bytes | tuple[int, int]) -> DisplayProfile:
+    return read_display_profile(path, held if isinstance(held, bytes) else None)
+
+
 def composite(
     xyz: Float[np.ndarray, "H W 3"],
     coverage: Float[np.ndarray, "H W"],
@@ -297,11 +375,12 @@ def composite(
     return np.asarray(xyz, dtype=np.float64) + behind * np.asarray(background_xyz, dtype=np.float64)
 
 
-def _notes(rgb: Float[np.ndarray, "H W 3"], undefined: np.ndarray, display: str) -> tuple[str, ...]:
+def _notes(
+    below: Bool[np.ndarray, "H W"], above: Bool[np.ndarray, "H W"], undefined: Bool[np.ndarray, "H W"], display: str
+) -> tuple[str, ...]:
     notes = []
     total = undefined.size
-    over = (rgb > 1.0 + CLIP_TOLERANCE).any(axis=-1) & ~undefined
-    under = (rgb < -CLIP_TOLERANCE).any(axis=-1) & ~undefined
+    over, under = above & ~undefined, below & ~undefined
     clipped = int(np.count_nonzero(over | under))
     if clipped:
         sides = [

@@ -10,7 +10,7 @@ from ...calibration.report.statistics import FULL_COVERAGE
 from ...runtime.errors import InputError
 from ...spectral.difference import delta_e, lab_from_xyz
 from ...spectral.image import ColourImage
-from ..display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
+from ..display.transform import DISPLAY_WHITE_XYZ, DisplayTransform
 
 #: Codes of the mask.
 BELOW_GAMUT, ABOVE_WHITE = 1, 2
@@ -34,7 +34,7 @@ def limits_of(
     if image.space == "xyz":
         xyz = xyz @ display.adaptation_from(image.white_xyz).T
     rgb = display.apply(xyz)
-    below, above = (rgb < -CLIP_TOLERANCE).any(axis=-1), (rgb > 1.0 + CLIP_TOLERANCE).any(axis=-1)
+    below, above = display.out_of_range(xyz, rgb)
     mask[surface] = BELOW_GAMUT * below + ABOVE_WHITE * above
     return Limits(
         float(below.mean()), float(above.mean()), _off(xyz, rgb, np.logical_and(below, ~above), display)

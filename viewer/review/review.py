@@ -218,11 +218,11 @@ def _report(
             ratings=ratings,
             materials=reviewed_materials(it, tuple(dict.fromkeys(row.material for row in rows)), reading_of),
             lights=reviewed_lights(it),
-            display=it.display.display,
+            display=it.display.name,
         )
         put_in_place(out, keys, report)
     page, figures = (out / name for name in REPORT)
-    said = verdict_of(rows, it.budget, it.display.display, checks)
+    said = verdict_of(rows, it.budget, it.display.name, checks)
     found = status(rows, it.budget, checks)
     return ReviewResult(page, figures, found, rows, it.plan, *said, tuple(warnings.said))
 

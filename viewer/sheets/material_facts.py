@@ -66,7 +66,7 @@ def _picture(record: MaterialRecord, scene: Scene, renderer: RenderSession) -> t
     display = display_for(scene.viewing)
     picture, notes = material_picture(record, scene, renderer, display, display_pass(renderer, display))
     drawn = f"{record.drawn().WORDS.capitalize()} on a {scene.name.lower()} under {lights_in_words(scene)}"
-    return picture, " ".join([f"{drawn}, {renderer.made_by}, for {display.display}.", *notes])
+    return picture, " ".join([f"{drawn}, {renderer.made_by}, for {display.name}.", *notes])
 
 
 def _facts(record: MaterialRecord) -> dict[str, str]:

@@ -25,7 +25,7 @@ def _links(session: Session, display: DisplayTransform) -> Iterator[str]:
         yield f"exposure {session.exposure:+g} EV"
     if session.shown.proof:
         yield f"soft proof of {session.shown.proof}"
-    yield f"OCIO {display.display} / {display.view}"
+    yield f"OCIO {display.name} / {display.view}"
     yield "colorimetric, no tone mapping" if is_colorimetric(display) else "NOT colorimetric: this view changes colours"
 
 

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from ...calibration.display.icc_profile import PREFIX
 from ...calibration.report import plots
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import xyz_from_lab
 from ...spectral.upsampling import xyz_from_rgb
 from ..display.gl_pass import DisplayPass
 from ..display.proof import proof_of
-from ..display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, DisplayTransform
+from ..display.transform import CLIP_TOLERANCE, DEFAULT_VIEW, DISPLAY_WHITE_XYZ, DisplayTransform
 from ..gl.difference_map import columns
 from ..gl.full_screen import FullScreen
 from ..gl.programs import Programs
@@ -161,10 +162,13 @@ def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTran
     InputError, UnknownNameError : as of `DisplayTransform`.
     """
     shown = session.shown
+    display = shown.display or scene_display.display
+    # A profile stands for itself: a scene's configuration and view are of other displays.
+    alone = display.startswith(PREFIX) and display != scene_display.display
     return DisplayTransform(
-        shown.display or scene_display.display,
-        shown.view or scene_display.view,
-        shown.config or scene_display.config,
+        display,
+        shown.view or (DEFAULT_VIEW if alone else scene_display.view),
+        shown.config or (None if alone else scene_display.config),
         scene_display.adaptation,
     )
 

@@ -16,7 +16,8 @@ from .state import Adaptation
 
 @dataclass(frozen=True, eq=False)
 class Displayed:
-    """rgb (3,) : encoded, before it is clipped. codes : what is sent, 8 bits. clipped : "R above, B below"; "" where
+    """rgb (3,) : encoded, before it is clipped. codes : what is sent, 8 bits. clipped : "R above, B below", or "beyond
+    the gamut" of a profile whose codes end there; "" where
     the display can show it; a view that limits values itself hides what it does.
     """
 
@@ -48,5 +49,7 @@ def displayed(
     rgb = display.apply(xyz_d65).astype(np.float64)
     sides = [("above", rgb > 1.0 + CLIP_TOLERANCE), ("below", rgb < -CLIP_TOLERANCE)]
     clipped = [f"{name} {side}" for side, which in sides for name, hit in zip("RGB", which, strict=True) if hit]
+    if not clipped and display.out_of_range(xyz_d65, rgb)[0]:
+        clipped = ["beyond the gamut"]
     red, green, blue = (int(code) for code in quantise(rgb[None, None])[0, 0])
     return Displayed(rgb, (red, green, blue), ", ".join(clipped))

@@ -8,6 +8,7 @@ from functools import partial
 
 from imgui_bundle import imgui
 
+from .....calibration.display.icc_profile import PREFIX
 from .....runtime.errors import InputError
 from ....display.transform import DisplayTransform
 from ...chain import is_colorimetric
@@ -36,10 +37,10 @@ def draw(window: Window) -> None:
     heading("DISPLAY AND VIEW", style)
     frame = window.frame
     shown = frame.display if frame is not None else style.display
-    _config(window, session.shown.config)
+    _config(window, shown.display if shown.profile is not None else session.shown.config)
     there = _views(session.shown.config, shown)
-    clicked = combo("display", [(name, name) for name in there], shown.display)
-    if clicked is not None:
+    clicked = combo("display", [(name, name) for name in there], shown.name)
+    if clicked is not None and clicked != shown.name:
         view = shown.view if shown.view in there[clicked] else there[clicked][0]
         desk.do(partial(_put, display=clicked, view=view), f"Display {clicked}, {view}")
     clicked = combo("view", [(name, name) for name in there.get(shown.display, (shown.view,))], shown.view)
@@ -58,24 +59,29 @@ def draw(window: Window) -> None:
 
 
 def _config(window: Window, now: str | None) -> None:
-    """Another configuration of OpenColorIO: its first display, colorimetric where it says so."""
+    """Another configuration of OpenColorIO: its first display, colorimetric where it says so; or an ICC profile."""
     desk, typed = window.desk, window.kept.typed
     if now is not None:
         quiet(now)
-        if imgui.small_button("OCIO as before"):
-            desk.do(partial(_put, config=None, display=None, view=None), "OCIO configuration as before")
+        if imgui.small_button("Display as before"):
+            desk.do(partial(_put, config=None, display=None, view=None), "Display as before")
         return
     imgui.set_next_item_width(-1.0)
     entered, typed["config"] = imgui.input_text_with_hint(
-        "##config", "OCIO: config.ocio or ocio://...", typed.get("config", ""), imgui.InputTextFlags_.enter_returns_true
+        "##config",
+        "config.ocio, ocio://... or icc:FILE",
+        typed.get("config", ""),
+        imgui.InputTextFlags_.enter_returns_true,
     )
     name = typed["config"].strip()
     if entered and name:
-        desk.do(partial(_configured, name=name), f"OCIO configuration {name}")
+        desk.do(partial(_configured, name=name), f"Display by {name}")
         typed["config"] = ""
 
 
 def _configured(session: Session, name: str) -> Session:
+    if name.startswith(PREFIX):
+        return _put(session, config=None, display=name, view=None)
     there = display_views(name)
     display = next(iter(there))
     plain = [view for view in there[display] if "un-tone" in view.lower() or "colorimetric" in view.lower()]
@@ -88,7 +94,8 @@ def _put(session: Session, **changes: str | None) -> Session:
 
 def _views(config: str | None, shown: DisplayTransform) -> Mapping[str, tuple[str, ...]]:
     """Return what there is to choose from; what is shown where the configuration cannot be read any more."""
+    own = {shown.name: (shown.view,)} if shown.profile is not None else {}
     try:
-        return display_views(config or shown.config)
+        return {**own, **display_views(config or shown.config)}
     except InputError:
         return {shown.display: (shown.view,)}
