@@ -70,6 +70,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         help="processes for ambient visibility (default: one a core), and for a missing catalogue's "
         "import (default: 1)",
     )
+    command.add_argument("--bits", type=int, choices=(8, 16), help="of a PNG's channels (default: 8)")
     add_display_option(command)
     add_catalogue_option(command)
     add_renderer_option(command)
@@ -108,6 +109,9 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--filtering and --reference: the reference has no factors to filter, leave one out")
     if not args.reference and args.noise is not None:
         raise UsageError("--noise requires --reference")
+    if args.bits is not None and args.output.suffix.lower() != ".png":
+        raise UsageError("--bits is of PNG files: name the output .png, or leave it out")
+    bits = args.bits or 8
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
     scene_file(args.scene)
@@ -129,7 +133,7 @@ def run(args: argparse.Namespace) -> int:
         with progress_bar("Tracing", quiet=not long) as progress:
             noise = REFERENCE_NOISE if args.noise is None else args.noise
             made = reference_picture(scene, catalogue, args.camera, warn, progress, noise)
-            notes = made.write(args.output, warn)
+            notes = made.write(args.output, warn, bits=bits)
     else:
         # What hides light may be known already, or take minutes.
         with (
@@ -140,7 +144,7 @@ def run(args: argparse.Namespace) -> int:
             if args.spectral:
                 notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warn)
             else:
-                notes = picture(scene, catalogue, args.camera, renderer, warn).write(args.output, warn, renderer)
+                notes = picture(scene, catalogue, args.camera, renderer, warn).write(args.output, warn, renderer, bits)
             notes = (*bounces_notes(scene, renderer), *notes)
     for note in (*scene.notes, *notes):
         print(note)

@@ -31,7 +31,7 @@ from ..spectral.illuminants import as_light
 from ..spectral.image import ColourImage
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .display.gl_pass import DisplayPass
-from .display.png import SRGB_DISPLAY, quantise, write_png
+from .display.png import colour_chunks, quantise, write_png
 from .display.transform import DisplayTransform
 from .gl.backend import GLBackend
 from .render.indirect_cache import counted
@@ -102,8 +102,7 @@ class Picture:
 
     def _repr_png_(self) -> bytes:
         """Encode the picture for its display, for a notebook."""
-        is_srgb = display_for(self.scene.viewing).display == SRGB_DISPLAY
-        return png_bytes(self.rgb(), [(b"sRGB", b"\x01")] if is_srgb else [])
+        return png_bytes(self.rgb(), colour_chunks(display_for(self.scene.viewing))[0])
 
     def plot(self, axes: Any = None) -> Any:
         """Show the picture with matplotlib; returns the axes.
@@ -117,11 +116,14 @@ class Picture:
         axes.set_axis_off()
         return axes
 
-    def write(self, output: str | Path, warn: Warn = unheard, renderer: RenderSession | None = None) -> tuple[str, ...]:
+    def write(
+        self, output: str | Path, warn: Warn = unheard, renderer: RenderSession | None = None, bits: int = 8
+    ) -> tuple[str, ...]:
         """Write .exr (XYZ and coverage) or .png (display-encoded); returns what has to be said of it.
 
         warn : called where the display clips all of the picture.
         renderer : encodes for the display, where it has a GPU; without, OpenColorIO does it on the CPU.
+        bits : of a PNG's channels, 8 or 16.
 
         Raises
         ------
@@ -139,8 +141,8 @@ class Picture:
         rgb, notes = _encoded(self.scene, self.xyz, self.coverage, display, on)
         if notes:
             say_if_clipped(self.scene, "the picture", image, np.asarray(self.coverage), display, warn)
-        write_png(output, rgb, display=display.display, words=[f"{name}: {value}" for name, value in words.items()])
-        return notes
+        lines = [f"{name}: {value}" for name, value in words.items()]
+        return (*notes, *write_png(output, rgb, bits=bits, display=display, words=lines))
 
 
 def lit_by(scene: Scene, light: object) -> Scene:

@@ -13,8 +13,8 @@ from ...spectral.difference import delta_e_xyz
 from .readings import Readings
 
 
-def _srgb_curve(codes: np.ndarray) -> np.ndarray:
-    """IEC 61966-2-1."""
+def srgb_curve(codes: np.ndarray) -> np.ndarray:
+    """Light of codes by IEC 61966-2-1."""
     return np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
 
 
@@ -28,19 +28,20 @@ class Claim:
 
     def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         """XYZ of codes, Y of white 1."""
-        parts = _xyz(self.primaries)
-        white = _xyz(np.array([[0.3127, 0.3290]]))[0]
+        parts = xyz_of_chromaticities(self.primaries)
+        white = xyz_of_chromaticities(np.array([[0.3127, 0.3290]]))[0]
         return self.curve(codes) @ (np.linalg.solve(parts.T, white)[:, None] * parts)
 
 
-def _xyz(xy: np.ndarray) -> np.ndarray:
+def xyz_of_chromaticities(xy: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N 3"]:
+    """XYZ of Y = 1."""
     return np.stack([xy[:, 0] / xy[:, 1], np.ones(len(xy)), (1.0 - xy.sum(axis=1)) / xy[:, 1]], axis=1)
 
 
 #: By the words of `--against`: IEC 61966-2-1, SMPTE EG 432-1 with the curve of sRGB, Adobe RGB (1998).
 CLAIMS = {
-    "sRGB": Claim("sRGB", np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]]), _srgb_curve),
-    "P3": Claim("Display P3", np.array([[0.68, 0.32], [0.265, 0.69], [0.15, 0.06]]), _srgb_curve),
+    "sRGB": Claim("sRGB", np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]]), srgb_curve),
+    "P3": Claim("Display P3", np.array([[0.68, 0.32], [0.265, 0.69], [0.15, 0.06]]), srgb_curve),
     "AdobeRGB": Claim(
         "Adobe RGB (1998)",
         np.array([[0.64, 0.33], [0.21, 0.71], [0.15, 0.06]]),

@@ -18,7 +18,7 @@ from .readings import Readings
 
 #: White of the profile connection space (ICC.1:2001-04, 6.4.3), and entries of a curve.
 D50_XYZ = np.array([0.9642, 1.0, 0.8249])
-_ENTRIES = 1024
+ENTRIES = 1024
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,33 +43,47 @@ class MatrixProfile:
     @property
     def curves(self) -> Float[np.ndarray, "3 n"]:
         """Light of each channel by code."""
-        codes = np.linspace(0.0, 1.0, _ENTRIES)
+        codes = np.linspace(0.0, 1.0, ENTRIES)
         return np.clip(np.stack([curve.at(codes) for curve in self.model.curves]), 0.0, 1.0)
 
     def encoded(self) -> bytes:
-        """Return the file (ICC.1:2001-04, 6.1 to 6.5): no time in it, so that equal displays are equal bytes."""
-        text = self.name.encode("ascii", "replace") + b"\0"
-        described = b"desc" + bytes(4) + struct.pack(">I", len(text)) + text + bytes(8 + 2 + 1 + 67)
-        tags: list[tuple[bytes, bytes]] = [
-            (b"desc", described),
-            (b"cprt", b"text" + bytes(4) + b"No copyright; use freely\0"),
-            (b"wtpt", _xyz(self.white)),
-        ]
-        for channel, column, curve in zip(b"rgb", self.columns, self.curves, strict=True):
-            tags.append((bytes([channel]) + b"XYZ", _xyz(column)))
-            values = np.round(curve * 65535.0).astype(">u2").tobytes()
-            tags.append((bytes([channel]) + b"TRC", b"curv" + bytes(4) + struct.pack(">I", _ENTRIES) + values))
-        at = 128 + 4 + 12 * len(tags)
-        table, body = struct.pack(">I", len(tags)), b""
-        for signature, content in tags:
-            content += bytes(-len(content) % 4)
-            table += signature + struct.pack(">II", at + len(body), len(content))
-            body += content
-        size = at + len(body)
-        head = struct.pack(">I", size) + bytes(4) + b"\x02\x40\0\0" + b"mntrRGB XYZ "
-        head += struct.pack(">6H", 2000, 1, 1, 0, 0, 0) + b"acsp" + bytes(24) + struct.pack(">I", 0)
-        head += struct.pack(">3i", *(round(value * 65536.0) for value in D50_XYZ))
-        return head + bytes(128 - len(head)) + table + body
+        """Return the file, as of `encoded_profile`."""
+        return encoded_profile(self.name, self.white, self.columns, self.curves)
+
+
+def encoded_profile(
+    name: str, white_xyz: Float[np.ndarray, "3"], columns: Float[np.ndarray, "3 3"], curves: Float[np.ndarray, "3 n"]
+) -> bytes:
+    """Return the bytes of a profile (ICC.1:2001-04, 6.1 to 6.5): no time in it, so that equal displays are equal bytes.
+
+    Parameters
+    ----------
+    name : in its description, of which version 2 has ASCII alone.
+    white_xyz : the media white, Y = 1. columns : XYZ of red, green and blue (rows), relative to D50.
+    curves : light of each channel by code, 0 to 1.
+    """
+    text = name.encode("ascii", "replace") + b"\0"
+    described = b"desc" + bytes(4) + struct.pack(">I", len(text)) + text + bytes(8 + 2 + 1 + 67)
+    tags: list[tuple[bytes, bytes]] = [
+        (b"desc", described),
+        (b"cprt", b"text" + bytes(4) + b"No copyright; use freely\0"),
+        (b"wtpt", _xyz(white_xyz)),
+    ]
+    for channel, column, curve in zip(b"rgb", columns, curves, strict=True):
+        tags.append((bytes([channel]) + b"XYZ", _xyz(column)))
+        values = np.round(curve * 65535.0).astype(">u2").tobytes()
+        tags.append((bytes([channel]) + b"TRC", b"curv" + bytes(4) + struct.pack(">I", len(curve)) + values))
+    at = 128 + 4 + 12 * len(tags)
+    table, body = struct.pack(">I", len(tags)), b""
+    for signature, content in tags:
+        content += bytes(-len(content) % 4)
+        table += signature + struct.pack(">II", at + len(body), len(content))
+        body += content
+    size = at + len(body)
+    head = struct.pack(">I", size) + bytes(4) + b"\x02\x40\0\0" + b"mntrRGB XYZ "
+    head += struct.pack(">6H", 2000, 1, 1, 0, 0, 0) + b"acsp" + bytes(24) + struct.pack(">I", 0)
+    head += struct.pack(">3i", *(round(value * 65536.0) for value in D50_XYZ))
+    return head + bytes(128 - len(head)) + table + body
 
 
 def _xyz(value: np.ndarray) -> bytes:

@@ -165,7 +165,7 @@ class DisplayProfile:
 
     Parameters
     ----------
-    path, name : the file, and its description.
+    path, name : the file, and its description. data : its bytes.
     version : such as "2.4". form : "matrix and curves", or the size of its tables.
     forward, backward : elements from codes to the connection space, XYZ relative to D50, and from there to codes.
     has_limits : tables end at the display's gamut: what lies beyond comes out as the nearest, by the profile's maker.
@@ -174,6 +174,7 @@ class DisplayProfile:
 
     path: Path
     name: str
+    data: bytes
     version: str
     form: str
     forward: tuple[Any, ...]
@@ -297,6 +298,7 @@ class _Reader:
         return DisplayProfile(
             self.path,
             self._description(),
+            self.data,
             self.version,
             form or "matrix and curves",
             tuple(forward),

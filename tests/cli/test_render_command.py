@@ -293,6 +293,14 @@ def test_a_display_by_its_icc_profile(render, metamer, scene, tmp_path):
     np.testing.assert_array_equal(np.asarray(Image.open(path)), own)
 
 
+def test_sixteen_bits_where_they_are_asked_for(render):
+    """The same picture, finer; only of PNG files."""
+    fine, coarse = (render(f"{bits}.png", "--bits", str(bits))[3].read_bytes() for bits in (16, 8))
+    assert fine[24] == 16 and coarse[24] == 8 and len(fine) > len(coarse)
+    code, _, told, path = render("a.exr", "--bits", "16")
+    assert code == 64 and "--bits" in told and not path.exists()
+
+
 def test_a_profile_that_cannot_be_used_is_said_before_anything_is_made(render, metamer, scene, tmp_path):
     (tmp_path / "printer.icc").write_bytes(profile({}, kind=b"prtr", space=b"CMYK", pcs=b"Lab "))
     for words, said in (

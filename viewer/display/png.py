@@ -1,18 +1,82 @@
-"""PNG files, 8 or 16 bits a channel, that say what their numbers mean."""
+"""PNG files, 8 or 16 bits a channel, that say what their numbers mean.
+
+Standard displays are named by their code points (chunk `cICP`), others have their ICC profile within (`iCCP`): the one
+that was given, or a matrix with curves made of what codes show.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, UInt
 
+from ...calibration.display.aim import PICTURE_WHITE_XYZ
+from ...calibration.display.claims import srgb_curve, xyz_of_chromaticities
+from ...calibration.display.icc import D50_XYZ, ENTRIES, encoded_profile
 from ...runtime.errors import InputError
 from ...runtime.files import written_whole
+from ...spectral.adaptation import adaptation_matrix
+from ...spectral.difference import delta_e_xyz
 from ...spectral.formats.png_writer import png_bytes
+from .transform import DisplayTransform
 
-SRGB_DISPLAY = "sRGB - Display"
+Chunks = list[tuple[bytes, bytes]]
+# Luminance of white in cd/m2 to which OpenColorIO's HDR displays refer, and peaks of the two HDR curves.
+_REFERENCE, _PQ_PEAK, _HLG_PEAK = 100.0, 10000.0, 1000.0
+# ΔE94 up to which a display shows what a standard says; and by which a profile is off, on average, that serves nobody.
+_IS_STANDARD, _OF_NO_USE = 0.1, 2.0
+# ΔE94 at most by which a profile is off before it is said.
+_SAID_FROM = 0.5
+_LINEAR_709 = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
+_LINEAR_P3 = ((0.68, 0.32), (0.265, 0.69), (0.15, 0.06))
+_LINEAR_2020 = ((0.708, 0.292), (0.17, 0.797), (0.131, 0.046))
+
+
+def _pq(codes: np.ndarray) -> np.ndarray:
+    """Light by SMPTE ST 2084, relative to the reference white."""
+    m1, m2, c1, c2, c3 = 2610 / 16384, 2523 / 32, 3424 / 4096, 2413 / 128, 2392 / 128
+    root = codes ** (1.0 / m2)
+    # c2 - c3 root is at least c2 - c3 = 0.16.
+    return (np.maximum(root - c1, 0.0) / (c2 - c3 * root)) ** (1.0 / m1) * _PQ_PEAK / _REFERENCE
+
+
+def _hlg(codes: np.ndarray) -> np.ndarray:
+    """Light of scenes by ITU-R BT.2100-2, table 5, made that of a display of 1,000 cd/m2, relative to the white."""
+    a, b, c = 0.17883277, 0.28466892, 0.55991073
+    scene = np.where(codes <= 0.5, codes**2 / 3.0, (np.exp((codes - c) / a) + b) / 12.0)
+    luminance = scene @ np.array([0.2627, 0.6780, 0.0593])
+    return scene * luminance[:, None] ** 0.2 * _HLG_PEAK / _REFERENCE
+
+
+@dataclass(frozen=True)
+class _Standard:
+    """Display of a standard: chromaticities of red, green and blue about D65, the light of codes (N,3), and the code
+    points of both (ITU-T H.273).
+    """
+
+    primaries: tuple[tuple[float, float], ...]
+    light: Callable[[np.ndarray], np.ndarray]
+    points: tuple[int, int]
+
+    def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """XYZ of codes, Y of the reference white 1."""
+        parts = xyz_of_chromaticities(np.array(self.primaries))
+        return self.light(codes) @ (np.linalg.solve(parts.T, PICTURE_WHITE_XYZ)[:, None] * parts)
+
+
+_SRGB = _Standard(_LINEAR_709, srgb_curve, (1, 13))
+_STANDARDS = (
+    _SRGB,
+    _Standard(_LINEAR_P3, srgb_curve, (12, 13)),
+    _Standard(_LINEAR_2020, _pq, (9, 16)),
+    _Standard(_LINEAR_P3, _pq, (12, 16)),
+    _Standard(_LINEAR_2020, _hlg, (9, 18)),
+)
 
 
 def quantise(rgb: Float[np.ndarray, "H W 3"], bits: int = 8) -> UInt[np.ndarray, "H W 3"]:
@@ -29,16 +93,78 @@ def write_png(
     rgb: Float[np.ndarray, "H W 3"],
     *,
     bits: int = 8,
-    display: str | None = None,
+    display: DisplayTransform | None = None,
     words: Sequence[str] = (),
-) -> Path:
+) -> tuple[str, ...]:
     """Write display-encoded RGB as a PNG: beside its name, then renamed, so that half a picture is never seen.
 
-    Tagged as sRGB where the display is sRGB, with `words` as its description.
+    It is tagged by what codes show on `display`, and has `words` as its description. Returns what has to be said of
+    the tag.
     """
-    chunks = [(b"sRGB", b"\x01")] if display == SRGB_DISPLAY else []
+    chunks, said = colour_chunks(display) if display else ([], ())
     if words:
-        chunks.append((b"iTXt", b"Description\x00\x00\x00\x00\x00" + "\n".join(words).encode("utf-8")))
+        chunks = [*chunks, (b"iTXt", b"Description\x00\x00\x00\x00\x00" + "\n".join(words).encode("utf-8"))]
     with written_whole(path) as beside:
         beside.write_bytes(png_bytes(quantise(rgb, bits), chunks))
-    return Path(path)
+    return said
+
+
+@lru_cache(maxsize=8)
+def colour_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
+    """Return the chunks of a PNG that say what codes of a display show, and what has to be said of them.
+
+    `cICP` (ISO/IEC 15948:2024, 11.3.2.6) where it is a standard's, and `sRGB` where that is so; else `iCCP`.
+    """
+    if display.profile is not None:
+        return _embedded(display.profile.name, display.profile.data), ()
+    steps = np.linspace(0.0, 1.0, 5)
+    codes = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+    try:
+        shown = display.shown(codes).astype(np.float64)
+    except InputError:
+        return [], (f"The picture has no colour tag: {display.name} cannot say what its codes show.",)
+    for standard in _STANDARDS:
+        if delta_e_xyz(standard.xyz(codes), shown, PICTURE_WHITE_XYZ).max() <= _IS_STANDARD:
+            points = (b"cICP", bytes([*standard.points, 0, 1]))
+            if standard is _SRGB:
+                return [points, (b"sRGB", b"\x01")], ()
+            # Readers that do not know the points have the profile; none can be made of HDR.
+            return [points, *(_matrix_tag(display, codes, shown)[0] if standard.light is srgb_curve else [])], ()
+    return _matrix_tag(display, codes, shown)
+
+
+def _matrix_tag(
+    display: DisplayTransform, codes: Float[np.ndarray, "N 3"], shown: Float[np.ndarray, "N 3"]
+) -> tuple[Chunks, tuple[str, ...]]:
+    """Make a profile of a matrix and curves from `shown`, XYZ-D65 of `codes`: black apart, white of pictures as D50."""
+    ramp = np.linspace(0.0, 1.0, ENTRIES)
+    black = display.shown(np.zeros((1, 3)))[0].astype(np.float64)
+    columns, curves = np.empty((3, 3)), np.empty((3, ENTRIES))
+    for channel in range(3):
+        light = display.shown(ramp[:, None] * np.eye(3)[channel]).astype(np.float64) - black
+        columns[channel] = light[-1]
+        # A channel without light has no curve.
+        size = light[-1] @ light[-1]
+        curves[channel] = np.clip(light @ light[-1] / size, 0.0, 1.0) if size > 0.0 else ramp
+    told = np.stack([np.interp(codes[:, at], ramp, curves[at]) for at in range(3)], axis=1) @ columns
+    off = delta_e_xyz(shown, told, PICTURE_WHITE_XYZ)
+    if off.mean() > _OF_NO_USE or columns.sum(axis=0).max() > 1.9:
+        return [], (
+            f"The picture has no colour tag: a matrix and curves tell what {display.name} shows to ΔE94 "
+            f"{off.mean():.1f} on average, {off.max():.1f} at most; other programs will take it for sRGB.",
+        )
+    columns = columns @ adaptation_matrix(PICTURE_WHITE_XYZ, D50_XYZ).T
+    data = encoded_profile(display.name, PICTURE_WHITE_XYZ, columns, curves)
+    if off.max() <= _SAID_FROM:
+        return _embedded(display.name, data), ()
+    said = f"ΔE94 {off.mean():.2f} on average, {off.max():.2f} at most"
+    return _embedded(display.name, data), (
+        f"The profile in the picture is a matrix with curves, off by {said} from what {display.name} shows.",
+    )
+
+
+def _embedded(name: str, profile: bytes) -> Chunks:
+    """Return the chunk of a profile; its name has 1 to 79 letters of Latin-1, no spaces at its ends."""
+    latin = " ".join(name.encode("latin-1", "replace").decode("latin-1").split())[:79].strip()
+    latin = "".join(letter for letter in latin if letter.isprintable()) or "display"
+    return [(b"iCCP", latin.encode("latin-1") + b"\0\0" + zlib.compress(profile, 9))]

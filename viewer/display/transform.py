@@ -253,11 +253,12 @@ class DisplayTransform:
         rgb : codes of `xyz_d65`, as `apply` returns them.
         """
         if self.profile is None or not self.profile.has_limits:
-            return (rgb < -CLIP_TOLERANCE).any(axis=-1), (rgb > 1.0 + CLIP_TOLERANCE).any(axis=-1)
+            low, high = rgb < -CLIP_TOLERANCE, rgb > 1.0 + CLIP_TOLERANCE
+            return np.asarray(low.any(axis=-1)), np.asarray(high.any(axis=-1))
         shown = self.decode(np.clip(rgb, 0.0, 1.0)).astype(np.float64)
         off = np.asarray(delta_e_xyz(np.asarray(xyz_d65, dtype=np.float64), shown, DISPLAY_WHITE_XYZ) > _BEYOND)
-        above = off & (rgb >= 1.0 - _TABLE_STEP).any(axis=-1)
-        return off & ~above, above
+        above = np.asarray(off & (rgb >= 1.0 - _TABLE_STEP).any(axis=-1))
+        return np.asarray(off & ~above), above
 
     def clips_all(self, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> bool:
         """Return whether all that a picture shows is brighter than the display can be: no pixel that a surface covers

@@ -17,6 +17,7 @@ from ...spectral.formats.exr import write_exr
 from ...spectral.formats.xyz_exr import write_xyz_exr
 from ...spectral.image import ColourImage
 from ..display.png import write_png
+from ..display.transform import DisplayTransform
 
 #: Folder of the pictures, beside the page.
 PICTURES = "pictures"
@@ -54,7 +55,7 @@ def write_row(
     out: Path,
     name: str,
     shown_rgb: Float[np.ndarray, "_ _ 3"],
-    display: str,
+    display: DisplayTransform,
     sample: ColourImage,
     reference: ColourImage,
     coverage: tuple[Float[np.ndarray, "H W"], Float[np.ndarray, "H W"]],
@@ -68,7 +69,7 @@ def write_row(
     Parameters
     ----------
     name : from `picture_name`.
-    shown_rgb : display-encoded picture, for the `display` named.
+    shown_rgb : picture, encoded for the `display`.
     sample, reference : XYZ of the renderer and of the truth, and the `coverage` of each.
     delta_e : ΔE94 of the two; NaN where they are not compared, infinite where there is no number.
     said : attributes for every header, by name.

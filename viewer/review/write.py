@@ -43,7 +43,7 @@ def write(
         out,
         picture_name(found.material, None if drawing.own_light else drawing.illuminant),
         drawing.shown,
-        display.display,
+        display,
         drawing.sample,
         drawing.truth,
         drawing.coverage,

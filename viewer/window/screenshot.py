@@ -25,4 +25,5 @@ def write_screenshot(path: str | Path, frame: Frame | ImageFrame, session: Sessi
     quality = "as the headless renderer draws it" if frame.quality == Quality.EXACT else "while it was settling"
     words = ("Metamer", *chain(session, frame.display), f"drawn {quality}", "", session_text(session))
     codes = read_codes(frame.texture)
-    return write_png(path, codes / 255.0, display=frame.display.display, words=words)
+    write_png(path, codes / 255.0, display=frame.display, words=words)
+    return Path(path)
