@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from ..runtime.errors import UsageError
 from .options import (
@@ -71,6 +71,11 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "import (default: 1)",
     )
     command.add_argument("--bits", type=int, choices=(8, 16), help="of a PNG's channels (default: 8)")
+    command.add_argument(
+        "--space",
+        choices=("xyz", "acescg", "rec709", "rec2020"),
+        help="of an OpenEXR: XYZ as it is computed (default), or linear RGB, adapted once to the white of the space",
+    )
     add_display_option(command)
     add_catalogue_option(command)
     add_renderer_option(command)
@@ -111,7 +116,9 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--noise requires --reference")
     if args.bits is not None and args.output.suffix.lower() != ".png":
         raise UsageError("--bits is of PNG files: name the output .png, or leave it out")
-    bits = args.bits or 8
+    if args.space is not None and (args.spectral or args.output.suffix.lower() != ".exr"):
+        raise UsageError("--space is of OpenEXR pictures without --spectral: name the output .exr, or leave it out")
+    written: dict[str, Any] = {"bits": args.bits or 8, "space": args.space or "xyz"}
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
     scene_file(args.scene)
@@ -133,7 +140,7 @@ def run(args: argparse.Namespace) -> int:
         with progress_bar("Tracing", quiet=not long) as progress:
             noise = REFERENCE_NOISE if args.noise is None else args.noise
             made = reference_picture(scene, catalogue, args.camera, warn, progress, noise)
-            notes = made.write(args.output, warn, bits=bits)
+            notes = made.write(args.output, warn, **written)
     else:
         # What hides light may be known already, or take minutes.
         with (
@@ -144,7 +151,9 @@ def run(args: argparse.Namespace) -> int:
             if args.spectral:
                 notes = render_spectral(scene, catalogue, args.output, args.camera, renderer, warn)
             else:
-                notes = picture(scene, catalogue, args.camera, renderer, warn).write(args.output, warn, renderer, bits)
+                notes = picture(scene, catalogue, args.camera, renderer, warn).write(
+                    args.output, warn, renderer, **written
+                )
             notes = (*bounces_notes(scene, renderer), *notes)
     for note in (*scene.notes, *notes):
         print(note)

@@ -15,6 +15,7 @@ from jaxtyping import Float
 from ..materials.core.cutout import Cutout
 from ..materials.core.surface import Surface
 from ..runtime.errors import InputError, UnknownNameError
+from ..spectral.adaptation import Method
 from ..spectral.observers import Observer
 from ..spectral.spectrum import Spectrum
 from .camera import Camera
@@ -37,7 +38,7 @@ class Viewing:
 
     reference_illuminance_lux: Number = 1000.0
     background_reflectance: Number = 0.2
-    adaptation: str = "Bradford"
+    adaptation: Method = "Bradford"
     ocio_config: str | None = None
     display: str | None = None
     view: str | None = None

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -26,7 +26,7 @@ from ..runtime.notebook import new_axes
 from ..spectral.difference import Formula, delta_e_xyz, lab_from_xyz
 from ..spectral.formats.png_writer import png_bytes
 from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
-from ..spectral.formats.xyz_exr import write_xyz_exr
+from ..spectral.formats.xyz_exr import SpaceName, write_rgb_exr, write_xyz_exr
 from ..spectral.illuminants import as_light
 from ..spectral.image import ColourImage
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
@@ -117,13 +117,18 @@ class Picture:
         return axes
 
     def write(
-        self, output: str | Path, warn: Warn = unheard, renderer: RenderSession | None = None, bits: int = 8
+        self,
+        output: str | Path,
+        warn: Warn = unheard,
+        renderer: RenderSession | None = None,
+        bits: int = 8,
+        space: Literal["xyz"] | SpaceName = "xyz",
     ) -> tuple[str, ...]:
-        """Write .exr (XYZ and coverage) or .png (display-encoded); returns what has to be said of it.
+        """Write .exr (linear, and coverage) or .png (display-encoded); returns what has to be said of it.
 
         warn : called where the display clips all of the picture.
         renderer : encodes for the display, where it has a GPU; without, OpenColorIO does it on the CPU.
-        bits : of a PNG's channels, 8 or 16.
+        bits : of a PNG's channels, 8 or 16. space : of an OpenEXR's: XYZ as computed, or adapted and linear RGB.
 
         Raises
         ------
@@ -134,8 +139,12 @@ class Picture:
         words = picture_words(self.scene, self.view, self.made_by, installed_version())
         image = ColourImage(self.xyz, "xyz", self.white)
         if output.suffix.lower() == ".exr":
-            write_xyz_exr(output, image, np.asarray(self.coverage), words)
-            return ()
+            viewing, coverage = self.scene.viewing, np.asarray(self.coverage)
+            lux = float(viewing.reference_illuminance_lux)
+            if space == "xyz":
+                write_xyz_exr(output, image, coverage, words, lux)
+                return ()
+            return write_rgb_exr(output, image, space, coverage, words, lux, viewing.adaptation)
         display = display_for(self.scene.viewing)
         on = None if renderer is None else display_pass(renderer, display)
         rgb, notes = _encoded(self.scene, self.xyz, self.coverage, display, on)

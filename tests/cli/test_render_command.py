@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from icc_profiles import matrix_profile, profile
-from metamer.spectral.difference import delta_e_xyz
+from metamer.calibration.display.claims import srgb_curve
+from metamer.spectral.difference import delta_e, delta_e_xyz, lab_from_xyz
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
+from metamer.spectral.upsampling import xyz_from_rgb
 from pictures import read_xyz_exr
 from PIL import Image
 
@@ -299,6 +301,33 @@ def test_sixteen_bits_where_they_are_asked_for(render):
     assert fine[24] == 16 and coarse[24] == 8 and len(fine) > len(coarse)
     code, _, told, path = render("a.exr", "--bits", "16")
     assert code == 64 and "--bits" in told and not path.exists()
+
+
+@pytest.mark.parametrize("space", ["acescg", "rec709", "rec2020"])
+def test_other_programs_show_our_colours(render, space):
+    """OpenImageIO finds the space by the header, under A; through it the OpenEXR looks as our PNG does."""
+    oiio = pytest.importorskip("OpenImageIO")
+    code, said, _, path = render("ball.exr", "--space", space, "--illuminant", "A")
+    assert code == 0 and "adapted once, by Bradford, from white x 0.4476" in said
+    read = oiio.ImageBuf(str(path))
+    spec = read.spec()
+    found = spec.get_string_attribute("oiio:ColorSpace")
+    assert found == {"acescg": "lin_ap1_scene"}.get(space, f"lin_{space}_scene")
+    shown = oiio.ImageBufAlgo.colorconvert(read, found, "srgb_rec709_display").get_pixels(oiio.FLOAT)
+    with Image.open(render("ball.png", "--illuminant", "A")[3]) as picture:
+        ours = np.asarray(picture) / 255.0
+    whole = shown[..., 3] == 1.0
+    labs = [
+        lab_from_xyz(srgb_curve(np.clip(rgb[whole], 0.0, 1.0)) @ xyz_from_rgb().T, xyz_from_rgb() @ np.ones(3))
+        for rgb in (shown[..., :3], ours)
+    ]
+    assert whole.sum() > 400 and delta_e(*labs, "CIE 2000").max() < 0.5
+
+
+def test_a_space_is_of_pictures_in_openexr(render):
+    for name, words in (("a.png", ()), ("a.exr", ("--spectral",))):
+        code, _, told, path = render(name, "--space", "rec709", *words)
+        assert code == 64 and "--space" in told and not path.exists()
 
 
 def test_a_profile_that_cannot_be_used_is_said_before_anything_is_made(render, metamer, scene, tmp_path):

@@ -6,8 +6,9 @@ import numpy as np
 import OpenEXR
 import pytest
 from metamer.runtime.errors import InputError
+from metamer.spectral.colour_library import colour_science
 from metamer.spectral.formats.exr import write_exr
-from metamer.spectral.formats.xyz_exr import write_xyz_exr
+from metamer.spectral.formats.xyz_exr import LINEAR_SPACES, write_rgb_exr, write_xyz_exr
 from metamer.spectral.image import ColourImage
 from pictures import read_xyz_exr
 
@@ -65,6 +66,70 @@ def test_notes_and_the_axes_of_xyz_are_in_the_header(tmp_path, rng):
         header = dict(file.header())  # the file empties its own on closing
     assert header["illuminant"] == "FL11"
     np.testing.assert_allclose(header["chromaticities"], (1, 0, 0, 1, 0, 0, 1 / 3, 1 / 3), rtol=1e-6)
+
+
+def header_of(path):
+    with OpenEXR.File(str(path), separate_channels=True) as file:
+        return dict(file.header()), {name: channel.pixels for name, channel in file.channels().items()}
+
+
+def test_the_header_says_what_x_y_z_are(tmp_path, rng):
+    write_xyz_exr(tmp_path / "x.exr", picture(rng), illuminance_lux=1000.0)
+    said, _ = header_of(tmp_path / "x.exr")
+    assert "not adapted" in said["comments"] and "perfect diffuser" in said["comments"]
+    np.testing.assert_allclose(said["adoptedNeutral"], WHITE[:2] / WHITE.sum(), rtol=1e-6)
+    assert said["whiteLuminance"] == pytest.approx(1000.0 / np.pi)
+    write_xyz_exr(tmp_path / "y.exr", ColourImage(picture(rng).values, "xyz_d65", WHITE))
+    said, _ = header_of(tmp_path / "y.exr")
+    assert "adapted to D65" in said["comments"] and "whiteLuminance" not in said
+
+
+@pytest.mark.parametrize(
+    ("space", "theirs", "identity"),
+    [
+        ("acescg", "ACEScg", "lin_ap1_scene"),
+        ("rec709", "ITU-R BT.709", "lin_rec709_scene"),
+        ("rec2020", "ITU-R BT.2020", "lin_rec2020_scene"),
+    ],
+)
+def test_linear_spaces_are_those_of_colour_science(tmp_path, rng, space, theirs, identity):
+    """Primaries, white, the matrix, and Bradford between the whites, by another library."""
+    colour = colour_science()
+    white = np.array([1.09850, 1.0, 0.35585])
+    image, expected = ColourImage(picture(rng).values, "xyz", white), colour.RGB_COLOURSPACES[theirs]
+    coverage = rng.uniform(0, 1, (4, 7)).astype(np.float32)
+    said = write_rgb_exr(tmp_path / "x.exr", image, space, coverage, {"observer": "whose"}, 500.0)
+    header, channels = header_of(tmp_path / "x.exr")
+    to = np.array([expected.whitepoint[0], expected.whitepoint[1]])
+    np.testing.assert_allclose(
+        np.reshape(header["chromaticities"], (4, 2)), [*expected.primaries, to], atol=1e-6, rtol=0.0
+    )
+    assert header["colorInteropID"] == identity and header["observer"] == "whose"
+    assert header["whiteLuminance"] == pytest.approx(500.0 / np.pi)
+    np.testing.assert_allclose(header["adoptedNeutral"], to, atol=1e-6)
+    to_white = np.array([to[0] / to[1], 1.0, (1 - to.sum()) / to[1]])
+    adapted = colour.adaptation.chromatic_adaptation_VonKries(
+        image.values.astype(np.float64), white, to_white, transform="Bradford"
+    )
+    matrix = np.linalg.inv(colour.normalised_primary_matrix(expected.primaries, to))
+    rgb = adapted @ matrix.T
+    for at, name in enumerate("RGB"):
+        np.testing.assert_allclose(channels[name], rgb[..., at], rtol=2e-4, atol=1e-4)
+    np.testing.assert_array_equal(channels["A"], coverage)
+    beyond = int((rgb < -1e-6).any(axis=-1).sum())
+    assert beyond and "Bradford" in said[0] and said[1].startswith(f"{beyond} pixels")
+
+
+@pytest.mark.parametrize("space", LINEAR_SPACES)
+def test_white_becomes_one_of_each(tmp_path, space):
+    """The white of the lights, whatever it is; a picture within the gamut has nothing more said of it."""
+    white = np.array([1.2, 1.0, 0.3])
+    image = ColourImage(np.tile(white, (2, 2, 1)).astype(np.float32), "xyz", white)
+    said = write_rgb_exr(tmp_path / "x.exr", image, space)
+    _, channels = header_of(tmp_path / "x.exr")
+    assert len(said) == 1
+    for name in "RGB":
+        np.testing.assert_allclose(channels[name], 1.0, atol=1e-6)
 
 
 def test_row_zero_is_the_top(tmp_path):
