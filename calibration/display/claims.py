@@ -1,15 +1,17 @@
-"""Error of a display against its claim: sRGB, Display P3 or Adobe RGB."""
+"""Error of a display against its claim: sRGB, Display P3, Adobe RGB, or what its ICC profile says."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import UnknownNameError
+from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.difference import delta_e_xyz
+from .icc_profile import PREFIX, DisplayProfile, read_display_profile
 from .readings import Readings
 
 
@@ -50,6 +52,46 @@ CLAIMS = {
 }
 
 
+@dataclass(frozen=True, eq=False)
+class ProfileClaim:
+    """What an ICC profile says that a display shows."""
+
+    profile: DisplayProfile
+
+    @property
+    def name(self) -> str:
+        """The profile's description and file."""
+        return f"“{self.profile.name}” ({self.profile.path})"
+
+    def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """XYZ of codes, Y of white 1, under the display's own white."""
+        return self.profile.xyz(codes)
+
+
+def claim_named(name: str) -> Claim | ProfileClaim:
+    """Return the claim of a word of `--against`, or of the file of a profile.
+
+    Raises
+    ------
+    UnknownNameError : no such claim. InputError : a profile that cannot be used, or does not say its white.
+    """
+    if name in CLAIMS:
+        return CLAIMS[name]
+    if name.startswith(PREFIX) or Path(name).suffix.lower() in (".icc", ".icm"):
+        profile = read_display_profile(name.removeprefix(PREFIX))
+        if profile.white_xyz is None:
+            raise InputError(
+                "the profile does not say which white its display has",
+                file=profile.path,
+                field="tags wtpt and chad",
+                found="a white of D50",
+                expected="the display's own white",
+                hint="compare with sRGB, P3 or AdobeRGB, or make the profile with a program that writes it",
+            )
+        return ProfileClaim(profile)
+    raise UnknownNameError("claim", name, [*CLAIMS, "PROFILE.icc"], field="--against")
+
+
 # By red, green and blue.
 _CORNERS = {
     "100": "red",
@@ -69,7 +111,7 @@ class Held:
     white : of white at its own luminance. delta_e : (N,) by patch. corners : by name, of full codes.
     """
 
-    claim: Claim
+    claim: Claim | ProfileClaim
     readings: Readings
     white: float
     delta_e: Float[np.ndarray, " N"]
@@ -81,11 +123,9 @@ def held_to(readings: Readings, name: str) -> Held:
 
     Raises
     ------
-    UnknownNameError : no such claim. InputError : white was not measured.
+    UnknownNameError, InputError : as of `claim_named`; white was not measured.
     """
-    if name not in CLAIMS:
-        raise UnknownNameError("claim", name, CLAIMS, field="--against")
-    claim, averaged = CLAIMS[name], readings.averaged()
+    claim, averaged = claim_named(name), readings.averaged()
     luminance = averaged.white_xyz[1]
     wanted = claim.xyz(averaged.codes) * luminance
     white = claim.xyz(np.ones((1, 3)))[0] * luminance

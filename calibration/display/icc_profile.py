@@ -52,6 +52,8 @@ _XYZ_SCALE = 32768.0 / 65535.0
 # White of Lab as a fraction of the codes of 16 bits in tables of version 2, where 0xFF00 is 100 (10.10, table 40).
 _LEGACY = 65280.0 / 65535.0
 _LARGEST_CUBE = 129
+# Largest difference in X or Z at which a white is D50 itself.
+_SAME_WHITE = 2e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +169,8 @@ class DisplayProfile:
     ----------
     path, name : the file, and its description. data : its bytes.
     version : such as "2.4". form : "matrix and curves", or the size of its tables.
+    white_xyz : (3,) of the display itself, Y = 1; None where the file has D50 for it, which profiles of version 2 have
+        that do not know it.
     forward, backward : elements from codes to the connection space, XYZ relative to D50, and from there to codes.
     has_limits : tables end at the display's gamut: what lies beyond comes out as the nearest, by the profile's maker.
     loads_curves : it holds only while its curves are loaded into the video card.
@@ -177,6 +181,7 @@ class DisplayProfile:
     data: bytes
     version: str
     form: str
+    white_xyz: Float[np.ndarray, "3"] | None
     forward: tuple[Any, ...]
     backward: tuple[Any, ...]
     has_limits: bool
@@ -191,6 +196,19 @@ class DisplayProfile:
     def to_xyz_d65(self) -> Any:
         """OCIO transform from codes to XYZ-D65, Y of white 1."""
         return _group(*self.forward, _Matrix(adaptation_matrix(D50_XYZ, PICTURE_WHITE_XYZ), np.zeros(3)))
+
+    def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
+        """XYZ of codes under the display's own white, Y of white 1; `white_xyz` must be known.
+
+        It is undone by Bradford, as the standard adapts it (annex E).
+        """
+        import PyOpenColorIO as ocio
+
+        assert self.white_xyz is not None
+        depth, found = ocio.BIT_DEPTH_F32, np.array(codes, dtype=np.float32, order="C")
+        processor = ocio.Config.CreateRaw().getProcessor(_group(*self.forward))
+        processor.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS).applyRGB(found)
+        return found.astype(np.float64) @ adaptation_matrix(D50_XYZ, self.white_xyz).T
 
     def describe(self) -> list[str]:
         """Return the profile in words, for a report."""
@@ -301,6 +319,7 @@ class _Reader:
             self.data,
             self.version,
             form or "matrix and curves",
+            self._white(),
             tuple(forward),
             tuple(backward),
             has_limits,
@@ -478,6 +497,27 @@ class _Reader:
         if data[:4] != b"XYZ " or len(data) < 20:
             raise self._wrong("not three numbers X, Y, Z", f"tag {_text(tag)}", _text(data[:4]), "XYZ")
         return np.array(struct.unpack(">3i", data[8:20])) / 65536.0
+
+    def _white(self) -> np.ndarray | None:
+        """White of the display: by the matrix that adapted it (chad, 9.2.15), else the media white where it is not D50,
+        which version 4 has there always (9.2.36).
+        """
+        if b"chad" in self.tags:
+            data = self.tags[b"chad"]
+            if data[:4] != b"sf32" or len(data) < 44:
+                raise self._wrong("not nine numbers", "tag chad", _text(data[:4]), "sf32")
+            matrix = np.array(struct.unpack(">9i", data[8:44])).reshape(3, 3) / 65536.0
+            if not abs(np.linalg.det(matrix)) > 1e-6:
+                raise self._wrong("a matrix that cannot be turned round", "tag chad")
+            white = np.linalg.solve(matrix, D50_XYZ)
+        elif b"wtpt" in self.tags:
+            white = self._xyz(b"wtpt")
+        else:
+            return None
+        if not (white > 0.0).all():
+            raise self._wrong("a white without light", "tag wtpt or chad", str(white), "X, Y and Z above 0")
+        white = white / white[1]
+        return None if np.abs(white - D50_XYZ).max() < _SAME_WHITE else white
 
     def _three(self, channels: bytes, field: str) -> None:
         if tuple(channels) != (3, 3):

@@ -13,13 +13,33 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     """Add `display claim`."""
     verb = kinds.add_parser(
         "claim",
-        help="how far a display is from sRGB, P3 or Adobe RGB",
+        help="how far a display is from sRGB, P3, Adobe RGB, or its ICC profile",
         description="Compare readings with what the display says it is, white at its own luminance.",
     )
     add_readings_argument(verb)
-    verb.add_argument("--against", choices=("sRGB", "P3", "AdobeRGB"), default="sRGB", help="default: sRGB")
+    verb.add_argument(
+        "--against",
+        type=_claim,
+        default="sRGB",
+        metavar="CLAIM",
+        help="sRGB (default), P3, AdobeRGB, or the file of an ICC profile",
+    )
     add_json_option(verb)
     verb.set_defaults(run=run)
+
+
+def _claim(text: str) -> str:
+    """Return a claim as it is; a word that is none is wrong usage, a profile is read later."""
+    from ...calibration.display.claims import claim_named
+    from ...runtime.errors import InputError, UnknownNameError
+
+    try:
+        claim_named(text)
+    except UnknownNameError as reason:
+        raise argparse.ArgumentTypeError(str(reason)) from None
+    except InputError:
+        pass
+    return text
 
 
 def run(args: argparse.Namespace) -> int:

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float, UInt
 
 from ...calibration.display.aim import PICTURE_WHITE_XYZ
-from ...calibration.display.claims import srgb_curve, xyz_of_chromaticities
+from ...calibration.display.claims import CLAIMS, srgb_curve, xyz_of_chromaticities
 from ...calibration.display.icc import D50_XYZ, ENTRIES, encoded_profile
 from ...runtime.errors import InputError
 from ...runtime.files import written_whole
@@ -32,9 +32,7 @@ _REFERENCE, _PQ_PEAK, _HLG_PEAK = 100.0, 10000.0, 1000.0
 _IS_STANDARD, _OF_NO_USE = 0.1, 2.0
 # ΔE94 at most by which a profile is off before it is said.
 _SAID_FROM = 0.5
-_LINEAR_709 = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
-_LINEAR_P3 = ((0.68, 0.32), (0.265, 0.69), (0.15, 0.06))
-_LINEAR_2020 = ((0.708, 0.292), (0.17, 0.797), (0.131, 0.046))
+_REC_2020 = np.array([[0.708, 0.292], [0.17, 0.797], [0.131, 0.046]])
 
 
 def _pq(codes: np.ndarray) -> np.ndarray:
@@ -53,29 +51,30 @@ def _hlg(codes: np.ndarray) -> np.ndarray:
     return scene * luminance[:, None] ** 0.2 * _HLG_PEAK / _REFERENCE
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Standard:
     """Display of a standard: chromaticities of red, green and blue about D65, the light of codes (N,3), and the code
     points of both (ITU-T H.273).
     """
 
-    primaries: tuple[tuple[float, float], ...]
+    primaries: Float[np.ndarray, "3 2"]
     light: Callable[[np.ndarray], np.ndarray]
     points: tuple[int, int]
 
     def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         """XYZ of codes, Y of the reference white 1."""
-        parts = xyz_of_chromaticities(np.array(self.primaries))
+        parts = xyz_of_chromaticities(self.primaries)
         return self.light(codes) @ (np.linalg.solve(parts.T, PICTURE_WHITE_XYZ)[:, None] * parts)
 
 
-_SRGB = _Standard(_LINEAR_709, srgb_curve, (1, 13))
+_P3 = CLAIMS["P3"].primaries
+_SRGB = _Standard(CLAIMS["sRGB"].primaries, srgb_curve, (1, 13))
 _STANDARDS = (
     _SRGB,
-    _Standard(_LINEAR_P3, srgb_curve, (12, 13)),
-    _Standard(_LINEAR_2020, _pq, (9, 16)),
-    _Standard(_LINEAR_P3, _pq, (12, 16)),
-    _Standard(_LINEAR_2020, _hlg, (9, 18)),
+    _Standard(_P3, srgb_curve, (12, 13)),
+    _Standard(_REC_2020, _pq, (9, 16)),
+    _Standard(_P3, _pq, (12, 16)),
+    _Standard(_REC_2020, _hlg, (9, 18)),
 )
 
 

@@ -5,9 +5,12 @@ import io
 import numpy as np
 import PyOpenColorIO as ocio
 import pytest
-from icc_profiles import FORMS, curve, matrix_profile, new_tables, old_tables, profile, xyz
+from icc_profiles import COLUMNS, FORMS, curve, matrix_profile, new_tables, number, old_tables, profile, xyz
+from metamer.calibration.display.claims import claim_named
+from metamer.calibration.display.icc import D50_XYZ
 from metamer.calibration.display.icc_profile import read_display_profile
 from metamer.runtime.errors import InputError
+from metamer.spectral.adaptation import adaptation_matrix
 from PIL import Image, ImageCms
 
 # LittleCMS tabulates what it joins; left out, it goes from element to element with 16 bits.
@@ -167,3 +170,23 @@ def test_a_name_in_either_form_and_curves_of_the_video_card():
     data = profile({**tags, **{name: xyz(one) for name, one in columns.items()}, b"vcgt": b"vcgt" + bytes(20)}, name="")
     read = read_display_profile("/tmp/left.icc", data)
     assert read.name == "left" and any("vcgt" in words for words in read.describe())
+
+
+def test_the_white_of_a_display_and_what_codes_show_under_it(tmp_path):
+    """By the matrix that adapted it, or the media white of version 2; D50 says nothing."""
+    from_d65 = adaptation_matrix(np.array([0.9505, 1.0, 1.0890]), D50_XYZ)
+    chad = b"sf32" + bytes(4) + b"".join(number(value) for value in from_d65.ravel())
+    plain = matrix_profile()
+    assert read_display_profile("", plain).white_xyz is None
+    tags = {channel + b"TRC": curve(gamma=2.0) for channel in (b"r", b"g", b"b")}
+    tags |= {channel + b"XYZ": xyz(COLUMNS[:, at]) for at, channel in enumerate((b"r", b"g", b"b"))}
+    for more in ({b"chad": chad}, {b"wtpt": xyz((0.9505, 1.0, 1.0890))}):
+        read = read_display_profile("", profile({**tags, **more}))
+        np.testing.assert_allclose(read.white_xyz, (0.9505, 1.0, 1.0890), atol=1e-4)
+        np.testing.assert_allclose(read.xyz(np.ones((1, 3)))[0], (0.9505, 1.0, 1.0890), atol=2e-4)
+        half = read.xyz(np.full((1, 3), 0.5))[0]
+        np.testing.assert_allclose(half, 0.25 * read.white_xyz, atol=1e-4)
+    path = tmp_path / "desk.icc"
+    path.write_bytes(plain)
+    with pytest.raises(InputError, match="does not say which white"):
+        claim_named(str(path))

@@ -1,6 +1,7 @@
 """`metamer display` from patches to the page that is signed, as a person goes."""
 
 import json
+import re
 
 import numpy as np
 from metamer.benchmarks.display.simulated import displays
@@ -36,6 +37,15 @@ def test_from_patches_to_a_signed_page(metamer, tmp_path):
     assert code == 3 and "characterised with" in err
     code, said, _ = metamer("display", "claim", first, "--against", "sRGB")
     assert code == 0 and "against sRGB" in said
+    # The profile that was made of these readings tells more than sRGB does.
+    off = {name: float(re.findall(r"mean ([\d.]+)", said)[0])
+           for name in ("sRGB", folder / "Desk.icc")
+           for said in [metamer("display", "claim", first, "--against", name)[1]]}  # fmt: skip
+    assert off[folder / "Desk.icc"] < 0.8 < 2.0 < off["sRGB"]
+    code, _, err = metamer("display", "claim", first, "--against", "sGRB")
+    assert code == 64 and "sRGB" in err
+    code, _, err = metamer("display", "claim", first, "--against", tmp_path / "none.icc")
+    assert code == 4 and "no such file" in err
     picture = tmp_path / "p.png"
     Image.fromarray(np.full((2, 2, 3), (0, 255, 0), dtype=np.uint8)).save(picture)
     code, said, _ = metamer("display", "proof", folder / "display.json", picture, "-o", tmp_path / "lost.png")

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from icc_profiles import matrix_profile, old_tables
 from metamer.spectral.adaptation import adaptation_matrix
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.viewer.display.proof import Proof
 from metamer.viewer.display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, PINNED_CONFIG, DisplayTransform
 from metamer.viewer.gl.resources import Owner
-from metamer.viewer.window.display_pass import STRIPE, Showing, surround_xyz
+from metamer.viewer.window.display_pass import STRIPE, Showing, display_of, surround_xyz
 from metamer.viewer.window.state import Adaptation, Compare, DisplaySettings, Session
 
 ROWS, COLUMNS = 24, 40
@@ -179,3 +180,29 @@ def test_turned_round_transforms_undo_themselves(gl):
     display = DisplayTransform(config=PINNED_CONFIG)
     xyz = np.random.default_rng(0).uniform(0.1, 0.6, (50, 3)).astype(np.float32)
     np.testing.assert_allclose(display.decode(display.apply(xyz)), xyz, atol=2e-6)
+
+
+def test_a_profile_takes_the_place_of_a_scene_s_display(tmp_path):
+    """Its view and configuration are of the other one; a session that names nothing leaves the scene's."""
+    (tmp_path / "desk.icc").write_bytes(matrix_profile(name="Desk"))
+    own = f"icc:{tmp_path / 'desk.icc'}"
+    toned = DisplayTransform("sRGB - Display", "ACES 1.0 - SDR Video", PINNED_CONFIG, "CAT16")
+    found = display_of(Session(shown=DisplaySettings(display=own)), toned)
+    assert (found.name, found.view, found.config) == ("ICC: Desk", "Un-tone-mapped", None)
+    assert found.adaptation == "CAT16" and display_of(Session(), toned) == toned
+    by_profile = DisplayTransform(own)
+    assert display_of(Session(), by_profile) == by_profile
+    other = display_of(
+        Session(shown=DisplaySettings(display="Display P3 - Display", view="Un-tone-mapped")), by_profile
+    )
+    assert other.profile is None and other.name == "Display P3 - Display"
+
+
+def test_a_profile_is_what_the_window_shows(showing, textures, differences, canvases, tmp_path):
+    """To one code of OpenColorIO's bytes on the CPU, as any display; other than sRGB's."""
+    (tmp_path / "desk.icc").write_bytes(old_tables(name="Desk"))
+    display, session = DisplayTransform(f"icc:{tmp_path / 'desk.icc'}"), Session()
+    found = shown(showing, textures, differences, session, display).astype(int)
+    off = np.abs(found - codes(in_numpy(canvases[0], WHITES[0], session), display))
+    assert off.max() <= 1 and (off > 0).mean() < 0.03
+    assert np.abs(found - shown(showing, textures, differences, session).astype(int)).max() > 20
