@@ -14,7 +14,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from .errors import InputError, NoRoomError, UsageError
-from .locks import abandoned, made_and_held
+from .locks import made_and_held, remove_abandoned
 from .private_folder import private_folder
 from .shutdown import clearing
 
@@ -158,8 +158,8 @@ def check_writable(path: str | Path) -> None:
     path = _behind_links(path)
     for stray in path.parent.glob(f".{glob.escape(path.stem)}.*{glob.escape(path.suffix)}"):
         found = _BESIDE.fullmatch(stray.name)
-        if found and found["stem"] == path.stem and (found["suffix"] or "") == path.suffix and abandoned(stray):
-            stray.unlink(missing_ok=True)
+        if found and found["stem"] == path.stem and (found["suffix"] or "") == path.suffix:
+            remove_abandoned(stray)
     with suppress(_Probed), written_whole(path):
         raise _Probed
 

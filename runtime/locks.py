@@ -1,101 +1,182 @@
 """Locks that say who is at work, on a folder or a file: the system frees them however a process ends.
 
-Where there are none (Windows, some network disks) nothing is locked, and nothing is taken for left behind.
+On POSIX systems the file or folder is locked itself. Elsewhere a file with a lock can be neither read nor renamed, and
+folders have none: there a small hidden file is locked, beside the file or in the folder, and goes with the lock.
+Every lock is for one process alone, and none is waited for longer than `PATIENCE_S`.
+
+Where nothing can be locked (some network disks), nothing is, and nothing is taken for left behind.
 """
 
 from __future__ import annotations
 
 import os
+import shutil
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import InputError
 
-
-@contextmanager
-def at_work(path: Path, clear_away: Callable[[], None]) -> Iterator[None]:
-    """Lock `path`, a file or a folder, while this process writes there; who finds nobody there first clears away.
-
-    Several may be at work at once, and none loses what it is writing: only leftovers of killed ones are there when
-    `clear_away` is called.
-    """
-    descriptor = _opened(path)
-    if descriptor is None:
-        yield
-        return
-    try:
-        if _locked(descriptor, alone=True):
-            clear_away()
-        _locked(descriptor, alone=False)
-        yield
-    finally:
-        os.close(descriptor)
+#: Longest wait for another process that looks whether something is held, seconds: it needs microseconds.
+PATIENCE_S = 10.0
+_PAUSE_S = 0.01
+# Files that go while they are being locked, before that counts as somebody else's.
+_TRIES = 100
+# The locked file in a folder, and the ending of one beside a file, where these are not locked themselves.
+_IN_FOLDER, _BESIDE_FILE = ".metamer.lock", ".lock"
 
 
 @contextmanager
 def alone_at_work(folder: Path, otherwise: str) -> Iterator[None]:
     """Lock a folder for one process; raises `InputError` that says `otherwise` where another one has it."""
-    descriptor = _opened(folder)
-    if descriptor is None:
-        yield
-        return
     try:
-        if _locked(descriptor, alone=True) is False:
-            raise InputError(otherwise, file=folder, hint="wait for it, or name another folder")
+        lock = _locked(folder)
+    except BlockingIOError:
+        raise InputError(otherwise, file=folder, hint="wait for it, or name another folder") from None
+    try:
         yield
     finally:
-        os.close(descriptor)
+        if lock:
+            lock.free()
 
 
 @contextmanager
 def made_and_held(path: Path, make: Callable[[], object]) -> Iterator[None]:
-    """`make()` what is to be at `path`, and hold it while this process lives, so that `abandoned` leaves it alone."""
+    """`make()` what is to be at `path`, and hold it while the block lasts, so that `remove_abandoned` leaves it alone.
+
+    Raises
+    ------
+    InputError : another process had it locked for `PATIENCE_S`.
+    """
+    until = time.monotonic() + PATIENCE_S
     while True:
-        make()
-        descriptor = _opened(path)
-        if descriptor is None or not _locked(descriptor, alone=False):
-            break
-        # Between the two steps somebody may have found it without a lock, and cleared it away.
-        with suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(descriptor), path.stat()):
+        if not os.path.lexists(path):
+            make()
+        with suppress(BlockingIOError):
+            lock = _locked(path)
+            # Between the two steps somebody may have found it without a lock, and cleared it away.
+            if os.path.lexists(path):
                 break
-        os.close(descriptor)
+            if lock:
+                lock.free()
+        if time.monotonic() > until:
+            hint = "end the process that holds it, which may be stopped; or name another folder"
+            found = f"still locked by another process after {PATIENCE_S:g} s"
+            raise InputError("cannot be locked", file=path, found=found, hint=hint)
+        time.sleep(_PAUSE_S)
     try:
         yield
     finally:
-        if descriptor is not None:
-            os.close(descriptor)
+        if lock:
+            lock.free()
 
 
-def abandoned(path: Path) -> bool:
-    """Return whether nobody holds what `made_and_held` has made: its process was killed."""
-    descriptor = _opened(path)
-    if descriptor is None:
-        return False
+def remove_abandoned(path: Path) -> bool:
+    """Remove a file or folder of `made_and_held` whose process was killed; returns whether it was one.
+
+    One that cannot be removed stays.
+    """
     try:
-        return _locked(descriptor, alone=True) is True
-    finally:
-        os.close(descriptor)
-
-
-def _opened(path: Path) -> int | None:
-    try:
-        import fcntl  # noqa: F401
-
-        return os.open(path, os.O_RDONLY | os.O_NOFOLLOW)
-    except (ImportError, OSError):
-        return None
-
-
-def _locked(descriptor: int, alone: bool) -> bool | None:
-    """Return whether the lock was had; None where there are no locks. One that is shared is waited for."""
-    import fcntl
-
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB if alone else fcntl.LOCK_SH)
+        lock = _locked(path, make=False)
     except BlockingIOError:
         return False
-    except OSError:
-        return None
+    if lock is None:
+        return False
+    try:
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            with suppress(OSError):
+                path.unlink()
+    finally:
+        lock.free()
+        if lock.beside is not None:
+            # A folder goes after the file in it that was locked.
+            with suppress(OSError):
+                path.rmdir()
     return True
+
+
+@dataclass(frozen=True)
+class _Lock:
+    """A lock of this process. `beside`: the file that was made for it, where the thing itself cannot be locked."""
+
+    descriptor: int
+    beside: Path | None
+
+    def free(self) -> None:
+        left = self.beside
+        # Gone before it is free, so that nobody locks a file that another one is about to remove.
+        if left is not None:
+            with suppress(OSError):
+                left.unlink()
+                left = None
+        os.close(self.descriptor)
+        if left is not None:
+            # A system that removes no open file: this fails where another process has opened it by now, rightly.
+            with suppress(OSError):
+                left.unlink()
+
+
+def _locked(path: Path, make: bool = True) -> _Lock | None:
+    """Return the lock on what is at `path`; None where there are no locks, or nothing is there.
+
+    make : make the file that is locked, where it is not `path` itself; otherwise it must be there.
+
+    Raises
+    ------
+    BlockingIOError : another process, or another block of this one, has it.
+    """
+    flags, beside = os.O_RDONLY, None
+    if not _locks_things_themselves():
+        beside = path / _IN_FOLDER if path.is_dir() else path.with_name(path.name + _BESIDE_FILE)
+        flags = os.O_RDWR | (os.O_CREAT if make else 0)
+    for _ in range(_TRIES):
+        try:
+            descriptor = os.open(beside or path, flags | getattr(os, "O_NOFOLLOW", 0), 0o600)
+        except OSError:
+            return None
+        lock = _Lock(descriptor, beside)
+        with ExitStack() as stack:
+            stack.callback(os.close, descriptor)
+            try:
+                _lock_descriptor(descriptor)
+            except BlockingIOError:
+                raise
+            except OSError:
+                return None
+            # Whoever had it before may have removed it between the two steps.
+            with suppress(OSError):
+                if os.path.samestat(os.fstat(descriptor), (beside or path).stat()):
+                    stack.pop_all()
+                    return lock
+    raise BlockingIOError
+
+
+def _locks_things_themselves() -> bool:
+    try:
+        import fcntl  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def _lock_descriptor(descriptor: int) -> None:
+    """Lock an open file or folder at once.
+
+    Raises
+    ------
+    BlockingIOError : another has it.
+    OSError : it cannot be locked.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        from filelock import lock_descriptor
+
+        if not lock_descriptor(descriptor, blocking=False):
+            raise BlockingIOError from None
+    else:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .locks import abandoned, made_and_held
+from .locks import made_and_held, remove_abandoned
 from .shutdown import clearing, undisturbed
 
 _NAME = re.compile(r"metamer-[0-9a-f]{32}")
@@ -59,5 +59,5 @@ def clear_abandoned() -> None:
     """Remove private folders whose process was killed."""
     with suppress(OSError), os.scandir(temporary_folder()) as entries:
         for entry in entries:
-            if _NAME.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False) and abandoned(Path(entry.path)):
-                shutil.rmtree(entry.path, ignore_errors=True)
+            if _NAME.fullmatch(entry.name) and entry.is_dir(follow_symlinks=False):
+                remove_abandoned(Path(entry.path))

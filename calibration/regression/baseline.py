@@ -22,7 +22,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import ComparisonError, InputError
 from ...runtime.files import half_written, made_folder, read_bytes, read_text, written_whole
-from ...runtime.locks import alone_at_work
+from ...runtime.locks import alone_at_work, remove_abandoned
 from ...spectral.formats.exr import read_exr, write_exr
 from .picture_files import read_xyz
 from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, ComparedSide, LayerKind, LayerNoise, PixelLayer, Pixels, Row, RowName
@@ -96,7 +96,7 @@ def changing(folder: Path) -> Iterator[None]:
     made_folder(folder / PIXELS)
     with alone_at_work(folder, "another process writes to this baseline"):
         for stray in half_written(folder):
-            stray.unlink(missing_ok=True)
+            remove_abandoned(stray)
         yield
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from ...runtime.disk_cache import cache_folder
 from ...runtime.errors import InputError
 from ...runtime.files import half_written
-from ...runtime.locks import abandoned
+from ...runtime.locks import remove_abandoned
 from ...runtime.memory import gigabytes
 
 #: Names the most that each folder may hold, in gigabytes (1e9 bytes); 0 keeps nothing.
@@ -73,8 +73,7 @@ def pruned(folder: Path, most: int, keep: Collection[Path] = ()) -> tuple[int, i
     What killed processes have left half-written goes too. Returns how many files are left, and their bytes.
     """
     for stray in half_written(folder, (_SUFFIX,)):
-        if abandoned(stray):
-            _removed(stray)
+        remove_abandoned(stray)
     files = sorted(_files(folder))
     total, left = sum(size for _, size, _ in files), len(files)
     for _, size, file in files:

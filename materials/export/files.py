@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import uuid
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import made_folder
-from ...runtime.locks import at_work
+from ...runtime.locks import made_and_held, remove_abandoned
 from ...runtime.shutdown import clearing
 from ...spectral.formats.registry import SpectralEntry
 from ...spectral.spectrum import Spectrum
@@ -132,19 +132,18 @@ def _workplace(folder: Path) -> Iterator[Path]:
     """
     if not folder.is_dir():
         raise InputError("no such folder to write to", file=folder, hint="make the folder first, or name another")
-
-    def clear_away() -> None:
-        for left in folder.glob(f"{_WORKPLACE}????????"):
-            shutil.rmtree(left, ignore_errors=True)
-
+    for left in folder.glob(f"{_WORKPLACE}????????"):
+        remove_abandoned(left)
     work = folder / f"{_WORKPLACE}{uuid.uuid4().hex[:8]}"
-    with at_work(folder, clear_away), clearing(lambda: shutil.rmtree(work, ignore_errors=True)):
+    with clearing(lambda: shutil.rmtree(work, ignore_errors=True)), ExitStack() as stack:
         try:
-            work.mkdir()
+            stack.enter_context(made_and_held(work, work.mkdir))
+            # What holds the folder may be a file in it, which is not part of the export.
+            (inner := work / "files").mkdir()
         except OSError as reason:
             hint = "name a folder that you may write to, on a disk with room: -o"
             raise InputError("the folder cannot be written to", file=folder, found=reason.strerror, hint=hint) from None
-        yield work
+        yield inner
 
 
 @contextmanager

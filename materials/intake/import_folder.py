@@ -1,14 +1,12 @@
-"""The folder of a catalogue while an import writes to it: its marker, who else is at work, what a killed one left."""
+"""The folder of a catalogue while an import writes to it: its marker, and what a killed one left."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from ...runtime.errors import InputError
 from ...runtime.files import half_written, made_folder
-from ...runtime.locks import at_work
+from ...runtime.locks import remove_abandoned
 from ..records.record import MARKER, SUFFIX, check_marker, write_marker
 from . import import_history
 
@@ -16,12 +14,10 @@ from . import import_history
 _WRITTEN = (SUFFIX, Path(MARKER).suffix, Path(import_history.FILE).suffix)
 
 
-@contextmanager
-def writing_to(folder: Path) -> Iterator[None]:
+def prepare_folder(folder: Path) -> None:
     """Make the folder, say in it that it is a catalogue, and clear away what an import that was killed left half-done.
 
-    Several imports may write to one folder at once; only the first to come clears away, so that none loses what it is
-    writing.
+    Several imports may write to one folder at once: each holds what it is writing, and nobody clears that away.
 
     Raises
     ------
@@ -30,13 +26,8 @@ def writing_to(folder: Path) -> Iterator[None]:
     """
     made_folder(folder)
     _mark(folder)
-
-    def clear_away() -> None:
-        for stray in half_written(folder, _WRITTEN):
-            stray.unlink(missing_ok=True)
-
-    with at_work(folder / MARKER, clear_away):
-        yield
+    for stray in half_written(folder, _WRITTEN):
+        remove_abandoned(stray)
 
 
 def _mark(folder: Path) -> None:

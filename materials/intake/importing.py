@@ -19,7 +19,7 @@ from ..records.material import MaterialRecord
 from ..records.record import material_path, write_record
 from ..records.source import MaterialSource
 from .import_cost import Jobs, fit_too_large, jobs_for
-from .import_folder import writing_to
+from .import_folder import prepare_folder
 from .import_history import Known
 from .import_plan import PlannedFile, PlannedMaterial, Settings, planned
 from .inputs import inputs_of
@@ -152,7 +152,7 @@ def import_sources(
         if not any(file.materials for file in files):
             raise nothing_to_import(", ".join(map(str, sources)), len(files))
         if not dry_run:
-            stack.enter_context(writing_to(folder))
+            prepare_folder(folder)
             stack.callback(known.save)
             # Also now: an import that is ended in the middle has looked at its files.
             known.save()

@@ -6,11 +6,13 @@ import sys
 
 import numpy as np
 import pytest
+from filelock import FileLock
+from metamer.runtime.files import written_whole
 
 #: Modules and functions that Windows lacks, hidden from us; libraries that need them are imported before.
 HIDE = """
 import os, signal, sys
-import h5py, psutil, scipy.io, tempfile  # these ask their own system
+import filelock, h5py, psutil, scipy.io, tempfile  # these ask their own system
 for name in ("fcntl", "resource", "pwd", "grp", "termios"):
     sys.modules[name] = None
 for name in ("fork", "sysconf", "killpg", "getuid", "geteuid", "mkfifo", "O_NOFOLLOW", "memfd_create", "getpgid"):
@@ -24,15 +26,24 @@ for name in ("SIGHUP", "SIGQUIT", "SIGALRM", "SIGPIPE", "pthread_sigmask", "set_
 
 @pytest.fixture
 def elsewhere(tmp_path):
-    """Runs the command in a process of its own that has none of this: words -> (exit status, output, messages)."""
+    """Runs commands at once, each in a process of its own that has none of this.
 
-    def run(*words):
+    Words of each -> (exit status, output, messages), a list of them where there are several commands.
+    """
+
+    def started(words):
         code = f"{HIDE}\nfrom metamer.cli.main import main\nsys.exit(main({list(map(str, words))!r}))"
         environment = {**os.environ, "METAMER_NO_GL": "1", "XDG_CACHE_HOME": str(tmp_path / "cache")}
-        done = subprocess.run(
-            [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, encoding="utf-8"
+        pipe = subprocess.PIPE
+        return subprocess.Popen(
+            [sys.executable, "-c", code], cwd=tmp_path, env=environment, stdout=pipe, stderr=pipe, encoding="utf-8"
         )
-        return done.returncode, done.stdout, done.stderr
+
+    def run(*words, others=()):
+        processes = [started(command) for command in (words, *others)]
+        said = [process.communicate(timeout=300) for process in processes]
+        done = [(process.returncode, *texts) for process, texts in zip(processes, said, strict=True)]
+        return done if others else done[0]
 
     return run
 
@@ -62,3 +73,28 @@ def test_files_are_imported_and_drawn(elsewhere, chart, tmp_path):
     picture = tmp_path / "ball.png"
     code, out, err = elsewhere("render", "ball.toml", "--catalogue", tmp_path / "kept", "-o", picture)
     assert code == 0 and picture.read_bytes().startswith(b"\x89PNG"), out + err
+
+
+@pytest.mark.slow
+def test_two_importers_share_a_folder(elsewhere, chart, tmp_path):
+    """What a killed one left goes; what somebody holds, and what nobody is known to have made, stays."""
+    (tmp_path / "second.csv").write_text(chart.read_text())
+    kept = tmp_path / "kept"
+    answer = ("--as", "reflectance", "--scale", "fraction", "--catalogue", kept, "--jobs", "1")
+    commands = [("catalogue", "import", file, *answer) for file in (chart, tmp_path / "second.csv")]
+    (code, _, err), (other_code, _, other_err) = elsewhere(*commands[0], others=commands[1:])
+    assert code == other_code == 0, err + other_err
+    assert len(list(kept.glob("*/*.h5"))) == 4 and not list(kept.rglob("*.lock"))
+    killed, unknown = kept / "chart" / ".lot.0123abcd.h5", kept / "chart" / ".lot.89abcdef.h5"
+    for file in (killed, unknown, killed.with_name(f"{killed.name}.lock")):
+        file.write_bytes(b"")
+    with written_whole(kept / "chart" / "held.h5") as held:
+        held.write_bytes(b"half")
+        lock = held.with_name(f"{held.name}.lock")
+        lock.touch()
+        with FileLock(lock):
+            assert elsewhere(*commands[0])[0] == 0
+        assert not killed.exists() and unknown.exists() and held.exists()
+    words = ("catalogue", "export", "chart/lot", "--format", "csv", "-o", "l.csv")
+    code, out, err = elsewhere(*words, "--catalogue", kept)
+    assert code == 0 and (tmp_path / "l.csv").exists() and not list(tmp_path.glob(".metamer*")), out + err

@@ -8,7 +8,7 @@ import pytest
 from metamer.runtime import locks, private_folder
 from metamer.runtime.errors import InputError
 from metamer.runtime.files import check_writable, half_written, written_whole
-from metamer.runtime.locks import abandoned, alone_at_work, made_and_held
+from metamer.runtime.locks import alone_at_work, made_and_held, remove_abandoned
 from metamer.runtime.shutdown import clearing, saying, undisturbed
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
@@ -169,20 +169,30 @@ def test_bytes_are_a_file_as_long_as_the_block_lasts(temporary, monkeypatch, in_
     assert not path.exists() and not list(temporary.iterdir())
 
 
+@pytest.fixture(params=["itself", "beside"])
+def where(request, monkeypatch):
+    """Locks on files and folders themselves, and on files beside them as on systems without POSIX's module of locks."""
+    if request.param == "beside":
+        pytest.importorskip("filelock")
+        monkeypatch.setitem(sys.modules, "fcntl", None)
+
+
+@pytest.mark.usefixtures("where")
 def test_a_folder_that_is_cleared_away_while_it_is_made_is_made_again(temporary, monkeypatch):
     """Between making and locking it, another process may take it for abandoned."""
     locked, tries = locks._locked, []
 
-    def late(descriptor, alone):
-        tries.append(alone)
+    def late(path, make=True):
+        tries.append(path)
         if len(tries) == 1:
-            (found,) = temporary.iterdir()
-            found.rmdir()
-        return locked(descriptor, alone)
+            path.rmdir()
+        return locked(path, make)
 
     monkeypatch.setattr(locks, "_locked", late)
+    monkeypatch.setattr(private_folder, "clear_abandoned", lambda: None)
     with private_folder.private_folder() as folder:
         assert folder.is_dir() and len(tries) == 2
+    assert not list(temporary.iterdir())
 
 
 def test_what_a_killed_writer_left_goes_before_the_next_one_writes(tmp_path):
@@ -196,17 +206,68 @@ def test_what_a_killed_writer_left_goes_before_the_next_one_writes(tmp_path):
     assert path.read_text() == "whole"
 
 
-def test_locks_say_who_is_there(tmp_path):
-    path = tmp_path / "file"
-    with made_and_held(path, path.touch):
-        assert not abandoned(path)
-    assert abandoned(path) and not abandoned(tmp_path / "nothing")
+KILLED = """
+import os, sys, pathlib
+if sys.argv[2] == "beside":
+    import filelock
+    sys.modules["fcntl"] = None
+from metamer.runtime.locks import made_and_held
+here = pathlib.Path(sys.argv[1])
+with made_and_held(here / "file", (here / "file").touch), made_and_held(here / "folder", (here / "folder").mkdir):
+    print("held", flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.mark.usefixtures("where")
+def test_what_a_process_holds_is_abandoned_once_it_is_killed(tmp_path, request):
+    words = [sys.executable, "-c", KILLED, str(tmp_path), request.node.callspec.params["where"]]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        assert holder.stdout is not None and holder.stdout.readline() == b"held\n"
+        held = sorted(tmp_path.rglob("*"))
+        assert not remove_abandoned(tmp_path / "file") and not remove_abandoned(tmp_path / "folder")
+        assert sorted(tmp_path.rglob("*")) == held
+        holder.kill()
+    assert remove_abandoned(tmp_path / "file") and remove_abandoned(tmp_path / "folder")
+    assert not list(tmp_path.iterdir()) and not remove_abandoned(tmp_path / "file")
+
+
+@pytest.mark.usefixtures("where")
+def test_one_process_is_alone_at_work(tmp_path):
     with (
         alone_at_work(tmp_path, "somebody is here"),
         pytest.raises(InputError, match="somebody is here"),
         alone_at_work(tmp_path, "somebody is here"),
     ):
         pass
+    with alone_at_work(tmp_path, "somebody is here"):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.timeout(20)
+@pytest.mark.usefixtures("where")
+def test_a_lock_that_another_process_keeps_is_not_waited_for_for_ever(tmp_path, monkeypatch):
+    """A process that only looks whether something is held may be stopped while it looks."""
+    monkeypatch.setattr(locks, "PATIENCE_S", 0.05)
+    path = tmp_path / "file"
+    with (
+        made_and_held(path, path.touch),
+        pytest.raises(InputError, match=r"(?s)cannot be locked.*still locked by another process after 0\.05 s"),
+        made_and_held(path, path.touch),
+    ):
+        pass
+
+
+@pytest.mark.usefixtures("where")
+def test_where_nothing_can_be_locked_nothing_is_taken_for_left_behind(tmp_path, monkeypatch):
+    def refused(descriptor):
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr(locks, "_lock_descriptor", refused)
+    path = tmp_path / "file"
+    with made_and_held(path, path.touch), alone_at_work(tmp_path, ""), alone_at_work(tmp_path, ""):
+        assert not remove_abandoned(path) and path.exists()
 
 
 def test_the_command_hears_signals_before_it_imports_anything_else():

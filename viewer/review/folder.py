@@ -20,7 +20,7 @@ from pathlib import Path
 from ...calibration.report.history import HISTORY
 from ...calibration.report.row_files import DrawnRows, read_rows, write_rows
 from ...runtime.files import check_writable, half_written, made_folder
-from ...runtime.locks import alone_at_work
+from ...runtime.locks import alone_at_work, remove_abandoned
 from ...runtime.shutdown import clearing, undisturbed
 from .files import PICTURES
 
@@ -50,7 +50,7 @@ def drawing_into(out: Path) -> Iterator[None]:
         made_folder(out)
         with alone_at_work(out, "another review is being drawn into this folder"):
             for stray in half_written(out):
-                stray.unlink(missing_ok=True)
+                remove_abandoned(stray)
             for stray in (out / UNFINISHED).glob(".*"):
                 shutil.rmtree(stray, ignore_errors=True)
             for name in (*REPORT, HISTORY):

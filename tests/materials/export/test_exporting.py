@@ -348,7 +348,7 @@ def test_what_a_killed_export_left_goes_with_the_next(tmp_path, lambert):
     others.mkdir()
     assert subprocess.run([sys.executable, "-c", KILLED, tmp_path], check=False).returncode == -signal.SIGKILL
     (left,) = set(tmp_path.iterdir()) - {others}
-    assert left.is_dir() and (left / "a.csv").read_text() == "half"
+    assert left.is_dir() and (left / "files" / "a.csv").read_text() == "half"
     export([of("x/grey", lambert)], "csv", ours)
     assert set(tmp_path.iterdir()) == {ours, others, tmp_path / "a.csv.txt"}
 

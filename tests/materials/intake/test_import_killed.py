@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 from metamer.materials.catalogue.catalogue import Catalogue
-from metamer.materials.intake.import_folder import writing_to
+from metamer.materials.intake.import_folder import prepare_folder
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.verification import verify_catalogue
-from metamer.runtime.files import half_written
+from metamer.runtime.files import half_written, written_whole
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="finds processes in /proc")
 
@@ -76,29 +76,30 @@ def test_what_a_killed_write_left_is_cleared_away(harness, source, tmp_path):
 def test_leftovers_of_an_import_that_is_still_at_work_stay(source, tmp_path):
     """Two imports may write to one catalogue: neither takes the other's unfinished files away."""
     folder = tmp_path / "cat"
-    with writing_to(folder):
-        (folder / ".half.0123abcd.h5").write_bytes(b"half")
+    folder.mkdir()
+    with written_whole(folder / "half.h5") as half:
+        half.write_bytes(b"half")
         assert import_sources([source], folder, jobs=1).count("imported") == 3
-        assert half_written(folder)
-    with writing_to(folder):
-        assert not half_written(folder)
+        assert half_written(folder) == (half,)
+    (folder / ".killed.0123abcd.h5").write_bytes(b"half")
+    prepare_folder(folder)
+    assert not half_written(folder)
 
 
 @pytest.mark.parametrize("moment", ["replace", "unlink"])
 def test_a_process_killed_while_it_tried_a_folder_leaves_nothing_for_long(killed_in_made_folder, tmp_path, moment):
     """`made_folder` writes a file of its own before any material: verify reports it, the next import clears it away."""
-    with writing_to(tmp_path):
-        pass
+    prepare_folder(tmp_path)
     left = killed_in_made_folder(tmp_path, moment)
     assert verify_catalogue(tmp_path, quick=True, jobs=1).strays == (left,)
-    with writing_to(tmp_path):
-        assert not left.exists()
+    prepare_folder(tmp_path)
+    assert not left.exists()
 
 
 def test_an_import_clears_away_only_what_imports_write(tmp_path):
     others = (".review.0123abcd.json", ".notes.toml", ".writable.h5", ".red.0123abcg.h5")
     for name in others:
         (tmp_path / name).write_bytes(b"somebody's")
-    with writing_to(tmp_path):
-        assert {path.name for path in tmp_path.iterdir()} == {*others, "catalogue.toml"}
+    prepare_folder(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {*others, "catalogue.toml"}
     assert [path.name for path in verify_catalogue(tmp_path, quick=True, jobs=1).strays] == [others[0]]
