@@ -164,7 +164,8 @@ def write_config(
     folder = made_folder(folder)
     made_folder(folder / _TABLES)
     stem = file_stem(name)
-    tables = display_transform(cube, aim).write(_FORMAT)
+    # Without a configuration, OpenColorIO warns that there is none in the environment.
+    tables = display_transform(cube, aim).write(_FORMAT, ocio.Config.CreateRaw())
     config = make_config(name, ocio.FileTransform(f"{stem}.clf"), aim, black, describing)
     config.setSearchPath(_TABLES)
     text = config.serialize()

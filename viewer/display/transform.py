@@ -28,7 +28,6 @@ from .config import DEFAULT_VIEW, PINNED_CONFIG, profile_config
 from .screen_profile import screen_profile
 
 INTERCHANGE_ROLE = "cie_xyz_d65_interchange"
-DEFAULT_DISPLAY = "sRGB - Display"
 
 # White of the interchange space.
 DISPLAY_WHITE_XYZ = PICTURE_WHITE_XYZ
@@ -51,8 +50,8 @@ class DisplayTransform:
 
     Parameters
     ----------
-    display, view : names as the configuration spells them; or `icc:FILE`, and `icc:screen` for the profile
-        that the system has for its first screen, which have the colorimetric view alone.
+    display, view : names as the configuration spells them, "" for the display that it has first; or `icc:FILE`, and
+        `icc:screen` for the profile that the system has for its first screen, which have the colorimetric view alone.
     config : a path or an `ocio://` name; None takes `$OCIO` where it is set, else the pinned built-in configuration.
     adaptation : `Bradford`, `CAT02` or `CAT16`, from the image's white to the display's.
 
@@ -63,12 +62,14 @@ class DisplayTransform:
     UnknownNameError : it has no such display or view; the message gives the nearest names.
     """
 
-    display: str = DEFAULT_DISPLAY
+    display: str = ""
     view: str = DEFAULT_VIEW
     config: str | None = None
     adaptation: Method = "Bradford"
 
     def __post_init__(self) -> None:
+        if not self.display:
+            object.__setattr__(self, "display", self._loaded.getDefaultDisplay())
         adaptation_matrix(DISPLAY_WHITE_XYZ, DISPLAY_WHITE_XYZ, self.adaptation)
         _ = self._cpu
 
@@ -108,7 +109,8 @@ class DisplayTransform:
         return f"$OCIO={os.environ['OCIO']}" if os.environ.get("OCIO") else f"configuration {PINNED_CONFIG}"
 
     @cached_property
-    def _config(self) -> Any:
+    def _loaded(self) -> Any:
+        """The configuration, whatever its displays."""
         import PyOpenColorIO as ocio
 
         try:
@@ -130,6 +132,11 @@ class DisplayTransform:
                 expected=f"the role {INTERCHANGE_ROLE}",
                 hint=f"add `{INTERCHANGE_ROLE}: <its XYZ-D65 display space>` to its roles, or unset OCIO",
             )
+        return config
+
+    @cached_property
+    def _config(self) -> Any:
+        config = self._loaded
         displays = list(config.getDisplays())
         if self.name not in displays:
             raise UnknownNameError("display", self.name, displays, file=self._named_by, field="display")

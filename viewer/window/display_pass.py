@@ -162,7 +162,7 @@ def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTran
     InputError, UnknownNameError : as of `DisplayTransform`.
     """
     shown = session.shown
-    display = shown.display or scene_display.display
+    display = shown.display or ("" if shown.config else scene_display.display)
     # A profile stands for itself: a scene's configuration and view are of other displays.
     alone = display.startswith(PREFIX) and display != scene_display.display
     return DisplayTransform(

@@ -176,6 +176,17 @@ def test_environment_is_honoured_and_named_when_it_is_broken(monkeypatch, tmp_pa
         DisplayTransform()
 
 
+def test_a_configuration_s_own_display_comes_first(monkeypatch, tmp_path):
+    """By name or in the environment: pictures are not for sRGB where somebody's configuration begins with another."""
+    path = Path(own_config(tmp_path))
+    path.write_text(path.read_text().replace("name: Plain", "name: Un-tone-mapped"))
+    assert DisplayTransform(config=str(path)).display == "Bench"
+    monkeypatch.setenv("OCIO", str(path))
+    assert DisplayTransform().display == "Bench" and DisplayTransform() == DisplayTransform("Bench")
+    monkeypatch.delenv("OCIO")
+    assert DisplayTransform().display == "sRGB - Display"
+
+
 def test_configuration_without_the_interchange_role_is_refused(tmp_path):
     path = Path(own_config(tmp_path))
     path.write_text(path.read_text().replace("  cie_xyz_d65_interchange: xyz\n", ""))
