@@ -54,7 +54,7 @@ CLAIMS = {
 
 @dataclass(frozen=True, eq=False)
 class ProfileClaim:
-    """What an ICC profile says that a display shows."""
+    """Claim of an ICC profile: the colours that it says its display shows."""
 
     profile: DisplayProfile
 
