@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,6 +22,9 @@ from .files import BtfFiles
 from .hemisphere import Hemisphere
 from .images import BtfImages, displacement
 from .mean import MeanBtf
+
+# Points' images that are looked up at once: some 30 MB.
+_AT_ONCE = 1 << 17
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,13 +92,20 @@ class MeasuredBtf(Surface):
             moved = displacement(images.views.directions, images.offset) / (images.width, -images.height)
             order = np.argsort(pair, kind="stable")
             order = order[share[order] > 0.0]
-            for rows in np.split(order, np.flatnonzero(np.diff(pair[order])) + 1):
-                view, light = divmod(int(pair[rows[0]]), len(images.lights))
-                point = rows // 9
-                row, column, part = between(uv[point] + moved[view], images.height, images.width)
-                four = images.texels(view, light, row, column).astype(np.float64)
-                # Beyond what was measured, a point may have one image twice.
-                np.add.at(found, point, share[rows, None] * np.einsum("nk,nkj->nj", part, four))
+            for some in np.split(order, range(_AT_ONCE, len(order), _AT_ONCE)):
+                place = uv[some // 9] + moved[pair[some] // len(images.lights)]
+                row, column, part = between(place, images.height, images.width)
+                four = np.empty((len(some), 4, images.basis.size), dtype=np.float32)
+                ends = [0, *(np.flatnonzero(np.diff(pair[some])) + 1), len(some)]
+                for first, last in pairwise(ends):
+                    view, light = divmod(int(pair[some[first]]), len(images.lights))
+                    four[first:last] = images.texels(view, light, row[first:last], column[first:last])
+                parts = share[some, None] * np.einsum("nk,nkj->nj", part, four.astype(np.float64))
+                # A point has up to nine images, and beyond what was measured one of them twice.
+                by_point = np.argsort(some, kind="stable")
+                point = some[by_point] // 9
+                begins = np.flatnonzero(np.diff(point, prepend=-1))
+                found[point[begins]] += np.add.reduceat(parts[by_point], begins)
             out[lit] = found / wi[:, 2:]
         return out
 

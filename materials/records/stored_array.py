@@ -57,6 +57,7 @@ class StoredArray:
     digests: bytes = field(default=b"", repr=False)
     file_size: int = 0
     heard: Callable[[int], None] = field(default=_nobody, repr=False, compare=False)
+    _kept: list[tuple[int, np.ndarray]] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dtype", np.dtype(self.dtype))
@@ -87,15 +88,29 @@ class StoredArray:
         return blocks_of(self.shape, self.dtype)
 
     def read(self, rows: slice = slice(None)) -> np.ndarray:
-        """Rows of the first axis, all by default, as an array of their own; raises what `chunks` does."""
+        """Rows of the first axis, all by default, as an array of their own; raises what `chunks` does.
+
+        A block of which only some rows were asked for is kept: the next ones are asked for soon, and to unpack and
+        check a block takes far longer than to copy some rows.
+        """
         first, last, step = rows.indices(len(self))
         if step != 1:
             raise ValueError("rows that follow each other are read")
+        for start, block in self._kept:
+            if start <= first and last <= start + len(block):
+                self._check_size()
+                return block[first - start : last - start].copy()
         found = np.empty((max(0, last - first), *self.shape[1:]), self.dtype)
         for (along, *rest), block in self.chunks(slice(first, last)):
             low, high = max(along.start, first), min(along.stop, last)
             found[(slice(low - first, high - first), *rest)] = block[low - along.start : high - along.start]
+            if high - low < len(block) and block.shape[1:] == self.shape[1:]:
+                self._kept[:] = [(along.start, block)]
         return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process needs: blocks are read there."""
+        return self.__dict__ | {"_kept": []}
 
     def chunks(self, rows: slice = slice(None)) -> Iterator[tuple[Block, np.ndarray]]:
         """Yield every block that has some of these rows of the first axis, in C order: where it lies, and its numbers.
@@ -147,8 +162,7 @@ class StoredArray:
     def _opened(self, stack: ExitStack) -> Callable[[Block], np.ndarray]:
         """Return what reads a block; the file is closed with `stack`."""
         try:
-            if self.file_size and (found := self.file.stat().st_size) != self.file_size:
-                raise self._changed(f"{found} bytes", f"{self.file_size} bytes")
+            self._check_size()
             if isinstance(self.place, int):
                 self._check_length(self.place + self.nbytes)
                 file = stack.enter_context(self.file.open("rb"))
@@ -163,6 +177,14 @@ class StoredArray:
             raise self._gone(self.file) from None
         except (OSError, KeyError, ValueError, AttributeError, RuntimeError) as reason:
             raise self._unreadable(reason) from None
+
+    def _check_size(self) -> None:
+        """Raises `InputError` where the file has another size than when it was sealed, or is gone."""
+        try:
+            if self.file_size and (found := self.file.stat().st_size) != self.file_size:
+                raise self._changed(f"{found} bytes", f"{self.file_size} bytes")
+        except FileNotFoundError:
+            raise self._gone(self.file) from None
 
     def _check_length(self, needed: int) -> None:
         if (found := self.file.stat().st_size) < needed:

@@ -70,6 +70,39 @@ def test_it_goes_to_another_process_as_a_few_bytes(kept):
     assert len(pickle.dumps(sealed)) < 2000 and pickle.loads(pickle.dumps(sealed)) == sealed
 
 
+@pytest.mark.parametrize("kind", ["raw", "hdf5"])
+def test_rows_of_one_block_are_read_from_their_file_once(kind, tmp_path):
+    """As files of a BTF are asked for, one after the other; what is returned is nobody else's, and the file is still
+    looked at.
+    """
+    values, path, heard = np.arange(1000, dtype=np.uint8), tmp_path / "files", []
+    if kind == "raw":
+        path.write_bytes(values.tobytes())
+    else:
+        with h5py.File(path, "w") as file:
+            file["a"] = values
+    sealed = StoredArray(path, 0 if kind == "raw" else "a", values.shape, values.dtype).sealed()
+    stored = replace(sealed, heard=heard.append)
+    for first in range(0, 195, 13):
+        found = stored.read(slice(first, first + 13))
+        assert np.array_equal(found, values[first : first + 13])
+        found[:] = 0
+    assert heard == [200]
+    assert np.array_equal(stored.read(slice(190, 210)), values[190:210])
+    assert np.array_equal(stored.read(slice(399, 401)), values[399:401])
+    # A whole block is nothing to come back to.
+    stored.read(slice(600, 800))
+    assert len(heard) == 6 and len(pickle.dumps(stored.sealed())) < 2000
+    stored.read(slice(410, 420))
+    with path.open("ab") as file:
+        file.write(b"more")
+    with pytest.raises(InputError, match="not what it was"):
+        stored.read(slice(410, 420))
+    path.unlink()
+    with pytest.raises(InputError, match="no such file"):
+        stored.read(slice(410, 420))
+
+
 def test_bytes_are_heard_of(kept):
     heard = []
     replace(kept[0], heard=heard.append).read()
