@@ -72,11 +72,14 @@ def _display() -> str:
 
 
 def _reference() -> str:
-    try:
-        import embreex  # noqa: F401
-    except ImportError:
-        return "no Embree: pip install embreex"
-    return f"Embree rays (embreex {_version('embreex')})"
+    from ..lighting.ray_index import has_embree, rays_words
+
+    if has_embree():
+        return f"{rays_words()} (embreex {_version('embreex')})"
+    return (
+        f"{rays_words()}, some hundred times slower than Embree's. no Embree: pip install embreex "
+        "(some systems on ARM processors have no package of it)"
+    )
 
 
 def _cache(clear: bool) -> str:

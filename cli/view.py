@@ -77,7 +77,7 @@ def _shell():
         if "cannot open shared object file" in str(reason):
             hint = system_hint(_LIBRARIES)
             raise InputError("the window lacks a library of the system", found=str(reason), hint=hint) from reason
-        if reason.name not in ("imgui_bundle", "glfw"):
+        if reason.name not in ("imgui_bundle", "glfw", "moderngl"):
             raise
         raise InputError(
             "the window is not installed", found=str(reason), expected="the extra `window`", hint=_INSTALL

@@ -9,6 +9,7 @@ above the horizon of both normals and no triangle lies between.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,6 +20,7 @@ from ...materials.core.cutout import Cutout
 from ..camera import Camera
 from ..lights import DeltaLight
 from ..mesh.tangents import seen_handedness
+from ..ray_index import NumpyIndex, has_embree
 from ..scene import Scene
 from ..vectors import dot, facing_viewer, orthonormal_frame, unit
 from .texture_coordinates import uv_footprints, uv_gradients
@@ -101,14 +103,11 @@ class Met:
 
 
 class Tracer:
-    """Rays against all parts of a scene: Embree finds the triangle, float64 says where on it. They go on through holes
-    (`Scene.cut`).
+    """Rays against all parts of a scene: an index finds the triangle, float64 says where on it. They go on through
+    holes (`Scene.cut`).
     """
 
     def __init__(self, scene: Scene) -> None:
-        import trimesh
-        from trimesh.ray.ray_pyembree import RayMeshIntersector
-
         self._meshes = meshes = [part.mesh for part in scene.parts]
         offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
         self.vertices = np.concatenate([mesh.vertices for mesh in meshes])
@@ -126,8 +125,7 @@ class Tracer:
         self._has_holes = np.array([cutout is not None for cutout in self._cutouts])
         low, high = scene.bounds
         self.centre, self.radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
-        scaled = trimesh.Trimesh((self.vertices - self.centre) / self.radius, self.faces, process=False, validate=False)
-        self._intersector = RayMeshIntersector(scaled)
+        self._first_met = _first_met((self.vertices - self.centre) / self.radius, self.faces)
 
     @cached_property
     def uv(self) -> Float[np.ndarray, "V 2"]:
@@ -181,10 +179,10 @@ class Tracer:
         inside = dot(start, start) - 1.02**2
         ahead = -along - np.sqrt(np.maximum(along * along - inside, 0.0))
         start = start + np.where(inside > 0.0, np.maximum(ahead, 0.0), 0.0)[:, None] * directions
-        face = np.asarray(self._intersector.intersects_first(start, directions), dtype=np.int64)
+        face = np.asarray(self._first_met(start, directions), dtype=np.int64)
         missed = np.flatnonzero((face < 0) & (along * along >= inside)) if again else []
         if len(missed):
-            face[missed] = self._intersector.intersects_first(start[missed], directions[missed] + _NUDGE)
+            face[missed] = self._first_met(start[missed], directions[missed] + _NUDGE)
         return face
 
     def on_triangle(
@@ -247,6 +245,19 @@ class Tracer:
         where, _ = self.on_triangle(face[near], start[near], directions[near])
         free[near] = where >= distance[near]
         return free
+
+
+def _first_met(
+    vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"]
+) -> Callable[[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]], Int[np.ndarray, " n"]]:
+    """Return a function of starts and directions: the first triangle that each ray meets, -1 where there is none."""
+    if not has_embree():
+        return NumpyIndex(vertices[faces]).run
+    import trimesh
+    from trimesh.ray.ray_pyembree import RayMeshIntersector
+
+    mesh = trimesh.Trimesh(vertices, faces, process=False, validate=False)
+    return RayMeshIntersector(mesh).intersects_first
 
 
 def visible_geometry(

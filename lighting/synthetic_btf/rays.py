@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...runtime.errors import InputError
+from ..ray_index import ray_index
 from .relief import Relief
 
 #: Least sine of a direction's height above the plane: nearer to the horizon there is no image, and rays have no end.
@@ -24,12 +25,9 @@ _CHUNK = 1 << 20
 
 
 class PeriodicRays:
-    """Embree's index of a relief and what is around it."""
+    """Index for rays of a relief and what is around it."""
 
     def __init__(self, relief: Relief) -> None:
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore_scene import EmbreeScene
-
         rows, columns = relief.heights.shape
         cells = relief.cells
         # A tile as narrow as its relief is high would be crossed many times: more of it is laid out then.
@@ -44,8 +42,7 @@ class PeriodicRays:
         below = first + len(column)
         upper, lower = np.stack([first, below, first + 1], 1), np.stack([first + 1, below, below + 1], 1)
         faces = np.stack([upper, lower], axis=1).reshape(-1, 3).astype(np.int32)
-        self._scene = EmbreeScene()
-        TriangleMesh(self._scene, vertices, faces)
+        self._scene = ray_index(vertices, faces)
         cell = ((row[:-1] % rows)[:, None] * columns + column[:-1] % columns).ravel()
         self._facet = np.stack([2 * cell, 2 * cell + 1], axis=1).ravel()
         self._tile = np.array([columns / cells, rows / cells])

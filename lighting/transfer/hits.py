@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt16
 
 from ...runtime.memory import check_room, gigabytes
+from ..ray_index import ray_index
 from ..vectors import dot
 from ..visibility.sites import Corners, Sites
 
@@ -197,14 +198,10 @@ def check_rays_fit(sites: int, rays: int) -> None:
 
 
 class RayTracer:
-    """Embree's index of triangles (F, 3, 3) for the question where rays end, and their normals (F, 3)."""
+    """Index of triangles (F, 3, 3) for the question where rays end, and their normals (F, 3)."""
 
     def __init__(self, triangles: Float[np.ndarray, "F 3 3"], face_normals: Float[np.ndarray, "F 3"]) -> None:
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore_scene import EmbreeScene
-
-        self._embree, self._face_normals = EmbreeScene(), face_normals
-        TriangleMesh(self._embree, np.ascontiguousarray(triangles, dtype=np.float32))
+        self._index, self._face_normals = ray_index(triangles), face_normals
 
     def ends(
         self, starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], first: int, rays: int
@@ -218,7 +215,7 @@ class RayTracer:
         """Return the same in directions of the caller's."""
         rays, to = directions.shape[1], directions.reshape(-1, 3)
         origins = np.repeat(starts, rays, axis=0)
-        met = self._embree.run(origins.astype(np.float32), to.astype(np.float32), query="INTERSECT", output=True)
+        met = self._index.run(origins.astype(np.float32), to.astype(np.float32), query="INTERSECT", output=True)
         face = met["primID"].astype(np.int64)
         back = dot(to, self._face_normals[face]) > 0.0
         triangle = np.where(face < 0, -1, face + len(self._face_normals) * back).astype(np.int32)

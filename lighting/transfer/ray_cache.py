@@ -145,7 +145,8 @@ def ray_key(bodies: Bodies, rays: int) -> str:
 def tracing_code() -> str:
     """Hash the modules that trace, and the versions of libraries."""
     here = Path(__file__).parent
-    return files_hash(here.parents[1], (here / "hits.py", here.parent / "vectors.py"), _LIBRARIES)
+    files = (here / "hits.py", here.parent / "vectors.py", here.parent / "ray_index.py")
+    return files_hash(here.parents[1], files, _LIBRARIES)
 
 
 def _files(folder: Path, key: str, count: int) -> list[Path]:

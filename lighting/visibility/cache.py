@@ -112,7 +112,13 @@ def visibility_key(scene: Scene, before: Before | None = None) -> str:
 def _computing_code() -> str:
     """Hash the modules of this room and of what they compute with, and the versions of libraries."""
     room = Path(__file__).parent
-    beside = ("vectors.py", "reference/geometry.py", "environment/harmonics.py", "environment/octahedral.py")
+    beside = (
+        "vectors.py",
+        "ray_index.py",
+        "reference/geometry.py",
+        "environment/harmonics.py",
+        "environment/octahedral.py",
+    )
     return files_hash(room.parents[1], [*room.glob("*.py"), *(room.parent / name for name in beside)], _LIBRARIES)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ..ray_index import ray_index
 from ..reference.geometry import SHADOW_OFFSET
 
 #: How far off a surface rays start, in radii of the scene: as shadow rays do.
@@ -12,17 +13,13 @@ OFFSET = SHADOW_OFFSET
 
 
 class Occluders:
-    """Embree's index of triangles (F, 3, 3), in coordinates in which the scene has radius 1 about the origin.
+    """Index of triangles (F, 3, 3) for rays, in coordinates in which the scene has radius 1 about the origin.
 
     Embree works in float32; scaled so, its coordinates are fine enough for rays that start `OFFSET` off a surface.
     """
 
     def __init__(self, triangles: Float[np.ndarray, "F 3 3"]) -> None:
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore_scene import EmbreeScene
-
-        self._scene = EmbreeScene()
-        TriangleMesh(self._scene, np.ascontiguousarray(triangles, dtype=np.float32))
+        self._scene = ray_index(triangles)
 
     def free(
         self,

@@ -49,7 +49,14 @@ def test_missing_embree_is_named(metamer, monkeypatch):
     monkeypatch.setenv("METAMER_NO_GL", "1")
     monkeypatch.setitem(sys.modules, "embreex", None)
     _, out, _ = metamer("doctor", "--brief")
-    assert "no Embree: pip install embreex" in out
+    assert "reference: rays in numpy, some hundred times slower" in out and "no Embree: pip install embreex" in out
+
+
+def test_missing_moderngl_is_named(metamer, monkeypatch):
+    monkeypatch.setitem(sys.modules, "moderngl", None)
+    code, out, _ = metamer("doctor", "--brief")
+    assert code == 0 and "renderer: software (numpy)" in out
+    assert "try: pip install moderngl" in out and "libegl1" not in out
 
 
 def test_unusable_display_configuration_does_not_hide_the_rest(metamer, monkeypatch, tmp_path):

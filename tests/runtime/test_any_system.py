@@ -1,4 +1,6 @@
-"""Systems other than POSIX, what they lack hidden: files are imported, colours compared and pictures drawn without."""
+"""Systems other than POSIX, and processors that libraries have no packages for, what they lack hidden: files are
+imported, colours compared and pictures drawn without.
+"""
 
 import os
 import subprocess
@@ -24,6 +26,13 @@ for name in ("SIGHUP", "SIGQUIT", "SIGALRM", "SIGPIPE", "pthread_sigmask", "set_
 """
 
 
+#: Libraries without packages for some systems on ARM processors, hidden, too.
+HIDE_LIBRARIES = """
+for name in ("embreex", "moderngl", "glcontext"):
+    sys.modules[name] = None
+"""
+
+
 @pytest.fixture
 def elsewhere(tmp_path):
     """Runs commands at once, each in a process of its own that has none of this.
@@ -32,8 +41,9 @@ def elsewhere(tmp_path):
     """
 
     def started(words):
-        code = f"{HIDE}\nfrom metamer.cli.main import main\nsys.exit(main({list(map(str, words))!r}))"
-        environment = {**os.environ, "METAMER_NO_GL": "1", "XDG_CACHE_HOME": str(tmp_path / "cache")}
+        code = f"{HIDE}{HIDE_LIBRARIES}\nfrom metamer.cli.main import main\nsys.exit(main({list(map(str, words))!r}))"
+        environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path / "cache")}
+        environment.pop("METAMER_NO_GL", None)
         pipe = subprocess.PIPE
         return subprocess.Popen(
             [sys.executable, "-c", code], cwd=tmp_path, env=environment, stdout=pipe, stderr=pipe, encoding="utf-8"
@@ -73,6 +83,7 @@ def test_files_are_imported_and_drawn(elsewhere, chart, tmp_path):
     picture = tmp_path / "ball.png"
     code, out, err = elsewhere("render", "ball.toml", "--catalogue", tmp_path / "kept", "-o", picture)
     assert code == 0 and picture.read_bytes().startswith(b"\x89PNG"), out + err
+    assert "numpy" in elsewhere("doctor", "--brief")[1].partition("display")[0]
 
 
 @pytest.mark.slow

@@ -27,12 +27,14 @@ class NoGL(MetamerError):
     `attempts` holds a (back end, reason) pair for every way that was tried.
     """
 
-    def __init__(self, attempts: tuple[tuple[str, str], ...]) -> None:
+    def __init__(self, attempts: tuple[tuple[str, str], ...], hint: str | None = None) -> None:
         self.attempts = attempts
+        if hint is None:
+            hint = f"{system_hint(SYSTEM_PACKAGES)}   (a software driver is enough, no display is needed)"
         tried = "\n".join(f"  {backend}: {reason}" for backend, reason in attempts)
         super().__init__(
             f"no OpenGL {REQUIRED_VERSION // 100}.{REQUIRED_VERSION % 100} context could be made\n{tried}\n"
-            f"  try: {system_hint(SYSTEM_PACKAGES)}   (a software driver is enough, no display is needed)"
+            f"  try: {hint}"
         )
 
 
@@ -51,7 +53,8 @@ def create_context() -> moderngl.Context:
     try:
         import moderngl
     except ImportError as reason:
-        raise NoGL((("moderngl", str(reason)),)) from reason
+        hint = "pip install moderngl   (some systems on ARM processors have no package of it: it is compiled there)"
+        raise NoGL((("moderngl", str(reason)),), hint) from reason
     attempts: list[tuple[str, str]] = []
     ways: tuple[tuple[str, dict[str, Any]], ...] = (("EGL", {"backend": "egl"}), ("default back end", {}))
     for label, options in ways:

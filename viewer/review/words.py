@@ -8,6 +8,7 @@ import numpy as np
 
 from ...lighting.camera import Camera
 from ...lighting.plan import ScenePlan
+from ...lighting.ray_index import rays_words
 from ...lighting.reference.geometry import VisibleGeometry
 from ...lighting.scene import Scene
 from ...materials.core.surface import Surface
@@ -72,7 +73,7 @@ def colour_chain(
 ) -> list[str]:
     """Return the colour chain from spectrum to display, a sentence each."""
     observer = scene.observer
-    traced = "Reference: Embree rays, the original data of each material at every wavelength, float64"
+    traced = f"Reference: {rays_words()}, the original data of each material at every wavelength, float64"
     if scene.spread_lights:
         traced += "; of light that spreads, directions are sampled until the noise, stated by row, is a "
         traced += "tenth of the budget (mean)"
