@@ -70,6 +70,7 @@ $(VENV)/.installed-for-tests: $(VENV)/.installed
 	@echo "Installing what the tests need ..."
 	@$(PIP) -e '.[test]'
 	@$(PIP) mitsuba || echo "Mitsuba 3 has no package for this Python: its comparisons will be skipped."
+	@$(PIP) MaterialX || echo "MaterialX has no package for this Python: its tests will be skipped."
 	@$(PIP) flip-evaluator || echo "FLIP has no package for this Python: its tests will be skipped."
 	@$(PIP) openimageio || echo "OpenImageIO has no package for this Python: reading our pictures with it will be skipped."
 	@touch $@

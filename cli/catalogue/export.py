@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ...materials.records.material import MaterialRecord
 
 # Names of `materials.export.files.FORMATS`, which is imported only when something is exported.
-_FORMATS = "csv, cxf, exr, gltf, merl, mitsuba, parquet, ubo, ubo-spectral or xlsx"
+_FORMATS = "csv, cxf, exr, gltf, materialx, merl, mitsuba, parquet, ubo, ubo-spectral or xlsx"
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

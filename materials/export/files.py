@@ -314,6 +314,18 @@ def _gltf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
     return tuple(notes)
 
 
+def _materialx(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
+    from ..formats.materialx_writer import open_pbr, write_materialx
+
+    written, notes = [], []
+    for record in records:
+        with _of(record):
+            written.append(open_pbr(record.id, record.surface(), "; ".join(_lines(record.id, provenance_tags(record)))))
+        notes += [*written[-1].notes, *_mean_only(record)]
+    table = write_materialx(path, written)
+    return (*notes, f"spectra are in {table.name}; red, green and blue are what D65 shows of them")
+
+
 def _btf(
     path: Path, records: Iterable[MaterialRecord], heard: Callable[[int, int], None], spectral: bool = False
 ) -> tuple[str, ...]:
@@ -340,6 +352,12 @@ FORMATS = {
     "exr": ExportFormat(".exr", False, _exr, "spectral OpenEXR: reflectance, emission or fluorescence"),
     "gltf": ExportFormat(
         ".glb", True, _gltf, "glTF 2.0: maps, textures, and what is matt or metal and roughness, in RGB"
+    ),
+    "materialx": ExportFormat(
+        ".mtlx",
+        True,
+        _materialx,
+        "MaterialX: OpenPBR surfaces of what is matt or metal and roughness; spectra beside it",
     ),
     "merl": ExportFormat(".binary", False, _merl, "MERL table of the BRDF in red, green and blue"),
     "mitsuba": ExportFormat("", False, _mitsuba, "folder with a Mitsuba 3 scene of the material on a sphere"),
