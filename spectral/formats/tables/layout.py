@@ -33,6 +33,16 @@ _UNIT_CELL = re.compile(
 )
 
 
+# What a sample is called by in a line of its own, whatever mark stands behind it.
+_SAMPLE_KEY = re.compile(
+    r"(?:sample|specimen|probe|muster|[ée]chantillon|muestra|campione|patch|swatch)n?"
+    r"[ _-]*(?:names?|id|no\.?|nr\.?|title)?|"
+    r"(?:proben?)?bezeichnung|name|nom|nome|nombre|title|label",
+    re.I,
+)
+# A key with its value, and a marker of a program, such as ">>>>>Begin Spectral Data<<<<<".
+_KEYED = re.compile(r"[^:=;,()\[\]]{1,40}[:=;,]\s?\S|\W*>>|.*<<")
+
 # The wavenumber, in 1/cm, of the shortest light; no wavelength in nm is larger.
 _LARGEST = 50_000.0
 # The shortest wavelength, in nm, that is looked for across a header.
@@ -65,6 +75,11 @@ def is_wavelength_header(cell: str) -> bool:
 def is_name_header(cell: str) -> bool:
     """Return whether a header says that its column names the samples."""
     return bool(_NAME_WORD.search(cell))
+
+
+def is_sample_key(words: str) -> bool:
+    """Return whether a line's first words say that the name of a sample follows."""
+    return bool(_SAMPLE_KEY.fullmatch(words))
 
 
 def is_units_row(cells: Sequence[str]) -> bool:
@@ -200,6 +215,8 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     cells = rows[index][1]
     if not cells[0] or is_wavelength_header(cells[0]) or (len(cells) > 2 and is_reciprocal_header(cells[0])):
         return index
+    if not dialect.delimiter and (is_sample_key(cells[0]) or _KEYED.match(" ".join(cells))):
+        return None  # white space parts words, and no key from its value
     if len(cells) < len(rows[first][1]) and not any(map(is_wavelength_header, cells)):
         return None
     keyed = dialect.names_wavelength(

@@ -50,11 +50,15 @@ class Way(NamedTuple):
     def rows(self) -> Iterator[Row]:
         """Rows of numbers, of the first thousands, up to one without a wavelength."""
         for line, cells in self.shown[self.layout.first :]:
-            if self.layout.way == "down" and not any(
-                at < len(cells) and self.text.dialect.wavelength(cells[at]) for at in self.layout.axes
-            ):
+            if not self.has_wavelength(cells):
                 return
             yield line, cells
+
+    def has_wavelength(self, cells: Sequence[str]) -> bool:
+        """Return whether a row is one of numbers, as far as its wavelength tells."""
+        return self.layout.way == "across" or any(
+            at < len(cells) and self.text.dialect.wavelength(cells[at]) for at in self.layout.axes
+        )
 
     def headings(self) -> int:
         """Number of headings of its columns; 0 where no row names them."""
@@ -230,7 +234,9 @@ def _thousands(way: Way) -> tuple[int, str] | None:
     if dialect.delimiter == ",":
         return None
     mark, grouped = dialect.decimal, _IN_THOUSANDS[dialect.decimal]
-    rows = [(line, way.values(cells)) for line, cells in way.shown[way.layout.first :]]
+    # Keys and values stand between tables.
+    below = ((line, cells) for line, cells in way.shown[way.layout.first :] if way.has_wavelength(cells))
+    rows = [(line, way.values(cells)) for line, cells in below]
     if not all(grouped.fullmatch(cell) for cell in rows[0][1] if mark in cell):
         return None
     columns = zip_longest(*(cells for _, cells in rows), fillvalue="")

@@ -21,6 +21,7 @@ from .layout import (
     Way,
     header_above,
     is_name_header,
+    is_sample_key,
     is_units_row,
     is_wavelength_header,
     labelled_wavelengths,
@@ -30,8 +31,10 @@ from .layout import (
 from .long_form import long_form, names_beside, read_long
 from .one_reading import one_reading
 from .rows import is_generic, read_across, read_down
-from .section import SHOWN_LINES, Column, Section, trimmed
+from .section import SHOWN_LINES, Column, Section, Text, trimmed
 
+# What a reading is called by in a line of its own.
+_READING = re.compile(r"(?:measurement|messung|reading|scan|spectrum|spektrum|run|file)[ _-]*(?:name|id|no\.?)?", re.I)
 # Rows of a further table, from its first, that say where its wavelengths are.
 _FIRST_ROWS = 6
 
@@ -133,7 +136,7 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
     between = shown[layout.header + 1 : layout.first] if layout.header is not None else []
     table.units = next((cells for _, cells in between if is_units_row(cells)), [])
     table.above = shown[: layout.first if layout.header is None else layout.header]
-    table.preamble, table.words = _preamble(table.above, remarks, text.dialect.delimiter)
+    table.preamble, table.words = _preamble(table.above, remarks, text)
     table.heads = _heads(table, remarks)
     if before is not None and not table.heads:
         table.heads = _as_before(before, table)
@@ -151,7 +154,7 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
         if table.further is None:
             notes.append(f"{below} lines below the table are not read")
     end = MOST_LINES if table.further is None else table.last_line
-    table.preamble, table.words = _preamble(table.above, text.said(after, end + 1), text.dialect.delimiter)
+    table.preamble, table.words = _preamble(table.above, text.said(after, end + 1), text)
 
 
 def _across_below(table: Section) -> tuple[int, Way] | None:
@@ -197,7 +200,9 @@ def _kept_apart(sections: Sequence[Section], notes: list[str]) -> None:
     titles = [_title(section) for section in sections]
     alike: dict[tuple[str, ...], int] = {}
     for number, section in enumerate(sections):
-        title = titles[number] if len(sections) > 1 and titles.count(titles[number]) == 1 else ""
+        title = titles[number] if len(sections) > 1 else ""
+        if titles.count(title) > 1 and title != _named_by_key(section):
+            title = ""  # of the file, or of its columns
         same = alike.setdefault(tuple(section.heads), number)
         around = section.words
         if number and quantity_in(around) is None and (above := quantity_in(first.words)) is not None:
@@ -216,25 +221,37 @@ def _title(section: Section) -> str:
     """Return the sample that the lines above a table name, "" where they name none: by a key, or right above the
     header.
     """
-    named = next((value for key, value in section.preamble.items() if key != "title" and is_name_header(key)), "")
+    named = _named_by_key(section)
     cells = [cell for cell in section.above[-1][1] if cell] if section.above else []
     alone = cells[0] if len(cells) == 1 else ""
     comment_alone = "" if section.above else section.preamble.get("comments", "")
-    title = named or alone or ("" if ";" in comment_alone else comment_alone)
-    return "" if ":" in title or quantity_in(title) or is_generic(title) else shortened(title)
+    title = alone or ("" if ";" in comment_alone else comment_alone)
+    return named or ("" if ":" in title or quantity_in(title) or is_generic(title) else shortened(title))
 
 
-def _preamble(above: Sequence[Row], remarks: Sequence[str], delimiter: str) -> tuple[dict[str, str], str]:
+def _named_by_key(section: Section) -> str:
+    """Return the sample that a key above a table names, "" where none does; a word for a sample goes before one for a
+    reading.
+    """
+    keyed = [(key, value) for key, value in section.preamble.items() if key not in ("title", "comments")]
+    found = [value for key, value in keyed if is_name_header(key)]
+    found += [value for key, value in keyed if _READING.fullmatch(key)]
+    return next((shortened(value) for value in found if not (quantity_in(value) or is_generic(value))), "")
+
+
+def _preamble(above: Sequence[Row], remarks: Sequence[str], text: Text) -> tuple[dict[str, str], str]:
     """Keys and values above the table, and all words there, one line each."""
     found: dict[str, str] = {}
-    lines = []
-    for _, cells in above:
+    lines, delimiter = [], text.dialect.delimiter
+    for line, cells in above:
         filled = [cell for cell in cells if cell]
-        # White space parts words, and no keys from their values.
-        filled = filled if delimiter else [" ".join(filled[:40])]
+        if not delimiter:
+            # White space parts words, and no keys from their values, unless it is a tab.
+            parts = text.rows[text.place(line)][1][:4000].split("\t")
+            filled = ["\t".join(" ".join(part.split()) for part in parts if part.strip())]
         parts = []
         if len(filled) == 1:
-            parts = _condition_in(filled[0]) or re.split(":" if delimiter else "[:=]", filled[0], maxsplit=1)
+            parts = _labelled(filled[0]) or re.split(":" if delimiter else "[:=]", filled[0], maxsplit=1)
         lines.append(": ".join(filled[:40]))
         if len(parts) > 1:
             filled = [part.strip() for part in parts]
@@ -242,17 +259,20 @@ def _preamble(above: Sequence[Row], remarks: Sequence[str], delimiter: str) -> t
             found.setdefault(shortened(filled[0].rstrip(":= "), 60), shortened(" ".join(filled[1:40])))
         elif filled:
             found.setdefault("title", shortened(filled[0]))
-    for key, value in filter(None, map(_condition_in, remarks[:200])):
+    for key, value in filter(None, map(_labelled, remarks[:200])):
         found.setdefault(shortened(key, 60), shortened(value))
     if remarks:
         found["comments"] = shortened("; ".join(remarks[:20]), 400)
     return found, "\n".join([*lines, *remarks[:200]])
 
 
-def _condition_in(line: str) -> list[str]:
-    """Return a part of a measurement and what a line such as "Filter = none" says of it; [] of any other."""
-    parts = [part.strip() for part in re.split("[:=;,\t]", line, maxsplit=1)]
-    return parts if len(parts) == 2 and parts[1] and is_condition(parts[0], perhaps=True) else []
+def _labelled(line: str) -> list[str]:
+    """Return a part of a measurement, or a word for a sample, and what a line such as "Filter = none" says of it; [] of
+    any other.
+    """
+    parts = [part.strip(' \t",;:=') for part in re.split("[:=;,\t]", line, maxsplit=1)]
+    known = len(parts) == 2 and (is_condition(parts[0], perhaps=True) or is_sample_key(parts[0]))
+    return parts if known and parts[1] else []
 
 
 def _heads(table: Section, remarks: Sequence[str]) -> list[str]:

@@ -1,5 +1,6 @@
 """Several tables in one text file: each is what its own header and title say."""
 
+import numpy as np
 import pytest
 from metamer.spectral.formats.csv import read
 from metamer.spectral.formats.import_options import ImportOptions
@@ -152,3 +153,42 @@ def test_wavelengths_that_start_again_are_another_spectrum(written):
     content = "380\t0.1\n384\t0.2\n388\t0.2\n\n380\t0.2\n384\t0.4\n388\t0.4\n"
     found = {entry.name: entry.spectrum.samples.tolist() for entry in silent(written(content, "two.txt")).entries}
     assert found == {"two": [0.1, 0.2, 0.2], "two (2)": [0.2, 0.4, 0.4]}
+
+
+KEYS = (
+    *("Sample: {}", "Sample Name: {}", "Sample Name:\t{}", "Sample name = {}", "Sample,{}", "Sample Name;{}"),
+    *("SAMPLE\t{}", "Probe: {}", "Name: {}", "# Sample: {}", "Sample ID: {}", "Sample : {}", "Measurement: {}"),
+    *('"Sample Name:","{}"', "Sample: {}\nOperator: me\nDate: 3.4.2024", "Title: {}"),
+)
+HEADERS = (
+    ("", " "),
+    ("nm R\n", " "),
+    ("nm\tR%\n", "\t"),
+    ("Wavelength,Reflectance (%)\n", ","),
+    (">>>>>Begin Spectral Data<<<<<\n", " "),
+)
+
+
+@pytest.mark.parametrize(("header", "between"), HEADERS)
+@pytest.mark.parametrize("key", KEYS)
+def test_blocks_are_called_as_the_line_above_them_says(written, key, header, between):
+    """Three decimals in all of them part no thousands, whatever number a sample is called by."""
+    blocks = [
+        key.format(name)
+        + "\n"
+        + header
+        + "".join(f"{nm}{between}{7.0 * share + nm / 1e4:.3f}\n" for nm in range(400, 701, 20))
+        for name, share in (("Rosso", 4.0), ("Bruno 3", 1.0), ("17", 0.5))
+    ]
+    file = read_spectra(written("Instrument: X\nUnits: Reflectance %\n" + "\n".join(blocks), "m.txt"))
+    names = [entry.name for entry in file.entries]
+    assert [word in name for word, name in zip(("Rosso", "Bruno 3", "17"), names, strict=True)] == [True] * 3, names
+    np.testing.assert_allclose(
+        [entry.spectrum.samples[0] for entry in file.entries], [0.2804, 0.0704, 0.0354], atol=1e-4
+    )
+
+
+def test_a_sample_that_was_read_twice_keeps_its_name(written):
+    block = "Sample: Rosso\nnm\tR%\n400\t7.0\n410\t8.5\n"
+    file = read_spectra(written(block * 2 + block.replace("Rosso", "Blu"), "m.txt"))
+    assert [entry.name for entry in file.entries] == ["Rosso", "Rosso (2)", "Blu"]
