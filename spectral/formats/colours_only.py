@@ -21,7 +21,7 @@ from .import_options import NO_ANSWER, ImportOptions
 from .registry import HEAD, StatedColour
 from .shared.text import read_lines
 from .shared.words import (
-    behind_colour_axis,
+    beside_colour_axis,
     colour_axis,
     condition_in,
     illuminant_in,
@@ -45,6 +45,14 @@ _CONVERTED = (
 )
 # Largest of X, Y and Z of white under daylights and bluer lights, Y = 1.
 _WHITE_OF_ONE = 1.25
+# L* of ten times white; silver paints come near it beside the mirror direction.
+_LIGHTEST = 250.0
+# Lines about Hunter's L, a, b of 1948; an instrument of the firm that bears his name may well give CIELAB.
+_HUNTER = re.compile(
+    r"(?<![a-z])hunter[ -]?(?:scale|values?|colou?r scale|l ?,? ?a ?,? ?b)(?![a-z])"
+    r"(?! ?(?:[a-z]+ )?(?:ultra|colou?r|mini|lab|agera|aeros|vista))",
+    re.I,
+)
 _LIKE = "lab:52.1,10.3,-5.6@D65/1964_10"
 
 
@@ -95,7 +103,8 @@ def colour_in(text: str) -> StatedColour | None:
         turn = np.radians(values[2])
         values = np.array([values[0], values[1] * np.cos(turn), values[1] * np.sin(turn)])
     found = StatedColour("XYZ" if space.lower() == "xyz" else "Lab", values, light, eye)
-    _check_scale([found], NO_ANSWER)
+    # Blacks are written as L*, a*, b*.
+    _check_scale([found], NO_ANSWER if found.space == "XYZ" else ImportOptions(scale="percent"))
     return found
 
 
@@ -133,7 +142,23 @@ def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[C
 
 
 def _check_scale(stated: Sequence[StatedColour], answer: ImportOptions) -> None:
-    """Refuse XYZ of which none is above those of white on a scale to 1: on that to 100, all would be black."""
+    """Refuse colours of which none is above white on a scale to 1: on that to 100, all would be black; and an L* that
+    nothing has.
+    """
+    light = [float(one.values[0]) for one in stated if one.space == "Lab"]
+    wrong = next((one for one in light if not 0.0 <= one <= _LIGHTEST), None)
+    if wrong is not None:
+        raise UnclearColoursError("no lightness", field="L*", found=f"{wrong:.4g}", expected="L* of 0 to 100")
+    if max((float(np.abs(one.values).max()) for one in stated if one.space == "Lab"), default=np.inf) <= 1.0 and (
+        answer.scale != "percent"
+    ):
+        raise UnclearColoursError(
+            "L*, a*, b* of a scale to 1, or all black",
+            field="L*, a*, b*",
+            found=f"L* up to {max(light):.4g}, and no a* or b* beyond 1",
+            expected="L* of 0 to 100",
+            hint="multiply them by 100 if that is their scale; a file of blacks is read with --scale percent",
+        )
     largest = max((float(one.values.max()) for one in stated if one.space == "XYZ"), default=np.inf)
     if largest <= _WHITE_OF_ONE and answer.scale != "percent":
         raise UnclearColoursError(
@@ -173,8 +198,8 @@ def _table(path: Path) -> list[Coloured]:
     for start, (place, header) in enumerate(rows):
         if sum(colour_axis(cell) is not None for cell in header) < 3:
             continue
-        _check_headings(header, place)
         above = " ".join(" ".join(row) for _, row in rows[: start + 1])
+        _check_headings(header, place, above)
         details = (
             {"format": "CSV"}
             | ({"converted": words} if words else {})
@@ -245,7 +270,7 @@ def _colours_of(
     """
     by_words: dict[str, dict[str, float]] = {}
     for head, value in cells.items():
-        by_words.setdefault(behind_colour_axis(head), {})[head] = value
+        by_words.setdefault(beside_colour_axis(head), {})[head] = value
     apart = {words: stated_colours(own, light, eye) for words, own in by_words.items()}
     apart = {words: colours for words, colours in apart.items() if colours}
     kinds = [(one.space, one.illuminant, one.observer) for colours in apart.values() for one in colours]
@@ -265,9 +290,19 @@ def _is_about_a_reading(head: str) -> bool:
     return is_condition(head) or names_condition(head) or bool(_ANGLE_HEAD.fullmatch(head.strip()))
 
 
-def _check_headings(header: list[str], line: int) -> None:
-    """Refuse a heading of a colour that stands twice: the line above may tell them apart, and is not read."""
+def _check_headings(header: list[str], line: int, above: str) -> None:
+    """Refuse a heading of a colour that stands twice: the line above may tell them apart, and is not read; and letters
+    of Hunter's L, a, b, which CIELAB has, too.
+    """
     heads = [head.strip() for head in header if colour_axis(head)]
+    if (hunter := _HUNTER.search(above)) and not any("*" in head for head in heads):
+        raise UnclearColoursError(
+            "Hunter L, a, b are not L*, a*, b*",
+            field=f"line {line}",
+            found=f"{hunter[0].strip()}; {', '.join(heads[:3])}",
+            expected="CIELAB, as L*, a*, b*, or XYZ",
+            hint="export CIELAB or the spectra; where it is CIELAB, write L*, a*, b* into the headings",
+        )
     twice = [head for head in dict.fromkeys(heads) if heads.count(head) > 1]
     if twice:
         raise UnclearColoursError(

@@ -115,7 +115,7 @@ def number(cell: str, decimal: str = ".") -> float:
             return math.nan
         cell = cell.replace(",", ".")
     try:
-        value = float(cell.replace("\u2212", "-"))
+        value = float(cell.replace("\u2212", "-").replace("\u2013", "-"))
     except ValueError:
         return math.nan
     return value if math.isfinite(value) and "_" not in cell else math.nan

@@ -389,30 +389,67 @@ def condition_in(words: str) -> str | None:
 
 _COLOUR_COLUMN = re.compile(
     r"(?:tristimulus(?: values?)? )?(?:(?P<space>XYZ|CIE[ _]?XYZ|LAB|CIE[ _]?LAB|CIE)[ _.:-]+)?"
-    r"(?P<axis>X|Y|Z|L|a|b) ?\*?(?P<rest>$|[ (\[/,_].*)",
+    r"(?P<axis>X|Y|Z|L|a|b) ?\*?(?P<rest>$|[ (\[/,_].*|(?<=\*)[-\u2212]?\d.*)",
+    re.I,
+)
+# A reading and its axis, such as "-15° L*", "45as15 a*" and "D65/10° X"; a letter alone needs an angle or a light.
+_AXIS_LAST = re.compile(
+    r"(?P<before>.{1,60}?)(?:[ _,;:/|)\]-]+|(?<=[°º]))(?:CIE ?)?(?P<axis>L|a|b|(?-i:[XYZ]))(?P<star>(?<![XYZ]) ?\*)?",
+    re.I,
+)
+_READ_SO = re.compile(
+    rf"(?:{_ILLUMINANT})(?:\s*[/,_ -]\s*(?:2|10))?\s*(?:°|º|deg)?|(?:r?\d+)?as(?:p(?:ec\w*)?)?[ _]*[-\u2212]?\d+|"
+    r"[-\u2212]?\d+ ?(?:°|º|deg)?(?: ?as(?:p(?:ec\w*)?)?)?|SC[IE]",
+    re.I,
+)
+_ONLY_LIGHT = re.compile(rf"(?:{_ILLUMINANT})(?:\s*[/,_ -]\s*(?:2|10)\s*(?:°|º|deg)?)?", re.I)
+# Differences, limits and other spaces with the same letters: none is a colour of CIELAB.
+_NO_COLOUR = re.compile(
+    r"[Δ∆δ]|(?<![a-z])(?:d|delta|diff\w*|dev\w*|tol\w*|limits?|std\W?dev\w*|sd|sigma|min\w*|max\w*|hunter|ok|din ?99)"
+    r"(?![a-z0-9])",
     re.I,
 )
 
 
-def colour_axis(header: str) -> tuple[str, int] | None:
-    """("XYZ", 0..2) or ("Lab", 0..2) of a column such as XYZ_X, "L*", "LAB_B" or "a*(10°/D65)", None of any other."""
-    match = _COLOUR_COLUMN.match(_one_line(header))
-    if match is None:
+def _colour_heading(header: str) -> tuple[str, str, str] | None:
+    """Return the axis of a heading of colours, the space it names and the words beside it; None of any other."""
+    line = _one_line(header)
+    last = _AXIS_LAST.fullmatch(line)
+    # "A/10° L*" is L* under illuminant A, and no a*.
+    is_read_so = last is not None and _READ_SO.fullmatch(last["before"].strip(" ()[]")) is not None
+    if not is_read_so and (match := _COLOUR_COLUMN.match(line)) is not None:
+        axis, space, beside = match["axis"], (match["space"] or "").upper(), match["rest"]
+    elif last is not None and (is_read_so or last["star"]):
+        axis, space, beside = last["axis"], "XYZ" if last["axis"] in "XYZ" else "LAB", last["before"]
+    else:
         return None
-    axis, space = match["axis"].upper(), (match["space"] or "").upper()
+    return (
+        None if _NO_COLOUR.search(beside) else (axis, space, re.sub(r"^at\b", "", beside.strip(" ()[],;:/_")).strip())
+    )
+
+
+def colour_axis(header: str) -> tuple[str, int] | None:
+    """("XYZ", 0..2) or ("Lab", 0..2) of a column such as XYZ_X, "L*", "LAB_B", "a*(10°/D65)" or "-15° L*", None of any
+    other.
+    """
+    found = _colour_heading(header)
+    if found is None:
+        return None
+    letter, space, _ = found
+    axis = letter.upper()
     if axis in "XYZ" and "LAB" not in space:
         # Lower-case x, y, z without a space before them are chromaticity coordinates.
-        return ("XYZ", "XYZ".index(axis)) if space or match["axis"].isupper() else None
+        return ("XYZ", "XYZ".index(axis)) if space or letter.isupper() else None
     if axis in "LAB" and "XYZ" not in space:
         starred = "*" in header or "LAB" in space or "CIE" in space
-        return ("Lab", "LAB".index(axis)) if starred or match["axis"] in ("L", "a", "b") else None
+        return ("Lab", "LAB".index(axis)) if starred or letter in ("L", "a", "b") else None
     return None
 
 
-def behind_colour_axis(header: str) -> str:
-    """Return the words behind the axis in the heading of a colour, such as "SCI" in "L*(SCI)"."""
-    match = _COLOUR_COLUMN.match(_one_line(header))
-    return match["rest"].strip(" ()[],;:/_") if match else ""
+def beside_colour_axis(header: str) -> str:
+    """Return the words beside the axis in the heading of a colour, such as "SCI" in "L*(SCI)" and "15°" in "15° L*"."""
+    found = _colour_heading(header)
+    return found[2] if found else ""
 
 
 def stated_colours(
@@ -424,9 +461,11 @@ def stated_colours(
         axis = colour_axis(header)
         if axis is None or not np.isfinite(value):
             continue
-        own = header.partition("(")[2].rstrip(" )]") or header
-        key = (axis[0], illuminant_in(own) if "(" in header else None, observer_in(own))
-        found.setdefault(key, {}).setdefault(axis[1], float(value))
+        own, beside = header.partition("(")[2].rstrip(" )]") or header, beside_colour_axis(header)
+        light = (
+            illuminant_in(own) if "(" in header else illuminant_in(beside) if _ONLY_LIGHT.fullmatch(beside) else None
+        )
+        found.setdefault((axis[0], light, observer_in(own)), {}).setdefault(axis[1], float(value))
     stated = []
     for (space, light, angle), values in found.items():
         if len(values) == 3:

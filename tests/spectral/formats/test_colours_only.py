@@ -4,9 +4,11 @@ import itertools
 
 import numpy as np
 import pytest
+from metamer.materials.catalogue.samples import samples_of
 from metamer.runtime.errors import InputError
 from metamer.spectral.difference import lab_from_xyz
-from metamer.spectral.formats.colours_only import read_colours
+from metamer.spectral.formats.colours_only import colour_in, read_colours
+from metamer.spectral.formats.import_options import ImportOptions
 
 LAB = np.array([[50.0, 17.3, 10.0], [31.5, -20.0, 3.5], [80.25, 4.0, -40.0]])
 XYZ = np.array([[41.2, 43.0, 30.5], [9.5, 10.0, 4.25], [70.0, 75.0, 80.0]])
@@ -80,3 +82,97 @@ def test_the_colour_is_that_of_its_xyz(tmp_path):
     np.testing.assert_allclose(
         lab_from_xyz(np.array([one.stated[0].values for one in found]), white), lab_from_xyz(XYZ, white), atol=1e-5
     )
+
+
+@pytest.mark.parametrize("angles", [(-15, 15, 25, 45, 75, 110), (15, 45, 110), (25, 45, 75)])
+@pytest.mark.parametrize(
+    "heading",
+    [
+        *(
+            "{angle}° L*",
+            "{angle}°L*",
+            "45as{angle} L*",
+            "r45as{angle} L*",
+            "as{angle} L*",
+            "{angle}° L",
+            "45as{angle}_L",
+        ),
+        *("({angle}°) L*", "{angle} deg L*", "{angle}°/L*", "{angle}° CIE L*", "asp {angle} L*", "D65/10° {angle}° L*"),
+        *("L* {angle}°", "L*{angle}°", "L* 45as{angle}", "L*(45as{angle})", "L* at {angle}°"),
+    ],
+)
+def test_an_angle_stands_on_either_side_of_the_axis(tmp_path, heading, angles):
+    """Readings of one paint at their angles, and not as many paints, nor none."""
+    columns = [(angle, axis, at) for angle in angles for at, axis in enumerate("Lab")]
+    heads = []
+    for angle, axis, _ in columns:
+        before, _, behind = heading.rpartition("L")
+        heads.append(f"{before}{axis}{behind}".format(angle=angle))
+    values = [f"{60 - angle / 4 + 3 * at:.2f}" for angle, _, at in columns]
+    path = tmp_path / "x.csv"
+    path.write_text(f"Illuminant D65, observer 10°\nName,{','.join(heads)}\nred,{','.join(values)}\n", encoding="utf-8")
+    (found,) = samples_of(str(path), lambda: pytest.fail("no catalogue"))
+    assert found.name.startswith("red") and found.details["format"] == "CSV"
+    assert [one.measurement.geometry.second for one in found.angles] == list(angles)
+    for angle, part in zip(angles, found.angles, strict=True):
+        (colour,) = part.stated
+        assert (colour.illuminant, colour.observer) == ("D65", "1964_10")
+        np.testing.assert_allclose(colour.values, 60.0 - angle / 4.0 + 3.0 * np.arange(3), atol=5e-3)
+
+
+@pytest.mark.parametrize("heading", ["{light} L*", "{light}/10° L*", "L* {light}", "L*({light})", "L* ({light}/10°)"])
+def test_each_light_of_a_row_is_read(tmp_path, heading):
+    """The colours under A are those under A, wherever the heading says so; a line above says another light."""
+    heads = [heading.format(light=light).replace("L*", f"{axis}*") for light in ("D65", "A", "F11") for axis in "Lab"]
+    path = tmp_path / "x.csv"
+    row = ",".join(str(50 + at) for at in range(9))
+    path.write_text(f"Illuminant D65\nObserver 10°\nName,{','.join(heads)}\nred,{row}\n", encoding="utf-8")
+    (found,) = read_colours(path)
+    assert [(one.illuminant, one.observer, one.values[0]) for one in found.stated] == [
+        ("D65", "1964_10", 50.0),
+        ("A", "1964_10", 53.0),
+        ("FL11", "1964_10", 56.0),
+    ]
+
+
+@pytest.mark.parametrize(
+    "heads",
+    [
+        *("ΔL*,Δa*,Δb*", "Delta L*,Delta a*,Delta b*", "L* diff,a* diff,b* diff", "L* tol.,a* tol.,b* tol."),
+        *("L* std dev,a* std dev,b* std dev", "Hunter L,Hunter a,Hunter b", "L (Hunter),a (Hunter),b (Hunter)"),
+    ],
+)
+def test_differences_limits_and_other_spaces_are_no_colours(tmp_path, heads):
+    path = tmp_path / "x.csv"
+    path.write_text(f"D65/10°\nName,L*,a*,b*,{heads}\nred,50,10,5,1,1,1\n", encoding="utf-8")
+    (found,) = read_colours(path)
+    assert found.name == "red" and [one.values.tolist() for one in found.stated] == [[50.0, 10.0, 5.0]]
+
+
+@pytest.mark.parametrize(
+    ("text", "problem"),
+    [
+        ("Hunter Lab, D65/10°\nName,L,a,b\nred,50,10,5\n", "Hunter"),
+        ("Scale: Hunter L,a,b\nName,L,a,b\nred,50,10,5\n", "Hunter"),
+        ("D65/10°\nName,L*,a*,b*\nred,0.5,0.1,0.05\nblue,0.4,-0.1,-0.3\n", "scale to 1"),
+        ("D65/10°\nName,L*,a*,b*\nred,5000,100,50\n", "no lightness"),
+        ("D65/10°\nName,L*,a*,b*\nred,-50,10,5\n", "no lightness"),
+    ],
+)
+def test_colours_that_cannot_be_are_asked_about(tmp_path, text, problem):
+    path = tmp_path / "x.csv"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=problem) as caught:
+        read_colours(path)
+    assert caught.value.found and caught.value.expected
+
+
+def test_blacks_and_instruments_of_one_name_are_read(tmp_path):
+    assert colour_in("lab:0.5,0.1,0.1@D65/1964_10").values[0] == 0.5
+    path = tmp_path / "x.csv"
+    path.write_text("HunterLab UltraScan, D65/10°\nName,L,a,b\nred,50,10,\u20135\n", encoding="utf-8")
+    (found,) = read_colours(path)
+    assert found.stated[0].values.tolist() == [50.0, 10.0, -5.0]
+    path.write_text("D65/10°\nName,L*,a*,b*\nblack,0.5,0.1,0.05\n", encoding="utf-8")
+    (found,) = read_colours(path, ImportOptions(scale="percent"))
+    assert found.stated[0].values[0] == 0.5
