@@ -6,9 +6,7 @@ The last of the readers to be asked: what another one knows never comes here.
 from __future__ import annotations
 
 import re
-import struct
 import tomllib
-import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -16,6 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from ...runtime.errors import InputError
+from ...spectral.formats.unread_sheets import members, unread_sheet
 from ..records.source import MaterialSource, Rejected
 from .input_file import is_zip
 from .pictures.map_names import map_name, pictures_in
@@ -82,8 +81,10 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 def unread(path: Path, head: bytes) -> Unread | None:
     """Find the one of `formats` that a file is of, by its name and its first bytes; None where it is of none."""
-    members = _members(path) if is_zip(head) else ()
-    return next((known for known in formats() if known.fits(path, head, members)), None)
+    if (sheet := unread_sheet(path, head)) is not None:
+        return Unread(sheet.name, "it is no workbook of today (.xlsx)", sheet.hint)
+    packed = members(path) if is_zip(head) else ()
+    return next((known for known in formats() if known.fits(path, head, packed)), None)
 
 
 def refuse(path: Path, head: bytes) -> NoReturn:
@@ -112,15 +113,6 @@ def _head(path: Path) -> bytes:
             expected="a readable file",
             hint="check its name and its permissions",
         ) from None
-
-
-def _members(path: Path) -> tuple[str, ...]:
-    """Names in a zip container, as far as it can be read."""
-    try:
-        with zipfile.ZipFile(path) as opened:
-            return tuple(opened.namelist())
-    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError, EOFError, RuntimeError, struct.error):
-        return ()
 
 
 def _lies_beside_maps(path: Path) -> bool:

@@ -17,6 +17,7 @@ from ...runtime.errors import InputError
 from ...runtime.files import existing_file
 from ..spectrum import Spectrum
 from .import_options import NO_ANSWER, AgainstAnswerError, ImportOptions, contradiction
+from .unread_sheets import unread_sheet
 
 #: Readers by module name, the most particular first: the first that recognises a file reads it. A reader has NAME,
 #: SUFFIXES, `recognises(path, head)` and `read(path)`; one whose files may leave open what was measured has ASKS = True
@@ -159,7 +160,16 @@ def read_spectra(path: str | Path, answer: ImportOptions = NO_ANSWER) -> Spectra
     reader = format_of(path)
     if reader is None:
         with Path(path).open("rb") as file:
-            start = file.read(16)
+            head = file.read(HEAD)
+        start = head[:16]
+        if (sheet := unread_sheet(Path(path), head)) is not None:
+            raise InputError(
+                "a workbook that is not read",
+                file=path,
+                found=sheet.name,
+                expected="an .xlsx workbook",
+                hint=sheet.hint,
+            )
         raise InputError(
             "not a file of spectra" if start else "the file is empty",
             file=path,

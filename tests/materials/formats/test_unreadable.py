@@ -6,6 +6,7 @@ import pytest
 from metamer.materials.formats import unreadable
 from metamer.materials.intake.sources import read_sources
 from metamer.runtime.errors import InputError
+from metamer.spectral.formats.registry import read_spectra
 
 SAMPLES = {
     "paint.axf": (b"\x89HDF\r\n\x1a\n" + b"\0" * 50, "X-Rite AxF", "PANTORA"),
@@ -23,9 +24,15 @@ SAMPLES = {
     "a.blend": (b"BLENDER-v300", "a scene of a modelling program", "glTF"),
     "cloth.btf": (b"!6FB\1\0", "a bidirectional texture (BTF)", "RGL"),
     "pane.xml": (b"<?xml version='1.0'?><WindowElement xmlns=''>", "a BSDF of a window (WINDOW, Radiance)", "CSV"),
-    "readings.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel workbook of an older or a binary kind", "xlsx"),
-    "readings.xlsb": (b"PK\3\4", "an Excel workbook of an older or a binary kind", "CSV"),
-    "readings.ods": (b"PK\3\4", "an OpenDocument spreadsheet", "CSV"),
+    "readings.xls": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 workbook", "xlsx"),
+    "of no name": (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 workbook", "xlsx"),
+    "old.XLS": (b"\x09\x08\x08\x00\x00\x05", "a workbook of Excel 5 or older", "xlsx"),
+    "page.xls": (b"\r\n<html><table><tr><td>nm", "a web page that is named as a workbook", "xlsx"),
+    "sheet.xml": (
+        b'<?xml version="1.0"?>\n<?mso-application progid="Excel.Sheet"?>\n<Workbook>',
+        "an Excel 2003 workbook in XML",
+        "xlsx",
+    ),
     "sheet": (
         b"PK\3\4" + b"\0" * 26 + b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet",
         "an OpenDocument spreadsheet",
@@ -103,7 +110,7 @@ def test_what_is_nobody_s_stays_so(tmp_path, name, head):
 @pytest.mark.parametrize(
     ("member", "called"),
     [
-        ("xl/workbook.bin", "an Excel workbook of an older or a binary kind"),
+        ("xl/workbook.bin", "a binary Excel workbook (.xlsb)"),
         ("OOISignatures.xml", "Ocean Optics ProcSpec"),
     ],
 )
@@ -156,3 +163,14 @@ def test_meshes_in_a_folder_are_passed_over(tmp_path):
         (tmp_path / name).write_text(text)
     (tmp_path / "red.csv").write_text("nm,reflectance (%)\n400,10\n500,20\n600,30\n700,40\n")
     assert [found.id for found in read_sources(tmp_path)] == ["red/red"]
+
+
+@pytest.mark.parametrize("name", [name for name, (_, called, _) in SAMPLES.items() if "workbook" in called])
+def test_workbooks_are_named_wherever_spectra_are_read(tmp_path, name):
+    """Commands that read spectra and no materials say it, too."""
+    head, called, _ = SAMPLES[name]
+    path = tmp_path / name
+    path.write_bytes(head)
+    with pytest.raises(InputError, match="not read") as caught:
+        read_spectra(path)
+    assert caught.value.found == called and "save it as .xlsx" in caught.value.hint
