@@ -265,12 +265,19 @@ def test_unusable_arguments_are_refused():
         fit(Scaled(lambda wi, wo: np.where(wi[..., 2] > 0.5, np.nan, 1.0), RED.samples), pixels=PIXELS)
 
 
-@pytest.mark.slow_cases("io")
-@pytest.mark.parametrize("frame", [None, "io"])
-def test_terms_do_not_cancel_where_no_picture_looks(frame):
+@pytest.mark.slow_cases("many terms", "many terms by angles of incidence")
+@pytest.mark.parametrize(
+    ("frame", "pixels", "ranks", "most"),
+    [
+        pytest.param("io", 16, (6,), 4.5, id="few terms by angles of incidence"),
+        pytest.param(None, 32, (8, 24), 2.5, id="many terms"),
+        pytest.param("io", 32, (8, 24), 2.5, id="many terms by angles of incidence"),
+    ],
+)
+def test_terms_do_not_cancel_where_no_picture_looks(frame, pixels, ranks, most):
     """Told in angles of incidence, a highlight had light of -0.9 in the plane of incidence, or of -0.5: by rounding."""
     brdf = AshikhminShirley(RED, GREY, 40.0, 40.0)
-    found = fit(brdf, frame=frame, budget=1.0, pixels=32, ranks=(8, 24))
+    found = fit(brdf, frame=frame, budget=1.0, pixels=pixels, ranks=ranks)
     rng = np.random.default_rng(3)
     theta_i, theta_o = np.radians(89.9) * rng.random((2, 120_000)) ** 0.7
     phi = np.pi * (1.0 - rng.random(120_000) ** 2)
@@ -282,7 +289,7 @@ def test_terms_do_not_cancel_where_no_picture_looks(frame):
     # What is reported was looked for there, too.
     assert -0.02 <= found.error.most_negative <= shaded.min() + 1e-3
     assert found.error.largest <= 2.0
-    assert found.score <= 2.5
+    assert found.score <= most
 
 
 @pytest.mark.slow
