@@ -51,7 +51,8 @@ def test_a_sheet_and_a_page(metamer, folder, tmp_path):
 def test_filters_choose_and_order(metamer, folder, tmp_path):
     html = tmp_path / "page.html"
     chosen = ("--family", "paint", "--sort", "lightness", "--reverse", "--limit", "1")
-    code, _, _ = metamer("catalogue", "preview", folder, "--html", html, "--size", 16, *chosen)
+    drawn = ("--html", html, "--size", 16, "--renderer", "software")
+    code, _, _ = metamer("catalogue", "preview", folder, *drawn, *chosen)
     assert code == 0 and re.findall(r'data-name="([^"]+)"', html.read_text("utf-8")) == ["paint/light"]
 
 
