@@ -254,18 +254,39 @@ class DisplayTransform:
         """Return which colours the display cannot show: a channel below its range (out of gamut), one above (brighter
         than white).
 
-        Tables of a profile end at the gamut: there colours count that are shown off by more than ΔE94 1, on the side of
-        the range at which their codes are.
+        Tables of a profile end at the gamut: there colours count that no code shows to within ΔE94 1, by the tables
+        from codes to colours, on the side of the range at which their codes are. That the tables back are off is
+        something else (`describe`).
 
         rgb : codes of `xyz_d65`, as `apply` returns them.
         """
         if self.profile is None or not self.profile.has_limits:
             low, high = rgb < -CLIP_TOLERANCE, rgb > 1.0 + CLIP_TOLERANCE
             return np.asarray(low.any(axis=-1)), np.asarray(high.any(axis=-1))
-        shown = self.decode(np.clip(rgb, 0.0, 1.0)).astype(np.float64)
-        off = np.asarray(delta_e_xyz(np.asarray(xyz_d65, dtype=np.float64), shown, DISPLAY_WHITE_XYZ) > _BEYOND)
+        off = np.asarray(self._table_error(xyz_d65, rgb) > _BEYOND)
+        # The few that the tables back send elsewhere are looked for in those from codes to colours.
+        doubtful = np.array(xyz_d65[off], dtype=np.float32, order="C")
+        if len(doubtful):
+            nearest = doubtful.copy()
+            self._nearest.applyRGB(nearest)
+            off[off] = self._table_error(doubtful, nearest) > _BEYOND
         above = np.asarray(off & (rgb >= 1.0 - _TABLE_STEP).any(axis=-1))
         return np.asarray(off & ~above), above
+
+    def _table_error(self, xyz_d65: np.ndarray, rgb: np.ndarray) -> np.ndarray:
+        """ΔE94 of what codes show, by the profile's tables, from XYZ."""
+        shown = self.decode(np.clip(rgb, 0.0, 1.0)).astype(np.float64)
+        return np.asarray(delta_e_xyz(np.asarray(xyz_d65, dtype=np.float64), shown, DISPLAY_WHITE_XYZ))
+
+    @cached_property
+    def _nearest(self) -> Any:
+        """OCIO processor to the codes that show XYZ-D65 best, by the profile's tables from codes to colours."""
+        import PyOpenColorIO as ocio
+
+        assert self.profile is not None
+        depth, back = ocio.BIT_DEPTH_F32, ocio.TRANSFORM_DIR_INVERSE
+        processor = ocio.Config.CreateRaw().getProcessor(self.profile.to_xyz_d65, back)
+        return processor.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS)
 
     def clips_all(self, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> bool:
         """Return whether all that a picture shows is brighter than the display can be: no pixel that a surface covers
@@ -304,9 +325,14 @@ class DisplayTransform:
             f"The perfect diffuser facing the light (Y = 1) is sent to the display as ({code}).",
         ]
         if self.profile is not None and self.profile.has_limits:
+            steps = np.linspace(0.0, 1.0, 9, dtype=np.float32)
+            codes = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
+            xyz = self.decode(codes)
+            apart = self._table_error(xyz, self.apply(xyz))
             words.append(
-                f"The profile ends at the display's gamut: pixels that it shows off by more than ΔE94 {_BEYOND:g} are "
-                "counted per picture."
+                f"The profile's tables to codes miss its own colours by ΔE94 {apart.mean():.2f} on average, "
+                f"{apart.max():.1f} at most, within the gamut, at which they end: pixels beyond that no code shows to "
+                f"within ΔE94 {_BEYOND:g} are counted per picture."
             )
         elif np.all(above <= 1.0 + CLIP_TOLERANCE):
             words.append("This view limits values above white itself: clipped pixels cannot all be counted.")

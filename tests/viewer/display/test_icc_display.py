@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from icc_profiles import FORMS, matrix_profile, old_tables
 from metamer.runtime.errors import InputError, UnknownNameError
+from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.image import ColourImage
 from metamer.viewer.display.gl_pass import DisplayPass
 from metamer.viewer.display.transform import DISPLAY_WHITE_XYZ, DisplayTransform
@@ -55,6 +56,25 @@ def test_colours_that_it_cannot_show_are_counted(form, files):
     rgb, notes = display.encode(image)
     assert rgb.min() >= 0.0 and rgb.max() <= 1.0
     assert notes[0].startswith("3 of 4 pixels (75.00%) clipped to “ICC: Desk”")
+
+
+@pytest.mark.parametrize("count", [9, 17])
+def test_colours_within_the_gamut_are_not_counted_however_coarse_the_tables_are(count, tmp_path):
+    """Tables back to codes that are off by some ΔE94: said of the profile, and not of colours."""
+    (tmp_path / "coarse.icc").write_bytes(old_tables(b"XYZ ", count=count))
+    display = DisplayTransform(f"icc:{tmp_path / 'coarse.icc'}")
+    codes = np.random.default_rng(2).uniform(size=(4000, 3)).astype(np.float32)
+    xyz = display.decode(codes)
+    sent = display.apply(xyz)
+    off = delta_e_xyz(xyz.astype(float), display.decode(np.clip(sent, 0, 1)).astype(float), DISPLAY_WHITE_XYZ)
+    assert (off > 1.0).mean() > 0.2
+    below, above = display.out_of_range(xyz, sent)
+    assert not (below | above).any()
+    beyond = np.array([[0.05, 0.6, 0.05], [0.9, 0.3, 0.02]])
+    assert np.any(display.out_of_range(beyond, display.apply(beyond)), axis=0).all()
+    # One colour by itself, as the probe asks.
+    assert np.any(display.out_of_range(beyond[0], display.apply(beyond[0])))
+    assert "miss its own colours by ΔE94" in " ".join(display.describe())
 
 
 def test_other_views_configurations_and_files_are_refused(files, tmp_path):
