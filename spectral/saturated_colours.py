@@ -39,15 +39,27 @@ def spectra_of(rgb: Float[np.ndarray, "*batch 3"], method: str = DEFAULT_METHOD)
     ------
     UnknownNameError : there is no such method. InputError : a channel is NaN or infinite.
     """
-    maker = upsampling(method)
+    return _made(rgb, upsampling(method), None)
+
+
+def folded_spectra_of(
+    rgb: Float[np.ndarray, "*batch 3"], weights: Float[np.ndarray, "L C"], method: str = DEFAULT_METHOD
+) -> Float[np.ndarray, "*batch C"]:
+    """`spectra_of(rgb) @ weights`; spectra are made of colours with negative channels alone. Raises what that does."""
+    return _made(rgb, upsampling(method), weights)
+
+
+def _made(rgb: Float[np.ndarray, "*batch 3"], maker: Upsampling, weights: np.ndarray | None) -> np.ndarray:
     rgb = np.asarray(rgb, dtype=np.float64)
     if not np.isfinite(rgb).all():
         raise InputError("not a colour", field="rgb", found="NaN or infinity", expected="numbers")
     flat = rgb.reshape(-1, 3)
-    out = maker.spectra(np.maximum(flat, 0.0))
+    within = np.maximum(flat, 0.0)
+    out = maker.spectra(within) if weights is None else maker.folded(within, weights)
     outside = (flat < 0.0).any(axis=1)
     if outside.any():
-        out[outside] = _mixed(flat[outside], maker)
+        mixed = _mixed(flat[outside], maker)
+        out[outside] = mixed if weights is None else mixed @ weights
     return out.reshape(*rgb.shape[:-1], out.shape[1])
 
 

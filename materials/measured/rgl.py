@@ -22,12 +22,14 @@ import numpy as np
 from jaxtyping import Float
 
 from ...runtime.errors import InputError
+from ...spectral.folding import Folding
 from ...spectral.projection import finer_note
-from ...spectral.saturated_colours import spectra_of
+from ...spectral.saturated_colours import folded_spectra_of, spectra_of
 from ...spectral.upsampling import DEFAULT_METHOD, PRIMARIES, upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, material_wavelengths
 from ..core.brdf import Brdf, Lobe, eval_lit
 from ..core.directions import TAU, angles
+from ..core.points import Points
 from .bilinear_warp import BilinearWarp, Slices, bilinear
 from .rgl_measurement import RglMeasurement
 
@@ -138,6 +140,19 @@ class RglBrdf(Brdf):
             lambda i, o: spectra_of(self._looked_up(self._stored, i, o), self.method), len(self.wavelengths_nm), wi, wo
         )
 
+    def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
+        """See `Surface.xyz`; made-up spectra, or the table of a file with spectra, are folded before they are mixed."""
+        weights = folding.weights(self.wavelengths_nm)
+        if self.spectral:
+            table = self._folded_table(weights)
+            return eval_lit(lambda i, o: self._looked_up(table, i, o), weights.shape[1], points.wi, points.wo)
+        return eval_lit(
+            lambda i, o: folded_spectra_of(self._looked_up(self._stored, i, o), weights, self.method),
+            weights.shape[1],
+            points.wi,
+            points.wo,
+        )
+
     def eval_measured(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... C"]:
@@ -172,6 +187,16 @@ class RglBrdf(Brdf):
         values = self.measurement.values
         values = values.reshape(-1, *values.shape[2:])
         return np.ascontiguousarray(np.moveaxis(values, 1, -1), dtype=np.float64)
+
+    def _folded_table(self, weights: Float[np.ndarray, "L M3"]) -> Float[np.ndarray, "S H W M3"]:
+        """Return the table in colour, kept for the last lights."""
+        if not self._last or self._last[0][0] is not weights:
+            self._last[:] = [(weights, self._resampled @ weights)]
+        return self._last[0][1]
+
+    @cached_property
+    def _last(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        return []
 
     @cached_property
     def _resampled(self) -> Float[np.ndarray, "S H W L"]:

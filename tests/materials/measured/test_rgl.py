@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from metamer.materials.core.axes import Axis
 from metamer.materials.core.directions import TAU, spherical
+from metamer.materials.core.points import Points
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.formats.rgl import MAGIC, read_rgl, recognises
 from metamer.materials.intake.code_version import modules_of
@@ -18,6 +19,7 @@ from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.source import Rejected
 from metamer.runtime.errors import InputError, UnknownNameError
+from metamer.spectral.folding import Folding
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.palette import Palette
@@ -333,6 +335,22 @@ def test_parameters_rebuild_it_bit_for_bit(fields):
     wi, wo = hemisphere(100, 9), hemisphere(100, 10)
     assert again.method == "smits" and list(again.measurement.fields) == list(fields)
     np.testing.assert_array_equal(again.eval(wi, wo), brdf.eval(wi, wo))
+
+
+@every_brdf
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("below", [0.0, 0.6])
+def test_colours_are_those_of_its_spectra(fields, method, below):
+    """Under several lights at once, also outside of sRGB, one set of lights after the other."""
+    name = "rgb" if "rgb" in fields else "spectra"
+    brdf = RglBrdf(RglMeasurement("made", fields | {name: fields[name] - np.float32(below)}), method)
+    points = Points(hemisphere(300, 13), hemisphere(300, 14))
+    for lights in (("D65", "A"), ("FL11",), ("D65", "A")):
+        folding = Folding(observer("1931_2"), tuple(map(illuminant, lights)))
+        found, weights = brdf.xyz(points, folding), folding.weights(brdf.wavelengths_nm)
+        expected = brdf.at(points) @ weights
+        assert found.shape == (300, 3 * len(lights))
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("method", METHODS)
