@@ -31,6 +31,8 @@ _LARGEST = 1e30
 DELETED = -1e30
 # Wavelengths that make a colour. Beyond them a spectrometer may read noise, over a white that gave no light either.
 _VISIBLE = (380.0, 780.0)
+# What is kept of spectra of more than `_FINEST` samples, with room for the ends of interpolation.
+_NEAR = (300.0, 1100.0)
 # How far above 1 clear glass may read, with the error of an instrument.
 _CLEAR = 1.01
 
@@ -169,6 +171,7 @@ class Gathering:
             )
         grid, samples = validated_wavelengths(grid, field=name), samples / divisor
         grid, samples = self._without_noise(name, grid, samples, quantity, said)
+        grid, samples = self._near_visible(name, grid, samples, said)
         _check_enough(samples, name)
         negative = samples < 0.0
         floor = _DARK_EMISSION * float(samples.max()) if quantity == "emission" else _DARK
@@ -211,6 +214,18 @@ class Gathering:
         span = f"{samples[wrong].min():.3g} to {samples[wrong].max():.3g}"
         said["noise beyond the visible"] = f"{np.count_nonzero(wrong)} of {wrong.size} samples, {span}"
         return grid[~wrong], samples[~wrong]
+
+    def _near_visible(
+        self, name: str, grid: np.ndarray, samples: np.ndarray, said: dict[str, str]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Samples less those far from the visible, where a spectrometer of the infrared took more than are kept."""
+        low, high = _NEAR
+        near = (grid >= low) & (grid <= high)
+        if grid.size <= _FINEST or near.all() or not near.any():
+            return grid, samples
+        self.note(f"samples beyond {low:g} to {high:g} nm, which make no colour, are left out: they are too many", name)
+        said["samples beyond the visible"] = f"{np.count_nonzero(~near)} of {grid.size}, to {grid[-1]:g} nm"
+        return grid[near], samples[near]
 
     def _shared(self, grid: np.ndarray, name: str) -> np.ndarray:
         """One array for all spectra on the same wavelengths."""

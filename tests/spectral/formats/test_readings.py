@@ -1,5 +1,6 @@
 """Columns that instruments and libraries write into a table beside plain readings, and what is no colour at all."""
 
+import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.csv import read, recognises
@@ -223,3 +224,29 @@ def test_the_word_for_absorbance_is_refused_wherever_it_says_what_was_measured(w
     rows = "".join(f"{nm},{nm / 2000.0}\n" for nm in range(400, 701, 20))
     with pytest.raises(InputError, match="absorbance is neither"):
         read_spectra(written(f"{line}\nReflectance probe\nnm,red\n{rows}"))
+
+
+@pytest.mark.parametrize(
+    ("heading", "axis"),
+    [
+        ("Wavelength (nm)", np.linspace(380.0, 2600.0, 7000)),
+        ("Wavelength (nm)", np.linspace(2600.0, 380.0, 7000)),
+        ("Wavelength (µm)", np.linspace(0.38, 14.0, 15_000)),
+        ("Wavenumber (cm-1)", np.linspace(400.0, 26_500.0, 7000)),
+        ("Frequency (THz)", np.linspace(12.0, 790.0, 7000)),
+    ],
+)
+def test_spectra_far_into_the_infrared_keep_what_makes_a_colour(written, heading, axis):
+    """A note says what is left out; no sample that is kept is another."""
+    per_unit = {"m-1": (1e7, True), "THz": (299792.458, True), "µm": (1e3, False), "nm": (1.0, False)}
+    scale, inverse = next(value for unit, value in per_unit.items() if unit in heading)
+    nm = scale / axis if inverse else scale * axis
+    values = 0.3 + 0.2 * np.sin(nm / 60.0)
+    rows = "".join(f"{at:.9f},{value:.9f}\n" for at, value in zip(axis, values, strict=True))
+    file = read_spectra(written(f"{heading},Reflectance\n{rows}", "ir.csv"))
+    entry = only(file)
+    grid = entry.spectrum.wavelengths_nm
+    assert grid[0] <= 381.0 and 1090.0 < grid[-1] <= 1100.0 and grid.size <= 5000
+    np.testing.assert_allclose(entry.spectrum.samples, 0.3 + 0.2 * np.sin(grid / 60.0), atol=1e-6)
+    assert any("beyond 300 to 1100 nm" in note for note in file.notes)
+    assert f"of {axis.size}" in entry.details["samples beyond the visible"]
