@@ -18,6 +18,9 @@ from .off import off_pieces
 from .piece import MeshPiece
 from .ply import ply_pieces
 
+# Characters of a text by which its encoding is told.
+_SHORT_TEXT = 8
+
 
 def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None = None) -> Mesh:
     """Read a mesh file; the parts of a scene graph are brought into one coordinate system and keep their names.
@@ -71,6 +74,7 @@ def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], lis
         raise InputError("no such mesh file", file=path, hint="paths in a scene file are relative to it")
     if suffix not in SUFFIXES:
         raise InputError("not a mesh format that is read", file=path, found=path.suffix, expected=", ".join(SUFFIXES))
+    _check_encoding(path)
     pieces, notes = _READERS[suffix](path)
     pieces = [piece for piece in pieces if len(piece.faces)]
     if not pieces:
@@ -84,6 +88,23 @@ def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], lis
         cleaned = cleaned_mesh(*arrays, source=label, name=piece.name, crease_deg=crease_deg)
         meshes.append((cleaned.transformed(piece.world_from_piece), piece.material))
     return meshes, notes
+
+
+def _check_encoding(path: Path) -> None:
+    """Refuse a text of two bytes a character, whatever its format: in none of them are there such."""
+    with path.open("rb") as file:
+        head = file.read(64)
+    for encoding in ("utf-16-le", "utf-16-be"):
+        start = head[: len(head) // 2 * 2].decode(encoding, "replace").lstrip("\ufeff")
+        if len(start) >= _SHORT_TEXT and start.isascii() and start.translate({9: 32, 10: 32, 13: 32}).isprintable():
+            raise InputError(
+                "a text in UTF-16",
+                file=path,
+                field="line 1",
+                found=" ".join(start.split())[:40],
+                expected="UTF-8 or ASCII, one byte a character",
+                hint="save it as UTF-8 in a text editor, or export the mesh again (PowerShell's > writes UTF-16)",
+            )
 
 
 def _stl_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:

@@ -252,3 +252,22 @@ def test_an_obj_with_latin_comments_loads(tmp_path):
     path = tmp_path / "latin.obj"
     path.write_bytes("# Körper\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".encode("latin-1"))
     assert len(load_mesh(path).faces) == 1
+
+
+TEXTS = {
+    "a.obj": "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    "a.off": "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    "a.ply": "ply\r\nformat ascii 1.0\r\nelement vertex 3\r\n",
+    "a.stl": "solid a\n\tfacet normal 0 0 1\n",
+    "a.gltf": '{"asset": {"version": "2.0"}}',
+}
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("name", TEXTS)
+def test_a_text_of_two_bytes_a_character_is_called_so(tmp_path, name, encoding):
+    path = tmp_path / name
+    path.write_bytes(TEXTS[name].encode(encoding))
+    with pytest.raises(InputError, match="UTF-16") as caught:
+        load_mesh(path)
+    assert caught.value.file == path and "UTF-8" in caught.value.hint
