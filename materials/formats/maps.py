@@ -76,7 +76,7 @@ def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> 
         )
     _check_unambiguous(path, found, answer)
     (albedo,) = found["albedo"]
-    measured = read_spectral_base(albedo) if is_spectral_base(albedo) else None
+    measured = read_spectral_base(albedo, answer) if is_spectral_base(albedo) else None
     textures = {
         role: [_texture(role, file, answer) for file in files]
         for role, files in found.items()

@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError
 from ...spectral.formats.exr import read_picture
+from ...spectral.formats.import_options import ImportOptions
 from ..svbrdf.maps import MappedSurface
 from .naming import printable
 from .texture_exr import MOST_SAMPLES, header_of, spectral_textures, surface_of
@@ -31,7 +32,7 @@ class SpectralBase:
         return self.values.shape[0], self.values.shape[1]
 
 
-def read_spectral_base(path: Path) -> SpectralBase:
+def read_spectral_base(path: Path, answer: ImportOptions) -> SpectralBase:
     """Return the reflectances of a picture.
 
     Raises
@@ -51,7 +52,7 @@ def read_spectral_base(path: Path) -> SpectralBase:
             hint="save the reflectance as a picture of its own, or move it to another folder to import it alone",
         )
     mean = texture.values.mean(axis=(0, 1), dtype=np.float64)
-    model, _, notes = surface_of(texture, mean, path)
+    model, _, notes = surface_of(texture, mean, path, answer)
     if model != "spectral_texture":
         raise InputError(
             "no base colour",

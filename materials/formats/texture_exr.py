@@ -18,6 +18,9 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError
 from ...spectral.formats.exr import MAGIC, ExrPicture, channel_names, read_picture
+from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
+from ...spectral.formats.shared.decisions import check_darkness
+from ...spectral.formats.shared.entry_rules import in_visible
 from ...spectral.formats.spectral_exr import MOST_COLOURS, wavelength_of
 from ...spectral.projection import finer_note
 from ...spectral.spectrum import Quantity, Spectrum
@@ -32,6 +35,8 @@ from .spectral_channels import PLAIN, is_spectral, is_spectral_base
 
 NAME = "spectral texture (OpenEXR)"
 SUFFIXES = (".exr",)
+#: It asks whether a picture is as dark as it says.
+ASKS_MORE = True
 #: 2048 x 2048 of 32 wavelengths: half a gigabyte as floats.
 MOST_SAMPLES = 1 << 27
 # No surface sends back so much at one wavelength on average over all of its texels.
@@ -63,7 +68,7 @@ def reading_cost(path: Path) -> ReadingCost:
     return cost_of_picture(path)
 
 
-def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
+def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
     """Yield the texture's record, "textures/NAME"; where there are several layers or quantities, one for each.
 
     Spectra need no `uplift`.
@@ -72,12 +77,13 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
     ------
     InputError
         Damaged, too large, no spectral channels, a wavelength twice, channels of different sizes; a value that is NaN
-        or infinite; a mean that nothing reflects.
+        or infinite; a mean that nothing reflects; reflectances darker than any surface, unless the `answer` is that
+        they are fractions.
     """
     picture = read_picture(path, MOST_SAMPLES)
     textures = spectral_textures(picture, path)
     if len(textures) == 1 and not _others(picture) and _is_chart(textures[0].values):
-        chart = _chart(path, uplift)
+        chart = _chart(path, uplift, answer)
         if chart:
             yield from chart
             return
@@ -90,17 +96,17 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
             beside = [other for other in textures if other.layer == texture.layer and other.kind[0] == "S"]
             polarised = [other for other in beside if texture.kind == "S0" != other.kind]
             notes = [f"{printable(path.name)}: SHA-256 {content}"]
-            yield _source(path, name, picture, texture, polarised, notes)
+            yield _source(path, name, picture, texture, polarised, notes, answer)
         except InputError as reason:
             yield Rejected(f"{path.name}: {texture.kind}", reason)
     if not main:
         _refuse(path, "channels", "polarisation without its intensity", textures[0].kind, "S0 channels too")
 
 
-def _chart(path: Path, uplift: str) -> list[MaterialSource | Rejected]:
+def _chart(path: Path, uplift: str, answer: ImportOptions) -> list[MaterialSource | Rejected]:
     """One material a colour; none where the reader of charts does not know the picture's units or layers."""
     try:
-        return list(read_chart(path, uplift))
+        return list(read_chart(path, uplift, answer))
     except InputError:
         return []
 
@@ -155,11 +161,12 @@ def _source(
     texture: TextureImage,
     polarised: list[TextureImage],
     notes: list[str],
+    answer: ImportOptions,
 ) -> MaterialSource:
     height, width, count = texture.values.shape
     mean = texture.values.mean(axis=(0, 1), dtype=np.float64)
     grid = texture.wavelengths_nm
-    model, parameters, said = surface_of(texture, mean, path)
+    model, parameters, said = surface_of(texture, mean, path, answer)
     shown = "each of which is rendered" if "texture" in parameters else "of which the mean is kept as a spectrum"
     sentences = [f"{width} x {height} texels, {shown}", *said]
     if any(name.rpartition(".")[2] in ("R", "G", "B") for name in picture.channels):
@@ -189,7 +196,9 @@ def _source(
     return MaterialSource(f"textures/{name}", "textures", model, parameters, provenance, path, original)
 
 
-def surface_of(texture: TextureImage, mean: np.ndarray, path: Path) -> tuple[str, dict[str, Any], list[str]]:
+def surface_of(
+    texture: TextureImage, mean: np.ndarray, path: Path, answer: ImportOptions
+) -> tuple[str, dict[str, Any], list[str]]:
     """Return a matt surface, or where the mean exceeds 1 or shines, that as a spectrum without a surface."""
     values, grid = texture.values, texture.wavelengths_nm
     notes = []
@@ -204,6 +213,11 @@ def surface_of(texture: TextureImage, mean: np.ndarray, path: Path) -> tuple[str
         hint = "divide its values by 100; where they are radiances, name its channels S0"
         problem, expected = "reflectance looks like percent", "fractions of 1"
         raise InputError(problem, file=path, field="T channels", found=found, expected=expected, hint=hint)
+    try:
+        check_darkness(values[..., in_visible(grid)].max(axis=(0, 1)), NAME, answer)
+    except InputError as reason:
+        hint = "where they are radiances, name its channels S0; else say --scale fraction where that is right"
+        raise reason.at(file=path, field="T channels", hint=hint) from None
     above = int((values > 1).sum())
     if above:
         notes.append(f"{above} of {values.size} values exceed 1, up to {values.max():.3g}, and are kept so")

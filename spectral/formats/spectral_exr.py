@@ -23,11 +23,15 @@ from ..observers import observer
 from ..spectrum import Quantity, Spectrum, check_values
 from ..upsampling import xyz_from_rgb
 from .exr import MAGIC, MOST_SAMPLES, read_picture, write_exr
+from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, names_its_file
-from .shared.entry_rules import Gathering
+from .shared.decisions import divisor_by_format
+from .shared.entry_rules import Gathering, in_visible
 
 NAME = "spectral OpenEXR"
 SUFFIXES = (".exr",)
+#: A person may say that reflectances are in percent, or as dark as they are, against the names of the channels.
+SCALED = True
 # A picture of more colours than this is a texture, not a chart.
 MOST_COLOURS = 64
 
@@ -58,13 +62,14 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 @names_its_file
-def read(path: Path) -> SpectralFile:
+def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     """One spectrum for each colour of a chart, in the order in which its rows show them.
 
     Raises
     ------
     InputError
-        Not a spectral picture, of more than `MOST_COLOURS` colours (a texture), or fluorescent.
+        Not a spectral picture, of more than `MOST_COLOURS` colours (a texture), or fluorescent; all of it darker than
+        any surface, unless a person says so.
     """
     image = read_spectral_exr(path)
     if image.reradiation is not None:
@@ -88,13 +93,15 @@ def read(path: Path) -> SpectralFile:
             expected=f"at most {MOST_COLOURS} colours",
             hint="import it as a material: metamer catalogue import",
         )
+    grid, quantity = image.spectrum.wavelengths_nm, image.spectrum.quantity
+    scale = divisor_by_format(colours[:, in_visible(grid)].ravel(), quantity, NAME, answer)
     gathered = Gathering(path, NAME)
-    units = {"units": image.units or "not stated"} if image.spectrum.quantity == "emission" else {}
+    units = {"units": image.units or "not stated"} if quantity == "emission" else {}
     for place, index in enumerate(np.argsort(first), 1):
         row, column = divmod(int(first[index]), samples.shape[1])
         name = path.stem if len(colours) == 1 else f"{path.stem} {place}"
         details = {"first pixel": f"row {row}, column {column}", "pixels": str(int(count[index]))} | units
-        gathered.add(name, image.spectrum.wavelengths_nm, colours[index], image.spectrum.quantity, details=details)
+        gathered.add_of_format(name, grid, colours[index], quantity, scale, details=details)
     return gathered.finish({"picture": f"{samples.shape[1]} x {samples.shape[0]}"})
 
 

@@ -426,6 +426,21 @@ def divisor_by_format(
     return divisor_of(seen, stated, words, answer)
 
 
+def check_darkness(values: np.ndarray, name: str, answer: ImportOptions) -> None:
+    """Refuse reflectances (N), visible ones, that are fractions by their format and of no surface, unless the answer is
+    that they are fractions; name : of the format.
+
+    Raises
+    ------
+    InputError
+        The brightest is darker than any black is.
+    """
+    values = values[np.isfinite(values)]
+    seen = ValueRange.of(values, "reflectance", True)
+    if values.size and seen.dark_for_fractions and answer.scale != "fraction":
+        raise _too_dark(seen, "stated as fractions", f" below the format ({name})")
+
+
 def _doubt(values: ValueRange, stated: Scale, words: str) -> InputError | None:
     """Explain why numbers hardly fit the scale that their file states; None where they do."""
     if stated == "fraction" and values.dark_for_fractions:

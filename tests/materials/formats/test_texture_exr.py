@@ -11,6 +11,8 @@ from metamer.materials.formats import bispectral, texture_exr
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import Rejected
 from metamer.runtime.errors import InputError
+from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
+from metamer.spectral.formats.registry import read_spectra
 
 NM = (400.0, 500.0, 600.0, 700.0)
 
@@ -28,8 +30,8 @@ def texture(kind="T", dtype=np.float16, size=(12, 10), seed=3):
     return values, {f"{kind}.{nm:.0f},0nm": values[..., at] for at, nm in enumerate(NM)}
 
 
-def read(path):
-    return list(texture_exr.read_sources(path, "mallett-yuksel"))
+def read(path, answer=NO_ANSWER):
+    return list(texture_exr.read_sources(path, "mallett-yuksel", answer))
 
 
 def test_a_reflective_texture_is_kept_to_the_bit_as_a_surface_beside_its_mean(tmp_path):
@@ -169,6 +171,31 @@ def test_percent_is_no_radiance_factor(tmp_path, size, scale):
     channels = {name: scale * values.astype(np.float32) for name, values in texture(size=size)[1].items()}
     (refusal,) = read(write(tmp_path / "a.exr", channels))
     assert isinstance(refusal, Rejected) and "reflectance looks like percent" in str(refusal.reason)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 3), (12, 10)])
+@pytest.mark.parametrize("scale", [0.01, 1e-4, 0.0])
+def test_what_is_darker_than_any_surface_is_asked_about(tmp_path, size, scale):
+    """A picture of one colour, a chart and a texture; the person's word counts."""
+    values = {name: scale * value.astype(np.float32) for name, value in texture(size=size)[1].items()}
+    path = write(tmp_path / "a.exr", values)
+    (refusal,) = read(path)
+    assert isinstance(refusal, Rejected) and "too dark for a surface" in str(refusal.reason)
+    assert "S0" in str(refusal.reason) and "--scale fraction" in str(refusal.reason)
+    found = read(path, ImportOptions(scale="fraction"))
+    assert found and all(one.model in ("lambert", "spectral_texture") for one in found)
+    if size[1] < 10:
+        with pytest.raises(InputError, match="too dark for a surface"):
+            read_spectra(path)
+        entry = read_spectra(path, ImportOptions(scale="fraction", against="overruled")).entries[0]
+        np.testing.assert_array_equal(entry.spectrum.samples, [value[0, 0] for value in values.values()])
+
+
+def test_a_dark_patch_beside_others_is_read(tmp_path):
+    values = texture(dtype=np.float32)[0]
+    values[:6] *= 0.001
+    (found,) = read(write(tmp_path / "a.exr", {f"T.{nm:.0f}nm": values[..., at] for at, nm in enumerate(NM)}))
+    assert found.model == "spectral_texture"
 
 
 def changed(name, at, value):
