@@ -25,7 +25,7 @@ _TRANSMITTANCE = re.compile(
     re.I,
 )
 _EMISSION = re.compile(
-    r"irradian|radian(?:ce|cy|cia|za)|[ée]clairement|"
+    r"irradian|radian(?:ce|cy|cia|za)(?![ _-]*coeff)|[ée]clairement|"
     r"radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
     r"spectral[ _]*power|power[ _]*distribution|"
     r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
@@ -55,6 +55,7 @@ _DENSITY = re.compile(
 # Functions of a reflectance or a transmittance, beside the words for these.
 _DERIVED = re.compile(
     r"deriv[ae]t|ableitung|d[eé]riv[eé]e|\bd%?[RT]\s*/\s*d|diff[e]ren(?:ce|z|tial)|(?:[Δ∆]|\bdelta)\s?(?:r[eé]fl|trans)|"
+    r"\bsqrt|√|square root|\bsquared?\b|\bloss(?:es)?\b|"
     r"\bd[Bb]\b|decibel|\b(?:log(?:_?10)?|ln)\b|\b(?:1|100)\s*/\s*%?[RT]\b|continuum[ -]?removed|"
     r"(?<!\w)(?:1\s?/\s?sr|sr\s?(?:\^|\*\*)?[-−⁻][1¹]|per ste?radian)(?!\w)",
     re.I,
@@ -166,6 +167,15 @@ _PERHAPS_IDENTIFIER = re.compile(
 )
 # "grey 50%" is the name of a sample.
 _PERCENT = re.compile(r"(?<![\d.,])(?<!\d\s)%|\b0\W{1,5}100\s?%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
+# Scales that are neither to 1 nor to 100, which no numbers tell: a range of codes, a factor, thousandths.
+_OTHER_SCALE = re.compile(
+    r"‰|per ?mill?e?\b|promille|\bpp[mb]\b|\b\d\d? ?-?bits?\b|"
+    r"\b0 ?(?:-|–|to|\.\.+|…) ?(?:255|1000|1023|4095|10000|65535)\b(?! ?(?:nm|mm|°|deg))|"
+    r"(?:(?<!\d)[x×*]|times|scaled?(?: by)?|multiplied by|divided by|(?<![A-Z0-9])/) ?(?:10(?:00|000)?|255|65535)"
+    r"(?!\d| ?(?:nm|mm|°|deg|\^|\*\*)|[⁻¹²³⁴])|"
+    r"(?<![\d.])1e[-−+]?0?[134]\b|(?<!\d)10 ?(?:\^|\*\*) ?\(?[-−]?[134]\b|(?<!\d)10⁻?[¹³⁴](?!\d)",
+    re.I,
+)
 _FRACTION = re.compile(
     r"\b0(?:\.0)?\s*(?:\.\.+|-|–|to)\s*1(?:\.0)?\b|fraction|decimal|\b_?dec\b|\[-\]|unitless|dimensionless", re.I
 )
@@ -359,6 +369,16 @@ def unit_in(words: str) -> Unit | None:
     if _PERCENT.search(words):
         return "percent"
     return "fraction" if _FRACTION.search(words) else None
+
+
+def other_scale_in(words: str) -> str | None:
+    """Return the scale that words name where it is neither percent nor fractions of 1, such as "x1000" and "0-255".
+
+    >>> other_scale_in("Reflectance x1000"), other_scale_in("Reflectance (0-1)"), other_scale_in("R D65/10")
+    ('x1000', None, None)
+    """
+    found = _OTHER_SCALE.search(_one_line(words))
+    return found[0].strip() if found else None
 
 
 def illuminant_in(words: str) -> str | None:

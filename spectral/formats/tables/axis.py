@@ -98,7 +98,8 @@ _NO_LENGTH = re.compile(
     re.I,
 )
 _NO_WAVELENGTHS = re.compile(
-    r"\W*(?:pixels?|px|pix|channels?|chan|kan[aä]le?|index|idx|indices|times?|zeit|temps|seconds?|sec|ms|frames?|scans?)"
+    r"\W*(?:temp(?:erature|eratur)?|depth|thickness|dicke|distance|abstand|voltage|position|concentration|angles?|winkel|"
+    r"pixels?|px|pix|channels?|chan|kan[aä]le?|index|idx|indices|times?|zeit|temps|seconds?|sec|ms|frames?|scans?)"
     r"[ _.]*(?:no|nr|num(?:ber)?|index|idx|#)?\W*(?:[\[(][^\[\]()]{0,20}[\])])?\W*",
     re.I,
 )

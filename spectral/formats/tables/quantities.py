@@ -36,6 +36,7 @@ from ..shared.words import (
     names_power,
     names_raw,
     names_sensitivity,
+    other_scale_in,
     quantity_in,
     quantity_in_lines,
     quantity_of_set,
@@ -160,6 +161,8 @@ def _own(column: Column, heads: Sequence[str]) -> str | None:
     own = names_raw(column.heading) or quantity_in(column.heading)
     if own in (None, "reflectance", "transmittance") and names_derived(column.heading, heads):
         return "derived"
+    if own in ("reflectance", "transmittance", "radiance factor") and other_scale_in(column.heading):
+        return "other scale"
     # "a.u." behind a word for power are arbitrary units.
     return None if own == "absorbance" and names_power(column.words) else own
 
@@ -301,6 +304,10 @@ _REFUSED = {
     "derived": (
         "a function of a reflectance or a transmittance is neither",
         "export the reflectance or the transmittance itself, in percent or as fractions",
+    ),
+    "other scale": (
+        "a scale that is neither to 1 nor to 100",
+        "divide the values so that a perfect white has 1 or 100, and call them reflectance or reflectance (%)",
     ),
     "sensitivity": (
         "a sensitivity is not the spectrum of a colour",

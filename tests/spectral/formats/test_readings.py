@@ -250,3 +250,48 @@ def test_spectra_far_into_the_infrared_keep_what_makes_a_colour(written, heading
     np.testing.assert_allclose(entry.spectrum.samples, 0.3 + 0.2 * np.sin(grid / 60.0), atol=1e-6)
     assert any("beyond 300 to 1100 nm" in note for note in file.notes)
     assert f"of {axis.size}" in entry.details["samples beyond the visible"]
+
+
+SCALES = (
+    *("(‰)", "(permille)", "x1000", "× 10000", "(1e-4)", "(x 10^-3)", "[10⁻³]", "*10000", "(ppm)", "scaled by 10000"),
+    *("/ 10", "/1000", "(0-255)", "(0 to 1000)", "8 bit"),
+)
+
+
+@pytest.mark.parametrize("quantity", ["Reflectance", "Transmittance", "Radiance factor"])
+@pytest.mark.parametrize("scale", SCALES)
+def test_a_scale_that_is_neither_to_1_nor_to_100_is_refused_whatever_the_numbers_are(refused, quantity, scale):
+    """Codes of a picture pass for percent, and tenths for a dark paint."""
+    for largest in (0.06, 0.6, 60.0):
+        lines = refused(read, table(f"{quantity} {scale}", lambda nm, top=largest: f"{top * nm / 740:.6g}"))
+        assert "neither to 1 nor to 100" in lines[0], lines
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "R 45/0 (%)",
+        "R D65/10 (%)",
+        "Reflectance x100",
+        "Reflectance*100",
+        "Reflectance 10 nm (%)",
+        "R 10x10 (%)",
+        "Reflectance 0-100 (%)",
+        "10R 5/10 (%)",
+        "Reflectance 0-10° (%)",
+    ],
+)
+def test_other_numbers_in_headings_are_no_scale(written, heading):
+    entry = only(read(written(table(heading, lambda nm: f"{60 * nm / 740:.6g}")), ImportOptions("reflectance")))
+    assert 0.59 < entry.spectrum.samples[-1] <= 0.6
+
+
+@pytest.mark.parametrize("heading", ["sqrt(R)", "√R", "Transmission loss (%)", "Reflection losses", "R squared"])
+def test_further_functions_are_no_reflectances(refused, heading):
+    assert "a function of" in refused(read, table(heading))[0]
+
+
+@pytest.mark.parametrize("axis", ["Temperature (K)", "Depth (nm)", "Thickness [nm]", "Distance (nm)", "Angle (deg)"])
+def test_what_is_no_wavelength_is_none_whatever_its_numbers_are(refused, axis):
+    """400 to 700 nm of depth, or kelvins, look like light."""
+    assert "not of wavelengths" in refused(read, table("Reflectance").replace("nm", axis, 1))[0]
