@@ -458,17 +458,20 @@ def _capital(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
+# Linear sRGB from XYZ, Y of white 1, as IEC 61966-2-1 rounds it.
+_SRGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+
+
 def _swatches(found: PairDifference) -> tuple[str, str]:
     """Standard and sample as sRGB shows them, adapted from the light's white to D65."""
     return tuple(_srgb(lab, found.white) for lab in (found.standard_lab, found.sample_lab))  # type: ignore[return-value]
 
 
 def _srgb(lab: np.ndarray, white: np.ndarray) -> str:
-    from ...spectral.colour_library import colour_science
-
     daylight = observer("1931_2").white(illuminant("D65"))
     seen = adaptation_matrix(white, daylight) @ xyz_from_lab(lab, white)
-    codes = np.clip(colour_science().XYZ_to_sRGB(seen), 0.0, 1.0) * 255.0
+    linear = np.clip(_SRGB_FROM_XYZ @ seen, 0.0, 1.0)
+    codes = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055) * 255.0
     return "#{:02x}{:02x}{:02x}".format(*np.rint(codes).astype(int).tolist())
 
 

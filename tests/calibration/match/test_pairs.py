@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.calibration.match.page import _srgb
 from metamer.calibration.match.pairs import MatchOptions, matched
 from metamer.calibration.match.tolerance import Tolerance
 from metamer.calibration.match.uncertainty import Repeatability
@@ -16,10 +17,14 @@ from metamer.materials.catalogue.material import Material
 from metamer.materials.catalogue.samples import sample_of
 from metamer.materials.records.material import Provenance
 from metamer.runtime.errors import ComparisonError, InputError
+from metamer.spectral.adaptation import adaptation_matrix
+from metamer.spectral.colour_library import colour_science
 from metamer.spectral.difference import differences, xyz_from_lab
 from metamer.spectral.formats.registry import StatedColour
 from metamer.spectral.formula import formula
+from metamer.spectral.illuminants import illuminant
 from metamer.spectral.metamerism import Conditions
+from metamer.spectral.observers import observer
 from metamer.spectral.sample import Sample
 from metamer.spectral.spectrum import Spectrum
 from orange_batch import NM, ORANGE, metamer_of, sample
@@ -192,3 +197,12 @@ def test_the_outline_is_where_the_tolerance_ends(words):
 def test_what_is_no_tolerance(words):
     with pytest.raises(InputError):
         Tolerance.of(words)
+
+
+def test_swatches_are_what_srgb_shows_of_both_samples():
+    """As colour-science has it, after adaptation from the light's white: colours out of sRGB are held at its ends."""
+    white, daylight = (observer("1931_2").white(illuminant(name)) for name in ("A", "D65"))
+    labs = np.random.default_rng(2).uniform([0.0, -60.0, -60.0], [100.0, 60.0, 60.0], (40, 3))
+    shown = colour_science().XYZ_to_sRGB(xyz_from_lab(labs, white) @ adaptation_matrix(white, daylight).T)
+    wanted = np.rint(255.0 * np.clip(shown, 0.0, 1.0)).astype(int)
+    assert [_srgb(lab, white) for lab in labs] == ["#{:02x}{:02x}{:02x}".format(*row) for row in wanted.tolist()]
