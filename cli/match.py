@@ -16,7 +16,7 @@ from .options import (
     answer_of,
     checked,
     comma_separated,
-    illuminant_names,
+    light_names,
     observer_name,
 )
 from .output import on_standard_output, write_json, write_text
@@ -60,10 +60,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     match.add_argument(
         "--illuminants",
-        type=illuminant_names,
+        type=light_names,
         action=Added,
         metavar="X,Y",
-        help="default: D65,A,TL84; that of a standard of one colour",
+        help="names, or files of measured lamps (default: D65,A,TL84; that of a standard of one colour)",
     )
     match.add_argument("--observers", type=_observers, action=Added, metavar="X,Y", help="default: 1964_10")
     match.add_argument(

@@ -49,6 +49,16 @@ def illuminant_names(text: str) -> tuple[str, ...]:
     return tuple(map(illuminant_name, comma_separated(text)))
 
 
+def light_names(text: str) -> tuple[str, ...]:
+    """Return names of lights: illuminants that are known, and files of measured lamps, with "#ENTRY" or without."""
+    return tuple(
+        word
+        if any(name and Path(name).is_file() for name in (word, word.rpartition("#")[0]))
+        else illuminant_name(word)
+        for word in comma_separated(text)
+    )
+
+
 def observer_name(text: str) -> str:
     """Return the name of an observer that is known."""
     from ..spectral.observers import observer

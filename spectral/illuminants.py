@@ -39,6 +39,10 @@ _TUNGSTEN_NAMES = ("INC", "INCA", "INCANDESCENTA", "TUNGSTEN", "F")
 HORIZON, HORIZON_K = "horizon", 2300.0
 
 
+# Measured lamps of this process by folded name.
+_measured: dict[str, Spectrum] = {}
+
+
 @cache
 def _tables() -> dict[str, tuple[str, ColourTable]]:
     """Return every light of colour-science by folded name: CIE illuminants first, then measured light sources."""
@@ -81,9 +85,47 @@ def illuminant(name: str) -> Spectrum:
             field="illuminant",
             found=repr(name)[:80],
             expected='a name, such as "D65"',
-            hint="a measured lamp is the light of metamer.render, and of the lab(light) and xyz(light) of a spectrum",
+            hint="a measured lamp is the light of metamer.render and of metamer.match, and of the lab(light) and "
+            "xyz(light) of a spectrum",
         )
-    return _illuminant(name)
+    return _measured.get(name.casefold()) or _illuminant(name)
+
+
+def measured_lamp(name: str, lamp: Spectrum) -> str:
+    """Give a measured lamp a name that `illuminant` knows while this process lives.
+
+    Returns
+    -------
+    str : the name; with a number where an illuminant or another lamp has it.
+
+    Raises
+    ------
+    InputError : a spectrum that is no emission.
+
+    >>> from metamer.spectral.spectrum import Spectrum
+    >>> measured_lamp("d65", Spectrum({400.0: 1.0, 700.0: 2.0}, quantity="emission"))
+    'd65 (2)'
+    """
+    if lamp.quantity != "emission":
+        raise InputError("not a lamp", field=name, found=f"a {lamp.quantity}", expected='quantity="emission"')
+    number, called = 1, name
+    while not _is_free(called, lamp):
+        number += 1
+        called = f"{name} ({number})"
+    _measured[called.casefold()] = lamp
+    return called
+
+
+def _is_free(name: str, lamp: Spectrum) -> bool:
+    """Return whether no other light has this name."""
+    if (known := _measured.get(name.casefold())) is not None:
+        alike = np.array_equal(known.wavelengths_nm, lamp.wavelengths_nm)
+        return alike and np.array_equal(known.samples, lamp.samples)
+    try:
+        _illuminant(name)
+    except UnknownNameError:
+        return True
+    return False
 
 
 @cache

@@ -30,6 +30,9 @@ Quantity = Literal["reflectance", "transmittance", "radiance factor", "emission"
 # Where a value above 1 is no mistake: radiance factors compare with the perfect diffuser, which fluorescence, effect
 # pigments and the side of the mirror exceed.
 _UNBOUNDED = ("radiance factor", "emission")
+# Below, numbers are rather percent than wavelengths, nm.
+_SHORTEST_NM = 200.0
+_ORDER = "samples come first: Spectrum(samples, wavelengths_nm), or Spectrum((wavelengths_nm, samples))"
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -72,12 +75,17 @@ class Spectrum:
             try:
                 wavelengths_nm = validated_wavelengths(wavelengths_nm)
             except InputError as reason:
-                hint = "samples come first: Spectrum(samples, wavelengths_nm), or Spectrum((wavelengths_nm, samples))"
-                raise reason.at(hint=hint if _is_axis(samples) else None) from None
+                raise reason.at(hint=_ORDER if _is_axis(samples) else None) from None
         object.__setattr__(self, "samples", samples)
         object.__setattr__(self, "wavelengths_nm", wavelengths_nm)
         object.__setattr__(self, "quantity", quantity)
-        self.__post_init__()
+        try:
+            self.__post_init__()
+        except InputError as reason:
+            # Percent are no wavelengths, but no smaller than some.
+            percent = np.size(wavelengths_nm) and np.max(wavelengths_nm) < _SHORTEST_NM
+            exchanged = percent and _is_axis(samples) and np.max(samples) >= _SHORTEST_NM
+            raise reason.at(hint=_ORDER) if exchanged else reason from None
 
     def __post_init__(self) -> None:
         samples = np.asarray(self.samples, dtype=np.float64)
@@ -97,6 +105,12 @@ class Spectrum:
                 expected=f"(..., {self.wavelengths_nm.size})",
             )
         check_values(samples, self.wavelengths_nm, self.quantity)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        """Return a copy of the samples, for functions of numpy: numbers without wavelengths and quantity."""
+        if copy is False:
+            raise ValueError("the samples of a spectrum are copied: ask for spectrum.samples")
+        return np.array(self.samples, dtype=dtype)
 
     def __repr__(self) -> str:
         low, high = self.wavelengths_nm[[0, -1]]
@@ -136,6 +150,9 @@ class Spectrum:
         try:
             return cls.sampled(found[0][1], found[0][2], quantity)
         except InputError as reason:
+            if found[0][1].max() < _SHORTEST_NM and found[0][2].min() >= _SHORTEST_NM:
+                hint = "wavelengths come first in a pair: (wavelengths_nm, values)"
+                raise reason.at(field="value", hint=hint) from None
             if quantity == "emission" or not (found[0][2] > 1.0).any():
                 raise
             raise reason.at(hint=f'{reason.hint}; a lamp is a spectrum of quantity="emission"') from None

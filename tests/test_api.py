@@ -370,9 +370,9 @@ def test_one_angle_is_a_list_of_one(as_users_call):
     "wrong",
     [
         lambda: metamer.match(GREY, PAPER, 0.8),
-        lambda: metamer.match(GREY, PAPER, illuminants=[GREY]),
-        lambda: metamer.match(GREY, PAPER, illuminants=metamer.illuminant("A")),
+        lambda: metamer.match(GREY, PAPER, illuminants=[metamer.Spectrum(GREY)]),
         lambda: metamer.match(GREY, PAPER, illuminants=np.array([1.0, 2.0])),
+        lambda: metamer.match(GREY, PAPER, illuminants=5),
         lambda: metamer.match(GREY, PAPER, observers=[10]),
         lambda: metamer.match(GREY, PAPER, formulas=2000),
         lambda: metamer.match(GREY, PAPER, angles=15),
@@ -390,9 +390,64 @@ def test_an_argument_of_another_kind_is_refused_in_words(as_users_call, wrong):
 
 
 def test_a_measured_lamp_that_stands_for_a_name_is_told_where_it_goes(as_users_call):
-    for wrong in (metamer.illuminant, lambda lamp: metamer.match(GREY, PAPER, illuminants=[lamp])):
-        with pytest.raises(InputError, match=r"metamer\.render.*lab.*xyz"):
-            wrong(GREY)
+    with pytest.raises(InputError, match=r"metamer\.render"):
+        metamer.illuminant(metamer.illuminant("A"))
+
+
+def lamp_file(path, *names):
+    lamp = metamer.illuminant("FL11")
+    columns = np.c_[lamp.wavelengths_nm, np.outer(lamp.samples, 1.0 + np.arange(len(names)))]
+    np.savetxt(path, columns, "%.17g", ",", header=",".join(("nm", *names)), comments="")
+    return path
+
+
+def test_a_match_is_told_under_measured_lamps(tmp_path, as_users_call):
+    """By file, spectrum and name: figures are those of the illuminant that was measured."""
+    tube = metamer.illuminant("FL11")
+    ours = lamp_file(tmp_path / "booth-4.csv", "tube")
+    lamps = {"our tube": tube, "our file": ours, "our name": "FL11"}
+    expected = metamer.match(GREY, PAPER, "CIE 2000 1.0", illuminants="FL11").samples[0].differences[0]
+    for asked, names in (
+        (["FL11", 2.0 * tube], ("FL11", "measured lamp")),
+        ((tube.wavelengths_nm, tube.samples), ("measured lamp (2)",)),
+        (["FL11", str(ours)], ("FL11", "booth-4")),
+        (ours, ("booth-4",)),
+        (f"{lamp_file(tmp_path / 'two.csv', 'left', 'right')}#right", ("right",)),
+        (lamps, tuple(lamps)),
+    ):
+        report = metamer.match(GREY, PAPER, "CIE 2000 1.0", illuminants=asked)
+        told = [figures.conditions.illuminant for figures in report.samples[0].differences]
+        assert tuple(told) == names
+        for figures in report.samples[0].differences:
+            np.testing.assert_allclose(figures.sample_lab, expected.sample_lab, atol=1e-9)
+        assert names[-1] in report.html()
+    with pytest.raises(InputError, match=r'two\.csv#1"'):
+        metamer.match(GREY, PAPER, illuminants=tmp_path / "two.csv")
+    with pytest.raises(InputError, match="no such file"):
+        metamer.match(GREY, PAPER, illuminants=["no-lamp.csv"])
+
+
+def test_what_is_assumed_of_a_measured_lamp_is_said():
+    short = metamer.Spectrum({450.0: 1.0, 700.0: 2.0}, quantity="emission")
+    report = metamer.match(GREY, PAPER, illuminants={"short": short})
+    assert any("short is known from 450 to 700 nm" in note for note in report.asked.notes)
+
+
+def test_numpy_takes_the_samples_of_a_spectrum(as_users_call):
+    spectrum = metamer.Spectrum(GREY)
+    taken = np.asarray(spectrum)
+    np.testing.assert_array_equal(taken, spectrum.samples)
+    assert taken.dtype == np.float64 and not np.shares_memory(taken, spectrum.samples)
+    assert np.asarray(spectrum, dtype=np.float32).dtype == np.float32
+    assert np.mean(spectrum) == pytest.approx(spectrum.samples.mean())
+    with pytest.raises(ValueError, match=r"spectrum\.samples"):
+        np.array(spectrum, copy=False)
+
+
+def test_an_unknown_quantity_of_a_file_is_named_by_its_argument(tmp_path, as_users_call):
+    np.savetxt(tmp_path / "a.csv", np.c_[NM, GREY[1]], "%.5f", ",", header="nm,a", comments="")
+    with pytest.raises(InputError, match=r"as_=: unknown quantity\n  found: 'reflectanse'"):
+        metamer.read_spectra(tmp_path / "a.csv", as_="reflectanse", scale="fraction")
 
 
 @pytest.mark.parametrize("made", [False, True])
@@ -442,6 +497,18 @@ def test_wavelengths_before_samples_are_told_their_order(as_users_call, kind, qu
     with pytest.raises(InputError, match="samples come first"):
         metamer.Spectrum(kind(NM), kind(GREY[1]), quantity)
     assert metamer.Spectrum(kind(GREY[1]), kind(NM), quantity).samples.shape == NM.shape
+
+
+@pytest.mark.parametrize("kind", [np.array, list, tuple])
+def test_wavelengths_before_percent_are_told_their_order(as_users_call, kind):
+    """Percent that rise pass for wavelengths."""
+    percent = np.linspace(12.0, 60.0, len(NM))
+    with pytest.raises(InputError, match="samples come first"):
+        metamer.Spectrum(kind(NM), kind(percent))
+    with pytest.raises(InputError, match="wavelengths come first in a pair"):
+        metamer.Spectrum((kind(percent), kind(NM)))
+    with pytest.raises(InputError, match="divide by 100"):
+        metamer.Spectrum(kind(percent), kind(NM))
 
 
 def test_a_match_is_told_in_one_line():

@@ -221,7 +221,7 @@ def test_a_batch_that_passes_in_daylight_fails_under_lamps(tmp_path):
 
 def test_python_of_the_docs(tiny_catalogue, monkeypatch):
     snippets = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "python.md").read_text(encoding="utf-8"), re.S)
-    assert len(snippets) == 5
+    assert len(snippets) == 6
     monkeypatch.chdir(tiny_catalogue)
     # A smaller picture: its size is not what is shown. The one material of this catalogue is on the sphere.
     text = (ROOT / "examples" / "sphere.toml").read_text(encoding="utf-8").replace("= 256", "= 32")

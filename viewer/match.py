@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -16,25 +17,29 @@ from ..calibration.match.pairs import MatchOptions, matched
 from ..calibration.match.tolerance import Tolerance
 from ..calibration.match.uncertainty import Repeatability
 from ..calibration.match.whites import WhiteScale
+from ..lighting.scene_file.lamps import lamp
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.catalogue.samples import repeated_readings, samples_of
 from ..runtime.distribution import installed_version
 from ..runtime.errors import InputError, UnknownNameError, UsageError
-from ..spectral.foreign_spectra import foreign_curves
+from ..runtime.files import existing_file
+from ..spectral.foreign_spectra import KINDS, foreign_curves
 from ..spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..spectral.formula import formula
-from ..spectral.illuminants import illuminant
+from ..spectral.illuminants import illuminant, measured_lamp
 from ..spectral.measurement import CROSSINGS, Crossing
 from ..spectral.metamerism import Conditions
 from ..spectral.observers import observer
 from ..spectral.sample import Sample
-from ..spectral.spectrum import Spectrum
+from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..spectral.whiteness import WhitenessMethod
 
 #: What is told where nobody asks for anything else.
 FORMULAS = ("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976")
 AT_ANGLES = ("DIN 6175-2",)
 ILLUMINANTS, OBSERVERS = ("D65", "A", "TL84"), ("1964_10",)
+# Ends a file of spectra, and no name such as FL3.1.
+_FILE = re.compile(r"\.[A-Za-z]\w*(#.*)?$")
 
 
 def match(
@@ -43,7 +48,7 @@ def match(
     tolerance: str | None = None,
     *,
     formulas: str | Sequence[str] | None = None,
-    illuminants: str | Sequence[str] | None = None,
+    illuminants: Any = None,
     observers: str | Sequence[str] | None = None,
     repeatability: float | None = None,
     repeated: str | Path | None = None,
@@ -63,8 +68,10 @@ def match(
         as one (`foreign_spectra.KINDS`); of samples one, or a list of any number.
     tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
     formulas : that ΔE is told by, after that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
-    illuminants, observers : one name or several. None: D65, A and TL84, 10 degrees; where colours without spectra are
-        among them, what these are stated for.
+    illuminants, observers : one or several. None: D65, A and TL84, 10 degrees; where colours without spectra are among
+        them, what these are stated for. Observers are names. An illuminant is a name, a file of a measured lamp (with
+        "#ENTRY" where it holds several), a `Spectrum` of emission or what another library holds as one; {name: lamp}
+        says what pages call them.
     repeatability : ΔE*ab that readings of the instrument scatter by. repeated : a file of readings that tells it.
     whites : whiteness and yellowness of each, by name: "CIE 2004", "ASTM E313", "ASTM E313-73", "yellowness".
     catalogue : where ids are looked up; None: the default one.
@@ -82,7 +89,7 @@ def match(
         return catalogue if isinstance(catalogue, Catalogue) else Catalogue.open(catalogue)
 
     formulas, scales, crossings = _names(formulas, "formulas"), _names(whites, "whites"), _names(across, "across")
-    illuminants, observers = _names(illuminants, "illuminants"), _names(observers, "observers")
+    (illuminants, assumed), observers = _lights(illuminants), _names(observers, "observers")
     angles = _names(angles, "angles") or ()
 
     def named(one: Any, unnamed: str) -> tuple[Sample, ...]:
@@ -115,6 +122,7 @@ def match(
     known = _known(repeatability, repeated, answer)
     conditions = _conditions((first, *found), illuminants, observers)
     shared, notes = shared_angles(first, found, angles)
+    notes += assumed
     notes += tuple(
         f"{where} holds the standard, {first.name}, too: it is not among the samples." for where in taken_out
     )
@@ -143,15 +151,54 @@ def _names(value: Any, field: str) -> tuple[str, ...] | None:
     names = (value,) if isinstance(value, str) or not isinstance(value, Iterable) else tuple(value)
     for name in names:
         if not isinstance(name, str):
-            lamp = "a measured lamp is the light of metamer.render, and of the lab(light) and xyz(light) of a spectrum"
-            raise InputError(
-                "not a name",
-                field=field,
-                found=repr(name)[:80],
-                expected="one name, or several",
-                hint=lamp if field == "illuminants" else None,
-            )
+            raise InputError("not a name", field=field, found=repr(name)[:80], expected="one name, or several")
     return names
+
+
+def _lights(value: Any) -> tuple[tuple[str, ...] | None, tuple[str, ...]]:
+    """Return names of lights, one or several, measured lamps among them; and what is assumed of these."""
+    if value is None:
+        return None, ()
+    if isinstance(value, str | Path | Spectrum) or foreign_curves(value) is not None:
+        value = (value,)
+    elif not isinstance(value, Iterable):
+        raise _no_light(value)
+    given = value.items() if isinstance(value, Mapping) else (("", one) for one in value)
+    names, notes = [], []
+    for label, light in given:
+        name, said = _light(light, str(label))
+        names.append(name)
+        notes += said
+    return tuple(names), tuple(notes)
+
+
+def _light(light: Any, label: str) -> tuple[str, tuple[str, ...]]:
+    if isinstance(light, str | Path):
+        path, _, entry = str(light).rpartition("#")
+        file = str(light) if Path(light).is_file() else path
+        if not file or not Path(file).is_file():
+            if isinstance(light, Path) or _FILE.search(str(light)):
+                existing_file(light)
+            return (str(light), ()) if not label else (measured_lamp(label, illuminant(str(light))), ())
+        chosen = None if file == str(light) else int(entry) if entry.isdigit() else entry
+        try:
+            found, called, notes = lamp(file, chosen, Path())
+        except InputError as reason:
+            raise reason.at(hint=f'name one, as in "{file}#1"') if reason.field == "entry" else reason from None
+        stem = Path(file).stem
+        return measured_lamp(label or (stem if called == file else called), found), tuple(f"{note}." for note in notes)
+    curves = foreign_curves(light)
+    if not isinstance(light, Spectrum) and (curves is None or len(curves) != 1):
+        raise _no_light(light)
+    found = Spectrum.of(light, "emission")
+    name = measured_lamp(label or (curves[0][0] if curves else "") or "measured lamp", found)
+    note = found.range_note(WORKING_WAVELENGTHS_NM)
+    return name, ((f"{name} is {note}.",) if note else ())
+
+
+def _no_light(value: Any) -> InputError:
+    expected = f"a name, a file of a lamp, a Spectrum of emission, {KINDS}, or several of them"
+    return InputError("not a light", field="illuminants", found=repr(value)[:80], expected=expected)
 
 
 def _is_same(one: Sample, other: Sample) -> bool:

@@ -88,7 +88,8 @@ class ImportOptions:
         said += (("encoding", self.encoding, ImageEncoding), ("btf-form", self.btf_form, BtfFormName))
         for field, words, known in said:
             if words is not None and words not in get_args(known):
-                raise UnknownNameError(field, str(words), get_args(known))
+                kind = "quantity" if field == "as" else field
+                raise UnknownNameError(kind, str(words), get_args(known), field=f"--{field}")
         if self.quantity == "emission" and self.scale is not None:
             raise InputError(
                 "an emission is on no scale of 0 to 1",
