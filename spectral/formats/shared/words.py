@@ -425,8 +425,8 @@ _READ_SO = re.compile(
 _ONLY_LIGHT = re.compile(rf"(?:{_ILLUMINANT})(?:\s*[/,_ -]\s*(?:2|10)\s*(?:°|º|deg)?)?", re.I)
 # Differences (not the geometry d/8), limits and other spaces with the same letters: none is a colour of CIELAB.
 _NO_COLOUR = re.compile(
-    r"[Δ∆δ]|(?<![a-z])(?:d(?! ?[/:])|delta|diff\w*|dev\w*|tol\w*|limits?|std\W?dev\w*|sd|sigma|min\w*|max\w*|hunter|ok|din ?99)"
-    r"(?![a-z0-9])",
+    r"[Δ∆δ]|(?<![a-z])(?:d(?! ?[/:])|delta|diff\w*|dev\w*|tol\w*|limits?|std\W?dev\w*|sd|sigma|min\w*|max\w*|hunter|"
+    r"ok|din ?99)(?![a-z0-9])",
     re.I,
 )
 
