@@ -189,10 +189,17 @@ def test_percents_that_nothing_sends_back_are_asked_about(written, head):
             )
 
 
-@pytest.mark.parametrize("head", ["Reflectance", "Reflectance x1000", "Transmittance"])
-def test_large_reflectances_without_a_unit_are_no_percents(written, head):
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("Reflectance", "what scale is that"),
+        ("Reflectance x1000", "a scale that is neither to 1 nor to 100"),
+        ("Transmittance", "what scale is that"),
+    ],
+)
+def test_large_reflectances_without_a_unit_are_no_percents(written, head, words):
     """Tenths of percent, and eight bits, are on no scale that a heading of reflectance says."""
-    with pytest.raises(InputError, match="what scale is that"):
+    with pytest.raises(InputError, match=words):
         read_spectra(written(table(("nm", head), 10.0 * PERCENT), "red.csv"))
 
 
