@@ -15,7 +15,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ...spectral.formats.shared.text import is_number
-from .piece import MeshPiece
+from .piece import MeshPiece, floats
 from .polygons import triangulated
 
 _AGAIN = "export the mesh again from the program that made it"
@@ -115,9 +115,9 @@ class _Obj:
         width = _NUMBERS[kind]
         words = self.rows[kind]
         try:
-            return np.array(list(map(float, words)), dtype=np.float64).reshape(-1, width)
+            return floats(words).reshape(-1, width)
         except ValueError:
-            at = next(at for at, word in enumerate(words) if not is_number(word))
+            at = next(at for at, word in enumerate(words) if "_" in word or not is_number(word))
             self._refuse("not a number", self.row_lines[kind][at // width], words[at], f"{kind} and {width} numbers")
 
     def _indices(self, counts: np.ndarray, lines: np.ndarray, above: np.ndarray) -> np.ndarray:
@@ -127,7 +127,7 @@ class _Obj:
             for word, number in self.words.items():
                 for k, index in enumerate(word.split("/")):
                     if index or k == 0:
-                        parsed[number, k] = int(index)
+                        parsed[number, k] = _whole(index)
         except (ValueError, IndexError, OverflowError):
             self._check_words()
         corners = parsed[np.array(self.corners)]
@@ -200,8 +200,15 @@ def _lines(data: bytes) -> Iterable[tuple[int, str]]:
     return [*joined, (start or 1, pending)]
 
 
+def _whole(word: str) -> int:
+    """Return an index; digits with an underscore between them are a number to Python alone."""
+    if "_" in word:
+        raise ValueError(word)
+    return int(word)
+
+
 def _is_whole(word: str) -> bool:
     try:
-        return abs(int(word)) < _ABSENT
+        return abs(_whole(word)) < _ABSENT
     except ValueError:
         return False

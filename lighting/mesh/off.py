@@ -9,7 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from ...runtime.errors import InputError
-from .piece import MeshPiece
+from .piece import MeshPiece, floats
 from .polygons import triangulated
 
 _AGAIN = "the file is damaged or cut short: export or copy it again"
@@ -71,7 +71,7 @@ def _counts(path: Path, rows: list[tuple[int, list[str]]]) -> tuple[int, int]:
 
 def _numbers(path: Path, line: int, words: list[str], least: int) -> list[float]:
     try:
-        numbers = list(map(float, words))
+        numbers = floats(words).tolist()
     except ValueError:
         numbers = []
     if len(numbers) < least:
@@ -83,7 +83,7 @@ def _face(path: Path, line: int, words: list[str], count: int) -> list[int]:
     """Return the corners of a face; behind them may be a colour."""
     try:
         corners = int(words[0])
-        face = [int(word) for word in words[1 : 1 + corners]]
+        face = [int(word) for word in words[1 : 1 + corners] if "_" not in word]
     except ValueError:
         corners, face = -1, []
     if corners < 0 or len(face) < corners:

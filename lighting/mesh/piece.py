@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from jaxtyping import Float, Int
+
+
+def floats(words: Sequence[str]) -> Float[np.ndarray, " n"]:
+    """Return the numbers of the words of a file.
+
+    Raises
+    ------
+    ValueError : a word that is none; digits with an underscore between them are one to Python, and to no mesh.
+    """
+    for word in words:
+        if "_" in word:
+            raise ValueError(f"not a number: {word!r}")
+    return np.array(list(map(float, words)), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False)

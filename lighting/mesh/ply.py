@@ -11,7 +11,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ..vectors import welded
-from .piece import MeshPiece
+from .piece import MeshPiece, floats
 from .polygons import triangulated
 
 _AGAIN = "the file is damaged or cut short: export or copy it again"
@@ -84,9 +84,8 @@ class _Ply:
             self.body = np.frombuffer(self.raw, np.uint8)
         else:
             self._check_lines(data[body:])
-            words = data[body:].split()
             try:
-                self.body = np.array(list(map(float, words)), dtype=np.float64)
+                self.body = floats(data[body:].decode("latin-1").split())
             except ValueError as reason:
                 self._refuse("not numbers", "body", str(reason), "numbers with blanks between them")
         end = 0

@@ -271,3 +271,24 @@ def test_a_text_of_two_bytes_a_character_is_called_so(tmp_path, name, encoding):
     with pytest.raises(InputError, match="UTF-16") as caught:
         load_mesh(path)
     assert caught.value.file == path and "UTF-8" in caught.value.hint
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".off", ".ply"])
+@pytest.mark.parametrize("place", ["coordinate", "index"])
+def test_digits_with_an_underscore_between_them_are_no_number(tmp_path, suffix, place):
+    """They are one to Python: 2_0 would be drawn at 20."""
+    x, last = ("2_0", "2") if place == "coordinate" else ("2", "0_2")
+    ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    texts = {
+        ".obj": f"v 0 0 0\nv {x} 0 0\nv 0 1 0\nf 1 2 {last.replace('2', '3')}\n",
+        ".off": f"OFF\n3 1 0\n0 0 0\n{x} 0 0\n0 1 0\n3 0 1 {last}\n",
+        ".ply": f"{ply}element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+        f"0 0 0\n{x} 0 0\n0 1 0\n3 0 1 {last}\n",
+    }
+    path = tmp_path / f"a{suffix}"
+    path.write_text(texts[suffix])
+    with pytest.raises(InputError) as caught:
+        load_mesh(path)
+    assert "_" in str(caught.value)
+    path.write_text(texts[suffix].replace("2_0", "20").replace("0_", ""))
+    assert len(load_mesh(path).faces) == 1
