@@ -30,6 +30,10 @@ _MOSTLY = 0.8
 _COMMON = (frozenset(FLOP_ANGLES), frozenset((-15.0, 15.0)), frozenset((25.0, 45.0)), frozenset((45.0, 75.0)))
 # Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature).
 _NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(°|º|˚|∘|deg(?:rees?|\.)?|grad)?[)\]]?", re.I)
+# Degrees before a name, which are no temperature and no grid.
+_DEGREES_FIRST = re.compile(
+    r"[(\[]?([-\u2212]?\d+(?:\.\d+)?)\s*(?:°|º|˚|∘|deg(?:rees?|\.)?|grad)(?![a-z])[)\]]?(.+)", re.I
+)
 # Quantity behind an angle.
 _MEASURED = re.compile(r"[ _,;(\[]+(?:%? ?R ?%?|refl(?:ectance|\.)?|reflexion|β|%)[)\]]?$", re.I)
 # Words before an angle that name no sample.
@@ -124,11 +128,18 @@ def _called(reading: AngleReading) -> str:
         return without_angle(name)
     if noted := ANGLE_WITHOUT_LIGHT.search(name):
         return _joined(name[: noted.start()], name[noted.end() :])
-    numbered = _NUMBERED.fullmatch(_MEASURED.sub("", name.strip()))
+    numbered = _numbered(name)
     if numbered is None or abs(signed(numbered[2])) != abs(angle.second or 0.0):
         return name
     word = numbered[1].strip(_JOINTS)
     return "" if _NO_SAMPLE.fullmatch(word) else word if numbered[3] else name
+
+
+def _numbered(name: str) -> re.Match[str] | None:
+    """Match a name, its number and whether that is of degrees, which may stand before it, too."""
+    plain = _MEASURED.sub("", name.strip())
+    first = _DEGREES_FIRST.fullmatch(plain)
+    return _NUMBERED.fullmatch(f"{first[2].strip(_JOINTS)} {first[1]}°" if first else plain)
 
 
 def _otherwise(one: AngleReading, other: AngleReading) -> bool:
@@ -208,7 +219,7 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
         found |= {at: Unlit(names[at], one, True) for at, one in told.items()}
     groups: dict[tuple[str, bool], dict[int, float]] = {}
     for at, name in enumerate(names):
-        if one := _NUMBERED.fullmatch(_MEASURED.sub("", name.strip())):
+        if one := _numbered(name):
             word = one[1].strip(_JOINTS).casefold()
             # Right behind a word, a hyphen joins them.
             angle = abs(signed(one[2])) if one[1][-1:].isalnum() else signed(one[2])

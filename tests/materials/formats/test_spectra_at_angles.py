@@ -153,6 +153,8 @@ UNLIT = {
     "in full": [f"aspecular {one}" for one in FIVE],
     "degrees": [f"{one}°" for one in FIVE],
     "degrees of a word": [f"Silver {one} deg" for one in FIVE],
+    "degrees before a word": [f"{one}° Silver" for one in FIVE],
+    "degrees in brackets before a word": [f"({one} deg) Silver" for one in FIVE],
     "numbers": FIVE,
     "numbers behind a hyphen": [f"Silver-{one}" for one in FIVE],
     "numbers of reflectances": [f"R{one}" for one in FIVE],
@@ -230,6 +232,8 @@ def test_rows_at_other_angles_are_asked_about(tmp_path, label, unit):
         ("lot 45", "lot 46"),
         ("R15", "R16", "R25", "R45"),
         ("60 °C", "75 °C", "80 °C"),
+        ("15 °C red", "25 °C red", "45 °C red"),
+        ("0° warp", "45° bias", "90° weft"),
         ("Canvas 15", "Canvas 20", "Canvas 25"),
     ],
 )
