@@ -106,6 +106,8 @@ _NO_WAVELENGTHS = re.compile(
 # Steps that differ by less than the first share of their mean are equal, but for digits that were left out; by more
 # than the second, they are not. So many values, over light that instruments read, are enough to tell.
 _EVEN, _UNEVEN, _FEWEST_EVEN, _SEEN_NM = 0.05, 0.1, 6, (300.0, 1200.0)
+# Cells of numbers, of which wide tables have many thousands, need no further look.
+_LETTER = re.compile(r"[^\W\d_]")
 _LENGTH_WORD = re.compile(r"wave.?len|^wave$|^wl\b|λ|lambda", re.I)
 #: Lines above a table that may speak of its axis.
 AXIS_LINE = re.compile(
@@ -149,6 +151,8 @@ def _reciprocal(name: str, nm: float, power: str | None) -> AxisUnit:
 
 def is_reciprocal_header(cell: str) -> bool:
     """Return whether a header says that its column holds frequencies, energies or wavenumbers."""
+    if not _LETTER.search(cell):
+        return False
     unit = axis_unit(cell)
     return unit.reciprocal if unit else bool(_NO_LENGTH.search(cell))
 
