@@ -36,19 +36,25 @@ def blocks(image):
     return image.reshape(count, BLOCK, count, BLOCK, 3).mean(axis=(1, 3))
 
 
-def difference(mi, folder, brdf, samples=64, shown=None):
-    """RMS difference of lit blocks and its noise, and the difference of the whole picture, all over the mean.
+def difference(mi, folder, brdf, samples=64):
+    """RMS difference of lit blocks and its noise, and the difference of the whole picture, all over the mean."""
+    return beside(rendered(mi, folder, brdf, samples), brdf)
 
-    `shown`: what the reference shows, if not `brdf`.
-    """
+
+def rendered(mi, folder, brdf, samples=64):
+    """XYZ of Mitsuba's pictures by two seeds."""
     write_mitsuba(folder, brdf, "from a test")
     loaded = mi.load_file(str(folder / SCENE), resolution=PIXELS, spp=samples)
     back = np.linalg.inv(RGB_FROM_XYZ).T
-    theirs = [np.array(mi.render(loaded, seed=seed), dtype=np.float64) @ back for seed in (1, 2)]
+    return [np.array(mi.render(loaded, seed=seed), dtype=np.float64) @ back for seed in (1, 2)]
+
+
+def beside(theirs, shown):
+    """`difference` of Mitsuba's pictures from what the reference shows."""
     camera = Camera(projection="orthographic", height=HEIGHT, width=PIXELS, height_px=PIXELS, samples=8)
     light = DirectionalLight(TO_LIGHT, illuminant("D65"), 1000.0)
     scene = Scene((Part("ball", sphere(), "it"),), (light,), (camera,), observer("1931_2"))
-    ours, _ = reference_image(scene, None, {"it": shown or brdf})
+    ours, _ = reference_image(scene, None, {"it": shown})
     lit = blocks(ours)[..., 1] > 0.002
     level = blocks(ours)[lit].mean()
     apart = blocks(ours - np.mean(theirs, axis=0))
@@ -94,10 +100,11 @@ def test_an_rgl_measurement_is_the_same_sphere(mi, tmp_path, shared_data):
 def test_a_brushed_surface_is_the_same_sphere_and_not_the_one_brushed_across(mi, tmp_path):
     one = AshikhminShirley.examples(WORKING_WAVELENGTHS_NM)[2]
     brushed = AshikhminShirley(one.diffuse, one.specular, 10.0, 200.0)
-    rms, noise, whole = difference(mi, tmp_path, brushed)
+    theirs = rendered(mi, tmp_path, brushed)
+    rms, noise, whole = beside(theirs, brushed)
     assert rms < 1.5 * noise + 0.015 and whole < 0.012, (rms, noise, whole)
     across = AshikhminShirley(one.diffuse, one.specular, 200.0, 10.0)
-    assert difference(mi, tmp_path, brushed, shown=across)[0] > 0.1
+    assert beside(theirs, across)[0] > 0.1
 
 
 class Skewed(AshikhminShirley):

@@ -97,7 +97,7 @@ def test_a_finer_sphere_tells_the_same():
 
 def test_half_a_sphere_has_the_statistics_of_the_whole():
     brdf = OrenNayar(RED, 0.35)
-    fast = fit(brdf, pixels=PIXELS).fast
+    fast = fit(brdf, ranks=(2,), pixels=32).fast
     half, whole = (sphere_protocol(PIXELS, isotropic) for isotropic in (True, False))
     assert 2 * len(half.wi) == len(whole.wi)
     one, other = (sphere.compare(sphere.reference(brdf), sphere.sample(fast)) for sphere in (half, whole))
