@@ -11,7 +11,7 @@ CATALOGUE ?= metamer-catalogue
 JOBS   ?= 2
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
-.PHONY: review test test-all view bench lint clean
+.PHONY: review test test-all view bench lint docs clean
 
 review: $(VENV)/.installed
 	@$(BIN)/metamer doctor --brief
@@ -49,6 +49,12 @@ lint: $(VENV)/.installed-for-tests
 	@timeout 180 $(BIN)/pyright --version >/dev/null 2>&1 || echo "pyright cannot be fetched here: types are not checked"
 	@! timeout 180 $(BIN)/pyright --version >/dev/null 2>&1 || { echo $(BIN)/pyright; $(BIN)/pyright; }
 
+# The site into site/. The reference is read from a copy of the package under its own name.
+docs: $(VENV)/.installed
+	@$(PIP) 'mkdocs-material>=9.5' 'mkdocstrings[python]>=0.26'
+	@rm -rf build && $(PIP) --no-deps --target build/documented . && rm -rf build/lib build/bdist.*
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "Metamer needs Python 3.11 or newer; $(PYTHON) is $$($(PYTHON) --version 2>&1)."; \
@@ -76,4 +82,4 @@ $(VENV)/.installed-for-tests: $(VENV)/.installed
 	@touch $@
 
 clean:
-	rm -rf $(VENV) $(OUT) *.egg-info
+	rm -rf $(VENV) $(OUT) build site *.egg-info

@@ -50,6 +50,15 @@ def test_every_name_is_what_its_module_has():
     assert metamer.Catalogue.__module__ == "metamer.materials.catalogue.catalogue"
 
 
+def test_the_reference_has_every_name_and_the_site_every_page():
+    root = Path(metamer.__file__).parent
+    told = re.findall(r"^::: metamer\.(\w+)$", (root / "docs" / "api.md").read_text(encoding="utf-8"), re.M)
+    assert sorted(told) == sorted(name for name in metamer.__all__ if not name.startswith("_"))
+    listed = re.findall(r"\S+\.md$", (root / "mkdocs.yml").read_text(encoding="utf-8"), re.M)
+    pages = {path.name for path in (root / "docs").glob("*.md")} | {"decisions/README.md"}
+    assert sorted(listed) == sorted(pages)
+
+
 def test_type_checkers_see_the_same_names_in_the_same_modules():
     block = next(node for node in TREE.body if isinstance(node, ast.If))
     seen = {
