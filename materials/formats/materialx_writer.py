@@ -3,7 +3,7 @@
 Surfaces of Lambert and of Oren and Nayar, metals of GGX facets, and glTF's metal and roughness with its coat become
 OpenPBR surfaces. How far off OpenPBR's formulas are from the BRDF is measured for each under D65, and a material that
 is off by more than `BAR` on average is refused. Gloss paints (`CoatedDiffuse`) are: facets of Beckmann's shape over a
-body that light passes on its way in and out would be off by 1 to 4.5, whatever roughness is written.
+body that light passes on its way in and out would be off by 1 to 6.7, whatever roughness is written.
 
 Colours are linear Rec.709 (`lin_rec709`), which is sRGB's; where one lies outside it, all of that material are ACEScg
 (`acescg`). None is clipped.
