@@ -52,6 +52,8 @@ _XYZ_SCALE = 32768.0 / 65535.0
 # White of Lab as a fraction of the codes of 16 bits in tables of version 2, where 0xFF00 is 100 (10.10, table 40).
 _LEGACY = 65280.0 / 65535.0
 _LARGEST_CUBE = 129
+# Bytes of the header, and of the number of tags.
+_HEADER = 132
 # Largest difference in X or Z at which a white is D50 itself.
 _SAME_WHITE = 2e-3
 
@@ -242,7 +244,12 @@ def read_display_profile(path: str | Path, data: bytes | None = None) -> Display
     """
     path = Path(path)
     try:
-        return _Reader(path, existing_file(path).read_bytes() if data is None else data).profile()
+        if data is None:
+            with existing_file(path).open("rb") as file:
+                # Whatever else somebody names is not read as a whole.
+                data = file.read(_HEADER)
+                data += file.read() if data[36:40] == b"acsp" else b""
+        return _Reader(path, data).profile()
     except OSError as reason:
         hint = "check that it may be read"
         raise InputError("the profile cannot be read", file=path, found=reason.strerror, hint=hint) from None
@@ -253,7 +260,7 @@ class _Reader:
 
     def __init__(self, path: Path, data: bytes) -> None:
         self.path, self.data = path, data
-        if len(data) < 132 or data[36:40] != b"acsp":
+        if len(data) < _HEADER or data[36:40] != b"acsp":
             raise self._wrong(
                 "not an ICC profile", "its first bytes", found=repr(data[36:40])[1:], expected="`acsp` at byte 36"
             )
@@ -376,6 +383,8 @@ class _Reader:
         entries = struct.unpack(">2H", data[48:52]) if wide else (256, 256)
         if min(entries) < 2 or grid < 2:
             raise self._wrong("a table without entries", field, f"{entries} in curves, {grid} along the cube")
+        if grid > _LARGEST_CUBE:
+            raise self._wrong("a cube that OpenColorIO does not have", field, str(grid), f"at most {_LARGEST_CUBE}")
         size, start, top = (2, 52, 65535.0) if wide else (1, 48, 255.0)
         counts = (3 * entries[0], 3 * grid**3, 3 * entries[1])
         if len(data) < start + size * sum(counts):

@@ -108,7 +108,6 @@ def write_png(
     return said
 
 
-@lru_cache(maxsize=8)
 def colour_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
     """Return the chunks of a PNG that say what codes of a display show, and what has to be said of them.
 
@@ -116,6 +115,12 @@ def colour_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
     """
     if display.profile is not None:
         return _embedded(display.profile.name, display.profile.data), ()
+    return _made_chunks(display)
+
+
+@lru_cache(maxsize=8)
+def _made_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
+    """Return what is told from codes; once a display."""
     steps = np.linspace(0.0, 1.0, 5)
     codes = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     try:

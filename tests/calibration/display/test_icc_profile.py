@@ -150,6 +150,13 @@ def test_damaged_profiles_are_refused_or_read_and_nothing_else(form):
         assert np.isfinite(run(read.to_xyz_d65, np.full((1, 3), 0.5))).all()
 
 
+def test_a_cube_larger_than_opencolorio_has_is_refused():
+    data = bytearray(FORMS["tables of 16 bits to Lab, version 2"])
+    data[data.index(b"mft2") + 10] = 200
+    with pytest.raises(InputError, match="OpenColorIO does not have"):
+        read_display_profile("", bytes(data))
+
+
 def test_a_tone_curve_that_goes_back_is_refused():
     back = np.linspace(0.0, 1.0, 64)
     back[40] = 0.2

@@ -116,6 +116,10 @@ def test_a_profile_that_was_given_is_within_byte_for_byte(tmp_path):
     write_png(tmp_path / "a.png", np.zeros((2, 2, 3)), bits=16, display=display)
     with Image.open(tmp_path / "a.png") as read:
         assert read.info["icc_profile"] == data
+    # Written anew, it is the new one.
+    (tmp_path / "desk.icc").write_bytes(old_tables(name="Another"))
+    (_, content), *_ = colour_chunks(DisplayTransform(f"icc:{tmp_path / 'desk.icc'}"))[0]
+    assert content.startswith(b"Another\0")
 
 
 @pytest.mark.parametrize("bits", [8, 16])
