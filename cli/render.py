@@ -114,8 +114,9 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--filtering and --reference: the reference has no factors to filter, leave one out")
     if not args.reference and args.noise is not None:
         raise UsageError("--noise requires --reference")
-    if args.bits is not None and args.output.suffix.lower() != ".png":
-        raise UsageError("--bits is of PNG files: name the output .png, or leave it out")
+    for option in ("bits", "display"):
+        if getattr(args, option) is not None and args.output.suffix.lower() != ".png":
+            raise UsageError(f"--{option} is of PNG files: name the output .png, or leave it out")
     if args.space is not None and (args.spectral or args.output.suffix.lower() != ".exr"):
         raise UsageError("--space is of OpenEXR pictures without --spectral: name the output .exr, or leave it out")
     written: dict[str, Any] = {"bits": args.bits or 8, "space": args.space or "xyz"}
