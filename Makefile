@@ -51,7 +51,7 @@ lint: $(VENV)/.installed-for-tests
 
 # The site into site/. The reference is read from a copy of the package under its own name.
 docs: $(VENV)/.installed
-	@$(PIP) 'mkdocs-material>=9.5' 'mkdocstrings[python]>=0.26'
+	@$(PIP) -e '.[docs]'
 	@rm -rf build && $(PIP) --no-deps --target build/documented . && rm -rf build/lib build/bdist.*
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
