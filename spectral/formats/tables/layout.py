@@ -37,7 +37,7 @@ _UNIT_CELL = re.compile(
 _SAMPLE_KEY = re.compile(
     r"(?:sample|specimen|probe|muster|[ée]chantillon|muestra|campione|patch|swatch)n?"
     r"[ _-]*(?:names?|id|no\.?|nr\.?|title)?|"
-    r"(?:proben?)?bezeichnung|name|nom|nome|nombre|title|label",
+    r"(?:proben?)?bezeichnung|name|nom(?:e|bre)?|title|label",
     re.I,
 )
 # A key with its value, and a marker of a program, such as ">>>>>Begin Spectral Data<<<<<".
