@@ -63,7 +63,7 @@ class NumpyIndex:
         self._normals = np.cross(*self._edges)
         low, high = corners.min(axis=1), corners.max(axis=1)
         centres = 0.5 * (low + high)
-        # Of each box: its corners, and its two parts or its triangles.
+        # Corners of each box, and its two parts or its triangles.
         self._boxes: list[tuple[np.ndarray, np.ndarray]] = []
         self._parts: list[tuple[int, int] | np.ndarray] = []
         waiting: list[tuple[np.ndarray, int | None]] = [(np.arange(len(corners)), None)]

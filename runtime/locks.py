@@ -147,7 +147,7 @@ def _locked(path: Path, make: bool = True) -> _Lock | None:
                 raise
             except OSError:
                 return None
-            # Whoever had it before may have removed it between the two steps.
+            # Another process may have removed it between the two steps.
             with suppress(OSError):
                 if os.path.samestat(os.fstat(descriptor), (beside or path).stat()):
                     stack.pop_all()

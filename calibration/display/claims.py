@@ -11,13 +11,9 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.difference import delta_e_xyz
+from ...spectral.srgb import srgb_to_linear
 from .icc_profile import PREFIX, DisplayProfile, read_display_profile
 from .readings import Readings
-
-
-def srgb_curve(codes: np.ndarray) -> np.ndarray:
-    """Light of codes by IEC 61966-2-1."""
-    return np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,20 +26,20 @@ class Claim:
 
     def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
         """XYZ of codes, Y of white 1."""
-        parts = xyz_of_chromaticities(self.primaries)
-        white = xyz_of_chromaticities(np.array([[0.3127, 0.3290]]))[0]
+        parts = _xyz(self.primaries)
+        white = _xyz(np.array([[0.3127, 0.3290]]))[0]
         return self.curve(codes) @ (np.linalg.solve(parts.T, white)[:, None] * parts)
 
 
-def xyz_of_chromaticities(xy: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N 3"]:
+def _xyz(xy: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N 3"]:
     """XYZ of Y = 1."""
     return np.stack([xy[:, 0] / xy[:, 1], np.ones(len(xy)), (1.0 - xy.sum(axis=1)) / xy[:, 1]], axis=1)
 
 
 #: By the words of `--against`: IEC 61966-2-1, SMPTE EG 432-1 with the curve of sRGB, Adobe RGB (1998).
 CLAIMS = {
-    "sRGB": Claim("sRGB", np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]]), srgb_curve),
-    "P3": Claim("Display P3", np.array([[0.68, 0.32], [0.265, 0.69], [0.15, 0.06]]), srgb_curve),
+    "sRGB": Claim("sRGB", np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]]), srgb_to_linear),
+    "P3": Claim("Display P3", np.array([[0.68, 0.32], [0.265, 0.69], [0.15, 0.06]]), srgb_to_linear),
     "AdobeRGB": Claim(
         "Adobe RGB (1998)",
         np.array([[0.64, 0.33], [0.21, 0.71], [0.15, 0.06]]),

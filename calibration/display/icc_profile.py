@@ -207,9 +207,8 @@ class DisplayProfile:
         import PyOpenColorIO as ocio
 
         assert self.white_xyz is not None
-        depth, found = ocio.BIT_DEPTH_F32, np.array(codes, dtype=np.float32, order="C")
-        processor = ocio.Config.CreateRaw().getProcessor(_group(*self.forward))
-        processor.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS).applyRGB(found)
+        found = np.array(codes, dtype=np.float32, order="C")
+        exact_on_cpu(ocio.Config.CreateRaw().getProcessor(_group(*self.forward))).applyRGB(found)
         return found.astype(np.float64) @ adaptation_matrix(D50_XYZ, self.white_xyz).T
 
     def describe(self) -> list[str]:
@@ -224,6 +223,16 @@ class DisplayProfile:
                 "program that made it."
             )
         return words
+
+
+def exact_on_cpu(processor: Any) -> Any:
+    """Return an OCIO processor for the CPU, float32, lossless: the default optimisation replaces powers by
+    approximations that are off by more than the GPU is.
+    """
+    import PyOpenColorIO as ocio
+
+    depth = ocio.BIT_DEPTH_F32
+    return processor.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS)
 
 
 def _group(*elements: Any) -> Any:
@@ -364,7 +373,7 @@ class _Reader:
             inner = self._new_tables(data, field, to_pcs)
         else:
             raise self._wrong("an unknown kind of table", field, _text(kind), "mft1, mft2, mAB or mBA")
-        # Of 16 bits, tables of the old kind have Lab as version 2 has it, whatever the profile's version (10.10).
+        # Tables of lut16Type have Lab as version 2 encodes it, whatever the profile's version (10.10).
         scale = _LEGACY if kind == b"mft2" else 1.0
         if self.pcs == b"Lab ":
             outside: Any = _Lightness(to_pcs, scale)
@@ -494,7 +503,7 @@ class _Reader:
             e, f = values[5], values[6]
 
         def value(x: np.ndarray) -> np.ndarray:
-            # Where the power is not meant, its base may be negative.
+            # The base of the power may be negative below d, where the power is not used.
             return np.where(x >= d, np.maximum(a * x + b, 0.0) ** g + e, c * x + f)
 
         if not g > 0.0:

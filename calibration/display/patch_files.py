@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import UsageError
 from ...runtime.files import written_whole
+from ...spectral.srgb import srgb_to_linear
 
 _SUFFIXES = (".ti1", ".csv")
 
@@ -37,8 +38,11 @@ def _csv(sent: np.ndarray, steps: int) -> str:
 
 def _ti1(codes: np.ndarray) -> str:
     """Percent of full scale, with the rough XYZ of sRGB that the format asks for (ArgyllCMS, File formats, .ti1)."""
-    linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
-    xyz = 100.0 * linear @ np.array([[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]])
+    xyz = (
+        100.0
+        * srgb_to_linear(codes)
+        @ np.array([[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]])
+    )
     rows = "".join(
         f"{at} {' '.join(f'{100.0 * code:.4f}' for code in rgb)} {' '.join(f'{value:.4f}' for value in seen)}\n"
         for at, (rgb, seen) in enumerate(zip(codes, xyz, strict=True), 1)

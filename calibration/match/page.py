@@ -18,6 +18,7 @@ from ...spectral.measurement import crossed, remarks
 from ...spectral.metamerism import Conditions
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
+from ...spectral.srgb import linear_to_srgb
 from ..report.page import html_environment
 from ..report.plots import pair_plot
 from ..report.review_data import LIGHT_ICONS
@@ -471,8 +472,7 @@ def _srgb(lab: np.ndarray, white: np.ndarray) -> str:
     daylight = observer("1931_2").white(illuminant("D65"))
     seen = adaptation_matrix(white, daylight) @ xyz_from_lab(lab, white)
     linear = np.clip(_SRGB_FROM_XYZ @ seen, 0.0, 1.0)
-    codes = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055) * 255.0
-    return "#{:02x}{:02x}{:02x}".format(*np.rint(codes).astype(int).tolist())
+    return "#{:02x}{:02x}{:02x}".format(*np.rint(linear_to_srgb(linear) * 255.0).astype(int).tolist())
 
 
 def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str, Any]:

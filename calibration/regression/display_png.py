@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file
+from ...spectral.srgb import srgb_to_linear
 from ...spectral.upsampling import xyz_from_rgb
 from .row import PixelLayer, Pixels, Row, RowName
 
@@ -81,7 +82,7 @@ def _pixels(path: Path) -> Pixels:
     encoded = codes[..., :3] / 255.0
     coverage = (codes[..., 3] / 255.0).astype(np.float32)
     nudged = partial(_moved, encoded, matrix, half)
-    return Pixels(_linear(encoded) @ matrix.T, coverage, matrix.sum(axis=1), nudged=nudged)
+    return Pixels(srgb_to_linear(encoded) @ matrix.T, coverage, matrix.sum(axis=1), nudged=nudged)
 
 
 def _moved(
@@ -91,9 +92,4 @@ def _moved(
     rows: slice,
     steps: Float[np.ndarray, "h W 3"],
 ) -> Float[np.ndarray, "h W 3"]:
-    return _linear(np.maximum(encoded[rows] + half * steps, 0.0)) @ matrix.T
-
-
-def _linear(encoded: Float[np.ndarray, "H W 3"]) -> Float[np.ndarray, "H W 3"]:
-    """Return the curve of IEC 61966-2-1."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    return srgb_to_linear(np.maximum(encoded[rows] + half * steps, 0.0)) @ matrix.T

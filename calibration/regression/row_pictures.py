@@ -10,6 +10,7 @@ from jaxtyping import Float, UInt8
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import lab_from_xyz
 from ...spectral.formula import Formula
+from ...spectral.srgb import linear_to_srgb
 from ...spectral.upsampling import xyz_from_rgb
 from ..report import coded_map, plots
 from ..report.histogram import histogram
@@ -111,8 +112,7 @@ def srgb(pixels: Pixels) -> tuple[UInt8[np.ndarray, "H W 3"], float]:
     linear = np.nan_to_num(pixels.xyz @ (np.linalg.inv(matrix) @ adapted).T, posinf=1.0, neginf=0.0)
     outside = ((linear < -1e-3) | (linear > 1.0 + 1e-3)).any(axis=-1)
     held = np.clip(linear, 0.0, 1.0)
-    encoded = np.where(held <= 0.0031308, 12.92 * held, 1.055 * np.maximum(held, 1e-9) ** (1 / 2.4) - 0.055)
-    return np.rint(255.0 * encoded).astype(np.uint8), float(outside.mean())
+    return np.rint(255.0 * linear_to_srgb(held)).astype(np.uint8), float(outside.mean())
 
 
 def _patch(values: Float[np.ndarray, "H W"] | UInt8[np.ndarray, "H W 3"]) -> np.ndarray:

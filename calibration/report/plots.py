@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from ...spectral.srgb import linear_to_srgb, srgb_to_linear
+
 # The scale ends at this many budgets, the same for every map, so that rows compare at a glance.
 SCALE_BUDGETS = 3.0
 # Steps of the scale: a twentieth of the budget, finer than a map is read.
@@ -101,15 +103,14 @@ def reduce_picture(rgb: UInt8[np.ndarray, "H W c"], size: tuple[int, int]) -> UI
     """
     if size == rgb.shape[:2]:
         return rgb
-    codes = np.arange(256) / 255.0
-    linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    linear = srgb_to_linear(np.arange(256) / 255.0)
     down, across = (_shares(*lengths) for lengths in zip(rgb.shape[:2], size, strict=True))
     covered = rgb[..., 3:] / 255.0 if rgb.shape[2] == 4 else np.ones((*rgb.shape[:2], 1))
     weighted = np.concatenate([linear[rgb[..., :3]] * covered, covered], axis=-1)
     summed = np.einsum("hH,HWc,wW->hwc", down, weighted, across, optimize=True)
     share = summed[..., 3:]
     mean = np.divide(summed[..., :3], share, out=np.zeros_like(summed[..., :3]), where=share > 0.0)
-    encoded = np.where(mean <= 0.0031308, 12.92 * mean, 1.055 * np.maximum(mean, 1e-9) ** (1 / 2.4) - 0.055)
+    encoded = linear_to_srgb(mean)
     if rgb.shape[2] == 4:
         encoded = np.concatenate([np.where(share > 0.0, encoded, 0.0), share], axis=-1)
     return np.rint(encoded * 255.0).astype(np.uint8)

@@ -138,7 +138,7 @@ def _workplace(folder: Path) -> Iterator[Path]:
     with clearing(lambda: shutil.rmtree(work, ignore_errors=True)), ExitStack() as stack:
         try:
             stack.enter_context(made_and_held(work, work.mkdir))
-            # What holds the folder may be a file in it, which is not part of the export.
+            # A lock on the folder may be a file in it, which is not part of the export.
             (inner := work / "files").mkdir()
         except OSError as reason:
             hint = "name a folder that you may write to, on a disk with room: -o"

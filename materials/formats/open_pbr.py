@@ -13,7 +13,7 @@ from ..analytic.cook_torrance import fresnel, ggx, smith_ggx
 # Half vectors by which the albedo of facets is integrated, polar and azimuth, and cosines at which it is.
 _TILTS, _TURNS = 32, 32
 _COSINES = np.linspace(0.02, 1.0, 50)
-# Of Fujii's form of Oren's and Nayar's model, and of its albedo.
+# Constants of Fujii's form of Oren's and Nayar's model, and of its albedo.
 _FUJII_1, _FUJII_2 = 0.5 - 2.0 / (3.0 * np.pi), 2.0 / 3.0 - 28.0 / (15.0 * np.pi)
 # Cosine of the second colour of a metal, at 82 degrees.
 _EDGE_COSINE = 1.0 / 7.0

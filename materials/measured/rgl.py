@@ -141,7 +141,7 @@ class RglBrdf(Brdf):
         )
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """See `Surface.xyz`; made-up spectra, or the table of a file with spectra, are folded before they are mixed."""
+        """Return `Surface.xyz`, made-up spectra or the table of a file with spectra folded before they are mixed."""
         weights = folding.weights(self.wavelengths_nm)
         if self.spectral:
             table = self._folded_table(weights)

@@ -7,8 +7,7 @@ that was given, or a matrix with curves made of what codes show.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,7 +15,7 @@ import numpy as np
 from jaxtyping import Float, UInt
 
 from ...calibration.display.aim import PICTURE_WHITE_XYZ
-from ...calibration.display.claims import CLAIMS, srgb_curve, xyz_of_chromaticities
+from ...calibration.display.claims import CLAIMS, Claim
 from ...calibration.display.icc import D50_XYZ, ENTRIES, encoded_profile
 from ...runtime.errors import InputError
 from ...runtime.files import written_whole
@@ -51,30 +50,14 @@ def _hlg(codes: np.ndarray) -> np.ndarray:
     return scene * luminance[:, None] ** 0.2 * _HLG_PEAK / _REFERENCE
 
 
-@dataclass(frozen=True, eq=False)
-class _Standard:
-    """Display of a standard: chromaticities of red, green and blue about D65, the light of codes (N,3), and the code
-    points of both (ITU-T H.273).
-    """
-
-    primaries: Float[np.ndarray, "3 2"]
-    light: Callable[[np.ndarray], np.ndarray]
-    points: tuple[int, int]
-
-    def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """XYZ of codes, Y of the reference white 1."""
-        parts = xyz_of_chromaticities(self.primaries)
-        return self.light(codes) @ (np.linalg.solve(parts.T, PICTURE_WHITE_XYZ)[:, None] * parts)
-
-
-_P3 = CLAIMS["P3"].primaries
-_SRGB = _Standard(CLAIMS["sRGB"].primaries, srgb_curve, (1, 13))
+# Displays of standards, and the code points of their primaries and curve (ITU-T H.273).
+_SRGB, _P3 = CLAIMS["sRGB"], CLAIMS["P3"]
 _STANDARDS = (
-    _SRGB,
-    _Standard(_P3, srgb_curve, (12, 13)),
-    _Standard(_REC_2020, _pq, (9, 16)),
-    _Standard(_P3, _pq, (12, 16)),
-    _Standard(_REC_2020, _hlg, (9, 18)),
+    (_SRGB, (1, 13)),
+    (_P3, (12, 13)),
+    (Claim("PQ", _REC_2020, _pq), (9, 16)),
+    (Claim("PQ of P3", _P3.primaries, _pq), (12, 16)),
+    (Claim("HLG", _REC_2020, _hlg), (9, 18)),
 )
 
 
@@ -127,13 +110,13 @@ def _made_chunks(display: DisplayTransform) -> tuple[Chunks, tuple[str, ...]]:
         shown = display.shown(codes).astype(np.float64)
     except InputError:
         return [], (f"The picture has no colour tag: {display.name} cannot say what its codes show.",)
-    for standard in _STANDARDS:
+    for standard, points in _STANDARDS:
         if delta_e_xyz(standard.xyz(codes), shown, PICTURE_WHITE_XYZ).max() <= _IS_STANDARD:
-            points = (b"cICP", bytes([*standard.points, 0, 1]))
+            named = (b"cICP", bytes([*points, 0, 1]))
             if standard is _SRGB:
-                return [points, (b"sRGB", b"\x01")], ()
+                return [named, (b"sRGB", b"\x01")], ()
             # Readers that do not know the points have the profile; none can be made of HDR.
-            return [points, *(_matrix_tag(display, codes, shown)[0] if standard.light is srgb_curve else [])], ()
+            return [named, *(_matrix_tag(display, codes, shown)[0] if standard is _P3 else [])], ()
     return _matrix_tag(display, codes, shown)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...calibration.display.aim import PICTURE_WHITE_XYZ
-from ...calibration.display.icc_profile import PREFIX, SCREEN, DisplayProfile, read_display_profile
+from ...calibration.display.icc_profile import PREFIX, SCREEN, DisplayProfile, exact_on_cpu, read_display_profile
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file
 from ...spectral.adaptation import Method, adaptation_matrix
@@ -180,11 +180,11 @@ class DisplayTransform:
 
     @cached_property
     def _cpu(self) -> Any:
-        import PyOpenColorIO as ocio
+        return exact_on_cpu(self.processor)
 
-        # Lossless: the default optimisation replaces powers by approximations that are off by more than the GPU is.
-        depth = ocio.BIT_DEPTH_F32
-        return self.processor.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS)
+    @cached_property
+    def _cpu_back(self) -> Any:
+        return exact_on_cpu(self.inverse)
 
     def apply(self, xyz_d65: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
         """Encode XYZ that already has the display's white; float32, not clipped."""
@@ -199,11 +199,8 @@ class DisplayTransform:
         ------
         InputError : the transform cannot be turned round.
         """
-        import PyOpenColorIO as ocio
-
-        depth, values = ocio.BIT_DEPTH_F32, np.array(rgb, dtype=np.float32, order="C")
-        back = self.inverse.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS)
-        back.applyRGB(values.reshape(-1, 3))
+        values = np.array(rgb, dtype=np.float32, order="C")
+        self._cpu_back.applyRGB(values.reshape(-1, 3))
         return values
 
     def adaptation_from(self, white_xyz: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
@@ -284,9 +281,8 @@ class DisplayTransform:
         import PyOpenColorIO as ocio
 
         assert self.profile is not None
-        depth, back = ocio.BIT_DEPTH_F32, ocio.TRANSFORM_DIR_INVERSE
-        processor = ocio.Config.CreateRaw().getProcessor(self.profile.to_xyz_d65, back)
-        return processor.getOptimizedCPUProcessor(depth, depth, ocio.OPTIMIZATION_LOSSLESS)
+        back = ocio.TRANSFORM_DIR_INVERSE
+        return exact_on_cpu(ocio.Config.CreateRaw().getProcessor(self.profile.to_xyz_d65, back))
 
     def clips_all(self, image: ColourImage, coverage: Float[np.ndarray, "H W"]) -> bool:
         """Return whether all that a picture shows is brighter than the display can be: no pixel that a surface covers

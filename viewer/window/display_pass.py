@@ -11,6 +11,7 @@ from ...calibration.display.icc_profile import PREFIX
 from ...calibration.report import plots
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import xyz_from_lab
+from ...spectral.srgb import srgb_to_linear
 from ...spectral.upsampling import xyz_from_rgb
 from ..display.gl_pass import DisplayPass
 from ..display.proof import proof_of
@@ -183,8 +184,7 @@ def scale_rgb(share: float) -> tuple[int, int, int]:
 def _scale_xyz() -> Float[np.ndarray, "steps 4"]:
     """Return the steps of the scale, what is beyond it, and what holds no number."""
     codes = np.concatenate([plots.scale_rgb(), [plots.OVER_RGB, plots.UNDEFINED_RGB]]) / 255.0
-    linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
-    return np.pad(linear @ xyz_from_rgb().T, ((0, 0), (0, 1))).astype(np.float32)
+    return np.pad(srgb_to_linear(codes) @ xyz_from_rgb().T, ((0, 0), (0, 1))).astype(np.float32)
 
 
 def _contour_xyz(share: float) -> tuple[float, ...]:

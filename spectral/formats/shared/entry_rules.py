@@ -31,7 +31,7 @@ _LARGEST = 1e30
 DELETED = -1e30
 # Wavelengths that make a colour. Beyond them a spectrometer may read noise, over a white that gave no light either.
 _VISIBLE = (380.0, 780.0)
-# What is kept of spectra of more than `_FINEST` samples, with room for the ends of interpolation.
+# Wavelengths that are kept of spectra of more than `_FINEST` samples, with room for the ends of interpolation.
 _NEAR = (300.0, 1100.0)
 # How far above 1 clear glass may read, with the error of an instrument.
 _CLEAR = 1.01

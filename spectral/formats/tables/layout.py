@@ -33,7 +33,7 @@ _UNIT_CELL = re.compile(
 )
 
 
-# What a sample is called by in a line of its own, whatever mark stands behind it.
+# Key of a sample's name in a line of its own, whatever mark stands behind it.
 _SAMPLE_KEY = re.compile(
     r"(?:sample|specimen|probe|muster|[ée]chantillon|muestra|campione|patch|swatch)n?"
     r"[ _-]*(?:names?|id|no\.?|nr\.?|title)?|"

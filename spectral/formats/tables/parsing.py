@@ -33,7 +33,7 @@ from .one_reading import one_reading
 from .rows import is_generic, read_across, read_down
 from .section import SHOWN_LINES, Column, Section, Text, trimmed
 
-# What a reading is called by in a line of its own.
+# Key of a reading's name in a line of its own.
 _READING = re.compile(r"(?:measurement|messung|reading|scan|spectrum|spektrum|run|file)[ _-]*(?:name|id|no\.?)?", re.I)
 # Rows of a further table, from its first, that say where its wavelengths are.
 _FIRST_ROWS = 6

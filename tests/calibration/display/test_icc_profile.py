@@ -78,7 +78,7 @@ def test_an_optimised_link_of_littlecms_is_near(grid, srgb):
 
 
 def test_codes_go_on_beyond_the_range_and_come_back():
-    """Of matrix and curves: what a display cannot show is still told from what it can."""
+    """Colours that a matrix with curves cannot show are still told from those that it can."""
     read = read_display_profile("", FORMS["matrix and a parametric curve, version 4"])
     assert not read.has_limits and read_display_profile("", FORMS["tables of 16 bits to Lab, version 2"]).has_limits
     white = np.array([[0.3127 / 0.3290, 1.0, 0.3583 / 0.3290]])

@@ -200,7 +200,7 @@ def test_what_is_no_tolerance(words):
 
 
 def test_swatches_are_what_srgb_shows_of_both_samples():
-    """As colour-science has it, after adaptation from the light's white: colours out of sRGB are held at its ends."""
+    """Swatches agree with colour-science after adaptation from the light's white; out of sRGB they stay at its ends."""
     white, daylight = (observer("1931_2").white(illuminant(name)) for name in ("A", "D65"))
     labs = np.random.default_rng(2).uniform([0.0, -60.0, -60.0], [100.0, 60.0, 60.0], (40, 3))
     shown = colour_science().XYZ_to_sRGB(xyz_from_lab(labs, white) @ adaptation_matrix(white, daylight).T)
