@@ -270,9 +270,9 @@ class _Reader:
     def __init__(self, path: Path, data: bytes) -> None:
         self.path, self.data = path, data
         if len(data) < _HEADER or data[36:40] != b"acsp":
-            raise self._wrong(
-                "not an ICC profile", "its first bytes", found=repr(data[36:40])[1:], expected="`acsp` at byte 36"
-            )
+            found = repr(data[36:40])[1:] if len(data) >= _HEADER else f"{len(data)} bytes in all"
+            raise self._wrong("not an ICC profile", "its first bytes", found, "`acsp` at byte 36",
+                              "name the .icc or .icm file of the display")  # fmt: skip
         (size,) = struct.unpack(">I", data[:4])
         if size > len(data):
             raise self._wrong("the profile is cut short", "its size", f"{len(data)} bytes", f"{size} bytes",
