@@ -32,7 +32,7 @@ from ..spectral.image import ColourImage
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .display.gl_pass import DisplayPass
 from .display.png import colour_chunks, quantise, write_png
-from .display.transform import DisplayTransform
+from .display.transform import DisplayTransform, composite
 from .gl.backend import GLBackend
 from .render.indirect_cache import counted
 from .render.session import RenderSession, radiance_weights
@@ -82,6 +82,12 @@ class Picture:
     def lab(self) -> Float[np.ndarray, "H W 3"]:
         """CIELAB relative to `white`."""
         return lab_from_xyz(self.xyz, self.white)
+
+    def display_xyz(self) -> Float[np.ndarray, "H W 3"]:
+        """Return the picture over its background as XYZ under the display's white (D65), as displays are sent it."""
+        display = display_for(self.scene.viewing)
+        whole = composite(self.xyz, self.coverage, _background(self.scene))
+        return whole @ display.adaptation_from(self.white).T
 
     def difference(self, reference: Picture, method: Formula = "CIE 1994") -> DeltaEStatistics:
         """Compute the statistics of ΔE from a reference of the same view, over the pixels that both show wholly.
@@ -388,6 +394,9 @@ def _encoded(
     on: DisplayPass | None,
 ) -> tuple[Float[np.ndarray, "H W 3"], tuple[str, ...]]:
     """Return a picture of the scene over its background, display-encoded, and what was done to fit it in."""
-    white = scene.adopted_white()
-    background = white * scene.viewing.background_reflectance
-    return display.encode(ColourImage(xyz, "xyz", white), coverage, background, on)
+    image = ColourImage(xyz, "xyz", scene.adopted_white())
+    return display.encode(image, coverage, _background(scene), on)
+
+
+def _background(scene: Scene) -> Float[np.ndarray, "3"]:
+    return scene.adopted_white() * scene.viewing.background_reflectance

@@ -199,17 +199,20 @@ class DisplayProfile:
         """OCIO transform from codes to XYZ-D65, Y of white 1."""
         return _group(*self.forward, _Matrix(adaptation_matrix(D50_XYZ, PICTURE_WHITE_XYZ), np.zeros(3)))
 
-    def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """XYZ of codes under the display's own white, Y of white 1; `white_xyz` must be known.
+    def xyz(
+        self, codes: Float[np.ndarray, "N 3"], white_xyz: Float[np.ndarray, "3"] | None = None
+    ) -> Float[np.ndarray, "N 3"]:
+        """XYZ of codes, Y of white 1, adapted from D50 by Bradford, as the standard adapts to it (annex E).
 
-        It is undone by Bradford, as the standard adapts it (annex E).
+        white_xyz : the white to adapt to; None: the display's own, which must be known.
         """
         import PyOpenColorIO as ocio
 
-        assert self.white_xyz is not None
+        white = self.white_xyz if white_xyz is None else white_xyz
+        assert white is not None
         found = np.array(codes, dtype=np.float32, order="C")
         exact_on_cpu(ocio.Config.CreateRaw().getProcessor(_group(*self.forward))).applyRGB(found)
-        return found.astype(np.float64) @ adaptation_matrix(D50_XYZ, self.white_xyz).T
+        return found.astype(np.float64) @ adaptation_matrix(D50_XYZ, white).T
 
     def describe(self) -> list[str]:
         """Return the profile in words, for a report."""

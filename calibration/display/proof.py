@@ -12,8 +12,8 @@ from .aim import Aim, Black
 from .cube import Cube
 from .model import DisplayModel
 
-# ΔE94 that nobody sees: what is lost by less is shown.
-_SEEN = 0.5
+#: ΔE94 from which on a difference can be seen: what is off by less counts as shown.
+VISIBLE_DELTA_E = 0.5
 # Pixels at a time.
 _ROWS = 1 << 18
 
@@ -42,4 +42,4 @@ def proofed(
         apart[rows] = delta_e_xyz(wanted, model.xyz(held), aim.white_xyz)
         outside[rows] = (codes != held).any(axis=1)
     shape, which = np.shape(xyz_d65)[:2], which.reshape(-1)
-    return ProofStatistics((outside & (apart > _SEEN))[which].reshape(shape), apart[which].reshape(shape))
+    return ProofStatistics((outside & (apart > VISIBLE_DELTA_E))[which].reshape(shape), apart[which].reshape(shape))

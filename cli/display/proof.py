@@ -3,50 +3,84 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..options import add_output_option
-from ..output import warn
+from ..options import (
+    add_catalogue_option,
+    add_output_option,
+    add_renderer_option,
+    catalogue_for,
+    illuminant_name,
+    renderer_for,
+)
+from ..output import say, warn
+from ..progress.lines import progress_bar
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ...calibration.display.proof import ProofStatistics
+
+_PROFILES = (".icc", ".icm")
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:
     """Add `display proof`."""
     verb = kinds.add_parser(
         "proof",
-        help="what of a picture a display cannot show, and where",
-        description="Count the pixels of an sRGB picture that the display cannot show, say how far off what it shows "
-        "is, and mark them. Exit code 1 where there are any.",
+        help="what of a picture or a scene a display cannot show, and where",
+        description="Count the pixels of a picture, or of a scene that is rendered for it, which the display cannot "
+        "show, say how far off what it shows is, and mark them. Exit code 1 where there are any.",
     )
-    verb.add_argument("display", type=Path, metavar="DISPLAY.json", help="what `display characterise` wrote")
-    verb.add_argument("picture", type=Path, metavar="PICTURE", help="PNG or JPEG, taken as sRGB")
-    verb.add_argument("--luminance", type=float, metavar="L", help="cd/m2 of white (default: as much as there is)")
     verb.add_argument(
-        "--black", choices=("absolute", "bpc"), default="absolute", help="of pictures: as it is, or moved"
+        "display",
+        type=Path,
+        metavar="DISPLAY",
+        help="DISPLAY.json, which `display characterise` wrote, or the display's profile PROFILE.icc",
     )
+    verb.add_argument(
+        "picture",
+        type=Path,
+        metavar="PICTURE|SCENE",
+        help="PNG or JPEG, sRGB unless its profile says something else; or scene.toml",
+    )
+    verb.add_argument("--luminance", type=float, metavar="L", help="cd/m2 of white (default: as much as there is)")
+    verb.add_argument("--black", choices=("absolute", "bpc"), help="of pictures: as it is (default), or moved")
+    verb.add_argument("--camera", metavar="NAME", help="of a scene (default: its first)")
+    verb.add_argument("--illuminant", type=illuminant_name, metavar="NAME", help="in place of a scene's lights' own")
     add_output_option(verb, "the picture in grey, what is lost in magenta", metavar="F.png")
+    add_catalogue_option(verb)
+    add_renderer_option(verb)
     verb.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Look and print; 0, or 1 where something cannot be shown."""
-    from ...calibration.display.aim import aimed
-    from ...calibration.display.cube import make_cube
-    from ...calibration.display.proof import proofed
-    from ...calibration.display.record import read_record
+    from ...runtime.errors import UsageError
     from ...runtime.files import check_outputs, written_whole
-    from ...viewer.display.received_picture import read_srgb
+    from ...viewer.display.received_picture import read_picture
 
+    is_scene, is_profile = args.picture.suffix.lower() == ".toml", args.display.suffix.lower() in _PROFILES
+    for option in ("camera", "illuminant", "catalogue"):
+        if not is_scene and getattr(args, option) is not None:
+            raise UsageError(f"--{option} is of scenes: leave it out for {args.picture}")
+    for option in ("luminance", "black"):
+        if is_profile and getattr(args, option) is not None:
+            raise UsageError(f"--{option} is of DISPLAY.json: a profile says its white and black itself")
     if args.out is not None:
         check_outputs([args.out], [args.display, args.picture])
-    record = read_record(args.display)
-    aim = aimed(record.model, "d65", args.luminance, record.readings.absolute)
-    pixels, xyz, stated = read_srgb(args.picture)
-    if stated:
-        warn(f"{args.picture} says {', '.join(stated)}, which is not applied: it is taken as sRGB")
-    found = proofed(record.model, make_cube(record.model), aim, xyz, args.black)
-    count = int(found.lost.sum())
-    print(f"{args.picture}: {count} of {found.lost.size} pixels ({count / found.lost.size:.2%}) cannot be shown on "
-          f"{record.name}, white {aim.words}")  # fmt: skip
+    words, prove = _profile(args.display) if is_profile else _characterised(args)
+    if is_scene:
+        pixels, xyz = _rendered(args)
+    else:
+        pixels, xyz, stated = read_picture(args.picture)
+        if stated:
+            warn(f"{args.picture} says {', '.join(stated)}, which is not applied: it is taken as sRGB")
+    found = prove(xyz)
+    count, pixel_count = int(found.lost.sum()), found.lost.size
+    print(f"{args.picture}: {count} of {pixel_count} pixels ({count / pixel_count:.2%}) cannot be shown on {words}")
     if count:
         off = found.delta_e[found.lost]
         warn(f"where they are, what is shown is off by ΔE94 {off.mean():.2f} on average, at most {off.max():.1f}")
@@ -60,3 +94,45 @@ def run(args: argparse.Namespace) -> int:
             Image.fromarray(marked).save(beside, format="PNG")
         print(f"Written: {args.out}")
     return 1 if count else 0
+
+
+def _profile(path: Path) -> tuple[str, Callable[[np.ndarray], ProofStatistics]]:
+    """Name the display of an ICC profile, and return what proves a picture in XYZ-D65 for it."""
+    from ...calibration.display.icc_profile import PREFIX
+    from ...viewer.display.proof import Proof
+    from ...viewer.display.transform import DisplayTransform
+
+    display = DisplayTransform(f"{PREFIX}{path}")
+    return display.name, Proof(display).statistics
+
+
+def _characterised(args: argparse.Namespace) -> tuple[str, Callable[[np.ndarray], ProofStatistics]]:
+    """Name the display of a characterisation, and return the same for it."""
+    from ...calibration.display.aim import aimed
+    from ...calibration.display.cube import make_cube
+    from ...calibration.display.proof import proofed
+    from ...calibration.display.record import read_record
+
+    record = read_record(args.display)
+    aim = aimed(record.model, "d65", args.luminance, record.readings.absolute)
+    cube = make_cube(record.model)
+    return (
+        f"{record.name}, white {aim.words}",
+        lambda xyz: proofed(record.model, cube, aim, xyz, args.black or "absolute"),
+    )
+
+
+def _rendered(args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
+    """Render a scene: codes of its display, and XYZ-D65."""
+    from ...lighting.scene_file.files import load_scene, scene_file
+    from ...viewer.picture import lit_by, picture
+
+    scene_file(args.picture)
+    catalogue = catalogue_for(args.catalogue, 1)
+    scene = lit_by(load_scene(args.picture, catalogue, say), args.illuminant)
+    with renderer_for(args.renderer) as renderer, progress_bar("Rendering", after=2.0) as progress:
+        renderer.configure(on_progress=progress, on_message=say)
+        made = picture(scene, catalogue, args.camera, renderer, warn)
+    for note in scene.notes:
+        say(note)
+    return made.rgb(), made.display_xyz()

@@ -8,6 +8,8 @@ from metamer.calibration.display.icc import D50_XYZ
 # Red, green and blue under D50, so far from sRGB that a profile which is ignored is noticed.
 COLUMNS = np.array([[0.5151, 0.2920, 0.1571], [0.2412, 0.6922, 0.0666], [-0.0011, 0.0419, 0.7841]])
 COLUMNS = COLUMNS * (D50_XYZ / COLUMNS.sum(axis=1))[:, None]
+# The same display with less colour in each of its primaries.
+DULL = 0.5 * COLUMNS + 0.5 * D50_XYZ[:, None] / 3.0
 GAMMA = 2.2
 
 
@@ -53,7 +55,7 @@ def profile(tags: dict[bytes, bytes], version=2, pcs=b"XYZ ", kind=b"mntr", spac
     return struct.pack(">I", at + len(body)) + head + struct.pack(">I", len(tags)) + table + body
 
 
-def matrix_profile(kind="table", **how) -> bytes:
+def matrix_profile(kind="table", columns=COLUMNS, **how) -> bytes:
     """Matrix and curves: a table, an exponent, or a parametric curve (sRGB's)."""
     one = {
         "table": curve(np.linspace(0.0, 1.0, 1024) ** GAMMA),
@@ -61,7 +63,7 @@ def matrix_profile(kind="table", **how) -> bytes:
         "parametric": parametric(3, 2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045),
     }[kind]
     tags = {channel + b"TRC": one for channel in (b"r", b"g", b"b")}
-    tags |= {channel + b"XYZ": xyz(COLUMNS[:, at]) for at, channel in enumerate((b"r", b"g", b"b"))}
+    tags |= {channel + b"XYZ": xyz(columns[:, at]) for at, channel in enumerate((b"r", b"g", b"b"))}
     return profile(tags, **how)
 
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
 
-from .transform import DisplayTransform
+from ...calibration.display.icc_profile import PREFIX
+from ...calibration.display.proof import VISIBLE_DELTA_E, ProofStatistics
+from ...spectral.difference import delta_e_xyz
+from .transform import DISPLAY_WHITE_XYZ, DisplayTransform
 
 
 @dataclass(frozen=True)
@@ -29,15 +33,35 @@ class Proof:
         """
         return self.of.decode(np.clip(self.of.apply(xyz_d65), 0.0, 1.0))
 
+    def statistics(self, xyz_d65: Float[np.ndarray, "H W 3"]) -> ProofStatistics:
+        """Compare a picture under the display's white, Y of white 1, with what the other display shows of it.
+
+        Raises
+        ------
+        InputError : its transform cannot be turned round.
+        """
+        below, above = self.of.out_of_range(xyz_d65, self.of.apply(xyz_d65))
+        wanted, shown = (np.asarray(xyz, dtype=np.float64) for xyz in (xyz_d65, self.apply(xyz_d65)))
+        apart = delta_e_xyz(wanted, shown, DISPLAY_WHITE_XYZ)
+        return ProofStatistics((below | above) & (apart > VISIBLE_DELTA_E), apart)
+
 
 def proof_of(display: DisplayTransform, named: str | None) -> Proof | None:
-    """Return the proof of another display of the same configuration, by the view that is called alike; None for no
-    name.
+    """Return the proof of another display of the same configuration, by the view that is called alike, or of the
+    display of an ICC profile (`icc:FILE`); None for no name.
 
     Raises
     ------
     UnknownNameError : no such display, or none of its views is called so.
+    InputError : the profile cannot be used.
     """
     if named is None:
         return None
+    if named.startswith(PREFIX):
+        return Proof(DisplayTransform(named, adaptation=display.adaptation))
+    return _of_configuration(display, named)
+
+
+@lru_cache(maxsize=8)
+def _of_configuration(display: DisplayTransform, named: str) -> Proof:
     return Proof(DisplayTransform(named, display.view, display.config, display.adaptation))

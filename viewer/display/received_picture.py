@@ -2,20 +2,29 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from ...calibration.display.aim import PICTURE_WHITE_XYZ
+from ...calibration.display.claims import CLAIMS
+from ...calibration.display.icc_profile import read_display_profile
 from ...materials.svbrdf.stated_colours import is_srgb, stated_colours
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
 
+# Words of a header whose codes are those of Display P3 (H.273).
+_P3 = "primaries of Display P3 (cICP)"
 
-def read_srgb(
+
+def read_picture(
     path: str | Path,
 ) -> tuple[UInt8[np.ndarray, "H W 3"], Float[np.ndarray, "H W 3"], tuple[str, ...]]:
-    """Pixels and XYZ-D65, Y of white 1 (IEC 61966-2-1), of a picture taken as sRGB; and what else it says that it is.
+    """Read the codes of a picture, their XYZ-D65 (Y of white 1), and what it says of them that is not applied.
+
+    Its ICC profile is applied, or the primaries of Display P3; without, codes are taken as sRGB (IEC 61966-2-1).
 
     Raises
     ------
@@ -33,7 +42,14 @@ def read_srgb(
         raise InputError(
             "not a picture that can be read", file=path, found=str(reason)[:120], expected="a PNG or JPEG file"
         ) from None
-    from ...calibration.display.claims import CLAIMS
-
-    xyz = CLAIMS["sRGB"].xyz(pixels.reshape(-1, 3) / 255.0).reshape(pixels.shape)
-    return pixels, xyz, stated if not profile or is_srgb(profile) else ("a colour profile of its own", *stated)
+    codes = pixels.reshape(-1, 3) / 255.0
+    xyz, coded = CLAIMS["sRGB"].xyz, any("cICP" in words for words in stated)
+    if stated == (_P3,):
+        xyz, stated = CLAIMS["P3"].xyz, ()
+    # A PNG's cICP stands above its profile (PNG 3, 12.1).
+    elif profile and not coded and not is_srgb(profile):
+        try:
+            xyz, stated = partial(read_display_profile(path, profile).xyz, white_xyz=PICTURE_WHITE_XYZ), ()
+        except InputError as reason:
+            stated = (f"a profile that cannot be used ({reason.problem})", *stated)
+    return pixels, xyz(codes).reshape(pixels.shape), stated

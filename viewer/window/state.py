@@ -167,7 +167,7 @@ class DisplaySettings:
     """Display settings of the picture.
 
     config, display, view : of OpenColorIO; None leaves the scene's, or the default. gamut_warning : marks what the
-    display cannot show. proof : another display of the configuration whose gamut is shown on this one.
+    display cannot show. proof : another display of the configuration, or `icc:FILE`, whose gamut is shown on this one.
     """
 
     config: str | None = None

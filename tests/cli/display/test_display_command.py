@@ -4,8 +4,12 @@ import json
 import re
 
 import numpy as np
+import pytest
+from icc_profiles import DULL, matrix_profile, profile
 from metamer.benchmarks.display.simulated import displays
 from metamer.calibration.display.patches import patches
+from metamer.viewer.display.transform import DisplayTransform
+from pictures import read_xyz_exr
 from PIL import Image
 
 
@@ -50,6 +54,51 @@ def test_from_patches_to_a_signed_page(metamer, tmp_path):
     Image.fromarray(np.full((2, 2, 3), (0, 255, 0), dtype=np.uint8)).save(picture)
     code, said, _ = metamer("display", "proof", folder / "display.json", picture, "-o", tmp_path / "lost.png")
     assert code in (0, 1) and "of 4 pixels" in said and (tmp_path / "lost.png").is_file()
+
+
+def test_a_scene_is_proofed_for_a_profile(metamer, scene, tiny_catalogue, tmp_path):
+    """As the picture itself is; options that have no meaning are refused."""
+    (tmp_path / "desk.icc").write_bytes(matrix_profile(columns=DULL, name="Desk"))
+    picture, lost = tmp_path / "ball.png", tmp_path / "lost.png"
+    own = ["--catalogue", tiny_catalogue, "--renderer", "software"]
+    words = ["display", "proof", tmp_path / "desk.icc", scene, "-o", lost, "--illuminant", "A", *own]
+    code, said, err = metamer(*words)
+    count = int(re.findall(r": (\d+) of 1024 pixels", said)[0])
+    assert code == (1 if count else 0), err
+    assert "on ICC: Desk" in said and (np.asarray(Image.open(lost)) == (255, 0, 255)).all(axis=-1).sum() == count
+    exr = tmp_path / "ball.exr"
+    assert metamer("render", scene, "-o", exr, "--illuminant", "A", *own)[0] == 0
+    image, coverage = read_xyz_exr(exr)
+    display = DisplayTransform(f"icc:{tmp_path / 'desk.icc'}")
+    ball = coverage == 1
+    xyz = image.values[ball].astype(float) @ display.adaptation_from(image.white_xyz).T
+    beyond = np.logical_or(*display.out_of_range(xyz, display.apply(xyz)))
+    marked = (np.asarray(Image.open(lost))[ball] == (255, 0, 255)).all(axis=-1)
+    assert marked.any() and (marked != beyond).mean() < 0.02
+    # The same picture as a file: its 8 bits count as much, to within rounding.
+    assert metamer("render", scene, "-o", picture, "--illuminant", "A", *own)[0] == 0
+    code, said, _ = metamer("display", "proof", tmp_path / "desk.icc", picture)
+    assert int(re.findall(r": (\d+) of 1024 pixels", said)[0]) == pytest.approx(count, abs=20)
+    for option, subject, message in (
+        (("--camera", "view"), picture, "of scenes"),
+        (("--luminance", "80"), scene, "a profile says its white"),
+    ):
+        code, _, err = metamer("display", "proof", tmp_path / "desk.icc", subject, *option)
+        assert code == 64 and message in err
+
+
+def test_the_profile_of_a_picture_is_applied(metamer, tmp_path):
+    """Codes of a display with its own profile are all colours that it can show."""
+    codes = np.random.default_rng(3).integers(0, 256, (8, 8, 3), dtype=np.uint8)
+    (tmp_path / "desk.icc").write_bytes(matrix_profile(columns=DULL, name="Desk"))
+    Image.fromarray(codes).save(tmp_path / "own.png", icc_profile=matrix_profile(columns=DULL, name="Desk"))
+    code, said, err = metamer("display", "proof", tmp_path / "desk.icc", tmp_path / "own.png")
+    assert (code, err) == (0, "") and "0 of 64 pixels" in said
+    Image.fromarray(codes).save(tmp_path / "plain.png")
+    assert metamer("display", "proof", tmp_path / "desk.icc", tmp_path / "plain.png")[0] == 1
+    Image.fromarray(codes).save(tmp_path / "odd.png", icc_profile=profile({}, kind=b"prtr"))
+    _, _, err = metamer("display", "proof", tmp_path / "desk.icc", tmp_path / "odd.png")
+    assert "a profile that cannot be used" in err and "taken as sRGB" in err
 
 
 def test_what_a_file_leaves_open_is_asked(metamer, tmp_path):

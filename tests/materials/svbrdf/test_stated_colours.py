@@ -10,7 +10,7 @@ from metamer.materials.formats.btf_headers import header_notes
 from metamer.materials.svbrdf.stated_colours import SRGB_XY
 from metamer.materials.svbrdf.textures import Texture
 from metamer.spectral.formats.exr import write_exr
-from metamer.viewer.display.received_picture import read_srgb
+from metamer.viewer.display.received_picture import read_picture
 from PIL import Image, ImageCms, features
 
 P3_XY = (0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.3290)
@@ -246,5 +246,5 @@ def test_images_of_a_btf_and_pictures_that_somebody_sends_say_so_too(tmp_path):
     assert header_notes(files, tmp_path) == [
         "images that say primaries of BT.2020 (cICP), PQ (cICP): 2 (a.png), not applied"
     ]
-    assert read_srgb(files[0])[2] == ("primaries of BT.2020 (cICP)", "PQ (cICP)")
-    assert read_srgb(files[2])[2] == ()
+    assert read_picture(files[0])[2] == ("primaries of BT.2020 (cICP)", "PQ (cICP)")
+    assert read_picture(files[2])[2] == ()

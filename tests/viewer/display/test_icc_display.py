@@ -7,6 +7,7 @@ from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.image import ColourImage
 from metamer.viewer.display.gl_pass import DisplayPass
+from metamer.viewer.display.proof import Proof
 from metamer.viewer.display.transform import DISPLAY_WHITE_XYZ, DisplayTransform
 
 
@@ -56,6 +57,17 @@ def test_colours_that_it_cannot_show_are_counted(form, files):
     rgb, notes = display.encode(image)
     assert rgb.min() >= 0.0 and rgb.max() <= 1.0
     assert notes[0].startswith("3 of 4 pixels (75.00%) clipped to “ICC: Desk”")
+
+
+@pytest.mark.parametrize("form", ["matrix and a parametric curve, version 4", "tables of 16 bits to Lab, version 2"])
+def test_a_proof_counts_what_is_lost_and_by_how_much(form, files):
+    display = DisplayTransform(f"icc:{files[form]}")
+    xyz = np.array([[[0.1, 0.6, 0.05], [0.5, 0.2, 0.9], 1.4 * DISPLAY_WHITE_XYZ, 0.4 * DISPLAY_WHITE_XYZ]])
+    found = Proof(display).statistics(xyz)
+    np.testing.assert_array_equal(found.lost, [[True, True, True, False]])
+    shown = display.decode(np.clip(display.apply(xyz), 0.0, 1.0)).astype(float)
+    np.testing.assert_allclose(found.delta_e, delta_e_xyz(xyz, shown, DISPLAY_WHITE_XYZ))
+    assert found.delta_e[found.lost].min() > 2.0
 
 
 @pytest.mark.parametrize("count", [9, 17])

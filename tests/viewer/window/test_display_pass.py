@@ -153,6 +153,19 @@ def test_a_proof_is_what_the_other_display_can_show(showing, textures, differenc
     np.testing.assert_allclose(held, (0.4, 0.42, 0.45), atol=1e-5)
 
 
+@pytest.mark.parametrize("made", [matrix_profile, old_tables])
+def test_a_proof_of_a_profile_is_what_its_display_can_show(made, showing, textures, differences, canvases, tmp_path):
+    (tmp_path / "other.icc").write_bytes(made(name="Other"))
+    named = f"icc:{tmp_path / 'other.icc'}"
+    display = DisplayTransform("Rec.1886 Rec.2020 - Display", "Un-tone-mapped", STUDIO)
+    session = Session(shown=DisplaySettings(proof=named))
+    found = shown(showing, textures, differences, session, display).astype(int)
+    asked = in_numpy(canvases[0], WHITES[0], session)
+    wanted = codes(Proof(DisplayTransform(named)).apply(asked), display)
+    assert np.abs(found - wanted).max() <= 1
+    assert (np.abs(wanted - codes(asked, display)).max(axis=-1) > 3).mean() > 0.05
+
+
 @pytest.mark.parametrize("proof", [None, "sRGB - Display"])
 def test_a_warning_marks_the_pixels_that_are_clipped_and_no_others(showing, textures, differences, canvases, proof):
     display = DisplayTransform("Rec.1886 Rec.2020 - Display", "Un-tone-mapped", STUDIO)

@@ -23,7 +23,7 @@ def draw(window: Window) -> None:
     """Draw controls of what is between the picture and the eye."""
     if not section("Display"):
         return
-    desk, session, style, choices = window.desk, window.desk.session, window.style, window.desk.choices
+    desk, session, style = window.desk, window.desk.session, window.style
     slider(desk, EXPOSURE, "exposure %+.1f EV")
     slider(desk, SURROUND, "surround L* %.0f")
     heading("ADAPTATION", style)
@@ -50,33 +50,46 @@ def draw(window: Window) -> None:
         quiet("This view is tone-mapped: it is not colorimetric.")
     if imgui.checkbox("mark what is clipped", session.shown.gamut_warning)[0]:
         desk.run("display.gamut")
-    clicked = combo("proof", [("", "no soft proof"), *((name, f"proof {name}") for name in choices.views)],
-                    session.shown.proof or "")  # fmt: skip
-    if clicked is not None:
-        desk.run(f"proof.{clicked}" if clicked else "proof.none")
+    if session.shown.gamut_warning and shown.profile is not None and shown.profile.has_limits:
+        quiet("The tables of this profile end at its gamut: no stripes there. Trust counts what is beyond.")
+    _proof(window, session.shown.proof or "")
     if imgui.button("Light panels" if session.interface == "dark" else "Dark panels"):
         desk.run("interface")
 
 
+def _proof(window: Window, now: str) -> None:
+    """Choose what another display would show: one of the configuration, or one by its ICC profile."""
+    desk = window.desk
+    named = [*desk.choices.views, *([now] if now.startswith(PREFIX) else [])]
+    clicked = combo("proof", [("", "no soft proof"), *((name, f"proof {name}") for name in named)], now)
+    if clicked is not None and clicked != now:
+        desk.run(f"proof.{clicked}" if clicked else "proof.none")
+    name = _entered(window, "proof", "icc:FILE to proof for")
+    if name:
+        desk.do(partial(_put, proof=name), f"Soft proof by {name}")
+
+
+def _entered(window: Window, key: str, hint: str) -> str:
+    """Return what was typed and confirmed; "" until it is."""
+    typed = window.kept.typed
+    imgui.set_next_item_width(-1.0)
+    entered, typed[key] = imgui.input_text_with_hint(
+        f"##{key}", hint, typed.get(key, ""), imgui.InputTextFlags_.enter_returns_true
+    )
+    return typed.pop(key).strip() if entered else ""
+
+
 def _config(window: Window, now: str | None) -> None:
     """Another configuration of OpenColorIO: its first display, colorimetric where it says so; or an ICC profile."""
-    desk, typed = window.desk, window.kept.typed
+    desk = window.desk
     if now is not None:
         quiet(now)
         if imgui.small_button("Display as before"):
             desk.do(partial(_put, config=None, display=None, view=None), "Display as before")
         return
-    imgui.set_next_item_width(-1.0)
-    entered, typed["config"] = imgui.input_text_with_hint(
-        "##config",
-        "config.ocio, ocio://... or icc:FILE",
-        typed.get("config", ""),
-        imgui.InputTextFlags_.enter_returns_true,
-    )
-    name = typed["config"].strip()
-    if entered and name:
+    name = _entered(window, "config", "config.ocio, ocio://... or icc:FILE")
+    if name:
         desk.do(partial(_configured, name=name), f"Display by {name}")
-        typed["config"] = ""
 
 
 def _configured(session: Session, name: str) -> Session:
