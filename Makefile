@@ -78,6 +78,7 @@ $(VENV)/.installed-for-tests: $(VENV)/.installed
 	@$(PIP) mitsuba || echo "Mitsuba 3 has no package for this Python: its comparisons will be skipped."
 	@$(PIP) MaterialX || echo "MaterialX has no package for this Python: its tests will be skipped."
 	@$(PIP) flip-evaluator || echo "FLIP has no package for this Python: its tests will be skipped."
+	@$(PIP) nbclient ipykernel || echo "nbclient has no package for this Python: notebooks will not be run."
 	@$(PIP) openimageio || echo "OpenImageIO has no package for this Python: reading our pictures with it will be skipped."
 	@touch $@
 

@@ -271,6 +271,35 @@ def test_a_spectrum_becomes_a_material_that_is_drawn(kind, scene, tmp_path):
             catalogue.add(replace(made, id=name))
 
 
+def test_an_analytic_brdf_becomes_a_material_that_is_drawn_within_its_budget(scene, tmp_path):
+    from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
+
+    nm = np.arange(380.0, 781.0, 5.0)
+    body, coat = (metamer.Spectrum.sampled(nm, np.full(nm.size, value)) for value in (0.3, 0.05))
+    satin = AshikhminShirley(body, coat, 40.0, 40.0)
+    made = metamer.Material.from_brdf(satin, "mine/satin", budget=0.5)
+    assert made.error is not None and made.error.p99 <= 0.5 and made.provenance.kind == "analytic"
+    catalogue = metamer.Catalogue.open(tmp_path / "own", create=True)
+    catalogue.add(made)
+    np.testing.assert_array_equal(catalogue["mine/satin"].surface().parameters()["exponent_u"], 40.0)
+    worn = scene.with_material(scene.parts[0].name, "mine/satin")
+    found = metamer.render(worn, catalogue, renderer="software")
+    off = found.difference(metamer.render(worn, catalogue, reference=True))
+    assert off.p99 < 0.5
+    assert str(off) == f"mean {off.mean:.3f}, p95 {off.p95:.3f}, p99 {off.p99:.3f}, max {off.max:.3f} over {off.pixels} pixels"  # fmt: skip  # noqa: E501
+
+
+def test_samples_by_name_keep_their_names():
+    nm = np.arange(380.0, 781.0, 10.0)
+    red = metamer.Spectrum((nm, np.linspace(0.05, 0.8, 41)))
+    report = metamer.match(red, {"lot 7": red * 0.98, 8: (nm, red.samples * 0.9)}, "CIE 2000 0.8")
+    assert [one.sample.name for one in report.samples] == ["lot 7", "8"]
+    # Wavelengths and values, of one sample and of two, are no names.
+    for values, names in ((red.samples, ["sample 1"]), (np.c_[red.samples, red.samples] * 0.95, ["1", "2"])):
+        found = metamer.match(red * 0.9, dict(zip(nm, values, strict=True)), "CIE 2000 0.8")
+        assert [one.sample.name for one in found.samples] == names
+
+
 def test_what_is_no_matt_colour_becomes_no_surface():
     nm = np.arange(380.0, 781.0, 10.0)
     lamp = metamer.Material.from_spectrum((nm, np.linspace(0.0, 9.0, 41)), "mine/lamp", "emission")

@@ -1,10 +1,12 @@
 """Examples that people read first, run as they stand: the numbered examples, and the Python of the README."""
 
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -217,6 +219,41 @@ def test_a_batch_that_passes_in_daylight_fails_under_lamps(tmp_path):
     assert number(r"other pigment: fail\n  D65, 1964_10: ΔE2000 (\S+)", said) < 0.01
     assert number(r"A, 1964_10: ΔE2000 (\S+) .*greyer", said) > 0.8
     assert "</html>" in (tmp_path / "match.html").read_text(encoding="utf-8")
+
+
+NOTEBOOKS = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+
+
+def test_notebooks_are_kept_without_what_they_print():
+    """One for each role that the site begins with."""
+    assert [path.stem for path in NOTEBOOKS] == ["designer", "developer", "laboratory"]
+    for path in NOTEBOOKS:
+        cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+        assert cells and not any(cell["outputs"] or cell["execution_count"] for cell in cells), path.name
+
+
+@pytest.mark.slow
+def test_notebooks_run_as_they_stand(monkeypatch, tmp_path):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    told = {}
+    for path in NOTEBOOKS:
+        made = nbclient.NotebookClient(nbformat.read(path, 4), timeout=120, kernel_name="python3").execute(cwd=tmp_path)
+        outputs = [output for cell in made.cells for output in cell.get("outputs", ())]
+        assert not [output.text for output in outputs if output.get("name") == "stderr"], path.name
+        shown = [kind for output in outputs for kind in output.get("data", ())]
+        told[path.stem] = "".join(output.get("text", "") for output in outputs), shown
+    designer, shown = told["designer"]
+    assert number(r"D65 +ΔE94 ([\d.]+)", designer) == 0.0 < 2.0 < number(r"A +ΔE94 ([\d.]+)", designer)
+    assert number(r"beside the reference: mean ([\d.]+)", designer) < 0.05
+    assert number(r"beside the master: +mean ([\d.]+)", designer) > 2.0 and shown.count("image/png") == 2
+    laboratory, shown = told["laboratory"]
+    assert "what was measured?" in laboratory and "1 of 3 passes under every light" in laboratory
+    assert re.findall(r"readings/(\S+): ΔE94", laboratory)[0] == "lot-2" and shown.count("text/html") == 3
+    developer, shown = told["developer"]
+    found = [(float(budget), float(p99)) for budget, p99 in re.findall(r"budget ([\d.]+): p99 ([\d.]+)", developer)]
+    assert len(found) == 3 and all(p99 <= budget for budget, p99 in found) and "image/png" in shown
 
 
 def test_python_of_the_docs(tiny_catalogue, monkeypatch):

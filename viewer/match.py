@@ -65,7 +65,7 @@ def match(
     Parameters
     ----------
     standard, samples : what `samples_of` names, a `Sample`, a `Spectrum` of reflectance or what another library holds
-        as one (`foreign_spectra.KINDS`); of samples one, or a list of any number.
+        as one (`foreign_spectra.KINDS`); of samples one, a list of any number, or {name: spectrum}.
     tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
     formulas : that ΔE is told by, after that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
     illuminants, observers : one or several. None: D65, A and TL84, 10 degrees; where colours without spectra are among
@@ -105,14 +105,13 @@ def match(
         raise UsageError(
             f"{standard} holds {len(more) + 1} samples: name one, as in {f'{standard}#{first.name}'!r}, of {names}"
         )
-    alone = isinstance(samples, str | Path | Sample | Spectrum) or foreign_curves(samples) is not None
-    asked_for: tuple[Any, ...] = (samples,) if alone else tuple(samples)  # type: ignore[arg-type]
     found: list[Sample] = []
     taken_out: list[str] = []
-    for done, one in enumerate(asked_for):
+    asked_for = _asked_for(samples)
+    for done, (name, one) in enumerate(asked_for):
         told = str(one) if isinstance(one, str | Path) else getattr(one, "name", "")
-        progress(done, len(asked_for), told or f"sample {done + 1}")
-        held = named(one, f"sample {done + 1}")
+        progress(done, len(asked_for), told or name)
+        held = named(one, name)
         others = [sample for sample in held if not _is_same(sample, first)]
         # One that is named alone is refused as its own standard.
         taken_out += [str(one)] if 0 < len(others) < len(held) else []
@@ -142,6 +141,19 @@ def match(
     if instrument := first.details.get("instrument", ""):
         filled.setdefault("instrument", instrument)
     return MatchReport(first, pairs, asked, batches, filled, installed_version())
+
+
+def _asked_for(samples: Any) -> list[tuple[str, Any]]:
+    """Return samples one by one, each with the name of one that has none."""
+    if isinstance(samples, Mapping) and any(map(_is_sample, samples.values())):
+        return [(str(name), one) for name, one in samples.items()]
+    if _is_sample(samples):
+        return [("sample 1", samples)]
+    return [(f"sample {number}", one) for number, one in enumerate(samples, 1)]
+
+
+def _is_sample(value: Any) -> bool:
+    return isinstance(value, str | Path | Sample | Spectrum) or foreign_curves(value) is not None
 
 
 def _names(value: Any, field: str) -> tuple[str, ...] | None:

@@ -33,6 +33,11 @@ class DeltaEStatistics:
     pixels: int
     undefined: int = 0
 
+    def __str__(self) -> str:
+        figures = f"mean {self.mean:.3f}, p95 {self.p95:.3f}, p99 {self.p99:.3f}, max {self.max:.3f}"
+        missing = f", {self.undefined} without a number" if self.undefined else ""
+        return f"{figures} over {self.pixels} pixels{missing}"
+
 
 @dataclass(frozen=True)
 class SelfCheck:

@@ -18,11 +18,21 @@ from ...spectral.spectrum import Quantity, Spectrum
 from ...spectral.spectrum_colour import as_html, plot, swatch
 from ...spectral.wavelengths import material_wavelengths
 from ..analytic.lambert import Lambert
+from ..analytic.model import AnalyticBrdf
+from ..factored.pack import FactoredBrdf
 from ..records.material import MaterialRecord, Provenance
 from ..records.record import check_id
 from .instrument_reading import InstrumentReading
 
 __all__ = ["Material"]
+
+
+def _fitted(brdf: AnalyticBrdf, budget: float) -> tuple[str, dict[str, Any], FactoredBrdf]:
+    """Return the model and the parameters of a record, and the form that renderers draw."""
+    from ..fitting.fit import fit
+
+    parameters = {"wavelengths_nm": brdf.wavelengths_nm, **brdf.parameters()}
+    return brdf.NAME, parameters, fit(brdf, budget=budget).fast.with_slices_of(brdf, budget)
 
 
 @dataclass(frozen=True, repr=False)
@@ -49,8 +59,6 @@ class Material(MaterialRecord):
         ------
         InputError : as of `Spectrum.of`; not an id; several; a light or too little of the visible for a surface.
         """
-        from ..fitting.fit import fit
-
         check_id(name)
         spectrum = Spectrum.of(value, quantity)
         if spectrum.samples.ndim != 1:
@@ -60,8 +68,7 @@ class Material(MaterialRecord):
         if spectrum.quantity == "reflectance":
             check_covers(spectrum, None, name)
             surface = Lambert(spectrum.resampled(material_wavelengths([spectrum.wavelengths_nm])))
-            model, parameters = surface.NAME, {"wavelengths_nm": surface.wavelengths_nm, **surface.parameters()}
-            fast = fit(surface, budget=budget).fast.with_slices_of(surface, budget)
+            model, parameters, fast = _fitted(surface, budget)
             notes = "taken to be perfectly diffuse"
         provenance = Provenance("a script", "not stated", "measured", notes=notes)
         original = {
@@ -70,6 +77,23 @@ class Material(MaterialRecord):
             "quantity": spectrum.quantity,
         }
         return cls(name, name.partition("/")[0], model, parameters, provenance, fast, original=original)
+
+    @classmethod
+    def from_brdf(cls, brdf: AnalyticBrdf, name: str = "script/material", budget: float = 1.0) -> Material:
+        """Make a material of an analytic BRDF, which `Catalogue.add` puts into a catalogue.
+
+        Parameters
+        ----------
+        brdf : a model with its parameters. name, budget : as of `from_spectrum`.
+
+        Raises
+        ------
+        InputError : not an id; as of `metamer.fit`.
+        """
+        check_id(name)
+        model, parameters, fast = _fitted(brdf, budget)
+        provenance = Provenance("a script", "not stated", "analytic")
+        return cls(name, name.partition("/")[0], model, parameters, provenance, fast)
 
     def spectrum(self) -> Spectrum:
         """Return the spectrum that was measured; of a surface without one, its radiance factor at 45a:0.
