@@ -2,17 +2,27 @@
 
 HDF5 ends the whole process where it cannot write what it holds. What is small is made in memory, then written as a
 whole; what is large goes, block by block, through a file that never tells the library.
+
+HDF5 spends some hundred bytes on each array and each name: of a few kilobytes of numbers it makes thirty. Such a tree
+is written as text (`tree_text`) into the only data set of its file, which the library deflates.
 """
 
 from __future__ import annotations
 
 import io
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from .hdf5_tree import Node, write_tree
+import numpy as np
+
+from .hdf5_tree import Node, read_tree, tree_from_text, tree_text, write_tree
+
+# The data set that holds a small tree.
+_PACKED = "packed"
+# Of so many bytes of numbers in all.
+_SMALL_BYTES = 8 << 10
 
 
 def write_behind(head: bytes, tree: Node, path: Path) -> None:
@@ -29,15 +39,60 @@ def write_behind(head: bytes, tree: Node, path: Path) -> None:
         os.fsync(file.fileno())
 
 
+def read_behind(path: Path, check: Callable[[Mapping[str, Any]], None]) -> Node:
+    """Return the tree of a file that `write_behind` wrote; large arrays are read when they are asked for.
+
+    check : is given the attributes of its root before more is read, and raises what there is to say against them.
+
+    Raises
+    ------
+    OSError, KeyError, ValueError, TypeError, RuntimeError : there is no such file, or none that can be read.
+    """
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        packed: Any = file.get(_PACKED)
+        if packed is not None:
+            tree = tree_from_text(packed[()])
+            check(tree.attributes)
+            return tree
+        check(file.attrs)
+        return read_tree(file)
+
+
 def _image(tree: Node, room: int) -> bytes:
     """Return the HDF5 file behind the head, made in memory: the library ends the whole process where a disk gets
     full."""
     import h5py
 
-    with h5py.File("in memory", "w", driver="core", backing_store=False, userblock_size=room) as file:
-        write_tree(file, tree)
+    small = _number_bytes(tree) <= _SMALL_BYTES
+    plain = {"driver": "core", "backing_store": False, "userblock_size": room}
+    with h5py.File(_short(room)) if small else h5py.File("in memory", "w", **plain) as file:
+        if small:
+            text = np.frombuffer(tree_text(tree), np.uint8)
+            file.create_dataset(_PACKED, data=text, chunks=text.shape, compression="gzip", compression_opts=9)
+        else:
+            write_tree(file, tree)
         file.flush()
         return file.id.get_file_image()
+
+
+def _short(room: int) -> Any:
+    """Return an HDF5 file in memory whose headers are short, without times, and leave no room for more to come."""
+    from h5py import h5f, h5p
+
+    access, creation = h5p.create(h5p.FILE_ACCESS), h5p.create(h5p.FILE_CREATE)
+    access.set_fapl_core(backing_store=False)
+    # The same by every version of the library.
+    access.set_libver_bounds(h5f.LIBVER_V110, h5f.LIBVER_V110)
+    access.set_meta_block_size(0)
+    creation.set_userblock(room)
+    creation.set_obj_track_times(False)
+    return h5f.create(b"in memory", h5f.ACC_TRUNC, creation, access)
+
+
+def _number_bytes(node: Node) -> int:
+    return (0 if node.value is None else node.value.nbytes) + sum(map(_number_bytes, node.children.values()))
 
 
 def _has_blocks(node: Node) -> bool:

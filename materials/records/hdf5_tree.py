@@ -1,4 +1,4 @@
-"""Groups, attributes and arrays as a plain tree: written to HDF5, read back, and summed up in one checksum.
+"""Groups, attributes and arrays as a plain tree: written to HDF5 or as text, read back, and summed up in one checksum.
 
 A large array, `LARGE_BYTES` or more or one that lies in a file already, is a group: `values`, written and read block by
 block, and the `digests` of its blocks, which the checksum holds in place of the numbers. Or there are no values but
@@ -8,6 +8,7 @@ attributes that say in which file they are.
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -220,6 +221,57 @@ def read_tree(group: Any) -> Node:
     else:
         node.children = {name: read_tree(child) for name, child in group.items()}
     return node
+
+
+def tree_text(node: Node) -> bytes:
+    """Return a tree without blocks as JSON: `attributes` and `children` by their names, an array as its `dtype`,
+    `shape` and `values` in C order, a table as its `columns`. Python's numbers come back to the last bit."""
+    return json.dumps(_plain_node(node), ensure_ascii=False, separators=(",", ":")).encode()
+
+
+def _plain_node(node: Node) -> dict[str, Any]:
+    plain: dict[str, Any] = {}
+    if node.attributes:
+        plain["attributes"] = {name: _plain(value) for name, value in node.attributes.items()}
+    if node.children:
+        plain["children"] = {name: _plain_node(child) for name, child in node.children.items()}
+    return plain if node.value is None else plain | _plain_array(node.array)
+
+
+def _plain_array(array: np.ndarray) -> dict[str, Any]:
+    if array.dtype.names is not None:
+        return {"columns": {name: _plain_array(array[name]) for name in array.dtype.names}}
+    values = array.ravel().tolist()
+    if array.dtype.kind == "S":
+        values = [value.decode("utf-8") for value in values]
+    return {"dtype": array.dtype.str, "shape": list(array.shape), "values": values}
+
+
+def tree_from_text(text: Any) -> Node:
+    """Return the tree that `tree_text` wrote; raises ValueError for what it did not."""
+    try:
+        return _node_from(json.loads(bytes(text)))
+    except (KeyError, TypeError, AttributeError, OverflowError, RecursionError) as reason:
+        raise ValueError(f"not the text of a record: {reason}") from None
+
+
+def _node_from(plain: Mapping[str, Any]) -> Node:
+    children = {name: _node_from(child) for name, child in plain.get("children", {}).items()}
+    value = _array_from(plain) if plain.keys() & {"values", "columns"} else None
+    return Node(dict(plain.get("attributes", {})), children, value)
+
+
+def _array_from(plain: Mapping[str, Any]) -> np.ndarray:
+    if "columns" in plain:
+        columns = {name: _array_from(column) for name, column in plain["columns"].items()}
+        table = np.empty(len(next(iter(columns.values()))), [(name, column.dtype) for name, column in columns.items()])
+        for name, column in columns.items():
+            table[name] = column
+        return table
+    values = plain["values"]
+    if np.dtype(plain["dtype"]).kind == "S":
+        values = [value.encode("utf-8") for value in values]
+    return np.array(values, plain["dtype"]).reshape(plain["shape"])
 
 
 def tree_checksum(root: Node) -> str:

@@ -2,7 +2,7 @@
 
 Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
 
-    first 4096 bytes     the head: JSON, see `record_head`
+    up to a line feed    the head: JSON, see `record_head`
     /                    attributes format, schema, id, family, model, source_hash, checksum
     /provenance          attributes source, licence, geometry, kind, notes
     /parameters/NAME     what `model` is rebuilt from; text is an attribute of /parameters
@@ -18,14 +18,17 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
     /FORM                in place of packs, what another fast form keeps (`forms`), such as /texture
     /error               attributes of `FitError`; lights, a row a light
     /trials              a table (N,): what the fit tried, one column a field of `Trial`
+
+A record of few numbers has all of this as text in the data set `packed` (`hdf5_file`).
 """
 
 from __future__ import annotations
 
 import dataclasses
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +36,8 @@ from ...runtime.errors import InputError
 from ...runtime.files import made_folder, written_whole
 from ..core.fit_error import FitError
 from .forms import FORMS
-from .hdf5_file import write_behind
-from .hdf5_tree import Node, form_from, form_node, mapping_from, mapping_node, read_tree, tree_checksum
+from .hdf5_file import read_behind, write_behind
+from .hdf5_tree import Node, form_from, form_node, mapping_from, mapping_node, tree_checksum
 from .material import MaterialRecord, Provenance
 from .record_head import (
     FORMAT,
@@ -123,12 +126,8 @@ def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
 
     `check_colour`: also work out the colour that the head gives, which takes longer than all else.
     """
-    import h5py
-
     try:
-        with h5py.File(path, "r") as file:
-            _check_version(file, path)
-            tree = read_tree(file)
+        tree = read_behind(path, partial(_check_version, path=path))
         checksum = _checked(tree, path)
         record = _record(tree, path)
     except FileNotFoundError:
@@ -163,18 +162,18 @@ def damaged(path: Path, reason: str) -> InputError:
     return InputError("not a readable material file", file=path, found=found, expected="HDF5", hint=IMPORT_AGAIN)
 
 
-def _check_version(file: Any, path: Path) -> None:
-    if file.attrs.get("format") != FORMAT:
+def _check_version(attributes: Mapping[str, Any], path: Path) -> None:
+    if attributes.get("format") != FORMAT:
         raise InputError(
             "not a material file",
             file=path,
             field="format",
-            found=file.attrs.get("format"),
+            found=attributes.get("format"),
             expected=FORMAT,
             hint=NAME_A_MATERIAL,
         )
-    if file.attrs["schema"] != SCHEMA:
-        raise other_schema(path, file.attrs["schema"])
+    if attributes["schema"] != SCHEMA:
+        raise other_schema(path, attributes["schema"])
 
 
 def _checked(tree: Node, path: Path) -> str:

@@ -1,7 +1,7 @@
-"""The head of a material file: what a list needs to know of it, as JSON in the file's first 4096 bytes.
+"""The head of a material file: what a list needs to know of it, as JSON up to the file's first line feed.
 
-The block lies before the HDF5 content (HDF5 calls it a user block and skips it). It is read without HDF5 and says
-nothing that the content does not say: reading a record works it out again and compares.
+The block, of 512 bytes, 1024, 2048 or 4096, lies before the HDF5 content (HDF5 calls it a user block and skips it). It
+is read without HDF5 and says nothing that the content does not say: reading a record works it out again and compares.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 FORMAT = "metamer-material"
 SCHEMA = 2
-HEAD_BYTES = 4096
+#: Bytes of a head at most, and at least: HDF5 takes these and what lies between by doubling.
+HEAD_BYTES, _LEAST_BYTES = 4096, 512
 _HDF5 = b"\x89HDF"
 #: What to do about a file that is not what it was.
 IMPORT_AGAIN = "import the material again: metamer catalogue import --again SOURCE"
@@ -75,7 +76,10 @@ def head_bytes(head: dict[str, Any], path: Path) -> bytes:
         raise InputError(
             problem, file=path, field="head", found=f"{len(text)} bytes", expected=f"under {HEAD_BYTES}: shorter names"
         )
-    return text.ljust(HEAD_BYTES - 1) + b"\n"
+    size = _LEAST_BYTES
+    while size <= len(text):
+        size *= 2
+    return text.ljust(size - 1) + b"\n"
 
 
 def read_head(path: str | Path) -> dict[str, Any]:
@@ -94,7 +98,7 @@ def read_head(path: str | Path) -> dict[str, Any]:
         found, expected = reason.strerror or str(reason), "a file that this user may read"
         raise InputError("cannot be read", file=path, found=found, expected=expected, hint=NAME_A_MATERIAL) from None
     try:
-        head = json.loads(block.rstrip())
+        head = json.loads(block.partition(b"\n")[0])
         if head["format"] != FORMAT:
             raise InputError(
                 "not a material file",

@@ -94,7 +94,7 @@ def test_the_report_has_a_row_a_file_and_verbose_one_a_material(metamer, source,
 
 
 def test_a_full_disk_is_the_last_thing_said(metamer, source, tmp_path, room_for):
-    with room_for(10_000):
+    with room_for(2_000):
         code, said, _ = metamer("catalogue", "import", source / "chart.csv", "--into", tmp_path / "cat", "--jobs", 1)
     assert code == 4 and "no room for the file" in said and "stopped with 2 to go" in said.splitlines()[-1]
 
@@ -149,7 +149,7 @@ def test_again_mends_what_is_damaged(metamer, source, tmp_path):
     metamer(*command)
     path = tmp_path / "cat" / "chart" / "red.h5"
     whole = path.read_bytes()
-    path.write_bytes(whole[:5000])
+    path.write_bytes(whole[:-100])
     code, said, _ = metamer("catalogue", "verify", tmp_path / "cat", "--quick")
     assert code == 4 and "--again" in said
     assert "1 imported, 1 skipped" in metamer(*command)[1]

@@ -71,6 +71,22 @@ def statuses(report):
     return {outcome.id: outcome.status for outcome in report.outcomes}
 
 
+def test_a_matt_spectrum_is_a_file_of_six_kilobytes_at_most(tmp_path):
+    """With all of it: spectrum, fit, environment form, errors under five lights, notes."""
+    nm = np.arange(400, 701, 10)
+    values = np.round(np.random.default_rng(4).uniform(5, 90, nm.size), 2)
+    table = "\n".join(["wavelength_nm,chip R (%)", *(f"{a},{b}" for a, b in zip(nm, values, strict=True))])
+    (tmp_path / "chips.csv").write_text(table + "\n")
+    (outcome,) = import_sources([tmp_path / "chips.csv"], tmp_path / "cat", jobs=1).outcomes
+    catalogue = Catalogue.open(tmp_path / "cat")
+    assert catalogue.path(outcome.id).stat().st_size <= 6000
+    record = catalogue.load(outcome.id)
+    np.testing.assert_array_equal(record.original["values"], values / 100)
+    assert (
+        record.environment_error is not None and len(record.error.lights) == 5 and "percent" in record.provenance.notes
+    )
+
+
 def test_materials_of_a_table_and_single_ones(source):
     found = {material.id: material for material in read_sources(source)}
     assert sorted(found) == ["paint/blue-matte", "paint/grey", "paint/red-matte"]
@@ -228,7 +244,7 @@ def test_failed_fit_does_not_stop_the_others(source, tmp_path, fits, monkeypatch
 
 
 def test_a_full_disk_stops_the_import_and_the_next_one_goes_on(source, tmp_path, fits, room_for):
-    with room_for(10_000):
+    with room_for(2_000):
         report = import_sources([source], tmp_path / "cat", jobs=1)
     assert "no room for the file" in report.stopped and "make room" in report.stopped
     assert (report.outcomes, report.remaining, len(fits)) == ((), 3, 1)

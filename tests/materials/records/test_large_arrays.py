@@ -112,7 +112,8 @@ def test_packed_numbers_that_are_damaged_are_refused(tmp_path):
 
 @pytest.mark.parametrize("what", ["digests", "blocks", "place"])
 def test_what_says_where_blocks_are_is_held_by_the_checksum(tmp_path, outside, what):
-    _, path = back(record(stack=outside), tmp_path, copy=what != "place")
+    many = np.linspace(0.0, 1.0, 1100)
+    _, path = back(record(stack=outside, many=many), tmp_path, copy=what != "place")
     with h5py.File(path, "r+") as file:
         group = file["original/stack"]
         if what == "digests":

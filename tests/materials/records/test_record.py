@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import time
 from dataclasses import replace
 from typing import get_args
 
@@ -13,6 +14,7 @@ from metamer.materials.core.fit_error import FitError
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.materials.fitting.fit import Trial
 from metamer.materials.fitting.half_precision import rounded_to_half
+from metamer.materials.records import hdf5_file, record_head
 from metamer.materials.records.material import MaterialRecord, Provenance
 from metamer.materials.records.models import MEASURED, SPECTRA
 from metamer.materials.records.record import read_record, write_record
@@ -25,6 +27,8 @@ from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 ERROR = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "sphere", 1e-3, -1e-5)
 FROM = Provenance("a test", "none", "analytic")
+# Numbers enough that a record's names and places are HDF5's own; a record without them is text in one data set.
+MANY = {"noise": np.random.default_rng(5).normal(size=1100)}
 
 
 def matt(reflectance=0.5, precision="single", rank=1):
@@ -46,34 +50,44 @@ def spectrum_only(model, values=None, **original):
     return MaterialRecord("lamp/one", "lamp", model, {}, FROM, None, original=kept | original)
 
 
+def packed(path):
+    with h5py.File(path) as file:
+        return list(file) == ["packed"]
+
+
 def back(record, tmp_path):
     path = tmp_path / f"{record.id}.h5"
     write_record(record, path)
     return read_record(path, check_colour=True), path
 
 
-def test_original_comes_back_bit_by_bit(tmp_path):
+@pytest.mark.parametrize("more", [{}, MANY], ids=["few numbers", "many numbers"])
+def test_original_comes_back_bit_by_bit(tmp_path, more):
     draw = np.random.default_rng(0)
-    original = {
-        "maps/base colour": draw.integers(256, size=(37, 53, 3), dtype=np.uint8),
+    original = more | {
+        "maps/base colour": draw.integers(256, size=(7, 13, 3), dtype=np.uint8),
         "details.Gerät/µm %2F": "Grün ✓\n\ttwo lines",
         "long": "é" * 200_000,
         "empty text": "",
         "nothing": np.empty((0, 3)),
         "valid": np.array([True, False]),
         "counts": np.arange(6, dtype=np.int16).reshape(1, 2, 3),
-        "halves": draw.standard_normal((4, 400)).astype(np.float16),
+        "halves": draw.standard_normal((4, 100)).astype(np.float16),
+        "singles": draw.standard_normal(9).astype(">f4"),
+        "odd": np.array([np.nan, -np.inf, -0.0, 5e-324, 1e308, 0.1 + 0.2]),
+        "large counts": np.array([0, 2**64 - 1], dtype=np.uint64),
         "values": draw.standard_normal(31),
         ".": 4,
         "flag": True,
         "number": 0.1,
     }
-    found = back(surface(original=original), tmp_path)[0].original
-    assert found.keys() == original.keys()
+    record, path = back(surface(original=original), tmp_path)
+    found = record.original
+    assert found.keys() == original.keys() and packed(path) == (not more)
     for name, value in original.items():
         if isinstance(value, np.ndarray):
-            np.testing.assert_array_equal(found[name], value)
-            assert found[name].dtype == value.dtype
+            assert found[name].dtype == value.dtype and found[name].shape == value.shape
+            assert found[name].tobytes() == value.tobytes()
         else:
             assert found[name] == value and type(found[name]) is type(value)
 
@@ -90,7 +104,8 @@ def test_what_cannot_be_stored_is_named(tmp_path, value, said):
 
 def test_trials_come_back(tmp_path):
     trials = tuple(Trial(0, "hd", rank, 0.1 * rank, ERROR, 1.5 / rank, rank < 3) for rank in (1, 2, 3))
-    found, path = back(surface(trials=trials), tmp_path)
+    assert back(surface(trials=trials), tmp_path)[0].trials == trials
+    found, path = back(surface(trials=trials, original=MANY), tmp_path)
     assert found.trials == trials
     with h5py.File(path) as file:
         np.testing.assert_array_equal(file["trials"]["rank"], [1, 2, 3])
@@ -106,9 +121,10 @@ def test_trials_survive_fields_that_come_and_go():
     assert trial_table(()).shape == (0,)
 
 
-def test_half_precision_is_stored_as_such_and_comes_back_exactly(tmp_path):
+@pytest.mark.parametrize("original", [{}, MANY], ids=["few numbers", "many numbers"])
+def test_half_precision_is_stored_as_such_and_comes_back_exactly(tmp_path, original):
     pack = matt(1 / 3, "half", rank=3)
-    found, path = back(surface(fast=FactoredBrdf((pack, matt()))), tmp_path)
+    found, path = back(surface(fast=FactoredBrdf((pack, matt())), original=original), tmp_path)
     assert [one.precision for one in found.fast.packs] == ["half", "single"]
     for a, b in zip(
         (*found.fast.packs[0].factors, found.fast.packs[0].spectra),
@@ -117,9 +133,10 @@ def test_half_precision_is_stored_as_such_and_comes_back_exactly(tmp_path):
     ):
         assert a.dtype == np.float64
         np.testing.assert_array_equal(a, b)
-    with h5py.File(path) as file:
-        assert file["packs/0/axes/theta_h/factor"].dtype == np.float16
-        assert file["packs/1/axes/theta_h/factor"].dtype == np.float64
+    if original:
+        with h5py.File(path) as file:
+            assert file["packs/0/axes/theta_h/factor"].dtype == np.float16
+            assert file["packs/1/axes/theta_h/factor"].dtype == np.float64
 
 
 def test_half_that_is_not_is_refused(tmp_path):
@@ -162,8 +179,8 @@ def test_spectrum_without_samples_is_refused(tmp_path):
 
 
 def test_head_is_json_in_the_first_bytes(tmp_path):
-    _, path = back(surface(fast=FactoredBrdf((matt(0.25),), ERROR)), tmp_path)
-    head = json.loads(path.read_bytes()[:HEAD_BYTES])
+    _, path = back(surface(fast=FactoredBrdf((matt(0.25),), ERROR), original=MANY), tmp_path)
+    head = json.loads(path.read_bytes().partition(b"\n")[0])
     assert head["id"] == "paint/grey" and head["terms"] == [[1, "hd"]] and head["quantity"] == "reflectance"
     assert head["error"]["p99"] == 0.3 and head["error"]["light"] == "D65"
     with h5py.File(path) as file:
@@ -217,18 +234,53 @@ def test_a_disk_without_room_leaves_the_material_that_was_there(tmp_path, room_f
 
 
 def test_the_file_is_the_head_and_then_plain_hdf5(tmp_path):
-    written, path = back(surface(), tmp_path)
-    (tmp_path / "bare.h5").write_bytes(path.read_bytes()[HEAD_BYTES:])
+    written, path = back(surface(original=MANY), tmp_path)
+    (tmp_path / "bare.h5").write_bytes(path.read_bytes()[head_size(path) :])
     for name in (path, tmp_path / "bare.h5"):
         with h5py.File(name) as file:
             assert file.attrs["id"] == written.id
             assert np.array_equal(file["parameters/reflectance"][:], written.parameters["reflectance"])
 
 
+@pytest.mark.parametrize("original", [{}, MANY], ids=["few numbers", "many numbers"])
+def test_equal_records_are_equal_bytes_a_second_later(tmp_path, original):
+    _, path = back(surface(original=original), tmp_path)
+    before, written = path.read_bytes(), time.time()
+    time.sleep(max(0.0, int(written) + 1.01 - time.time()))
+    write_record(surface(original=original), path)
+    assert path.read_bytes() == before
+
+
+def test_records_of_earlier_versions_are_read(tmp_path, monkeypatch):
+    """Those had a head of 4096 bytes, and plain HDF5 whatever their size; content and checksum are the same."""
+    now, path = back(surface(), tmp_path)
+    size, checksum = path.stat().st_size, read_head(path)["checksum"]
+    monkeypatch.setattr(hdf5_file, "_SMALL_BYTES", -1)
+    monkeypatch.setattr(record_head, "_LEAST_BYTES", HEAD_BYTES)
+    then, path = back(surface(), tmp_path)
+    assert path.stat().st_size > 4 * size and head_size(path) == HEAD_BYTES and not packed(path)
+    assert read_head(path)["checksum"] == checksum
+    assert (then.id, then.provenance, then.error) == (now.id, now.provenance, now.error)
+    np.testing.assert_array_equal(then.parameters["reflectance"], now.parameters["reflectance"])
+
+
+@pytest.mark.parametrize(
+    "text", [b"", b"[]", b"{", b"7", b'{"children": 3}', b'{"attributes": {}}', b"[" * 9000, b"\xff"]
+)
+def test_text_that_is_no_record_s_is_damage(tmp_path, text):
+    _, path = back(surface(), tmp_path)
+    block = path.read_bytes()[: head_size(path)]
+    with h5py.File(path, "w", userblock_size=1024) as file:
+        file["packed"] = np.frombuffer(text, np.uint8)
+    path.write_bytes(block + path.read_bytes()[1024:])
+    with pytest.raises(InputError, match=r"grey\.h5"):
+        read_record(path)
+
+
 def test_head_that_is_gone_is_damage(tmp_path):
     _, path = back(surface(), tmp_path)
     for block in (b"", b"[1]", b"{}", b"\xff\xfe"):
-        path.write_bytes(block.ljust(HEAD_BYTES) + path.read_bytes()[HEAD_BYTES:])
+        path.write_bytes(block.ljust(1023) + b"\n" + path.read_bytes()[1024:])
         for read in (read_head, read_record):
             with pytest.raises(InputError, match=r"grey\.h5"):
                 read(path)
@@ -251,9 +303,14 @@ def test_head_too_long_is_refused(tmp_path):
     assert shortened == "ü" * 299 + "…"
 
 
+def head_size(path):
+    return path.read_bytes().index(b"\n") + 1
+
+
 def rewrite(path, head):
-    text = json.dumps(head).encode().ljust(HEAD_BYTES)
-    path.write_bytes(text + path.read_bytes()[HEAD_BYTES:])
+    text, size = json.dumps(head, separators=(",", ":")).encode(), head_size(path)
+    assert len(text) < size
+    path.write_bytes(text.ljust(size - 1) + path.read_bytes()[size - 1 :])
 
 
 def test_every_row_of_the_models_is_a_class_that_rebuilds_itself():
