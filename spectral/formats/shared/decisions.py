@@ -195,7 +195,7 @@ def signs_of_numbers(
     if not values.size:
         return found
     if has_mercury_lines(grid_nm, values[None])[0]:
-        found.append(Sign("lines", "emission", "lines of mercury at 436 and 546 nm"))
+        found.append(Sign("lines", "emission", "lines of mercury at 405, 436 and 546 nm"))
     if values.max() > _ABOVE_PERCENT:
         found.append(Sign("range", "emission", f"values up to {values.max():.4g}, above any percentage"))
     return found

@@ -31,13 +31,16 @@ _ALIKE = 0.005
 _FLAT = 0.05
 _SAME_SCALE = 1e-3
 # Lines of mercury in every fluorescent lamp, nm, and others that lamps have; how near a line's samples are, and how far
-# what a line may reach. Finer samples are averaged over the width of a lamp's line in a spectrometer.
-_MERCURY, _OTHERS = (435.8, 546.1), (404.7, 488.0, 543.0, 578.0, 587.0, 611.0, 631.0, 650.0, 707.0)
-_NEAR, _REACH, _LINE_WIDTH = 6.0, 12.0, 5.0
-# Both lines stand out so many times as much as anything far from all lines. So does noise in fewer than 1 of 10,000
-# spectra, also where its logarithm has a standard deviation of 1.5; a lamp's, at 5 nm, at least 22 times as much.
+# what a line may reach. Finer samples are averaged over the width of a lamp's line in a spectrometer; steps coarser
+# than the last are too few places for a sign.
+_MERCURY = (404.7, 435.8, 546.1)
+_OTHERS = (488.0, 543.0, 578.0, 587.0, 611.0, 631.0, 650.0, 707.0)
+_NEAR, _REACH, _LINE_WIDTH, _COARSEST = 3.0, 12.0, 5.0, 6.0
+# How many times as much as anything far from all lines the strong ones stand out, and from what share of the one at 436
+# nm to which the others do: 0.28 to 0.6 and 0.28 to 2.4 in lamps, the same at coarse steps but for their places.
 _STANDS_OUT = 10.0
-_FEWEST_PLACES = 10
+_SHARES = ((0.15, 1.5), (0.2, 5.0))
+_FEWEST_PLACES = 30
 # Where luminances are compared.
 _GRID_NM = np.arange(400.0, 701.0, 10.0)
 
@@ -152,14 +155,12 @@ def _tables() -> tuple[tuple[Kind, str, np.ndarray, np.ndarray], ...]:
 
 
 def has_mercury_lines(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "N L"]) -> Bool[np.ndarray, "N"]:
-    """Tell which spectra peak where mercury shines, at 436 and at 546 nm, as only a fluorescent lamp's do.
+    """Tell which spectra peak where mercury shines, at 405, 436 and 546 nm, as high as only its lamps do.
 
-    A sign of light, and so one that fewer than 1 in 10,000 noises may have, also those with heavy tails (Student's t of
-    two degrees, lognormal up to a standard deviation of 1.5) and whether neighbouring samples are correlated or not.
-    What is compared is how far a sample is from the straight line between its neighbours: at both lines above it,
-    several times as far as the farthest of all places away from lines of lamps. Between its lines a lamp is smooth, and
-    noise is as rough everywhere. Nothing but a few spikes is no lamp; on something smooth they may fall on both lines
-    alone.
+    A sign of light, and so one that fewer than 1 in 10,000 noises may have: heavy tails, correlated neighbours, steps
+    of a converter, and spikes on something smooth. What is compared is how far a cell of 5 nm is from the straight line
+    between its neighbours: a lamp is smooth between its lines, and noise is as rough everywhere. Spikes fall on any of
+    78 cells: three of them on those of the lines in 1 of 80,000 cases, and where there are more, some are elsewhere.
     """
     placed = _places(np.ascontiguousarray(grid_nm, dtype=np.float64).tobytes())
     values = np.asarray(values, dtype=np.float64)
@@ -167,25 +168,29 @@ def has_mercury_lines(grid_nm: Float[np.ndarray, "L"], values: Float[np.ndarray,
         return np.zeros(len(values), dtype=bool)
     largest = np.abs(values).max(axis=1, keepdims=True)
     standing = (values / np.where(largest > 0.0, largest, 1.0)) @ placed.weights.T
-    lines = [standing[:, at].max(axis=1) for at in placed.lines]
     away = standing[:, placed.away]
-    smooth = np.minimum(*lines) > _STANDS_OUT * np.maximum(away.max(axis=1), 0.0)
-    return smooth & (np.median(np.abs(away), axis=1) > 0.0)
+    # The flank of a line beside is no line.
+    beside = np.pad(standing, ((0, 0), (1, 1)))
+    peaks = np.where(standing > 0.5 * np.maximum(beside[:, 2:], beside[:, :-2]), standing, 0.0)
+    violet, blue, green = peaks[:, placed.lines].T
+    smooth = np.minimum(blue, green) > _STANDS_OUT * np.maximum(away.max(axis=1), 0.0)
+    of_mercury = violet > 0.5 * np.abs(away).max(axis=1)
+    for line, (least, most) in zip((violet, green), _SHARES, strict=True):
+        of_mercury &= (line > least * blue) & (line < most * blue)
+    return smooth & of_mercury & (np.median(np.abs(away), axis=1) > 0.0)
 
 
 class _Places(NamedTuple):
-    """Weights (P,L) of what a sample stands out from its neighbours; the places at each line of mercury, and those away
-    from all lines.
-    """
+    """Weights (P,L) of what a cell stands out from its neighbours, the places of the lines, and those away from all."""
 
     weights: Float[np.ndarray, "P L"]
-    lines: tuple[Bool[np.ndarray, "P"], Bool[np.ndarray, "P"]]
+    lines: list[int]
     away: Bool[np.ndarray, "P"]
 
 
 @lru_cache(maxsize=16)
 def _places(grid: bytes) -> _Places | None:
-    """Find where samples are compared with their neighbours on this grid; None where it does not reach or resolve both
+    """Find where samples are compared with their neighbours on this grid; None where it does not reach or resolve the
     lines.
     """
     nodes = np.frombuffer(grid)
@@ -193,7 +198,7 @@ def _places(grid: bytes) -> _Places | None:
     if not 12 <= inside.size <= 5000:
         return None
     # Finer samples in cells of a line's width, coarser ones each in its own.
-    cells = np.round((nodes[inside] - _MERCURY[0]) / _LINE_WIDTH)
+    cells = np.round((nodes[inside] - _MERCURY[1]) / _LINE_WIDTH)
     of_cells = np.equal.outer(np.unique(cells), cells)
     averages = np.zeros((len(of_cells), nodes.size))
     averages[:, inside] = of_cells / of_cells.sum(axis=1, keepdims=True)
@@ -201,11 +206,12 @@ def _places(grid: bytes) -> _Places | None:
     share = (nm[1:-1] - nm[:-2]) / (nm[2:] - nm[:-2])
     weights = averages[1:-1] - (1.0 - share)[:, None] * averages[:-2] - share[:, None] * averages[2:]
     distance = np.abs(nm[1:-1, None] - np.array(_MERCURY + _OTHERS))
-    first, second = distance[:, 0] <= _NEAR, distance[:, 1] <= _NEAR
+    lines = len(_MERCURY)
     away = distance.min(axis=1) > _REACH
-    if not (first.any() and second.any() and np.count_nonzero(away) >= _FEWEST_PLACES):
+    fine = float(np.median(np.diff(nm))) <= _COARSEST
+    if not (fine and (distance[:, :lines].min(axis=0) <= _NEAR).all() and np.count_nonzero(away) >= _FEWEST_PLACES):
         return None
-    return _Places(weights, (first, second), away)
+    return _Places(weights, distance[:, :lines].argmin(axis=0).tolist(), away)
 
 
 class Luminances(NamedTuple):

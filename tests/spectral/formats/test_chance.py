@@ -21,10 +21,38 @@ NOISES = {
     "gamma": lambda draw, shape: draw.gamma(0.3, size=shape),
     "Weibull": lambda draw, shape: draw.weibull(0.6, shape),
     "steps of any height": lambda draw, shape: np.cumsum(draw.exponential(size=shape), axis=1),
+    "moving average": lambda draw, shape: correlated(draw, shape, np.ones(5)),
+    "pink": lambda draw, shape: pink(draw, shape),
+    "whole numbers": lambda draw, shape: np.round(draw.standard_normal(shape) / 3.0) * 3.0,
+    "Cauchy": lambda draw, shape: draw.standard_cauchy(shape),
+    "spikes": lambda draw, shape: draw.standard_normal(shape) + spikes(draw, shape, 0.01, 30.0),
+    "few spikes": lambda draw, shape: draw.standard_normal(shape) + spikes(draw, shape, 0.003, 200.0),
+    "many spikes": lambda draw, shape: draw.standard_normal(shape) + spikes(draw, shape, 0.1, 30.0),
+    "spikes of any height": lambda draw, shape: (draw.random(shape) < 0.02) * draw.pareto(1.0, shape),
+    "lines": lambda draw, shape: draw.standard_normal(shape) + correlated(draw, shape, LINE, 0.02),
+    "narrow lines": lambda draw, shape: draw.standard_normal(shape) + correlated(draw, shape, LINE[::2], 0.05),
 }
+LINE = 600.0 * np.exp(-0.5 * (np.arange(-6, 7) / 2.0) ** 2)
 
 
-@pytest.mark.parametrize("step", [10.0, 5.0, 2.0])
+def spikes(draw, shape, share, height):
+    return height * (draw.random(shape) < share) * draw.exponential(size=shape)
+
+
+def correlated(draw, shape, kernel, share=1.0):
+    """Noise of this share of the samples, or Gaussian where it is of all, convolved with a kernel."""
+    noise = draw.standard_normal(shape) if share == 1.0 else spikes(draw, shape, share, 1.0)
+    return sum(weight * np.roll(noise, at, axis=1) for at, weight in enumerate(kernel))
+
+
+def pink(draw, shape):
+    """Noise whose power falls as 1/f."""
+    frequency = np.maximum(np.fft.rfftfreq(2 * shape[1]), 1.0 / (2 * shape[1]))
+    parts = draw.standard_normal((2, shape[0], frequency.size)) / np.sqrt(frequency)
+    return np.fft.irfft(parts[0] + 1j * parts[1], axis=1)[:, : shape[1]]
+
+
+@pytest.mark.parametrize("step", [5.0, 2.0, 1.0])
 @pytest.mark.parametrize("kind", NOISES)
 def test_noise_has_no_lines_of_mercury(kind, step):
     grid = np.arange(380.0, 780.1, step)
@@ -62,6 +90,9 @@ def test_lines_above_noise_are_found(step, width):
 def test_lamps_of_the_cie_have_them_at_any_scale(name, scale):
     light = illuminant(name)
     assert has_mercury_lines(light.wavelengths_nm, scale * light.samples[None])[0]
+    for step, first in ((0.37, 380.0), (1.0, 380.4), (2.0, 381.0), (5.0, 381.5)):
+        grid = np.arange(first, 780.0, step)
+        assert has_mercury_lines(grid, scale * np.interp(grid, light.wavelengths_nm, light.samples)[None])[0]
 
 
 @pytest.mark.parametrize("contrast", [1e-4, 0.002, 0.05])
