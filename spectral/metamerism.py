@@ -17,7 +17,6 @@ from jaxtyping import Float
 
 from ..runtime.errors import ComparisonError, UnknownNameError
 from .adaptation import adaptation_matrix
-from .difference import lab_from_xyz
 from .formula import Formula
 from .illuminants import illuminant
 from .observers import observer
@@ -109,9 +108,3 @@ def colour_inconstancy(sample: Sample, reference: Conditions, test: Conditions, 
     corresponding = adaptation_matrix(whites[0], whites[1], "CAT02") @ sample.xyz(test.illuminant, test.observer)
     here = sample.xyz(reference.illuminant, reference.observer)
     return float(formula(here, corresponding, whites[1]))
-
-
-def lab_under(sample: Sample, conditions: Conditions) -> Float[np.ndarray, "3"]:
-    """CIELAB (3,) under conditions."""
-    white = observer(conditions.observer).white(illuminant(conditions.illuminant))
-    return lab_from_xyz(sample.xyz(conditions.illuminant, conditions.observer), white)

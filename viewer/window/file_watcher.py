@@ -1,4 +1,4 @@
-"""Files that change underneath: told by their content, and read again; what was read last and was good stays.
+"""Files that change underneath, told by their content.
 
 Polled, not notified: what is watched are a few files, on any system and any network folder. A file counts as changed
 once its time or size and then its content differ, and once it has stopped changing: editors write in several steps.
@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.records.record import SUFFIX
-from ...runtime.errors import InputError, MetamerError
+from ...runtime.errors import InputError
 from ...runtime.files import read_text
 from ..gl.shaders import shader_folder
-
-Loaded = TypeVar("Loaded")
 
 
 @dataclass(frozen=True)
@@ -72,44 +70,6 @@ class Watch:
             if now.digest != before.digest:
                 told.append(file)
         return tuple(told)
-
-
-class Reloading(Generic[Loaded]):
-    """Something that is read from files and is read again as they change.
-
-    Attributes
-    ----------
-    good : what was read last without an error. problem : why what is in the files now is not it; None where it is.
-    """
-
-    def __init__(self, load: Callable[[], Loaded], files: Callable[[Loaded], Iterable[str | Path]]) -> None:
-        """Read it for the first time, which has to succeed: there is nothing else to show."""
-        self._load, self._files = load, files
-        self.good: Loaded = load()
-        self.problem: str | None = None
-        self.watch = Watch(files(self.good))
-
-    def poll(self) -> bool:
-        """Read again if a file has changed; True where there is something new, be it good or a problem.
-
-        To read takes as long as it takes: where that is seconds, ask `watch.changed` and call `reload` from a thread.
-        """
-        return self.reload() if self.watch.changed() else False
-
-    def reload(self) -> bool:
-        """Read again; True, since there is something new to show or to tell."""
-        try:
-            self.good = self._load()
-        except MetamerError as reason:
-            self.problem = str(reason)
-            return True
-        except OSError as reason:
-            self.problem = f"{reason.filename or 'a file'}: {reason.strerror or reason}"
-            return True
-        self.problem = None
-        # It may name other files now.
-        self.watch.put(self._files(self.good))
-        return True
 
 
 def files_of_scene(path: str | Path) -> tuple[Path, ...]:

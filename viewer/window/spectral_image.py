@@ -22,9 +22,6 @@ from ...spectral.observers import EFFICACY, Observer
 from ...spectral.spectrum import Spectrum
 from ..render.session import radiance_weights
 
-# Light that is raised by more than this at a wavelength raises the noise of the picture with it, which is said.
-_RAISED = 10.0
-
 
 @dataclass(frozen=True, eq=False)
 class SpectralPicture:
@@ -250,13 +247,3 @@ class XyzPicture:
 def _check_unneeded(luminance: float | None, why: str) -> None:
     if luminance is not None:
         raise InputError("a luminance that nothing asks for", field="luminance", found=luminance, expected=why)
-
-
-def raised_note(picture: SpectralPicture, light: Spectrum, own_light: Spectrum) -> str | None:
-    """Write a note where another light raises the noise of a picture much: of the middle of its wavelengths."""
-    ratio = picture.amplification(light, own_light)
-    known = ratio[ratio > 0.0]
-    if not len(known) or not ratio.max() > _RAISED * float(np.median(known)):
-        return None
-    nm, times = picture.wavelengths_nm[int(np.argmax(ratio))], ratio.max() / np.median(known)
-    return f"at {nm:g} nm the picture is raised {times:.0f} times as much as elsewhere, noise and all"

@@ -49,16 +49,6 @@ def picture_memory(path: str | Path) -> PictureMemory:
     return PictureMemory(samples_in(Path(path)))
 
 
-def is_spectral_picture(path: str | Path) -> bool:
-    """Return whether a file is OpenEXR with channels of wavelengths; by its header."""
-    path = Path(path)
-    if not path.is_file():
-        return False
-    with path.open("rb") as file:
-        head = file.read(4)
-    return any(PLAIN.match(name) for name in channel_names(path, head))
-
-
 def read_looked_at(path: str | Path) -> SpectralPicture | XyzPicture:
     """Read a picture of either kind: spectral, or XYZ with its white.
 

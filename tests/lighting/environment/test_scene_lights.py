@@ -21,7 +21,6 @@ from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.review.cases import _distinct_lights
 
 PART = '[[part]]\nshape = "sphere"\nsubdivisions = 2\n[[camera]]\n'
-MIDDLE = (np.array([-1.0, -1, -1]), np.array([1.0, 1, 1]))
 
 
 @pytest.fixture

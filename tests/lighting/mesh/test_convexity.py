@@ -6,8 +6,6 @@ from metamer.lighting.mesh.convexity import is_convex
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import cloth, plane, speed_shape, sphere
 
-GOLDEN = 0.5 * (1.0 + np.sqrt(5.0))
-
 
 def flat_shaded(corners, faces):
     """A mesh whose triangles share no vertices, each with its own normal."""

@@ -21,8 +21,7 @@ from metamer.spectral.observers import OBSERVERS, observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from metamer.viewer.picture import picture, render_spectral
 from metamer.viewer.software.backend import software_session
-from metamer.viewer.window.spectral_image import raised_note
-from metamer.viewer.window.spectral_image_file import is_spectral_picture, picture_memory, read_spectral_picture
+from metamer.viewer.window.spectral_image_file import picture_memory, read_spectral_picture
 
 NM = WORKING_WAVELENGTHS_NM
 RNG = np.random.default_rng(3)
@@ -47,14 +46,11 @@ def test_reflectances_fold_as_the_observer_folds_each(reflectance, who, light):
     assert reflectance.kind == "reflectance" and found.values.dtype == np.float32
 
 
-def test_values_are_read_as_they_lie_in_the_file(reflectance, tmp_path):
+def test_values_are_read_as_they_lie_in_the_file(reflectance):
     np.testing.assert_array_equal(reflectance.spectrum(2, 3), VALUES[2, 3].astype(np.float32).astype(float))
     mean = VALUES[1:3, 2:6].astype(np.float32).mean(axis=(0, 1), dtype=float)
     np.testing.assert_allclose(reflectance.region(slice(1, 3), slice(2, 6)), mean, rtol=1e-6)
     np.testing.assert_array_equal(reflectance.wavelengths_nm, NM)
-    assert is_spectral_picture(tmp_path / "r.exr") and not is_spectral_picture(tmp_path / "none.exr")
-    write_exr(tmp_path / "rgb.exr", {}, dict.fromkeys("RGB", VALUES[..., 0]))
-    assert not is_spectral_picture(tmp_path / "rgb.exr")
 
 
 @pytest.fixture(scope="module")
@@ -91,9 +87,6 @@ def test_a_lamp_that_the_own_one_cannot_be_replaced_by_is_refused(rendered):
     with pytest.raises(InputError) as raised:
         spectral.folded(in_d65.scene.observer, D65, own_light=line)
     assert "sends nothing at 380" in raised.value.found
-    assert raised_note(spectral, A, D65) is None
-    dim = Spectrum.sampled(NM, np.where(NM < 400.0, 1e-3, 1.0), "emission")
-    assert raised_note(spectral, D65, dim).startswith("at 395 nm")
 
 
 def test_emission_in_absolute_units_asks_for_the_white_s_luminance_and_light(tmp_path):
