@@ -11,8 +11,10 @@ import sys
 import types
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
+from typing import NamedTuple
 
 import metamer
+import numpy as np
 import pytest
 import pytest_timeout
 import shape_checks
@@ -257,10 +259,41 @@ def pytest_runtest_teardown():
     _keep_current()
 
 
+class BothPictures(NamedTuple):
+    """A scene drawn by numpy and by OpenGL: XYZ of each, the coverage that both have, and ΔE94 between them."""
+
+    mine: np.ndarray
+    theirs: np.ndarray
+    coverage: np.ndarray
+    off: np.ndarray
+
+    @property
+    def relative(self):
+        """How far OpenGL is off, as a share of what is there, where something is lit."""
+        lit = self.mine[..., 1] > 1e-3
+        return np.abs(self.theirs[lit] / self.mine[lit] - 1.0)
+
+
+@pytest.fixture
+def drawn_by_both(gl):
+    """Draws by numpy and by OpenGL, which have to cover the same: (scene, surfaces, filtering) -> BothPictures."""
+    from metamer.spectral.difference import delta_e_xyz
+    from metamer.viewer.gl.backend import gl_session
+    from metamer.viewer.software.backend import software_session
+
+    def drawn(scene, surfaces, filtering="linear"):
+        with gl_session(gl, filtering) as hardware, software_session(filtering) as software:
+            (theirs, covered), (mine, coverage) = (one.render(scene, None, surfaces) for one in (hardware, software))
+        np.testing.assert_array_equal(covered, coverage)
+        mine, theirs = mine.astype(float), theirs.astype(float)
+        return BothPictures(mine, theirs, coverage, delta_e_xyz(mine, theirs, scene.adopted_white()))
+
+    return drawn
+
+
 @pytest.fixture
 def write_matt():
     """Writes a matt surface, which its one term stands for exactly: (folder, id, reflectance, changes) -> path."""
-    import numpy as np
     from metamer.materials.core.axes import Axis
     from metamer.materials.core.protocol import sphere_protocol
     from metamer.materials.factored.pack import FactoredBrdf, FactorPack
@@ -298,7 +331,6 @@ def write_matt():
 @pytest.fixture
 def write_spectrum(write_matt):
     """Writes a spectrum without a surface: (folder, id, model, values) -> path."""
-    import numpy as np
 
     def write(folder, material_id, model="emission", values=(0.2, 0.5, 0.9)):
         original = {"wavelengths_nm": np.linspace(400.0, 700.0, len(values)), "values": np.array(values)}

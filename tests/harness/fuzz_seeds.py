@@ -19,53 +19,9 @@ from metamer.spectral.formats.cxf_writer import write_cxf
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.registry import SpectralEntry, StatedColour
 from metamer.spectral.spectrum import Spectrum
+from small_files import CHART, LAMP, METER, TABLE_ACROSS, TM27
 
 NM = np.arange(400.0, 701.0, 20.0)
-CHART = """CGATS.17
-ORIGINATOR "a fuzz test"
-ILLUMINATION_NAME "D50"
-OBSERVER_ANGLE "2"
-MEASUREMENT_GEOMETRY "45/0"
-MEASUREMENT_SOURCE "MeasurementCondition=M1"
-NUMBER_OF_FIELDS 8
-BEGIN_DATA_FORMAT
-SAMPLE_ID SAMPLE_NAME LAB_L LAB_A LAB_B SPECTRAL_NM400 SPECTRAL_NM500 SPECTRAL_NM600
-END_DATA_FORMAT
-NUMBER_OF_SETS 2
-BEGIN_DATA
-1 "A 1" 50.0 1.0 2.0 0.10 0.20 0.30
-2 "B 1" 60.0 1.0 2.0 0.20 0.30 0.40
-END_DATA
-"""
-LAMP = """SPECT
-
-DESCRIPTOR "Spectral power of a lamp"
-SPECTRAL_BANDS "4"
-SPECTRAL_START_NM "400.0"
-SPECTRAL_END_NM "430.0"
-SPECTRAL_NORM "50.0"
-NUMBER_OF_FIELDS 4
-BEGIN_DATA_FORMAT
-SPEC_400 SPEC_410 SPEC_420 SPEC_430
-END_DATA_FORMAT
-NUMBER_OF_SETS 1
-BEGIN_DATA
-10 50 100 25
-END_DATA
-"""
-TM27 = """<?xml version="1.0" encoding="UTF-8"?>
-<IESTM2714 xmlns="iestm2714" version="1.0">
-<Header><Manufacturer>Nobody</Manufacturer><DocumentCreator>a fuzz test</DocumentCreator></Header>
-<SpectralDistribution><SpectralQuantity>flux</SpectralQuantity><BandwidthFWHM>2.0</BandwidthFWHM>
-{data}
-</SpectralDistribution></IESTM2714>
-"""
-METER = "Model Name\tM1\nLUX\t100.0\nCCT\t5000\nX\t96.42\nY\t100.0\nZ\t82.49\n" + "".join(
-    f"{nm}nm\t{0.01 * (nm - 370):.4f}\n" for nm in range(380, 420)
-)
-ACROSS = "Export\nReflectance\nIlluminant: D65\n\nName;L*(10°/D65);a*(10°/D65);b*(10°/D65);400 nm;410 nm;420 nm\n" + (
-    "Rot;40,1;50,2;20,3;0,051;0,062;0,073\nBlau;30,0;1,0;-40,0;0,251;0,262;0,273\n"
-)
 SHADES = "".join(
     f"[{kind}_DATA 0],\r\n{of}_NAME=a,\r\n{of}_REFLPOINTS=4,\r\n{of}_REFLINTERVAL=10,\r\n{of}_REFLLOW=400,\r\n"
     f"{of}_VIEWING=%R USAV SCI UV Inc,\r\nILLNAME=D65 10 Deg,\r\n{of}_X=20,\r\n{of}_R={values},\r\n"
@@ -152,7 +108,6 @@ def seeds() -> dict[str, dict[str, bytes]]:
     )
     lamp = SpectralEntry("lamp", Spectrum.sampled(NM, np.linspace(0.2, 6.0, NM.size), "emission"))
     wide = SpectralEntry("odd", Spectrum.sampled([401.5, 433.0, 702.25], [0.5, 0.25, 0.75]))
-    rows = "".join(f'<SpectralData wavelength="{nm:.1f}">{0.01 * nm:.3f}</SpectralData>\n' for nm in NM)
     spectral = {"S0.%d,000000nm": 0.4, "T.%d,000000nm": 0.7}
     pictures = {
         kind: {kind % nm: np.full((3, 4), value) + 0.01 * np.arange(12).reshape(3, 4) for nm in range(400, 701, 50)}
@@ -168,16 +123,16 @@ def seeds() -> dict[str, dict[str, bytes]]:
     }
     return {
         "cxf": {"a.cxf": _written(write_cxf, [grey, wide]), "b.cxf": _written(write_cxf, [lamp])},
-        "iestm27": {"a.spdx": TM27.format(data=rows).encode()},
+        "iestm27": {"a.spdx": TM27.encode()},
         "qtx": {"a.qtx": SHADES.encode()},
         "jcamp": {"a.jdx": PACKED.encode()},
         "xlsx": {"a.xlsx": _book()},
         "cgats": {"a.txt": CHART.encode(), "a.sp": LAMP.encode(), "a.ccss": LAMP.replace("SPECT\n", "CCSS\n").encode()},
-        "instrument_text": {"meter.txt": METER.encode(), "across.csv": ACROSS.encode()},
+        "instrument_text": {"meter.txt": METER.encode(), "across.csv": TABLE_ACROSS.encode()},
         "spd": {"a.spd": b"# power\n400 1.0\n410 2.0\n420 1.5\n"},
         "csv": {
             "a.csv": _written(write_csv, [grey]),
-            "b.csv": ACROSS.encode("cp1252"),
+            "b.csv": TABLE_ACROSS.encode("cp1252"),
             "c.tsv": METER.encode("utf-16"),
         },
         "mat": {"a.mat": _mat()},

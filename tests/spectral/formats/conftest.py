@@ -1,20 +1,7 @@
-"""Fixtures that the tests of readers share: small files, writing them, and refusals without the folder's name."""
-
-import importlib.util
-from pathlib import Path
+"""Fixtures that the tests of readers share: writing small files, and refusals without the folder's name."""
 
 import pytest
 from metamer.runtime.errors import InputError
-
-
-@pytest.fixture(scope="session")
-def small_files():
-    """The module of small files and of damage to them."""
-    path = Path(__file__).with_name("small_files.py")
-    spec = importlib.util.spec_from_file_location("small_spectral_files", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture

@@ -7,24 +7,15 @@ from metamer.spectral.formats.cgats import illuminant_of, observer_of, read, rec
 from metamer.spectral.formats.cgats_tables import read_tables
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
-
-
-@pytest.fixture
-def chart(small_files):
-    return small_files.CHART
-
-
-@pytest.fixture
-def lamp(small_files):
-    return small_files.LAMP
+from small_files import CHART, LAMP
 
 
 def samples(file):
     return {entry.name: entry.spectrum.samples.tolist() for entry in file.entries}
 
 
-def test_a_chart_with_all_that_it_says(written, chart):
-    path = written(chart, "chart.txt")
+def test_a_chart_with_all_that_it_says(written):
+    path = written(CHART, "chart.txt")
     assert recognises(path, path.read_bytes())
     file = read(path)
     assert samples(file) == {"A 1": [0.1, 0.2, 0.3], "B 1": [0.2, 0.3, 0.4]}
@@ -42,8 +33,8 @@ def test_a_chart_with_all_that_it_says(written, chart):
     ["SPECTRAL_NM{}", "SPECTRAL_NM_{}", "SPECTRAL_{}", "SPEC_{}", "spec_{}", "nm{}", "NM_{}", "R_{}", "{}NM", "{}_nm",
      "SPECTRAL_DEC{}"],
 )  # fmt: skip
-def test_every_name_of_a_band(written, chart, name):
-    content = chart
+def test_every_name_of_a_band(written, name):
+    content = CHART
     for nm in (400, 500, 600):
         content = content.replace(f"SPECTRAL_NM{nm}", name.format(nm))
     assert samples(read(written(content)))["A 1"] == [0.1, 0.2, 0.3]
@@ -59,8 +50,8 @@ def test_wavelengths_among_the_data(written):
     assert entry.spectrum.wavelengths_nm.tolist() == [400, 410]
 
 
-def test_tabs_and_names_with_spaces_without_quotes(written, chart):
-    head, _, data = chart.partition("BEGIN_DATA\n")
+def test_tabs_and_names_with_spaces_without_quotes(written):
+    head, _, data = CHART.partition("BEGIN_DATA\n")
     data = (
         data.replace('"A 1"', "A 1")
         .replace("1 A 1 ", "1\tA 1\t")
@@ -71,56 +62,56 @@ def test_tabs_and_names_with_spaces_without_quotes(written, chart):
     assert list(samples(read(written(f"{head}BEGIN_DATA\n{data}")))) == ["A 1", "B 1"]
 
 
-def test_decimal_commas(written, chart):
-    head, mark, data = chart.partition("BEGIN_DATA\n")
+def test_decimal_commas(written):
+    head, mark, data = CHART.partition("BEGIN_DATA\n")
     file = read(written(head + mark + data.replace(".", ",")))
     assert samples(file)["B 1"] == [0.2, 0.3, 0.4]
     assert file.entries[0].stated[0].values.tolist() == [50, 1, 2]
 
 
-def test_a_set_over_two_lines_comments_and_doubled_quotes(written, chart):
-    content = chart.replace('1 "A 1" 50.0', '1 "A ""x"" 1" # first\n50.0')
+def test_a_set_over_two_lines_comments_and_doubled_quotes(written):
+    content = CHART.replace('1 "A 1" 50.0', '1 "A ""x"" 1" # first\n50.0')
     assert list(samples(read(written(content)))) == ['A "x" 1', "B 1"]
 
 
-def test_several_tables_the_second_with_the_format_of_the_first(written, chart):
+def test_several_tables_the_second_with_the_format_of_the_first(written):
     more = (
         'ILLUMINATION_NAME "A"\nNUMBER_OF_FIELDS 8\nNUMBER_OF_SETS 1\n'
         'BEGIN_DATA\n3 "C 1" 50 1 2 0.5 0.6 0.7\nEND_DATA\n'
     )
-    file = read(written(chart + more))
+    file = read(written(CHART + more))
     assert samples(file)["C 1"] == [0.5, 0.6, 0.7]
     assert [entry.stated[0].illuminant for entry in file.entries] == ["D50", "D50", "A"]
     assert file.entries[2].details["table"] == "table 2"
 
 
-def test_a_table_with_its_own_identifier_takes_nothing_over(written, lamp, chart):
+def test_a_table_with_its_own_identifier_takes_nothing_over(written):
     """A display and a chart in one file: neither the norm nor the kind of the first holds for the second."""
-    file = read(written(lamp.replace("SPECT\n", "CCSS\n", 1) + chart))
+    file = read(written(LAMP.replace("SPECT\n", "CCSS\n", 1) + CHART))
     assert [entry.spectrum.quantity for entry in file.entries] == ["emission", "reflectance", "reflectance"]
     assert samples(file)["B 1"] == [0.2, 0.3, 0.4]
 
 
-def test_a_table_without_one_is_of_the_same_kind(written, lamp):
-    again = lamp.partition("NUMBER_OF_FIELDS")[2]
-    file = read(written(lamp.replace("SPECT\n", "CCSS\n", 1) + f"NUMBER_OF_FIELDS{again}"))
+def test_a_table_without_one_is_of_the_same_kind(written):
+    again = LAMP.partition("NUMBER_OF_FIELDS")[2]
+    file = read(written(LAMP.replace("SPECT\n", "CCSS\n", 1) + f"NUMBER_OF_FIELDS{again}"))
     assert [entry.spectrum.quantity for entry in file.entries] == ["emission", "emission"]
     assert file.entries[1].spectrum.samples.tolist() == [0.2, 1.0, 2.0, 0.5]
 
 
-def test_a_table_without_spectra_is_left_out_and_said(written, chart):
+def test_a_table_without_spectra_is_left_out_and_said(written):
     more = (
         "CAL\nNUMBER_OF_FIELDS 2\nBEGIN_DATA_FORMAT\nRGB_I RGB_R\nEND_DATA_FORMAT\n"
         "NUMBER_OF_SETS 1\nBEGIN_DATA\n0.0 0.0\nEND_DATA\n"
     )
-    file = read(written(chart + more))
+    file = read(written(CHART + more))
     assert len(file.entries) == 2
     assert "a table without spectra is left out: 1 samples with RGB and no spectra" in file.notes
 
 
-def test_the_norm_divides_and_the_ends_say_where_rounded_bands_are(written, lamp):
+def test_the_norm_divides_and_the_ends_say_where_rounded_bands_are(written):
     """ArgyllCMS names 403.33 nm SPEC_403; its values over SPECTRAL_NORM are the spectrum."""
-    file = read(written(lamp, "lamp.sp"))
+    file = read(written(LAMP, "lamp.sp"))
     (entry,) = file.entries
     assert entry.name == "lamp" and entry.spectrum.quantity == "emission"
     assert entry.spectrum.samples.tolist() == [0.2, 1.0, 2.0, 0.5]
@@ -128,8 +119,8 @@ def test_the_norm_divides_and_the_ends_say_where_rounded_bands_are(written, lamp
     assert "values are divided by SPECTRAL_NORM, 50" in file.notes
 
 
-def test_ends_that_contradict_the_names_are_refused(refused, lamp):
-    said = refused(read, lamp.replace('"410.0"', '"700.0"'))
+def test_ends_that_contradict_the_names_are_refused(refused):
+    said = refused(read, LAMP.replace('"410.0"', '"700.0"'))
     assert (
         "two things of where its bands are" in said[0] and "400 to 700 nm, and fields named for 400 to 410" in said[1]
     )
@@ -153,15 +144,15 @@ def test_ends_that_contradict_the_names_are_refused(refused, lamp):
         ('DESCRIPTOR "chart"\nMEASUREMENT_GEOMETRY "45/0"', "CGATS.17", "reflectance"),
     ],
 )
-def test_what_was_measured_by_the_words_of_the_file(written, lamp, line, identifier, quantity):
-    content = lamp.replace("SPECT\n", f"{identifier}\n", 1).replace('DESCRIPTOR "Spectral power of a lamp"', line)
+def test_what_was_measured_by_the_words_of_the_file(written, line, identifier, quantity):
+    content = LAMP.replace("SPECT\n", f"{identifier}\n", 1).replace('DESCRIPTOR "Spectral power of a lamp"', line)
     content = content.replace("10 50 100 25", "10 20 30 25")
     name = "paints.txt" if quantity == "reflectance" else "measured.txt"
     assert read(written(content, name)).entries[0].spectrum.quantity == quantity
 
 
-def test_a_spectrum_of_which_nothing_is_said(written, refused, lamp):
-    content = lamp.replace("Spectral power of a lamp", "Argyll Spectral power/reflectance information")
+def test_a_spectrum_of_which_nothing_is_said(written, refused):
+    content = LAMP.replace("Spectral power of a lamp", "Argyll Spectral power/reflectance information")
     (entry,) = read(written(content, "a.sp")).entries
     assert entry.taken == "emission, by SPECT without a MEAS_TYPE and values above SPECTRAL_NORM"
     said = refused(read, content.replace("10 50 100 25", "10 20 50 25"), "a.sp")
@@ -170,8 +161,8 @@ def test_a_spectrum_of_which_nothing_is_said(written, refused, lamp):
     assert answered.spectrum.samples.tolist() == [0.2, 0.4, 1.0, 0.5]
 
 
-def test_readings_of_argyll_without_a_norm_are_percent(written, lamp):
-    content = lamp.replace("SPECT\n", "CTI3\n", 1).replace('SPECTRAL_NORM "50.0"\n', 'DEVICE_CLASS "OUTPUT"\n')
+def test_readings_of_argyll_without_a_norm_are_percent(written):
+    content = LAMP.replace("SPECT\n", "CTI3\n", 1).replace('SPECTRAL_NORM "50.0"\n', 'DEVICE_CLASS "OUTPUT"\n')
     file = read(written(content))
     assert file.entries[0].spectrum.samples.tolist() == [0.1, 0.5, 1.0, 0.25]
     assert any("percent" in note for note in file.notes)
@@ -187,9 +178,9 @@ def test_readings_of_argyll_without_a_norm_are_percent(written, lamp):
         ("", None, None),
     ],
 )
-def test_what_lab_was_computed_for(written, chart, lines, illuminant, observer):
+def test_what_lab_was_computed_for(written, lines, illuminant, observer):
     """A bare MEASUREMENT_SOURCE is the lamp in the instrument, not the illuminant of the computation."""
-    start, _, rest = chart.partition('ILLUMINATION_NAME "D50"')
+    start, _, rest = CHART.partition('ILLUMINATION_NAME "D50"')
     content = start + lines + rest.partition('Filter=no"')[2]
     (lab,) = read(written(content)).entries[0].stated
     assert (lab.illuminant, lab.observer) == (illuminant, observer)
@@ -208,8 +199,8 @@ def test_what_lab_was_computed_for(written, chart, lines, illuminant, observer):
         ("END_DATA\n", "", "END_DATA", "1 sets, then the end of the file", "2 sets and END_DATA"),
     ],
 )  # fmt: skip
-def test_counts_that_do_not_fit_name_both(refused, chart, old, new, field, found, expected):
-    content = chart.replace(old, new)
+def test_counts_that_do_not_fit_name_both(refused, old, new, field, found, expected):
+    content = CHART.replace(old, new)
     if not new:
         content = content.replace('2 "B 1" 60.0 1.0 2.0 0.20 0.30 0.40\n', "")
     lines = refused(read, content)
@@ -217,8 +208,8 @@ def test_counts_that_do_not_fit_name_both(refused, chart, old, new, field, found
     assert lines[1:3] == [f"  found: {found}", f"  expected: {expected}"]
 
 
-def test_counts_that_are_not_stated_are_said(written, chart):
-    file = read(written(chart.replace("NUMBER_OF_SETS 2\n", "").replace("NUMBER_OF_FIELDS 8\n", "")))
+def test_counts_that_are_not_stated_are_said(written):
+    file = read(written(CHART.replace("NUMBER_OF_SETS 2\n", "").replace("NUMBER_OF_FIELDS 8\n", "")))
     assert len(file.entries) == 2
     assert {"the file does not state NUMBER_OF_SETS", "the file does not state NUMBER_OF_FIELDS"} <= set(file.notes)
 
@@ -232,28 +223,28 @@ def test_counts_that_are_not_stated_are_said(written, chart):
         ("SPECTRAL_NM500", "SPECTRAL_NM400", "a wavelength stands twice"),
     ],
 )
-def test_broken_files(refused, chart, old, new, problem):
-    assert problem in refused(read, chart.replace(old, new, 1))[0]
+def test_broken_files(refused, old, new, problem):
+    assert problem in refused(read, CHART.replace(old, new, 1))[0]
 
 
-def test_bands_other_than_stated(refused, lamp):
-    lines = refused(read, lamp.replace('SPECTRAL_BANDS "4"', 'SPECTRAL_BANDS "5"'))
+def test_bands_other_than_stated(refused):
+    lines = refused(read, LAMP.replace('SPECTRAL_BANDS "4"', 'SPECTRAL_BANDS "5"'))
     assert lines[1:3] == ["  found: 4 spectral fields", "  expected: 5, as stated"]
 
 
 @pytest.mark.parametrize("norm", ["0", "-1", "x"])
-def test_norms_that_divide_nothing(refused, lamp, norm):
-    assert "SPECTRAL_NORM" in refused(read, lamp.replace('"50.0"', f'"{norm}"'))[0]
+def test_norms_that_divide_nothing(refused, norm):
+    assert "SPECTRAL_NORM" in refused(read, LAMP.replace('"50.0"', f'"{norm}"'))[0]
 
 
-def test_a_word_among_the_values_rejects_its_sample(written, chart):
-    file = read(written(chart.replace("0.10 0.20", "0.10 oops")))
+def test_a_word_among_the_values_rejects_its_sample(written):
+    file = read(written(CHART.replace("0.10 0.20", "0.10 oops")))
     assert list(samples(file)) == ["B 1"]
     assert file.rejected[0][0] == "A 1" and "not a number" in str(file.rejected[0][1])
 
 
-def test_colour_matching_functions_are_no_light(refused, lamp):
-    assert "no spectra in this file" in refused(read, lamp.replace("SPECT\n", "CMF\n", 1))[0]
+def test_colour_matching_functions_are_no_light(refused):
+    assert "no spectra in this file" in refused(read, LAMP.replace("SPECT\n", "CMF\n", 1))[0]
 
 
 # Real files.

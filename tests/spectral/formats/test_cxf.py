@@ -48,13 +48,8 @@ def document(objects, specs=None, kind="Spectrum_Reflectance", geometry=ANGLE, b
 
 
 @pytest.fixture
-def written(tmp_path):
-    def write(text, name="made.cxf"):
-        path = tmp_path / name
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return path
-
-    return write
+def written(written):
+    return lambda content, name="made.cxf": written(content, name)
 
 
 def refusal(path):

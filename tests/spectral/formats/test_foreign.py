@@ -4,6 +4,7 @@ import random
 
 import pytest
 from metamer.spectral.formats.tables.foreign import is_of_something_else
+from small_files import SMALL, mutated
 
 STOCK = "part,drawer,left\nscrew M4,A3,120\nnut M4,A4,85\nwasher,B1,300\n"
 
@@ -55,7 +56,7 @@ def test_the_name_of_the_file_counts(written):
 @pytest.mark.parametrize(
     "name", ["pairs.csv", "numbered.csv", "down.csv", "across.csv", "across-latin.csv", "utf16.tsv"]
 )
-def test_a_damaged_table_of_spectra_is_not_passed_over(written, small_files, name):
+def test_a_damaged_table_of_spectra_is_not_passed_over(written, name):
     for seed in range(100):
-        data = small_files.mutated(small_files.SMALL[name], random.Random(seed))
+        data = mutated(SMALL[name], random.Random(seed))
         assert not is_of_something_else(written(data, "a.csv")), seed

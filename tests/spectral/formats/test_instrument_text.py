@@ -5,6 +5,7 @@ from metamer.runtime.errors import InputError
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.instrument_text import read, recognises
 from metamer.spectral.formats.registry import format_of, read_spectra
+from small_files import METER
 
 SEKONIC = (
     "Date Saved,15/03/2021\nTitle,stage left\n\nMeasuring Mode,Ambient\nViewing Angle [°],10\nTcp [K],3262\n"
@@ -25,8 +26,8 @@ def only(file):
     return entry
 
 
-def test_a_meter_that_writes_keys_and_wavelengths_with_their_unit(written, small_files):
-    path = written(small_files.METER, "ESPD.xls")
+def test_a_meter_that_writes_keys_and_wavelengths_with_their_unit(written):
+    path = written(METER, "ESPD.xls")
     assert recognises(path, path.read_bytes()) and format_of(path).NAME == "instrument text"
     entry = only(read(path))
     assert entry.name == "ESPD" and entry.spectrum.quantity == "emission"

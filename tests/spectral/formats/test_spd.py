@@ -3,6 +3,7 @@
 import pytest
 from metamer.spectral.formats.registry import format_of, read_spectra
 from metamer.spectral.formats.spd import read
+from small_files import GLAZING
 
 
 def test_two_columns_are_power(written):
@@ -36,8 +37,8 @@ def test_a_refractive_index_by_the_name_that_renderers_give_it(refused, name):
     assert "a refractive index is not the spectrum of a colour" in lines[0]
 
 
-def test_a_glazing_has_three_spectra_in_micrometres(written, small_files):
-    path = written(small_files.GLAZING, "clear.txt")
+def test_a_glazing_has_three_spectra_in_micrometres(written):
+    path = written(GLAZING, "clear.txt")
     assert format_of(path).NAME == "SPD"
     entries = read(path).entries
     assert [entry.name for entry in entries] == ["Clear T", "Clear R front", "Clear R back"]

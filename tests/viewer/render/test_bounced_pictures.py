@@ -33,15 +33,6 @@ def matt(reflectance):
     return matt_brdf(np.ones(1), Palette.of(np.broadcast_to(reflectance, (1, 81)) / np.pi))
 
 
-@pytest.fixture(params=["numpy", "GL"])
-def make(request):
-    """Makes a renderer."""
-    if request.param == "GL":
-        gl = request.getfixturevalue("gl")
-        return lambda: gl_session(gl)
-    return software_session
-
-
 SURFACES = {"red": matt(RED), "white": matt(0.8), "grey": matt(0.5)}
 
 
@@ -56,14 +47,14 @@ def corner(scenes, *lights, wall="red", floor="white", size=24, body=True):
 
 
 @pytest.mark.slow_cases("GL", "numpy")
-def test_another_material_is_seen_by_way_of_others_too(scenes, make):
+def test_another_material_is_seen_by_way_of_others_too(scenes, make_session):
     """A renderer that has drawn the scene before draws what a new one draws."""
     lit = replace(corner(scenes), bounces="auto")
     dark = lit.with_material(lit.parts[0].name, "grey")
-    with make() as renderer:
+    with make_session() as renderer:
         before, after = (renderer.render(scene, None, SURFACES)[0].copy() for scene in (lit, dark))
         drawn = renderer.bounced.bounces
-    with make() as renderer:
+    with make_session() as renderer:
         np.testing.assert_array_equal(after, renderer.render(dark, None, SURFACES)[0])
         assert renderer.bounced.bounces == drawn
     # The block above the floor, lit from above and beside, is darker from below.
@@ -75,10 +66,10 @@ def off(scene, truth, found):
 
 
 @pytest.mark.slow
-def test_pictures_are_the_paths(scenes, make):
+def test_pictures_are_the_paths(scenes, make_session):
     scene = replace(corner(scenes), bounces=2)
     truth = reference_images(scene, None, SURFACES, bounces=2, budget=1.0)
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, SURFACES)
         without, _ = renderer.render(replace(scene, bounces=0), None, SURFACES)
     whole = coverage == 1.0
@@ -110,15 +101,15 @@ def metal(scenes):
 
 
 @pytest.mark.slow
-def test_a_metal_mirrors_what_stands_about_it(scenes, make, monkeypatch):
+def test_a_metal_mirrors_what_stands_about_it(scenes, make_session, monkeypatch):
     """A ball before a red wall, beside paths; what polynomials alone would show of it is far off."""
     surfaces = {**SURFACES, "grey": metal(scenes)}
     scene = replace(corner(scenes), bounces=2)
     truth = reference_images(scene, None, surfaces, bounces=2, budget=1.0)
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, surfaces)
     monkeypatch.setattr(indirect, "MOST_MAPS", 10)
-    with make() as renderer:
+    with make_session() as renderer:
         blunt, _ = renderer.render(scene, None, surfaces)
         assert "highlights without detail" in renderer.bounced.words
     ball = (coverage == 1.0) & (np.abs(found - blunt).max(axis=2) > 0.0)
@@ -128,20 +119,20 @@ def test_a_metal_mirrors_what_stands_about_it(scenes, make, monkeypatch):
 
 
 @pytest.mark.slow_cases("GL")
-def test_a_texture_receives_light_and_passes_it_on_texel_by_texel(scenes, make):
+def test_a_texture_receives_light_and_passes_it_on_texel_by_texel(scenes, make_session):
     stripes = np.where((np.arange(12) // 3 % 2)[None, :, None] == 1, 0.7, 0.1) * np.ones((12, 1, 81))
     texture = SpectralTexture(NM, stripes)
     scene = replace(corner(scenes, floor="stripes", body=False), bounces=1)
     originals, drawn = {**SURFACES, "stripes": texture}, {**SURFACES, "stripes": texture.own_form()}
     truth = reference_images(scene, None, originals, bounces=1, budget=1.0)
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, drawn)
     # The wall is lit by the stripes, not by their mean.
     assert np.percentile(off(scene, truth.xyz[0], found)[coverage == 1.0], 95) < 0.6
 
 
 @pytest.mark.slow
-def test_a_normal_map_leans_towards_the_light_of_a_wall(scenes, make):
+def test_a_normal_map_leans_towards_the_light_of_a_wall(scenes, make_session):
     """A floor whose normals lean towards a red wall, beside paths: indirect light follows the map."""
     lean = np.broadcast_to(np.array([0.0, np.sin(0.35), np.cos(0.35)], np.float32), (4, 4, 3))
     grey, rough = np.full((4, 4, 3), 200, np.uint8), np.full((4, 4, 1), 0.9, np.float32)
@@ -150,12 +141,12 @@ def test_a_normal_map_leans_towards_the_light_of_a_wall(scenes, make):
     scene = replace(corner(scenes, floor="leaning", body=False), bounces=1)
     originals, drawn = {**SURFACES, "leaning": maps}, {**SURFACES, "leaning": maps.own_form(1e-3)}
     truth, direct = (reference_images(scene, None, originals, bounces=count, budget=1.0).xyz[0] for count in (1, 0))
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, drawn)
         without, _ = renderer.render(replace(scene, bounces=0), None, drawn)
     floor = (coverage == 1.0) & (np.arange(24) > 14)[:, None]
     expected, added = (truth - direct)[floor][:, 0], (found - without)[floor][:, 0]
-    with make() as renderer:
+    with make_session() as renderer:
         level, _ = renderer.render(scene, None, {**SURFACES, "leaning": flat.own_form(1e-3)})
         level -= renderer.render(replace(scene, bounces=0), None, {**SURFACES, "leaning": flat.own_form(1e-3)})[0]
     assert level[floor][:, 0].mean() < 0.7 * expected.mean()
@@ -163,14 +154,14 @@ def test_a_normal_map_leans_towards_the_light_of_a_wall(scenes, make):
 
 
 @pytest.mark.slow_cases("GL")
-def test_a_sheet_shines_on_both_of_its_sides(scenes, make):
+def test_a_sheet_shines_on_both_of_its_sides(scenes, make_session):
     """Lit from above, it is red below from the floor's light: each side has sites of its own."""
     sheet = shapes.plane(0.8, 0.8).placed(translate=(0.0, 0.6, 0.0))
     floor = shapes.plane(3.0, 3.0)
     camera = Camera("below", (0.0, 0.1, 1.4), (0.0, 0.6, 0.0), vertical_fov_deg=40.0, width=24, height_px=24, samples=1)
     scene = scenes.scene_of([(sheet, "white"), (floor, "red")], [scenes.sun((0.5, 0.8, 0.6))], camera)
     scene = replace(scene, bounces=1)
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, SURFACES)
         direct, _ = renderer.render(replace(scene, bounces=0), None, SURFACES)
     truth = reference_images(scene, None, SURFACES, bounces=1, budget=1.0).xyz[0]
@@ -180,29 +171,29 @@ def test_a_sheet_shines_on_both_of_its_sides(scenes, make):
     assert np.percentile(off(scene, truth, found)[dark], 95) < 1.5
 
 
-def test_one_convex_body_has_no_bounces(scenes, make):
+def test_one_convex_body_has_no_bounces(scenes, make_session):
     scene = scenes.sphere_scene("matt", size=16)
-    with make() as renderer:
+    with make_session() as renderer:
         plain, _ = renderer.render(scene, None, scenes.SURFACES)
         bounced, _ = renderer.render(replace(scene, bounces="auto"), None, scenes.SURFACES)
         assert renderer.bounced is None
     np.testing.assert_array_equal(plain, bounced)
 
 
-def test_black_surroundings_change_nothing(scenes, make):
+def test_black_surroundings_change_nothing(scenes, make_session):
     scene = replace(corner(scenes, wall="black", floor="black"), bounces="auto")
     surfaces = {**SURFACES, "black": matt(0.0), "grey": matt(0.0)}
-    with make() as renderer:
+    with make_session() as renderer:
         found, _ = renderer.render(scene, None, surfaces)
         assert renderer.bounced is None and not found.any()
 
 
 @pytest.mark.slow_cases("GL", "numpy")
-def test_other_illuminants_and_spectra_tell_the_same(scenes, make):
+def test_other_illuminants_and_spectra_tell_the_same(scenes, make_session):
     """Folding afresh is drawing anew, and spectra add up to the colours."""
     scene = replace(corner(scenes), bounces=2)
     other = illuminant("A")
-    with make() as renderer:
+    with make_session() as renderer:
         folded = renderer.render_many(scene, None, SURFACES, (None, other))[1][0]
         anew = renderer.render(scene.with_illuminant(other, "A"), None, SURFACES)[0]
         spectra = renderer.render_spectra(scene.with_illuminant(other, "A"), None, SURFACES, NM)
@@ -213,14 +204,14 @@ def test_other_illuminants_and_spectra_tell_the_same(scenes, make):
 
 
 @pytest.mark.slow
-def test_bounces_follow_when_a_mesh_or_a_material_changes(scenes, make):
+def test_bounces_follow_when_a_mesh_or_a_material_changes(scenes, make_session):
     """What is kept is not shown of another scene."""
     scene = replace(corner(scenes), bounces=1)
     moved = replace(
         scene, parts=(*scene.parts[:2], replace(scene.parts[2], mesh=scene.parts[2].mesh.placed(translate=(0.2, 0, 0))))
     )
     others = {**SURFACES, "red": matt(RED[::-1])}
-    with make() as renderer:
+    with make_session() as renderer:
         renderer.render(scene, None, SURFACES)
         for scene_now, surfaces in ((scene, others), (moved, others), (replace(moved, bounces=2), others)):
             kept, _ = renderer.render(scene_now, None, surfaces)
@@ -255,12 +246,12 @@ def test_scenes_say_how_many_bounces_they_have(tmp_path):
 
 
 @pytest.mark.slow_cases("GL")
-def test_three_spectra_at_once_are_the_paths(scenes, make):
+def test_three_spectra_at_once_are_the_paths(scenes, make_session):
     """Daylight, a tungsten lamp and one of few lines: each colours what the wall sends on in its own way."""
     lights = [scenes.sun((0.3, 0.9, 0.5)), scenes.lamp((1, 1.5, 1), 4e3, "A"), scenes.lamp((-1, 1, 1), 4e3, "FL11")]
     scene = replace(corner(scenes, *lights, body=False, size=12), bounces=1)
     truth = reference_images(scene, None, SURFACES, bounces=1, budget=1.0).xyz[0]
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, SURFACES)
         without, _ = renderer.render(replace(scene, bounces=0), None, SURFACES)
     whole = coverage == 1.0
@@ -268,12 +259,12 @@ def test_three_spectra_at_once_are_the_paths(scenes, make):
     assert np.percentile(off(scene, truth, without)[whole], 95) > 3.0
 
 
-def test_light_of_one_line_is_the_paths(scenes, make):
+def test_light_of_one_line_is_the_paths(scenes, make_session):
     """A sun of one wavelength: what the wall sends on has its colour, and the strength that the wall has there."""
     line = Spectrum.sampled(NM, np.where(NM == 610.0, 1.0, 0.0), "emission")
     scene = replace(corner(scenes, replace(scenes.sun((0.3, 0.9, 0.5)), spectrum=line), body=False, size=12), bounces=1)
     truth = reference_images(scene, None, SURFACES, bounces=1, budget=1.0).xyz[0]
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, SURFACES)
         without, _ = renderer.render(replace(scene, bounces=0), None, SURFACES)
     whole = coverage == 1.0
@@ -282,15 +273,15 @@ def test_light_of_one_line_is_the_paths(scenes, make):
 
 
 @pytest.mark.slow
-def test_a_glossy_floor_throws_the_sun_onto_a_wall(scenes, make, monkeypatch):
+def test_a_glossy_floor_throws_the_sun_onto_a_wall(scenes, make_session, monkeypatch):
     """Its highlight, as paths have it; a floor that passes light on as a matt one has none."""
     surfaces = {**SURFACES, "white": metal(scenes)}
     scene = replace(corner(scenes, scenes.sun((0.2, 0.5, 0.8), 3000.0), wall="grey", body=False), bounces=1)
     truth = reference_images(scene, None, surfaces, bounces=1, budget=1.0)
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, surfaces)
     monkeypatch.setattr(bounce_solver, "glossy_parts", lambda *_: {})
-    with make() as renderer:
+    with make_session() as renderer:
         evenly, _ = renderer.render(scene, None, surfaces)
     near, far = (np.percentile(off(scene, truth.xyz[0], one)[coverage == 1.0], 95) for one in (found, evenly))
     assert near < 0.25 * far and far > 3.0, (near, far)

@@ -16,7 +16,6 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.render.session import radiance_weights
 from metamer.viewer.software.backend import software_session
 
@@ -50,15 +49,6 @@ def few_divisions(monkeypatch):
     monkeypatch.setattr(refinement, "MOST_VERTICES", 400)
 
 
-@pytest.fixture(params=["numpy", "GL"])
-def make(request):
-    """Makes a renderer."""
-    if request.param == "GL":
-        gl = request.getfixturevalue("gl")
-        return lambda: gl_session(gl)
-    return software_session
-
-
 def corner(scenes, *lights, bounces=2, card="dye", floor="white", size=24):
     """A card that stands on a floor."""
     upright = shapes.plane(2.0, 2.0).placed(rotate_deg=(90.0, 0.0, 0.0), translate=(0.0, 0.9, -1.0))
@@ -87,7 +77,7 @@ def traced():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("lamps", ["FL11", "three"])
-def test_pictures_are_the_paths(scenes, make, traced, lamps):
+def test_pictures_are_the_paths(scenes, make_session, traced, lamps):
     """p95 of ΔE94, and without what surfaces put on each other."""
     lights = {
         "FL11": [scenes.sun((0.3, 0.9, 0.5), name="FL11")],
@@ -100,7 +90,7 @@ def test_pictures_are_the_paths(scenes, make, traced, lamps):
     }[lamps]
     scene = corner(scenes, *lights, bounces=1, size=12)
     truth = traced(lamps, scene)
-    with make() as renderer:
+    with make_session() as renderer:
         found, coverage = renderer.render(scene, None, SURFACES)
         alone, _ = renderer.render(replace(scene, bounces=0), None, SURFACES)
     near, far = (np.percentile(off(scene, truth, one, coverage), 95) for one in (found, alone))
@@ -125,22 +115,20 @@ def test_no_picture_without_the_dye_is_like_it(scenes):
 
 
 @pytest.mark.slow_cases("GL", "numpy")
-def test_each_illuminant_excites_as_it_does(scenes, make):
+def test_each_illuminant_excites_as_it_does(scenes, make_session):
     """Several at once are what each is alone."""
     scene = corner(scenes)
     lamps = [None, illuminant("A"), illuminant("FL11")]
-    with make() as renderer:
+    with make_session() as renderer:
         together = renderer.render_many(scene, None, SURFACES, lamps)
         alone = [renderer.render(scene if one is None else scene.with_illuminant(one), None, SURFACES) for one in lamps]
     for (one, _), (other, _) in zip(together, alone, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-6)
 
 
-def test_gl_equals_numpy(scenes, gl):
-    scene = corner(scenes)
-    with software_session() as first, gl_session(gl) as second:
-        one, other = (renderer.render(scene, None, SURFACES)[0] for renderer in (first, second))
-    np.testing.assert_allclose(one, other, atol=2e-5)
+def test_gl_equals_numpy(scenes, drawn_by_both):
+    both = drawn_by_both(corner(scenes), SURFACES)
+    np.testing.assert_allclose(both.mine, both.theirs, atol=2e-5)
 
 
 @pytest.mark.parametrize("name", ["D65", "FL11"])

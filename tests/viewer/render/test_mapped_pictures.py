@@ -13,7 +13,6 @@ from metamer.materials.svbrdf.texel_map import TexelMap
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.software.backend import software_session
 
 LIGHTS = [illuminant(name) for name in ("D65", "FL11")]
@@ -56,15 +55,6 @@ FORM, COATED_FORM = SURFACE.own_form(1e-3), COATED.own_form(1e-3)  # in single p
 BOTH = pytest.mark.parametrize("surface, form", [(SURFACE, FORM), (COATED, COATED_FORM)], ids=["bare", "coated"])
 
 
-@pytest.fixture(params=["numpy", "GL"])
-def kind(request):
-    """Makes a renderer, of the filtering that is asked for."""
-    if request.param == "GL":
-        gl = request.getfixturevalue("gl")
-        return lambda *filtering: gl_session(gl, *filtering)
-    return software_session
-
-
 def scene_of(scenes, distance=3.0, samples=1, size=48, **mesh):
     floor = shapes.plane(4.0, 4.0)
     parts = [(shapes.speed_shape(4, uv=True).placed(translate=(0, 0.8, 0)), "cloth"), (replace(floor, **mesh), "cloth")]
@@ -86,9 +76,9 @@ def differences(scene, surface, form, renderer, lights=LIGHTS):
 
 @BOTH
 @pytest.mark.parametrize("repeats", [1.0, -2.0], ids=["as it is", "repeated and mirrored"])
-def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats, surface, form):
+def test_pictures_are_the_reference_point_for_point(scenes, make_session, repeats, surface, form):
     scene = scene_of(scenes, uv=repeats * shapes.plane(4.0, 4.0).uv)
-    off = differences(scene, surface, form, kind)
+    off = differences(scene, surface, form, make_session)
     assert len(off) > 1000 and np.median(off) < 0.02 and np.percentile(off, 95) < 0.2
 
 
@@ -99,44 +89,33 @@ def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats, surfa
     "made, wrap",
     [(hammered, ("repeat", "repeat")), (hammered, ("clamp", "mirror")), (lacquered, ("repeat", "repeat"))],
 )
-def test_gl_and_numpy_agree(scenes, gl, filtering, distance, made, wrap):
+def test_gl_and_numpy_agree(scenes, drawn_by_both, filtering, distance, made, wrap):
     form = made(placement=Placement((2.0, 3.0), (-0.7, 0.2), wrap)).own_form()
-    scene = scene_of(scenes, distance, size=32)
-    with gl_session(gl, filtering) as hardware, software_session(filtering) as software:
-        (theirs, covered), (mine, coverage) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
-    np.testing.assert_array_equal(covered, coverage)
-    off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
-    assert off.max() < 0.1
+    assert drawn_by_both(scene_of(scenes, distance, size=32), {"cloth": form}, filtering).off.max() < 0.1
 
 
 @pytest.mark.parametrize("form", [FORM, COATED_FORM], ids=["bare", "coated"])
-def test_far_away_means_are_nearer_to_many_samples(scenes, kind, form):
+def test_far_away_means_are_nearer_to_many_samples(scenes, make_session, form):
     """Some ten texels a sample: what lies between is not seen without."""
     scene = scene_of(scenes, 30.0, size=32, uv=8.0 * shapes.plane(4.0, 4.0).uv)
     with software_session() as many:
         truth, whole = many.render(scene, replace(scene.camera(), samples=12), {"cloth": form})
     found = {}
     for filtering in ("linear", "mipmapped"):
-        with kind(filtering) as renderer:
+        with make_session(filtering) as renderer:
             xyz, _ = renderer.render(scene, None, {"cloth": form})
         inside = whole == 1.0
         found[filtering] = delta_e_xyz(truth[inside].astype(float), xyz[inside].astype(float), scene.adopted_white())
     assert np.mean(found["mipmapped"]) < 0.3 * np.mean(found["linear"]), {k: v.mean() for k, v in found.items()}
 
 
-def test_roughness_0_in_gl_is_that_of_numpy(scenes, gl):
+def test_roughness_0_in_gl_is_that_of_numpy(scenes, drawn_by_both):
     """Highlights of a two-thousandth: what angles lose in single precision would show."""
     form = hammered(roughness=TexelMap.constant(0.0), turn=None).own_form(1e-3)
-    scene = scene_of(scenes)
-    with gl_session(gl) as hardware, software_session() as software:
-        (theirs, _), (mine, _) = (one.render(scene, None, {"cloth": form}) for one in (hardware, software))
-    assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.05
+    assert drawn_by_both(scene_of(scenes), {"cloth": form}).off.max() < 0.05
 
 
 @pytest.mark.parametrize("form", [FORM, COATED_FORM], ids=["bare", "coated"])
-def test_what_is_alike_everywhere_is_drawn_with_means_too(scenes, gl, form):
+def test_what_is_alike_everywhere_is_drawn_with_means_too(scenes, drawn_by_both, form):
     """There is nothing to average: the shader has no levels."""
-    scene, alike = scene_of(scenes, size=24), {"cloth": form.average()}
-    with gl_session(gl, "mipmapped") as hardware, software_session("mipmapped") as software:
-        (theirs, _), (mine, _) = (one.render(scene, None, alike) for one in (hardware, software))
-    assert delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white()).max() < 0.05
+    assert drawn_by_both(scene_of(scenes, size=24), {"cloth": form.average()}, "mipmapped").off.max() < 0.05

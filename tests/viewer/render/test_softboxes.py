@@ -12,7 +12,6 @@ from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.visibility.half_space import Before
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
-from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.render.light_cache import visibilities
 from metamer.viewer.software.backend import software_session
 
@@ -34,16 +33,15 @@ def apart(scene, one, other, seen):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("material", ["gloss", "sharp", "brushed"])
-def test_gl_equals_numpy(scenes, gl, material):
+def test_gl_equals_numpy(scenes, drawn_by_both, material):
     near = replace(scenes.sphere_scene(material, size=20, samples=1), lights=(softbox(),))
     for scene in (near, ball_on_a_floor(scenes, material, size=16)):
-        twin, coverage = software_session().render(scene, None, dict(scenes.SURFACES))
-        drawn, _ = gl_session(gl).render(scene, None, dict(scenes.SURFACES))
-        seen = coverage == 1.0
-        some = np.abs(twin[seen])
-        relative = np.abs(drawn - twin)[seen] / np.maximum(some, 1e-2 * some.max())
+        both = drawn_by_both(scene, dict(scenes.SURFACES))
+        seen = both.coverage == 1.0
+        some = np.abs(both.mine[seen])
+        relative = np.abs(both.theirs - both.mine)[seen] / np.maximum(some, 1e-2 * some.max())
         assert np.percentile(relative, 99.9) < 1e-3
-        assert apart(scene, twin, drawn, seen).max() < 0.1
+        assert both.off[seen].max() < 0.1
 
 
 @pytest.mark.parametrize(("material", "most"), [("matt", 0.3), ("gloss", 0.6)])

@@ -36,24 +36,15 @@ def sky(fields=1, height=32, contrast=3.0, **settings):
     return EnvironmentLight(np.array(made), SPECTRA[:fields], **settings)
 
 
-@pytest.fixture(params=["numpy", "GL"])
-def make(request):
-    """Makes a renderer."""
-    if request.param == "GL":
-        gl = request.getfixturevalue("gl")
-        return lambda *settings: gl_session(gl, *settings)
-    return software_session
-
-
 def under(scene, *lights):
     return replace(scene, lights=lights)
 
 
 @pytest.mark.slow_cases("GL")
-def test_a_white_ball_in_an_even_light_is_white_everywhere(scenes, make):
+def test_a_white_ball_in_an_even_light_is_white_everywhere(scenes, make_session):
     matt = FactoredBrdf((scenes.lambert_pack(np.ones(81)),))
     light = EnvironmentLight(np.ones((1, 8, 16)), SPECTRA[:1], illuminance_lux=1000.0)
-    xyz, coverage = make().render(under(scenes.sphere_scene(), light), None, {"gloss": matt})
+    xyz, coverage = make_session().render(under(scenes.sphere_scene(), light), None, {"gloss": matt})
     white = SPECTRA[0]
     expected = scenes.sphere_scene().observer.white(white)
     assert np.abs(xyz[coverage == 1.0] - expected).max() < 2e-3
@@ -68,33 +59,29 @@ def test_a_white_ball_in_an_even_light_is_white_everywhere(scenes, make):
         pytest.param("brushed", 5, marks=pytest.mark.slow),
     ],
 )
-def test_gl_equals_numpy(scenes, gl, material, fields):
+def test_gl_equals_numpy(scenes, drawn_by_both, material, fields):
     scene = under(scenes.sphere_scene(material, size=32, samples=2), sky(fields, rotation_deg=70.0))
-    surfaces = dict(scenes.SURFACES)
-    twin, coverage = software_session().render(scene, None, surfaces)
-    drawn, _ = gl_session(gl).render(scene, None, surfaces)
-    some = np.abs(twin[coverage > 0.0])
-    relative = np.abs(drawn - twin)[coverage > 0.0] / np.maximum(some, 1e-2 * some.max())
+    both = drawn_by_both(scene, dict(scenes.SURFACES))
+    there = both.coverage > 0.0
+    some = np.abs(both.mine[there])
+    relative = np.abs(both.theirs - both.mine)[there] / np.maximum(some, 1e-2 * some.max())
     assert np.percentile(relative, 99.9) < 1e-3
-    seen = coverage == 1.0
-    assert delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white()).max() < 0.1
+    assert both.off[both.coverage == 1.0].max() < 0.1
 
 
 @pytest.mark.slow
-def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, gl, monkeypatch):
+def test_gl_equals_numpy_where_parts_hide_light_from_each_other(scenes, drawn_by_both, monkeypatch):
     monkeypatch.setattr(refinement, "MOST_VERTICES", 400)
     # Balls of which one shades the other, on a ground of two triangles; and a cloth whose back is seen.
     for scene in (scenes.two_balls(), scenes.cloth_scene("gloss", size=32, samples=1, divisions=10)):
         scene = under(scene, sky(2, contrast=30.0, rotation_deg=20.0))
         surfaces = dict(scenes.SURFACES)
-        twin, coverage = software_session().render(scene, None, surfaces)
-        drawn, _ = gl_session(gl).render(scene, None, surfaces)
-        seen = coverage == 1.0
-        apart = delta_e_xyz(twin[seen].astype(float), drawn[seen].astype(float), scene.adopted_white())
-        assert apart.max() < 0.1, scene.name
+        both = drawn_by_both(scene, surfaces)
+        seen = both.coverage == 1.0
+        assert both.off[seen].max() < 0.1, scene.name
         open_sky = replace(scene, parts=scene.parts[-1:])
         alone, _ = software_session().render(open_sky, scene.camera(), surfaces)
-        assert (twin[seen, 1] < 0.8 * alone[seen, 1]).mean() > 0.02
+        assert (both.mine[seen, 1] < 0.8 * alone[seen, 1]).mean() > 0.02
 
 
 @pytest.mark.slow
@@ -176,14 +163,14 @@ def test_pictures_are_sums_over_every_texel(scenes):
 
 
 @pytest.mark.slow_cases("GL")
-def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make):
+def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make_session):
     scene, surfaces = scenes.sphere_scene(size=32, samples=1), dict(scenes.SURFACES)
     still = sky(1)
     turned = replace(still, rotation_deg=90.0)
     assert turned.fields is still.fields
     # Seen from above, right-handed about +y: from +z to +x, a quarter of the columns to the left.
     moved = replace(still, fields=np.roll(still.fields, -16, axis=2))
-    renderer = make()
+    renderer = make_session()
     one, _ = renderer.render(under(scene, turned), None, surfaces)
     other, _ = renderer.render(under(scene, moved), None, surfaces)
     assert np.abs(one - other).max() < 2e-3 * np.abs(one).max()
@@ -193,12 +180,14 @@ def test_a_turned_light_is_a_map_with_its_columns_moved(scenes, make):
 
 
 @pytest.mark.slow
-def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_renderer_draws(scenes, make, monkeypatch):
+def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_renderer_draws(
+    scenes, make_session, monkeypatch
+):
     scene, surfaces = scenes.two_balls(size=24), dict(scenes.SURFACES)
     light = sky(2, contrast=300.0)
     found = []
     monkeypatch.setattr(bright_light, "taken_apart", lambda *args: found.append(args) or taken_apart(*args))
-    renderer = make()
+    renderer = make_session()
     renderer.render(under(scene, light), None, surfaces)
     for angle in (35.0, 120.0, -60.0, 200.0, 0.0):
         turned = replace(light, rotation_deg=angle)
@@ -207,19 +196,19 @@ def test_turning_a_light_finds_no_bright_parts_anew_and_draws_what_a_new_rendere
     for angle in (35.0, 137.0):
         turned = replace(light, rotation_deg=angle)
         drawn, coverage = renderer.render(under(scene, turned), None, surfaces)
-        anew, _ = make().render(under(scene, turned), None, surfaces)
+        anew, _ = make_session().render(under(scene, turned), None, surfaces)
         relative = np.abs(drawn - anew)[coverage > 0.0] / np.maximum(anew[coverage > 0.0], 1e-3)
         assert np.percentile(relative, 99.9) < 1e-5
 
 
 @pytest.mark.slow
-def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make):
+def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make_session):
     scene, surfaces = scenes.sphere_scene(size=24, samples=1), dict(scenes.SURFACES)
     both = sky(2)
     apart = [
         replace(both, fields=both.fields[[k]], spectra=both.spectra[k : k + 1], illuminance_lux=None) for k in (0, 1)
     ]
-    renderer = make()
+    renderer = make_session()
     whole, _ = renderer.render(under(scene, both), None, surfaces)
     parts = [renderer.render(under(scene, one), None, surfaces)[0] for one in apart]
     assert np.allclose(whole, parts[0] + parts[1], atol=1e-5 * whole.max())
@@ -230,15 +219,15 @@ def test_spectra_add_up_and_another_illuminant_replaces_all(scenes, make):
 
 
 @pytest.mark.slow_cases("GL", "numpy")
-def test_kept_terms_and_delta_lights_beside_make_the_same_picture(scenes, make):
+def test_kept_terms_and_delta_lights_beside_make_the_same_picture(scenes, make_session):
     scene, surfaces = scenes.two_balls(), dict(scenes.SURFACES)
     light = sky(1)
     mixed = under(scene, *scene.lights, light)
-    kept = make("linear", True)
+    kept = make_session("linear", True)
     first, _ = kept.render(mixed, None, surfaces)
     again, _ = kept.render(mixed, None, surfaces)
     assert np.array_equal(first, again)
-    plain = make()
+    plain = make_session()
     alone, _ = plain.render(under(scene, light), None, surfaces)
     deltas, _ = plain.render(scene, None, surfaces)
     assert np.allclose(first, alone + deltas, atol=2e-5 * first.max())
@@ -260,16 +249,16 @@ def test_more_terms_than_a_draw_call_takes_make_the_same_picture(scenes, gl):
 
 
 @pytest.mark.slow_cases("GL")
-def test_spectral_pictures_fold_to_the_same_colours(scenes, make):
+def test_spectral_pictures_fold_to_the_same_colours(scenes, make_session):
     scene, surfaces = under(scenes.sphere_scene(size=16, samples=1), sky(2)), dict(scenes.SURFACES)
-    renderer = make()
+    renderer = make_session()
     nm = np.arange(380.0, 781.0, 5.0)
     spectra = renderer.render_spectra(scene, None, surfaces, nm)
     xyz, _ = renderer.render(scene, None, surfaces)
     assert np.abs(spectra @ radiance_weights(scene.observer, nm).T - xyz).max() < 2e-3
 
 
-def test_a_form_that_does_not_know_its_environment_is_refused(scenes, make):
+def test_a_form_that_does_not_know_its_environment_is_refused(scenes, make_session):
     class Silent(FactoredBrdf):
         NAME = "silent"
 
@@ -278,4 +267,4 @@ def test_a_form_that_does_not_know_its_environment_is_refused(scenes, make):
 
     silent = Silent(scenes.SURFACES["gloss"].packs)
     with pytest.raises(InputError, match="cannot be lit from all around"):
-        make().render(under(scenes.sphere_scene(), sky()), None, {"gloss": silent})
+        make_session().render(under(scenes.sphere_scene(), sky()), None, {"gloss": silent})

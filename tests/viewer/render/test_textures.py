@@ -14,7 +14,6 @@ from metamer.materials.svbrdf.texture import SpectralTexture
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.formats.spectral_exr import write_spectral_texture
 from metamer.spectral.illuminants import illuminant
-from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.software.backend import software_session
 
 NM = np.arange(400.0, 701.0, 20.0)
@@ -36,25 +35,15 @@ TEXTURE = SpectralTexture(NM, weave())
 FORM = TEXTURE.own_form()
 
 
-@pytest.fixture(params=["numpy", "GL"])
-def kind(request):
-    """Makes a renderer, of the filtering that is asked for."""
-    if request.param == "GL":
-        gl = request.getfixturevalue("gl")
-        return lambda *filtering: gl_session(gl, *filtering)
-    return software_session
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
-def test_both_renderers_agree_in_light_from_all_around(scenes, gl, filtering):
+def test_both_renderers_agree_in_light_from_all_around(scenes, drawn_by_both, filtering):
     fields = np.random.default_rng(1).random((2, 16, 32))
     sky = EnvironmentLight(fields, tuple(LIGHTS[:2]))
     scene = replace(scene_of(scenes, size=32), lights=(sky,))
     scene = replace(scene, parts=scene.parts[:1])
-    drawn, coverage = gl_session(gl, filtering).render(scene, None, {"cloth": FORM})
-    twin, _ = software_session(filtering).render(scene, None, {"cloth": FORM})
-    assert coverage.any() and np.abs(drawn - twin).max() < 1e-4 * twin.max()
+    both = drawn_by_both(scene, {"cloth": FORM}, filtering)
+    assert both.coverage.any() and np.abs(both.theirs - both.mine).max() < 1e-4 * both.mine.max()
 
 
 def scene_of(scenes, distance=3.0, samples=2, size=64, **mesh):
@@ -66,10 +55,10 @@ def scene_of(scenes, distance=3.0, samples=2, size=64, **mesh):
 
 
 @pytest.mark.parametrize("repeats", [1.0, -2.0], ids=["as it is", "repeated and mirrored"])
-def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats):
+def test_pictures_are_the_reference_point_for_point(scenes, make_session, repeats):
     scene = scene_of(scenes, uv=repeats * shapes.plane(4.0, 4.0).uv)
     truth = reference_images(scene, None, {"cloth": TEXTURE}, LIGHTS)
-    with kind() as renderer:
+    with make_session() as renderer:
         shown = renderer.render_many(scene, None, {"cloth": FORM}, LIGHTS)
     for (xyz, coverage), reference, light in zip(shown, truth.xyz, LIGHTS, strict=True):
         whole = (coverage == 1.0) & (truth.coverage == 1.0)
@@ -79,16 +68,11 @@ def test_pictures_are_the_reference_point_for_point(scenes, kind, repeats):
 
 @pytest.mark.parametrize("filtering", ["linear", "mipmapped"])
 @pytest.mark.parametrize("distance", [2.5, 40.0], ids=["near", "far"])
-def test_gl_and_numpy_agree(scenes, gl, filtering, distance):
-    scene = scene_of(scenes, distance, size=48)
-    with gl_session(gl, filtering) as hardware, software_session(filtering) as software:
-        (theirs, covered), (mine, coverage) = (one.render(scene, None, {"cloth": FORM}) for one in (hardware, software))
-    np.testing.assert_array_equal(covered, coverage)
-    off = delta_e_xyz(mine.astype(float), theirs.astype(float), scene.adopted_white())
-    assert off.max() < 0.1
+def test_gl_and_numpy_agree(scenes, drawn_by_both, filtering, distance):
+    assert drawn_by_both(scene_of(scenes, distance, size=48), {"cloth": FORM}, filtering).off.max() < 0.1
 
 
-def test_far_away_means_are_nearer_to_many_samples(scenes, kind):
+def test_far_away_means_are_nearer_to_many_samples(scenes, make_session):
     """Some twenty texels a sample: what lies between is not seen without."""
     scene = scene_of(scenes, 30.0, samples=1, size=48, uv=12.0 * shapes.plane(4.0, 4.0).uv)
     fine = replace(scene.camera(), samples=16)
@@ -96,16 +80,16 @@ def test_far_away_means_are_nearer_to_many_samples(scenes, kind):
         truth, whole = many.render(scene, fine, {"cloth": FORM})
     found = {}
     for filtering in ("linear", "mipmapped"):
-        with kind(filtering) as renderer:
+        with make_session(filtering) as renderer:
             xyz, _ = renderer.render(scene, None, {"cloth": FORM})
         inside = whole == 1.0
         found[filtering] = delta_e_xyz(truth[inside].astype(float), xyz[inside].astype(float), scene.adopted_white())
     assert np.mean(found["mipmapped"]) < 0.5 * np.mean(found["linear"])
 
 
-def test_another_light_folds_kept_terms(scenes, kind):
+def test_another_light_folds_kept_terms(scenes, make_session):
     scene = scene_of(scenes)
-    with kind() as renderer:
+    with make_session() as renderer:
         plain = renderer.render_many(scene, None, {"cloth": FORM}, LIGHTS[1:2])
         renderer.configure(keeps_terms=True)
         renderer.render_many(scene, None, {"cloth": FORM}, LIGHTS[:1])
@@ -115,12 +99,12 @@ def test_another_light_folds_kept_terms(scenes, kind):
     np.testing.assert_allclose(kept[0], plain[0][0], rtol=1e-4, atol=1e-5)
 
 
-def test_the_mark_is_in_the_upper_left_corner(scenes, kind):
+def test_the_mark_is_in_the_upper_left_corner(scenes, make_session):
     wall = shapes.plane(1.0, 1.0).placed(rotate_deg=(90, 0, 0))
     camera = Camera("c", (0, 0, 3), (0, 0, 0), (0, 1, 0), "orthographic", height=1.0, width=50, height_px=33, samples=1)
     camera = replace(camera, width=33)
     scene = scenes.scene_of([(wall, "cloth")], [scenes.sun((0.0, 0.0, 1.0))], camera)
-    with kind() as renderer:
+    with make_session() as renderer:
         xyz, _ = renderer.render(scene, None, {"cloth": FORM})
     row, column = np.unravel_index(np.argmax(xyz[..., 2]), xyz.shape[:2])
     assert row < 10 and column < 12, (row, column)

@@ -1,4 +1,4 @@
-"""Small files of every text format, and damage done to them: for tests, and for longer runs outside the suite.
+"""Small files of text formats, and damage done to them: for tests of readers, and for `fuzz`.
 
 `SMALL` maps a file name to its content, all of it made up here. `mutated(data, random.Random(seed))` damages it.
 """
@@ -66,6 +66,22 @@ NUMBERED = (
     "Title;Paints\nNo;Wavelength;Red;Blue\n;[nm];[%];[%]\n1;400;5,1;20\n2;410;6,2;21\n3;420;7,3;22\n"
     "L*(D65/10°);;30;40\na*(D65/10°);;3;4\nb*(D65/10°);;1;2\n"
 )
+TM27 = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n<IESTM2714 xmlns="iestm2714" version="1.0">\n<Header><Manufacturer>Nobody'
+    "</Manufacturer></Header><SpectralDistribution><SpectralQuantity>flux</SpectralQuantity><BandwidthFWHM>2.0"
+    "</BandwidthFWHM>\n"
+    + "".join(f'<SpectralData wavelength="{nm:.1f}">{0.01 * nm:.3f}</SpectralData>\n' for nm in range(400, 701, 20))
+    + "</SpectralDistribution></IESTM2714>\n"
+)
+CXF = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n<CxF xmlns="http://colorexchangeformat.com/CxF3-core"><Resources>'
+    '<ObjectCollection><Object ObjectType="Standard" Name="red" Id="o1"><CreationDate>2026-01-02T03:04:05Z'
+    '</CreationDate><ColorValues><ReflectanceSpectrum ColorSpecification="s">0.05 0.1 0.4 0.8</ReflectanceSpectrum>'
+    "</ColorValues></Object></ObjectCollection><ColorSpecificationCollection>"
+    '<ColorSpecification Id="s"><MeasurementSpec><MeasurementType>Spectrum_Reflectance</MeasurementType>'
+    '<WavelengthRange StartWL="380" Increment="10"/></MeasurementSpec></ColorSpecification>'
+    "</ColorSpecificationCollection></Resources></CxF>"
+)
 
 SMALL = {
     "pairs.csv": PAIRS.encode(),
@@ -81,6 +97,8 @@ SMALL = {
     "display.ccss": LAMP.replace("SPECT\n", "CCSS\n").encode(),
     "lamp.spd": b"# power\n400 1.0\n410 2.0\n420 1.5\n",
     "clear.usr": GLAZING.encode(),
+    "flux.spdx": TM27.encode(),
+    "red.cxf": CXF.encode(),
 }
 
 _ODD = (b'"', b",", b"\t", b"\n", b";", b"#", b"\r", b"1e999", b"nan", b"-", b"9" * 400, b"\0", b"\xff\xfe", b" " * 300)
