@@ -21,10 +21,10 @@ from jaxtyping import Float, Int, UInt16
 from ...runtime.code_hash import files_hash
 from ...runtime.files import check_writable, made_folder
 from ...runtime.fingerprint import fingerprint
+from ...runtime.kept_arrays import UNREADABLE, read_arrays, write_arrays
 from ...runtime.worker_pool import numbered
 from ..scene import Scene
 from ..visibility.cache_limits import most_bytes, pruned, used
-from ..visibility.kept_arrays import UNREADABLE, read_arrays, write_arrays
 from .bodies import Bodies
 from .hits import RAYS, Hits, RayTracer, blocks_of, check_rays_fit, hits_of
 from .on_cluster import traced_on_cluster

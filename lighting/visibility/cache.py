@@ -17,10 +17,10 @@ import numpy as np
 from ...runtime.code_hash import files_hash
 from ...runtime.files import check_writable, made_folder
 from ...runtime.fingerprint import fingerprint
+from ...runtime.kept_arrays import UNREADABLE, read_arrays, write_arrays
 from ..scene import Scene
 from .cache_limits import most_bytes, pruned, used
 from .half_space import Before
-from .kept_arrays import UNREADABLE, read_arrays, write_arrays
 from .precompute import SAID_FROM_SECONDS, Progress, SeenPoints, computed_visibility, visibility_cost
 from .refinement import cuts
 from .sites import nothing_hides, pieces_of

@@ -9,11 +9,15 @@ be none.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
+from ...runtime.code_hash import files_hash
+from ...runtime.disk_cache import cache_folder
+from ...runtime.kept_arrays import kept
 from ..analytic.metallic_roughness import schlick
 from ..slices.fit import mixtures
 from ..slices.view_slices import places_of
@@ -28,6 +32,8 @@ RATIO = 1.5
 KINDS = 4
 #: Under a coat also those of body and facets with the fall twice over, which the coat's own multiplies them by.
 COATED_KINDS = 6
+# Rooms of `materials` whose code decides them.
+_CODE = ("analytic", "core", "slices", "svbrdf")
 # What counts where Gaussians are placed: highlights, at grazing those that all materials share the more; of the body
 # they only take what its bent cosine leaves over.
 _COUNTS = np.array([0.1, 0.1, 1.0, 4.0])
@@ -161,6 +167,20 @@ def _slices(alphas: tuple[float, ...], coated: bool) -> FacetSlices:
 
 @lru_cache(maxsize=64)
 def _of_alpha(alpha: float, coated: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Kept from run to run in the user's cache, by the code that works it out."""
+    name = f"{_code()[:16]}-{float(alpha).hex()}{'-coated' if coated else ''}.npz"
+    held = kept(cache_folder("facets") / name, partial(_worked_out, alpha, coated))
+    return held["directions"], held["widths"], held["values"]
+
+
+@cache
+def _code() -> str:
+    root = Path(__file__).parents[2]
+    files = [file for folder in _CODE for file in (root / "materials" / folder).rglob("*.py")]
+    return files_hash(root, files, ("numpy", "scipy"))
+
+
+def _worked_out(alpha: float, coated: bool) -> dict[str, np.ndarray]:
     counts = _COATED_COUNTS if coated else _COUNTS
 
     def terms(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
@@ -173,4 +193,4 @@ def _of_alpha(alpha: float, coated: bool) -> tuple[np.ndarray, np.ndarray, np.nd
         return counts * np.stack(kinds, axis=1)
 
     directions, sharpness, values = mixtures(terms, len(counts), True, LOBES)
-    return directions[:, 0], -np.log(sharpness[:, 0]), values[:, 0] / counts
+    return {"directions": directions[:, 0], "widths": -np.log(sharpness[:, 0]), "values": values[:, 0] / counts}

@@ -35,9 +35,9 @@ from kills import contents
 from metamer.benchmarks.importing import command as import_command
 from metamer.benchmarks.importing import generated
 from metamer.benchmarks.timing import command, write_json
-from metamer.lighting.visibility.kept_arrays import read_arrays
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.runtime.files import half_written
+from metamer.runtime.kept_arrays import read_arrays
 
 LIMIT_S = 3.0
 # A command that goes on for longer after a signal, and ends as if there had been none, has not heard it.

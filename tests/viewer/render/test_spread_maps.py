@@ -12,6 +12,7 @@ from metamer.lighting.visibility import refinement
 from metamer.materials.core.directions import spherical
 from metamer.materials.core.points import Points
 from metamer.materials.slices.fit import view_slices
+from metamer.materials.svbrdf import facet_slices as slices_module
 from metamer.materials.svbrdf.facet_slices import facet_slices
 from metamer.materials.svbrdf.facets import facets, spread_of
 from metamer.materials.svbrdf.map_set import Placement
@@ -321,6 +322,19 @@ def test_between_two_alphas_slices_are_about_what_their_own_would_be():
 def test_slices_are_shared_by_range():
     assert facet_slices(0.21, 0.5) is facet_slices(0.22, 0.6)
     assert len(facet_slices(0.3, 0.3).alphas) == 1
+
+
+@pytest.mark.parametrize("wet", [False, True], ids=["bare", "coated"])
+def test_slices_are_kept_bit_for_bit_by_alpha_coat_and_code(tmp_path, monkeypatch, wet):
+    """As another process finds them."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    made, read = (each.__wrapped__(0.3, wet) for each in (slices_module._of_alpha,) * 2)
+    for one, other in zip(made, read, strict=True):
+        np.testing.assert_array_equal(one, other)
+    slices_module._of_alpha.__wrapped__(0.3000001, wet)
+    monkeypatch.setattr(slices_module, "_code", lambda: "another")
+    slices_module._of_alpha.__wrapped__(0.3, wet)
+    assert len(list((tmp_path / "metamer" / "facets").iterdir())) == 3
 
 
 @pytest.mark.slow_cases("hardware-bare", "hardware-coated")

@@ -1,19 +1,39 @@
-"""A file of arrays that is kept to be read again: written whole, and believed only where it holds what was written."""
+"""Files of arrays that are kept to be read again: written whole, and believed only where they hold what was written."""
 
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
-from ...runtime.files import written_whole
-from ...runtime.fingerprint import fingerprint
+from .errors import InputError
+from .files import made_folder, written_whole
+from .fingerprint import fingerprint
 
 #: What reading a file that is damaged raises, and one that is none.
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
 _DIGEST = "digest"
+# Files in a folder of small results.
+_MOST_KEPT = 200
+
+
+def kept(file: Path, make: Callable[[], Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Read arrays from a file, or make them and keep them there, where that can be done.
+
+    For what is small and a pure function of the file's name: the folder keeps the 200 that were made last.
+    """
+    with suppress(*UNREADABLE):
+        return read_arrays(file)
+    found = dict(make())
+    with suppress(InputError, OSError):
+        made_folder(file.parent)
+        write_arrays(file, found)
+        for old in sorted(file.parent.iterdir(), key=lambda each: each.stat().st_mtime)[:-_MOST_KEPT]:
+            old.unlink()
+    return found
 
 
 def write_arrays(file: Path, content: Mapping[str, np.ndarray]) -> None:
