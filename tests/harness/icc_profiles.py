@@ -84,12 +84,12 @@ def _from_lightness(lab: np.ndarray) -> np.ndarray:
     return D50_XYZ * np.where(f > 6 / 29, f**3, 3 * (6 / 29) ** 2 * (f - 4 / 29))
 
 
-def _shown(codes: np.ndarray) -> np.ndarray:
-    return codes**GAMMA @ COLUMNS.T
+def _shown(codes: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    return codes**GAMMA @ columns.T
 
 
-def _sent(xyz_d50: np.ndarray) -> np.ndarray:
-    return np.clip(xyz_d50 @ np.linalg.inv(COLUMNS).T, 0.0, 1.0) ** (1.0 / GAMMA)
+def _sent(xyz_d50: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    return np.clip(xyz_d50 @ np.linalg.inv(columns).T, 0.0, 1.0) ** (1.0 / GAMMA)
 
 
 def _packed(values: np.ndarray, wide=True) -> bytes:
@@ -97,21 +97,22 @@ def _packed(values: np.ndarray, wide=True) -> bytes:
     return np.round(np.clip(values, 0.0, 1.0) * top).astype(kind).tobytes()
 
 
-def _cubes(pcs: bytes, legacy: bool, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _cubes(pcs: bytes, legacy: bool, count: int, columns: np.ndarray = COLUMNS) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the cube to the connection space and of that back."""
     codes = _grid(count)
     if pcs == b"XYZ ":
         scale = 32768.0 / 65535.0
-        return _shown(codes) * scale, _sent(codes / scale)
+        return _shown(codes, columns) * scale, _sent(codes / scale, columns)
     scale = 65280.0 / 65535.0 if legacy else 1.0
     size, first = np.array([100.0, 255.0, 255.0]), np.array([0.0, -128.0, -128.0])
-    return (_lightness(_shown(codes)) - first) / size * scale, _sent(_from_lightness(codes / scale * size + first))
+    lab = (_lightness(_shown(codes, columns)) - first) / size * scale
+    return lab, _sent(_from_lightness(codes / scale * size + first), columns)
 
 
-def old_tables(pcs=b"Lab ", wide=True, count=17, **how) -> bytes:
+def old_tables(pcs=b"Lab ", wide=True, count=17, columns=COLUMNS, **how) -> bytes:
     """Tables of lut16Type, or lut8Type."""
     tags, ramp = {}, np.tile(np.linspace(0.0, 1.0, 2 if wide else 256), 3)
-    for tag, cube in zip((b"A2B0", b"B2A0"), _cubes(pcs, wide, count), strict=True):
+    for tag, cube in zip((b"A2B0", b"B2A0"), _cubes(pcs, wide, count, columns), strict=True):
         head = (b"mft2" if wide else b"mft1") + bytes(4) + bytes([3, 3, count, 0])
         head += b"".join(map(number, np.eye(3).ravel())) + (struct.pack(">HH", 2, 2) if wide else b"")
         tags[tag] = head + _packed(ramp, wide) + _packed(cube, wide) + _packed(ramp, wide)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from ...calibration.display.icc_profile import PREFIX
 from ...calibration.report import plots
@@ -46,6 +46,7 @@ class Showing:
         self._marked = FullScreen(context, "marked.frag")
         self._passes: dict[tuple[DisplayTransform, bool], DisplayPass] = {}
         self._spare: list[moderngl.Texture] = []
+        self._beyond: moderngl.Texture | None = None
         self._textures: tuple[moderngl.Texture, moderngl.Texture] | None = None
 
     def release(self) -> None:
@@ -68,10 +69,12 @@ class Showing:
         whites: Whites,
         session: Session,
         display: DisplayTransform,
+        beyond: UInt8[np.ndarray, "h w"] | None = None,
     ) -> moderngl.Texture:
         """Draw what is sent to the display, rows from the top; good until the next call.
 
         differences : as `DifferencePass` makes them; asked for where the session shows their map alone.
+        beyond : of a display that `needs_beyond`, what `queries.beyond` finds of `compared`; None: nothing is marked.
         """
         size = canvases[0].size
         xyz_d65, shown = self._targets(size)
@@ -103,9 +106,19 @@ class Showing:
         if not warned:
             return self._encoded(xyz_d65, display, shown)
         sent = self._encoded(xyz_d65, display, self._float(2, size))
-        numbers = {"tolerance": CLIP_TOLERANCE, "stripe": STRIPE}
-        self._marked.draw(shown, {"sent": sent, "limited": limited or sent}, numbers)
+        tabled = needs_beyond(session, display)
+        numbers = {"tolerance": CLIP_TOLERANCE, "stripe": STRIPE, "tabled": tabled}
+        samplers = {"sent": sent, "limited": limited or sent}
+        if tabled:
+            samplers["beyond"] = self._sides(size, beyond)
+        self._marked.draw(shown, samplers, numbers)
         return shown
+
+    def _sides(self, size: tuple[int, int], beyond: UInt8[np.ndarray, "h w"] | None) -> moderngl.Texture:
+        if self._beyond is None:
+            self._beyond = self._sized.texture(size, 1, dtype="f1")
+        self._beyond.write(bytes(size[0] * size[1]) if beyond is None else np.ascontiguousarray(beyond).tobytes())
+        return self._beyond
 
     def _encoded(
         self, taken: moderngl.Texture, display: DisplayTransform, onto: moderngl.Texture, back: bool = False
@@ -141,8 +154,16 @@ class Showing:
         if self._textures is None or self._textures[0].size != size:
             self._sized.release()
             self._spare.clear()
+            self._beyond = None
             self._textures = self._sized.texture(size, 4), self._sized.texture(size, 4, dtype="f1")
         return self._textures
+
+
+def needs_beyond(session: Session, display: DisplayTransform) -> bool:
+    """Return whether the gamut warning of a session needs `queries.beyond`: codes of tables end at the gamut."""
+    if not session.shown.gamut_warning or session.seen == "difference" or session.shown.proof:
+        return False
+    return display.profile is not None and display.profile.has_limits
 
 
 def to_display(white: Float[np.ndarray, "3"], adaptation: Adaptation) -> Float[np.ndarray, "3 3"]:

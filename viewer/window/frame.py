@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from ...calibration.report.statistics import DeltaEStatistics, delta_e_statistics
 from ...materials.catalogue.catalogue import Catalogue
@@ -53,6 +53,7 @@ class Frame(CanvasRenderer):
         self._differed = -1, ""
         self._counted: tuple[tuple, DeltaEStatistics | None, float] | None = None
         self.display: DisplayTransform = display_for(sources.scene.viewing)
+        self._beyond: UInt8[np.ndarray, "h w"] | None = None
         self.problem: str | None = None
         self.texture: moderngl.Texture | None = None
 
@@ -90,7 +91,7 @@ class Frame(CanvasRenderer):
         except InputError as reason:
             self.problem = str(reason)
             return Work.NOTHING
-        self.problem, self._to_show = None, True
+        self.problem, self._to_show, self._beyond = None, True, None
         self._session, self.sides = session, sides
         self._resize(size)
         if asked > Work.SHOW:
@@ -162,6 +163,16 @@ class Frame(CanvasRenderer):
         """Work until the picture is exact."""
         while self.step(1.0):
             pass
+
+    @property
+    def compared(self) -> moderngl.Texture | None:
+        """XYZ of the display's white that was sent last; None before anything was."""
+        return None if self.texture is None else self._showing.compared
+
+    def mark(self, beyond: UInt8[np.ndarray, "h w"]) -> None:
+        """Mark the pixels that `queries.beyond` found in what was sent last, until something else is shown."""
+        if beyond is not self._beyond:
+            self._beyond, self._to_show = beyond, True
 
     def statistics(self) -> tuple[DeltaEStatistics | None, float]:
         """Statistics of ΔE with A as the reference, once the picture is exact: over all pixels that are compared, and
@@ -266,5 +277,5 @@ class Frame(CanvasRenderer):
 
     def _show_now(self, session: Session) -> None:
         differences = self._differ() if session.seen == "difference" else self._differences
-        self.texture = self._showing.draw(self.canvases, differences, self.whites, session, self.display)
+        self.texture = self._showing.draw(self.canvases, differences, self.whites, session, self.display, self._beyond)
         self._to_show = False

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from ...calibration.report.statistics import DeltaEStatistics, delta_e_statistics
 from ...lighting.environment.environment import mixture
@@ -48,6 +48,7 @@ class ImageFrame:
         self._whites: list[Float[np.ndarray, "3"]] = [np.ones(3), np.ones(3)]
         self._drawn, self._counted = 0, (None, None, 0.0)
         self._to_show = False
+        self._beyond: UInt8[np.ndarray, "h w"] | None = None
         self.quality, self.reached = Quality.NONE, 0.0
         self.display = DisplayTransform()
         self.problem: str | None = None
@@ -79,6 +80,7 @@ class ImageFrame:
             self.problem = str(reason)
             return Work.NOTHING
         self.problem, self._session, self.display, self._to_show = None, session, display, True
+        self._beyond = None
         self.quality, self.reached = Quality.EXACT, 1.0
         if asked > Work.SHOW:
             self.seconds["light, observer"] = time.perf_counter() - begun
@@ -91,11 +93,21 @@ class ImageFrame:
             if self._session.seen == "difference":
                 self._differ(self._session)
             self.texture = self._showing.draw(
-                self.canvases, self._differences, self.whites, self._session, self.display
+                self.canvases, self._differences, self.whites, self._session, self.display, self._beyond
             )
             self._to_show = False
             self.seconds["display"] = time.perf_counter() - begun
         return False
+
+    @property
+    def compared(self) -> moderngl.Texture | None:
+        """XYZ as of `Frame`."""
+        return None if self.texture is None else self._showing.compared
+
+    def mark(self, beyond: UInt8[np.ndarray, "h w"]) -> None:
+        """Mark pixels as of `Frame`."""
+        if beyond is not self._beyond:
+            self._beyond, self._to_show = beyond, True
 
     def statistics(self) -> tuple[DeltaEStatistics | None, float]:
         """Statistics as of `Frame`."""

@@ -6,9 +6,10 @@ from collections.abc import Hashable, Sequence
 from typing import Any
 
 from .canvas_readback import read_box
+from .display_pass import needs_beyond
 from .frame import Frame
 from .image_frame import ImageFrame
-from .queries import Asking, clipping, plan_of
+from .queries import Asking, beyond, clipping, plan_of
 from .state import Session
 
 
@@ -27,6 +28,19 @@ def count_clipped(asking: Asking, frame: Frame | ImageFrame | None, session: Ses
     found = read_box(frame.canvases[number], slice(0, height), slice(0, width)).copy()
     white, display = frame.whites[number], frame.display
     asking.ask("clipping", key, lambda: clipping(found[..., :3], found[..., 3], white, session, display), again=False)
+
+
+def mark_beyond(asking: Asking, frame: Frame | ImageFrame | None, session: Session, seen: Hashable) -> None:
+    """Ask which pixels the display cannot show, where codes do not say it, and have the frame mark them."""
+    if frame is None or frame.compared is None or not needs_beyond(session, frame.display):
+        return
+    key = session, frame.display, seen
+    if (found := asking.answer("beyond", key)) is not None:
+        frame.mark(found.result)
+    elif not asking.busy("beyond"):
+        width, height = frame.compared.size
+        xyz_d65, display = read_box(frame.compared, slice(0, height), slice(0, width))[..., :3].copy(), frame.display
+        asking.ask("beyond", key, lambda: beyond(xyz_d65, display), again=False)
 
 
 def ask_plan(asking: Asking, frame: Frame | ImageFrame | None, lights: Sequence[str], catalogue: Any) -> None:

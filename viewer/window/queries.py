@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, UInt8
 
 from ...lighting.plan import ScenePlan, plan_scene
 from ...lighting.scene_file.lamps import lamp
@@ -114,3 +114,9 @@ def clipping(
     behind = (1.0 - coverage.astype(np.float64))[..., None] * surround_xyz(session.surround)
     sent = 2.0**session.exposure * xyz.astype(np.float64) @ adapt.T + behind
     return display.encode(ColourImage(sent, "xyz_d65", white))[1]
+
+
+def beyond(xyz_d65: Float[np.ndarray, "H W 3"], display: DisplayTransform) -> UInt8[np.ndarray, "H W"]:
+    """Find the pixels that a display cannot show: 1 below its range (out of gamut), 2 above, 0 elsewhere."""
+    below, above = display.out_of_range(xyz_d65, display.apply(xyz_d65))
+    return np.where(above, 2, below).astype(np.uint8)

@@ -11,7 +11,8 @@ from metamer.spectral.observers import observer
 from metamer.viewer.display.proof import Proof
 from metamer.viewer.display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, PINNED_CONFIG, DisplayTransform
 from metamer.viewer.gl.resources import Owner
-from metamer.viewer.window.display_pass import STRIPE, Showing, display_of, surround_xyz
+from metamer.viewer.window.display_pass import STRIPE, Showing, display_of, needs_beyond, surround_xyz
+from metamer.viewer.window.queries import beyond
 from metamer.viewer.window.state import Adaptation, Compare, DisplaySettings, Session
 
 ROWS, COLUMNS = 24, 40
@@ -187,6 +188,32 @@ def test_a_warning_marks_the_pixels_that_are_clipped_and_no_others(showing, text
     assert above.any() and below.any() == (proof is not None)
     wanted = np.where(above[..., None], (255, 0, 0), np.where(below[..., None], (0, 0, 255), plain))
     np.testing.assert_array_equal(found, wanted)
+
+
+def test_what_is_beyond_the_tables_of_a_profile_is_marked_once_it_is_known(
+    showing, textures, differences, canvases, tmp_path
+):
+    """Its codes end at its gamut: they tell nothing."""
+    (tmp_path / "desk.icc").write_bytes(old_tables(name="Desk"))
+    display = DisplayTransform(f"icc:{tmp_path / 'desk.icc'}")
+    plain = shown(showing, textures, differences, Session(), display).copy()
+    warned = Session(shown=DisplaySettings(gamut_warning=True))
+    assert needs_beyond(warned, display) and not needs_beyond(Session(), display)
+    np.testing.assert_array_equal(shown(showing, textures, differences, warned, display), plain)
+    xyz = in_numpy(canvases[0], WHITES[0], warned)
+    compared = np.frombuffer(showing.compared.read(), dtype=np.float32).reshape(ROWS, COLUMNS, 4)[..., :3]
+    np.testing.assert_allclose(compared, xyz, atol=1e-5)
+    found = beyond(compared, display)
+    assert {1, 2} <= set(found.ravel().tolist()) and (found == 0).any()
+    marked = showing.draw(textures, differences, WHITES, warned, display, found)
+    rows, columns = np.mgrid[:ROWS, :COLUMNS]
+    band = (rows + columns) // STRIPE % 4
+    above, below = (found == 2) & (band == 0), (found == 1) & (band == 2)
+    wanted = np.where(above[..., None], (255, 0, 0), np.where(below[..., None], (0, 0, 255), plain))
+    got = np.frombuffer(marked.read(), dtype=np.uint8).reshape(ROWS, COLUMNS, 4)[..., :3]
+    np.testing.assert_array_equal(got, wanted)
+    # Another picture is not marked by what was found of this one.
+    np.testing.assert_array_equal(shown(showing, textures, differences, warned, display), plain)
 
 
 def test_turned_round_transforms_undo_themselves(gl):

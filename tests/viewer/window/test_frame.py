@@ -1,9 +1,11 @@
 """Frames from session to session: no more is done than changes ask for, and what settles is the headless picture."""
 
+import time
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from icc_profiles import DULL, old_tables
 from metamer.runtime.errors import UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
@@ -13,13 +15,17 @@ from metamer.viewer.gl.live import LiveSession
 from metamer.viewer.gl.tile import read
 from metamer.viewer.render import geometry
 from metamer.viewer.window import canvas_renderer
+from metamer.viewer.window.canvas_readback import read_codes
 from metamer.viewer.window.canvas_renderer import Quality
 from metamer.viewer.window.choices import opened
 from metamer.viewer.window.coarseness import Coarseness
+from metamer.viewer.window.display_pass import STRIPE
 from metamer.viewer.window.frame import Frame
 from metamer.viewer.window.light_choice import LightChoice
+from metamer.viewer.window.picture_statistics import mark_beyond
+from metamer.viewer.window.queries import Asking, beyond
 from metamer.viewer.window.sides import SessionObjects
-from metamer.viewer.window.state import Compare, Other, Session, Subject
+from metamer.viewer.window.state import Compare, DisplaySettings, Other, Session, Subject
 from metamer.viewer.window.viewpoint import orbited
 from metamer.viewer.window.work import WORK_OF, Work, work
 
@@ -282,3 +288,38 @@ def test_whites_are_those_of_each_sides_light(frame, session):
     for white, light, who in zip(frame.whites, ("D65", "A"), ("1931_2", "1964_10"), strict=True):
         lit = frame.sides[0].scene.with_illuminant(illuminant(light)) if light == "A" else frame.sides[0].scene
         np.testing.assert_allclose(white, replace(lit, observer=observer(who)).adopted_white())
+
+
+def test_what_is_beyond_a_profile_is_marked_in_the_picture_that_stands_still(frame, session, tmp_path):
+    (tmp_path / "dull.icc").write_bytes(old_tables(columns=DULL, name="Dull"))
+    shown = DisplaySettings(display=f"icc:{tmp_path / 'dull.icc'}", gamut_warning=True)
+    asking = Asking()
+    try:
+
+        def codes(now):
+            frame.show(now, SIZE)
+            frame.settle()
+            plain = read_codes(frame.texture)
+            mark_beyond(asking, frame, now, "seen")
+            end = time.monotonic() + 30.0
+            while asking.busy():
+                assert time.monotonic() < end, "what is beyond is not found"
+                time.sleep(0.01)
+                asking.poll()
+            mark_beyond(asking, frame, now, "seen")
+            frame.step()
+            return plain, read_codes(frame.texture)
+
+        # Darker by two stops, too: nothing of the picture before is marked.
+        for stops in (0.0, -2.0):
+            plain, marked = codes(replace(session, shown=shown, exposure=stops))
+            found = beyond(read(frame.compared)[..., :3].copy(), frame.display)
+            rows, columns = np.indices(found.shape)
+            band = (rows + columns) // STRIPE % 4
+            striped = ((found == 2) & (band == 0)) | ((found == 1) & (band == 2))
+            np.testing.assert_array_equal((plain != marked).any(axis=-1), striped)
+            assert striped.any()
+        plain, marked = codes(replace(session, shown=replace(shown, gamut_warning=False)))
+        np.testing.assert_array_equal(plain, marked)
+    finally:
+        asking.close()

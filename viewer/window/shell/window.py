@@ -20,7 +20,7 @@ from ..file_watcher import Watch, files_of_shaders
 from ..frame import Frame
 from ..image_frame import ImageFrame
 from ..picture_position import side_under
-from ..picture_statistics import count_clipped
+from ..picture_statistics import count_clipped, mark_beyond
 from ..pictures import Pictures
 from ..places import Pin, free_name
 from ..probe_reader import ProbedView, Probing
@@ -141,6 +141,7 @@ class Window:
         self._follow_picture(now)
         if self._seen is not None and time.monotonic() - self._still_since > PATIENCE_S / 2.0:
             count_clipped(self.asking, self.frame, self.desk.session, self._seen)
+            mark_beyond(self.asking, self.frame, self.desk.session, self._seen)
         waiting = self.probing.busy or self.files.busy() or self.asking.busy()
         self.busy = more or turning or self.moving or waiting
         if self._context.screen is not None:

@@ -50,8 +50,6 @@ def draw(window: Window) -> None:
         quiet("This view is tone-mapped: it is not colorimetric.")
     if imgui.checkbox("mark what is clipped", session.shown.gamut_warning)[0]:
         desk.run("display.gamut")
-    if session.shown.gamut_warning and shown.profile is not None and shown.profile.has_limits:
-        quiet("The tables of this profile end at its gamut: no stripes there. Trust counts what is beyond.")
     _proof(window, session.shown.proof or "")
     if imgui.button("Light panels" if session.interface == "dark" else "Dark panels"):
         desk.run("interface")
