@@ -35,7 +35,9 @@ _DEGREES_FIRST = re.compile(
     r"[(\[]?([-\u2212]?\d+(?:\.\d+)?)\s*(?:°|º|˚|∘|deg(?:rees?|\.)?|grad)(?![a-z])[)\]]?(.+)", re.I
 )
 # Quantity behind an angle.
-_MEASURED = re.compile(r"[ _,;(\[]+(?:%? ?R ?%?|refl(?:ectance|\.)?|reflexion|β|%)[)\]]?$", re.I)
+_MEASURED = re.compile(
+    r"[ _,;(\[]+%? ?(?:R|refl(?:ectance|\.)?|reflexion|remission|radiance factor|β|%) ?%?[)\]]?$", re.I
+)
 # Words before an angle that name no sample.
 _NO_SAMPLE = re.compile(r"r|ρ|refl(?:ectance)?|at|(?:\w+[ _-])?(?:angle|winkel)", re.I)
 _AN_ANGLE = re.compile(r"(?:^|[ _-])(?:angle|winkel)$", re.I)
@@ -158,11 +160,14 @@ def without_angle(name: str) -> str:
 
     >>> without_angle("Mystic 45as-15"), without_angle("r45as110_Silver"), without_angle("Texas 15")
     ('Mystic', 'Silver', 'Texas 15')
+    >>> without_angle("Mystic 45as15 R%"), without_angle("45as15 R%"), without_angle("%R 45as15")
+    ('Mystic', '', '')
     """
     found = ANGLE_NOTATION.search(name)
     if found is None:
         return name
-    return _joined(name[: found.start()], name[found.end() :])
+    rest = _joined(name[: found.start()], _MEASURED.sub("", name[found.end() :]))
+    return "" if _MEASURED.fullmatch(f" {rest}") else rest
 
 
 def _joined(*parts: str) -> str:
