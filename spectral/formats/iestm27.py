@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,9 +12,9 @@ from ...runtime.errors import InputError
 from ..spectrum import Quantity
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, names_its_file
-from .shared.decisions import divisor_by_format, power_per_frequency
+from .shared.decisions import SETTLED_BY, divisor_by_format, power_per_frequency
 from .shared.entry_rules import Gathering, in_visible
-from .shared.words import measured, names_power_per_frequency, names_raw, quantity_in, unit_in
+from .shared.words import measured, names_power, names_power_per_frequency, names_raw, quantity_in, unit_in
 from .shared.xml import Vocabulary, kept, number, read_xml, root_name, words
 
 if TYPE_CHECKING:
@@ -49,6 +50,8 @@ _READ = (
 SCALED = True
 
 
+# What is no spectral power, and no share of light either.
+_ANOTHER = re.compile(r"absorpt|lumin|(?<![a-z])lm(?![a-z])|lumen|(?<![a-z])cd(?![a-z])|(?<![a-z])lux|B[RST]+DF", re.I)
 # Words in place of a geometry where there is none.
 _NO_GEOMETRY = ("other", "none", "unknown", "n/a", "-")
 
@@ -100,7 +103,7 @@ def _add(
     gathered: Gathering, element: Element, name: str, about: dict[str, str], known: Vocabulary, answer: ImportOptions
 ) -> None:
     field = "SpectralData"
-    quantity, told, units = _quantity(gathered, element, known)
+    quantity, told, units = _quantity(gathered, element, known, answer)
     points = list(known.children(element, field))
     grid = np.array([number(point.get("wavelength", ""), field) for point in points])
     samples = np.array([number((point.text or "").strip(), field) for point in points])
@@ -116,23 +119,36 @@ def _add(
     gathered.add_of_format(name, grid, samples, quantity, scale, details=kept(details))
 
 
-def _quantity(gathered: Gathering, element: Element, known: Vocabulary) -> tuple[Quantity, str, str]:
-    """Return the quantity, the file's word for it, and its unit."""
+def _quantity(
+    gathered: Gathering, element: Element, known: Vocabulary, answer: ImportOptions
+) -> tuple[Quantity, str, str]:
+    """Return the quantity, the file's word for it, and its unit; an answer tells what no word does."""
     field = "SpectralQuantity"
     said = list(dict.fromkeys(words(one) for one in known.children(element, field)))
     told = said[0] if said else ""
-    quantity, units = _QUANTITIES.get(told.lower(), (measured(quantity_in(told)), told))
+    unknown = _ANOTHER.search(told) or names_raw(told)
+    named = quantity_in(told) or ("emission" if names_power(told) and not unknown else None)
+    quantity, units = _QUANTITIES.get(told.lower(), (measured(named), told))
     if len(said) > 1:
         raise InputError("two quantities of one spectrum", field=field, found=", ".join(said), expected="one")
-    if quantity == "emission" and names_power_per_frequency(told):
+    if quantity in ("emission", None) and names_power_per_frequency(told):
         raise power_per_frequency(field, told)
-    if quantity is None or names_raw(told):
+    another = names_raw(told) or (quantity is None and (unknown or named is not None))
+    if quantity is None and answer.quantity is not None and not another:
+        gathered.note(f"the import says {answer.quantity}, which SpectralQuantity {told!r} leaves open")
+        return answer.quantity, told, units
+    if quantity is None or another:
+        hint = f"write one of them into the file, or {SETTLED_BY}"
+        if told == "absorptance":
+            hint = "absorptance is what reflectance and transmittance leave of 1"
+        elif another:
+            hint = "export spectral power, or reflectance or transmittance"
         raise InputError(
             "a quantity that is no reflectance, transmittance or emission" if told else "no SpectralQuantity",
             field=field,
             found=told or None,
             expected=", ".join(_QUANTITIES),
-            hint="absorptance is what reflectance and transmittance leave of 1" if told == "absorptance" else None,
+            hint=hint,
         )
     if told.lower() not in _QUANTITIES:
         gathered.note(f"SpectralQuantity {told!r} is none of the standard's words and taken as {quantity}")

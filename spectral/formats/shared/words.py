@@ -29,7 +29,9 @@ _EMISSION = re.compile(
     r"radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
     r"spectral[ _]*power|power[ _]*distribution|"
     r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
-    r"(?<![A-Za-z])[mµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|"
+    r"(?<![A-Za-z])[kmµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|"
+    r"(?<![a-z])(?:kilo|milli|micro|nano|pico|[kmµμunp])?watts?\s*(?:/|\*|·|\.|\s|per\b)\s*"
+    r"\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m|(?:square |nano|micro|centi)?met(?:er|re)|ste?radian)|"
     r"cd\s?/\s?m|(?-i:\bLv\b|\bLUM\b)|\bCS-?[12]000A?\b|\bPR-?[67]\d\d\b|"
     r"\bCCT\b|\blux\b|\[lx\]",
     re.I,
@@ -185,10 +187,23 @@ _ILLUMINANT = (
     r"horizon|(?-i:[ABCE])"
 )
 _NAMED_ILLUMINANT = re.compile(
-    rf"(?:illumin\w*|source|light|ill)\W{{0,3}}(?:name\W{{0,3}})?(?:CIE\s*)?({_ILLUMINANT})\b", re.I
+    rf"(?:illumin\w*|lichtart|source|light|ill)(?:s|\W?\d(?=\W))?\W{{0,3}}(?:name\W{{0,3}})?(?:CIE\s*)?({_ILLUMINANT})\b",
+    re.I,
 )
 _PLAIN_ILLUMINANT = re.compile(r"(?<![A-Za-z0-9])(D\s?(?:50|55|65|75|93)|FL?\s?\d{1,2}|TL[ -]?8[345]|CWF)(?![0-9])")
 _WITH_ANGLE = re.compile(rf"(?<![A-Za-z0-9])({_ILLUMINANT})\s*[/,_ -]\s*(?:2|10)\s*(?:°|deg|º|$|[)\]])", re.I)
+_CALLED_ILLUMINANT = (
+    _NAMED_ILLUMINANT,
+    _WITH_ANGLE,
+    re.compile(r"(?<![A-Za-z0-9])(D\s?(?:50|55|65|75|93)|FL?\s?\d{1,2}|TL[ -]?8[345]|CWF)/(?:2|10)(?![\d.])"),
+)
+# A light named behind another one; a letter alone only in a list of nothing else.
+_AND = r"(?:[,;/&+]|\b(?:and|or|und|et)\b)"
+_FURTHER_ILLUMINANT = re.compile(
+    rf"\s*{_AND}\s*(?:CIE\s*)?(?:illuminant\s*)?((?!(?:CIE )?[ABCE]\b){_ILLUMINANT})(?![A-Za-z0-9])|"
+    rf"\s*{_AND}?\s*(?:CIE\s*)?(?:illuminant\s*)?({_ILLUMINANT})(?=\s*(?:{_AND}|$)|\s+(?:{_ILLUMINANT})\b)",
+    re.I,
+)
 _OBSERVER = re.compile(
     r"(?:viewing angle|field of view)\D{0,8}(2|10)\b|"
     r"(?<![\d.,])(2|10)(?:\.0+)?\s*(?:°|º|deg|_?degree)|observer\w*\W{0,4}(?:angle\W{0,4})?(?:CIE\s*)?(2|10|1931|1964)\b|"
@@ -386,10 +401,39 @@ def illuminant_in(words: str) -> str | None:
     words = _one_line(words).strip("\"'")
     exact = re.fullmatch(rf"(?:CIE\s*)?(?:(?:std|standard)\.?\s*)?(?:illuminant\s*)?({_ILLUMINANT})", words, re.I)
     found = exact or _NAMED_ILLUMINANT.search(words) or _WITH_ANGLE.search(words) or _PLAIN_ILLUMINANT.search(words)
-    if found is None:
-        return None
-    name = re.sub(r"\s", "", found[1]).upper()
-    return re.sub(r"^F(?=\d)", "FL", name)
+    return None if found is None else _illuminant(found[1])
+
+
+def _illuminant(name: str) -> str:
+    return re.sub(r"^F(?=\d)", "FL", re.sub(r"\s", "", name).upper())
+
+
+def illuminants_in(lines: str) -> tuple[str, ...]:
+    """Return all illuminants that lines name, each once; lights that only stand in a line count where none is called
+    one, and with it where they follow it.
+
+    >>> illuminants_in("Illuminant: D65"), illuminants_in("Illuminants: D65, A"), illuminants_in("D65/10 A/10")
+    (('D65',), ('D65', 'A'), ('D65', 'A'))
+    """
+    called: list[str] = []
+    plain: list[str] = []
+    for line in map(_one_line, lines.splitlines()):
+        matches = sorted((one for each in _CALLED_ILLUMINANT for one in each.finditer(line)), key=re.Match.start)
+        strong = [_and_further(match, line) for match in matches]
+        weak = [_and_further(match, line) for match in _PLAIN_ILLUMINANT.finditer(line)]
+        named = {name for names in strong for name in names}
+        called += [name for names in [*strong, *(names for names in weak if named & set(names))] for name in names]
+        plain += [name for names in weak for name in names]
+    return tuple(dict.fromkeys(called or plain))
+
+
+def _and_further(found: re.Match[str], line: str) -> list[str]:
+    """Return the illuminant that was found and those that are listed behind it."""
+    names = [_illuminant(found[1])]
+    while further := _FURTHER_ILLUMINANT.match(line, found.end()):
+        names.append(_illuminant(further[1] or further[2]))
+        found = further
+    return names
 
 
 def observer_in(words: str) -> str | None:
@@ -398,7 +442,18 @@ def observer_in(words: str) -> str | None:
     if words in _ANGLE:
         return _ANGLE[words]
     found = _OBSERVER.search(words)
-    return _ANGLE[next(group for group in found.groups() if group)] if found else None
+    return None if found is None else _observer(found)
+
+
+def _observer(found: re.Match[str]) -> str:
+    return _ANGLE[next(group for group in found.groups() if group)]
+
+
+def observers_in(lines: str) -> tuple[str, ...]:
+    """Return all standard observers that lines name, each once; an angle alone counts where none is called one."""
+    of_lines = [list(_OBSERVER.finditer(_one_line(line))) for line in lines.splitlines()]
+    called = [matches for matches in of_lines if any(match[2] is None for match in matches)]
+    return tuple(dict.fromkeys(_observer(match) for matches in called or of_lines for match in matches))
 
 
 def condition_in(words: str) -> str | None:

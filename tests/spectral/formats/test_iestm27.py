@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats import iestm27
+from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
 
 HEADER = "<Manufacturer>Acme</Manufacturer><Description>lamp 3</Description><ReportNumber>R7</ReportNumber>"
@@ -143,3 +144,28 @@ def test_a_unit_in_place_of_the_quantity_is_taken_and_said(written, unit):
     assert file.entries[0].spectrum.quantity == "emission" and file.entries[0].details["units"] == unit
     assert any(unit in note and "emission" in note for note in file.notes)
     assert "none of" not in refusal(written(document(quantity="sone")))
+
+
+@pytest.mark.parametrize(
+    "told", ["Watt/nm", "watts per nanometer", "W/nm", "kW/nm", "Spectral flux", "mW/(m² nm)", "µWatt/cm²/nm", "power"]
+)
+def test_power_by_any_name_is_emission(written, told):
+    (entry,) = iestm27.read(written(document(told))).entries
+    assert entry.spectrum.quantity == "emission" and entry.details["units"] == told
+
+
+@pytest.mark.parametrize("told", ["other", "unknown", "arbitrary", ""])
+def test_what_the_file_does_not_say_the_import_may(written, told):
+    path = written(document(told))
+    assert "--as reflectance" in refusal(path)
+    (entry,) = read_spectra(path, ImportOptions("emission")).entries
+    assert entry.spectrum.quantity == "emission"
+    (entry,) = read_spectra(path, ImportOptions("reflectance", "fraction")).entries
+    assert entry.spectrum.quantity == "reflectance"
+
+
+@pytest.mark.parametrize("told", ["absorptance", "counts", "photon flux", "lm/nm", "luminous flux", "W/Hz", "BRDF"])
+def test_what_is_another_quantity_no_answer_makes_one_of_ours(written, told):
+    with pytest.raises(InputError) as caught:
+        read_spectra(written(document(told)), ImportOptions("emission"))
+    assert "SpectralQuantity" in str(caught.value) and "--as" not in str(caught.value)
