@@ -18,8 +18,10 @@ from ...runtime.errors import InputError
 from ...runtime.files import read_text
 from ..spectrum import Quantity, Spectrum, check_values
 from ..wavelengths import validated_wavelengths
+from .colours_only import UnclearColoursError, read_colours
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import HEAD, SpectralFile, names_its_file
+from .shared.decisions import colours_alone
 from .shared.text import head_text, is_jcamp, is_number
 from .tables.dialect import LONGEST_LINE, comment, dialect_of, two_numbers
 from .tables.entries import gathered
@@ -77,7 +79,23 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     InputError
         No table of wavelengths and numbers, or none of its spectra can be used.
     """
-    return gathered(parse_table(path, answer), path, NAME, answer)
+    try:
+        table = parse_table(path, answer)
+    except InputError:
+        _refuse_colours(path)
+        raise
+    return gathered(table, path, NAME, answer)
+
+
+def _refuse_colours(path: Path) -> None:
+    """Refuse a table of colours that has no spectra by what it is."""
+    try:
+        found = f"{len(read_colours(path))} of them"
+    except UnclearColoursError:
+        found = "columns of them"
+    except InputError:
+        return
+    raise colours_alone(found)
 
 
 @names_its_file

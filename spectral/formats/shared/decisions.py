@@ -40,6 +40,11 @@ _ABOVE_PERCENT = 200.0
 SETTLED_BY = "say it: --as reflectance, transmittance, emission or radiance-factor"
 #: What to do with a file of raw counts.
 NO_COUNTS = "export what the instrument makes of them: irradiance, or reflectance against a white reference"
+#: What to do with a file of colours that has no spectra.
+COLOURS_ALONE = (
+    "export the measurement with its spectra: a colour alone does not tell how it looks in another light; "
+    "metamer match compares colours as they are"
+)
 # A surface as dark at all wavelengths, as a fraction, is a trap for light, or a radiance: black paints send back more.
 _BLACKEST = 0.01
 # A black in percent may read less, and a white more: that one table has both below one per cent does not happen.
@@ -242,6 +247,16 @@ def refuse_sensitivity(alike: Iterable[Likeness | None], field: str) -> None:
                 expected="reflectance, transmittance or emission",
                 hint="colour-matching functions, cone fundamentals and responses of sensors are not imported",
             )
+
+
+def colours_alone(found: str) -> InputError:
+    """Return the refusal of a table that has colours and no spectra."""
+    return InputError(
+        "colours of CIELAB or XYZ, and no spectra",
+        found=found,
+        expected="reflectance, transmittance or emission at wavelengths",
+        hint=COLOURS_ALONE,
+    )
 
 
 def power_per_frequency(field: str, found: str) -> InputError:

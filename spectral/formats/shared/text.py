@@ -18,8 +18,9 @@ _WIDE = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 # What no text holds: control characters other than tab, line and page ends, escape.
 _BINARY = re.compile(r"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 
-# One in so many bytes of a text may be NUL.
-_MOST_FILLED = 3
+# What fills up fixed fields of a text, and how many characters there are to each such run at least.
+_FILLED = re.compile(rb"\0+")
+_LEAST_BETWEEN = 20
 
 _JCAMP = re.compile(r"\s{0,99}##\s?(?:TITLE|JCAMP-?DX)\s{0,9}=", re.I)
 
@@ -32,12 +33,12 @@ def decoded(data: bytes) -> str | None:
     if encoding := _WIDE.get(data[:2]):
         text = data[2:].decode(encoding, errors="replace")
     else:
-        # Fixed fields of a header are filled up with NUL; half of a text in UTF-16 without its mark is NUL, too.
-        filled = data.count(b"\0")
-        if filled:
-            if _MOST_FILLED * filled > len(data):
+        # Fixed fields of a header are filled up with NUL, which parts what stands before and behind it; half of a text
+        # in UTF-16 without its mark is NUL, too.
+        if data.count(b"\0"):
+            data, runs = _FILLED.subn(b" ", data)
+            if _LEAST_BETWEEN * runs > len(data):
                 return None
-            data = data.replace(b"\0", b"")
         try:
             text = data.decode("utf-8-sig")
         except UnicodeDecodeError:

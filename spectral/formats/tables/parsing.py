@@ -11,8 +11,9 @@ from pathlib import Path
 from ....runtime.errors import InputError
 from ...measurement import is_condition
 from ..import_options import NO_ANSWER, ImportOptions
+from ..shared.decisions import colours_alone
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
-from ..shared.words import quantity_in
+from ..shared.words import colour_axis, quantity_in
 from .axis import axis_unit
 from .dialect import Dialect, check_lengths, comment
 from .layout import (
@@ -35,6 +36,9 @@ from .section import SHOWN_LINES, Column, Section, Text, trimmed
 
 # Key of a reading's name in a line of its own.
 _READING = re.compile(r"(?:measurement|messung|reading|scan|spectrum|spektrum|run|file)[ _-]*(?:name|id|no\.?)?", re.I)
+# Rows that the end of the last line is compared with; and what is before the decimals of a number.
+_COMPARED_ROWS = 12
+_TO_MARK = re.compile(r"[^.,]*")
 # Rows of a further table, from its first, that say where its wavelengths are.
 _FIRST_ROWS = 6
 
@@ -70,7 +74,31 @@ def parse_table(path: Path, answer: ImportOptions = NO_ANSWER) -> TextTable:
         No table, two ways to read it, rows cut short or longer than the header, words among the wavelengths, an axis of
         wavenumbers, or a further table whose header cannot be told.
     """
-    return parse_lines(read_lines(path), answer)
+    lines = read_lines(path)
+    _check_end(lines)
+    return parse_lines(lines, answer)
+
+
+def _check_end(lines: Sequence[str]) -> None:
+    """Refuse a last number without the end of its line that is shorter than every other of its column."""
+    if not lines[-1].strip():
+        return
+    *before, last = [_decimals(line) for line in lines[-_COMPARED_ROWS - 1 :] if line.strip()]
+    usual = before[-1] if before else ""
+    if before == [usual] * _COMPARED_ROWS and last != usual and usual.startswith(last):
+        raise InputError(
+            "the last number is cut short",
+            field=f"line {len(lines)}",
+            found=f"{shortened(lines[-1][-40:])!r} and no end of the line",
+            expected=f"{len(usual) - 1} characters behind the decimal mark, as above it",
+            hint="the file may be truncated: export it again; where it is whole, end its last line",
+        )
+
+
+def _decimals(line: str) -> str:
+    """Return what stands from the decimal mark of the last cell on, each digit as 0."""
+    between = next((mark for mark in ";\t" if mark in line), None if " " in line.strip() else ",")
+    return _TO_MARK.sub("", re.sub(r"\d", "0", (line.split(between) or [""])[-1].strip()), count=1)
 
 
 def parse_lines(lines: list[str], answer: ImportOptions = NO_ANSWER) -> TextTable:
@@ -142,6 +170,8 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
         table.heads = _as_before(before, table)
         if any(table.heads):
             notes.append("further down, numbers without a header are read under the one above them in the file")
+    if layout.way == "down" and _is_of_colours(table):
+        raise colours_alone(shortened(", ".join(table.heads[:8])))
     numbered = ((line, text.dialect.cells(row)) for line, row in islice(text.rows, table.start + layout.first, None))
     names = names_beside(table) if before is None and layout.way == "down" else ()
     rows = list(numbered) if names else numbered
@@ -155,6 +185,15 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
             notes.append(f"{below} lines below the table are not read")
     end = MOST_LINES if table.further is None else table.last_line
     table.preamble, table.words = _preamble(table.above, text.said(after, end + 1), text)
+
+
+def _is_of_colours(table: Section) -> bool:
+    """Return whether what would be the wavelengths is headed as one of the three numbers of a colour, all of which are
+    there.
+    """
+    axes = [colour_axis(head) for head in table.heads]
+    first = next((axes[at] for at in table.layout.axes if at < len(axes)), None)
+    return first is not None and {axis[1] for axis in axes if axis is not None and axis[0] == first[0]} == {0, 1, 2}
 
 
 def _across_below(table: Section) -> tuple[int, Way] | None:

@@ -468,6 +468,33 @@ def test_fields_filled_up_with_nul_are_text(written, place, count):
     assert entry.spectrum.quantity == "transmittance" and entry.spectrum.samples[0] == pytest.approx(0.4)
 
 
+@pytest.mark.parametrize("count", [1, 40, 3000])
+def test_nul_parts_what_stands_before_and_behind_it(written, count):
+    rows = [f"{nm}.00;{nm / 10:.4f}\r\n" for nm in range(400, 701, 5)]
+    above = f"12U1{chr(0) * count}12U1\r\nWave   ;Transmittance\r\n[nm]   ;[% transmittance]\r\n"
+    entry = only(read_spectra(written(above + "".join(rows) + "\0" * count, "glass.ttt")))
+    assert entry.spectrum.samples[-1] == pytest.approx(0.7)
+    for torn in ("5\x0050.00;55.0000", "550.00;55\x000000", "550.00;5\x005.0000"):
+        damaged = [torn + "\r\n" if row.startswith("550") else row for row in rows]
+        with pytest.raises(InputError):
+            read_spectra(written(above + "".join(damaged), "glass.ttt"))
+
+
+@pytest.mark.parametrize("between", [",", ";", "\t", " "])
+@pytest.mark.parametrize("mark", [".", ","])
+@pytest.mark.parametrize("cut", [1, 3, 5])
+def test_a_last_number_that_is_cut_short_is_refused(written, between, mark, cut):
+    if between == mark:
+        return
+    rows = [between.join([f"{nm}", f"{nm / 10:.4f}"]) for nm in range(400, 701, 10)]
+    text = "\n".join([between.join(["nm", "transmittance%"]), *rows]).replace(".", mark)
+    assert only(read(written(text))).spectrum.samples[-1] == pytest.approx(0.7)
+    with pytest.raises(InputError, match="cut short"):
+        read(written(text[:-cut]))
+    # Numbers as short as they can be, and a whole last line, tell nothing.
+    assert len(read(written(text[:-cut] + "\n")).entries) == 1
+
+
 def test_half_a_text_of_nul_is_none(refused):
     assert "not a text file" in refused(read, (DOWN * 9).encode("utf-16-le"))[0]
 
