@@ -10,7 +10,7 @@ fields that say different things are refused, and so is what was only assumed wh
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +22,29 @@ from .cgats_quantity import StatedQuantity, check_agreement, said_quantity, sign
 from .cgats_tables import CgatsTable, read_tables
 from .import_options import NO_ANSWER, ImportOptions, Scale
 from .registry import SpectralFile, StatedColour, names_its_file
-from .shared.decisions import Decision, Divisor, Sign, ValueRange, decided, divisor_of, signs_of_all, undecided
+from .shared.decisions import (
+    COLOURS_ALONE,
+    Decision,
+    Divisor,
+    Sign,
+    ValueRange,
+    decided,
+    divisor_of,
+    signs_of_all,
+    undecided,
+)
 from .shared.entry_rules import MOST_SAMPLES, Gathering
 from .shared.resemblance import Luminances, luminances
 from .shared.text import head_text, is_missing, shortened
-from .shared.words import colour_axis, condition_in, illuminant_in, observer_in, stated_colours
+from .shared.words import (
+    colour_axis,
+    condition_in,
+    illuminant_in,
+    illuminants_in,
+    observer_in,
+    observers_in,
+    stated_colours,
+)
 
 NAME = "CGATS"
 ASKS = True
@@ -90,7 +108,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
             field="BEGIN_DATA_FORMAT",
             found="; ".join(without[:4]),
             expected="spectral fields such as SPECTRAL_NM380, SPEC_380 or nm380",
-            hint="export the measurement with its spectra: a colour alone does not tell how it looks in another light",
+            hint=COLOURS_ALONE,
         )
     for held in without:
         gathering.note(f"a table without spectra is left out: {held}")
@@ -116,6 +134,9 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
     grids = [np.array([table.number(row[pair[0]]) for pair in points]) if grid is None else grid for row in table.rows]
     common = _common(table, place)
     light, angle = illuminant_of(table), observer_of(table)
+    several = [", ".join(names) for names in (illuminants_of(table), observers_of(table)) if len(names) > 1]
+    if several and any(map(_is_colour, table.fields)):
+        gathering.note(f"the file leaves open which of {' and '.join(several)} the colours beside the spectra are for")
     spectral = {band.column for band in fields} | {column for pair in points for column in pair[:2]}
     beside = [(column, field) for column, field in enumerate(table.fields) if column not in spectral]
     colours = [(column, field) for column, field in beside if _is_colour(field)]
@@ -264,13 +285,36 @@ def conditions_of(table: CgatsTable) -> dict[str, str]:
     return stated | {"format": NAME}
 
 
-def illuminant_of(table: CgatsTable) -> str | None:
-    """Return the illuminant that XYZ and Lab were computed for; a bare MEASUREMENT_SOURCE is the instrument's lamp."""
-    named = (illuminant_in(table.keywords.get(key, "")) for key in _ILLUMINANT_KEYS)
+def illuminants_of(table: CgatsTable) -> tuple[str, ...]:
+    """Return the illuminants that XYZ and Lab may be for; a bare MEASUREMENT_SOURCE is the instrument's lamp."""
     source = table.keywords.get("MEASUREMENT_SOURCE", "")
-    return next((light for light in named if light), illuminant_in(source) if "=" in source else None)
+    named = _of_keywords(table, _ILLUMINANT_KEYS, illuminants_in, illuminant_in)
+    return named or (illuminants_in(source) if "=" in source else ())
+
+
+def observers_of(table: CgatsTable) -> tuple[str, ...]:
+    """Return the observers that XYZ and Lab may be for."""
+    return _of_keywords(table, _OBSERVER_KEYS, observers_in, observer_in)
+
+
+def illuminant_of(table: CgatsTable) -> str | None:
+    """Return the illuminant that XYZ and Lab were computed for, None where none is stated, or several are."""
+    found = illuminants_of(table)
+    return found[0] if len(found) == 1 else None
 
 
 def observer_of(table: CgatsTable) -> str | None:
-    """Return the observer that XYZ and Lab were computed for."""
-    return next((found for key in _OBSERVER_KEYS if (found := observer_in(table.keywords.get(key, "")))), None)
+    """Return the observer that XYZ and Lab were computed for, None where none is stated, or several are."""
+    found = observers_of(table)
+    return found[0] if len(found) == 1 else None
+
+
+def _of_keywords(
+    table: CgatsTable,
+    keys: Sequence[str],
+    all_in: Callable[[str], tuple[str, ...]],
+    one_in: Callable[[str], str | None],
+) -> tuple[str, ...]:
+    parts = [part.strip() for key in keys for part in table.keywords.get(key, "").split(";")]
+    found = [name for part in parts for name in all_in(part) or (one_in(part),)]
+    return tuple(dict.fromkeys(name for name in found if name))

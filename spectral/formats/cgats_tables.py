@@ -19,8 +19,11 @@ _IDENTIFIER = re.compile(r"CGATS|ISO ?28178|IT8|CTI\d|CCSS|CCMX|SPECT$|CMF$|CAL$
 _BEFORE = re.compile(r"SPECTRAL_?NM|SPECTRAL|SPECTRUM|SPEC|NM|R|LAMBDA|WL", re.I)
 _LENGTH = re.compile(r"\d{3,4}(?:[.,]\d+)?")
 _NUMBER_WITH_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
-# Keywords of several lines, each of which adds to those before.
-_REPEATED = ("WEIGHTING_FUNCTION", "COMPUTATIONAL_PARAMETER")
+# Keywords that say one thing of a table, and what differs in their parts; two of the latter, and of any others, add up.
+_SAYS_ONE_THING = re.compile(
+    r"SPECTRAL|MEAS|ILLUM|OBSERVER|FILTER|GEOMETRY|BACKING|CONDITION|DEVICE_CLASS|UNIT|MODE(?!L)|SPECULAR|POLARI|DISPLAY",
+    re.I,
+)
 
 #: Fields in one format, and characters in one line.
 MOST_FIELDS, LONGEST_LINE = 20_000, 4 * 2**20
@@ -76,6 +79,7 @@ def read_tables(path: Path) -> list[CgatsTable]:
     fields: list[str] = []
     tables: list[CgatsTable] = []
     identifier, counts, begun = "", {}, False
+    stated: set[str] = set()
     for line_number, line in lines:
         words = tokens(line)
         if not words:
@@ -89,18 +93,25 @@ def read_tables(path: Path) -> list[CgatsTable]:
                     "data without a format", field=f"line {line_number}", expected="BEGIN_DATA_FORMAT before"
                 )
             tables.append(_table(identifier, dict(keywords), fields, counts, lines))
-            counts, begun = {}, False
+            counts, begun, stated = {}, False, set()
         elif key in ("NUMBER_OF_FIELDS", "NUMBER_OF_SETS"):
-            counts[key] = _count(words, line_number)
+            count = _count(words, line_number)
+            if counts.get(key, count) != count:
+                raise _said_twice(key, line_number, str(counts[key]), str(count))
+            counts[key] = count
         elif key == "KEYWORD":
             continue
         elif len(words) == 1 and not begun and (not tables or _IDENTIFIER.match(words[0])):
             identifier, keywords, fields, begun = words[0], {}, [], True
         else:
-            value = " ".join(words[1:])
-            # A weighting function is stated a line each for the light and the observer.
-            repeated = key in _REPEATED and begun and keywords.get(key)
-            keywords[key], begun = f"{keywords[key]}; {value}" if repeated else value, True
+            value, before = " ".join(words[1:]), keywords.get(key, "") if key in stated else ""
+            if before and value and value not in before.split("; "):
+                if _SAYS_ONE_THING.search(key):
+                    raise _said_twice(key, line_number, before, value)
+                # A weighting function is stated a line each for the light and the observer.
+                value = f"{before}; {value}"
+            keywords[key], begun = value or before, True
+            stated.add(key)
     if not tables:
         raise InputError(
             "no data in this CGATS file",
@@ -117,6 +128,16 @@ def _numbered(lines: list[str]) -> Iterator[tuple[int, str]]:
         if len(line) > LONGEST_LINE:
             raise InputError("a line is too long", field=f"line {at}", expected=f"{LONGEST_LINE} characters at most")
         yield at, line
+
+
+def _said_twice(key: str, line_number: int, before: str, value: str) -> InputError:
+    return InputError(
+        "a keyword says two things",
+        field=f"{key}, line {line_number}",
+        found=f"{shortened(before, 60)} and {shortened(value, 60)}",
+        expected="one of them",
+        hint="take the line out that is wrong, or export the tables apart",
+    )
 
 
 def _count(words: list[str], line_number: int) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
 from ..measurement import Measurement, conditions_in, is_condition
-from .cgats import conditions_of, illuminant_of, observer_of, recognises
+from .cgats import conditions_of, illuminants_of, observers_of, recognises
 from .cgats_tables import read_tables
 from .cxf import colours_without_spectra
 from .cxf import recognises as is_cxf
@@ -25,8 +25,10 @@ from .shared.words import (
     colour_axis,
     condition_in,
     illuminant_in,
+    illuminants_in,
     names_condition,
     observer_in,
+    observers_in,
     stated_colours,
 )
 from .tables.dialect import Dialect, dialects_of
@@ -71,6 +73,11 @@ class Coloured(NamedTuple):
     def measurement(self) -> Measurement:
         """The conditions that the details state."""
         return Measurement.of(None, self.details, self.name)
+
+    def with_conditions(self, light: str | None, eye: str | None) -> Coloured:
+        """Return it with the illuminant and the observer for colours that state none."""
+        stated = (replace(one, illuminant=one.illuminant or light, observer=one.observer or eye) for one in self.stated)
+        return self._replace(stated=tuple(stated))
 
 
 def colour_in(text: str) -> StatedColour | None:
@@ -121,7 +128,7 @@ def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[C
     if is_cxf(path, head):
         found = [Coloured(*one) for one in colours_without_spectra(path)]
     else:
-        found = (_cgats if recognises(path, head) else _table)(path)
+        found = (_cgats if recognises(path, head) else _table)(path, answer)
     if not found:
         raise InputError(
             "no colours in this file",
@@ -130,15 +137,7 @@ def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[C
             hint="export the measurement with its spectra",
         )
     _check_scale([one for each in found for one in each.stated], answer)
-    light, eye = answer.colours_for or (None, None)
-    return tuple(
-        one._replace(
-            stated=tuple(
-                replace(each, illuminant=each.illuminant or light, observer=each.observer or eye) for each in one.stated
-            )
-        )
-        for one in found
-    )
+    return tuple(one.with_conditions(*(answer.colours_for or (None, None))) for one in found)
 
 
 def _check_scale(stated: Sequence[StatedColour], answer: ImportOptions) -> None:
@@ -170,11 +169,35 @@ def _check_scale(stated: Sequence[StatedColour], answer: ImportOptions) -> None:
         )
 
 
-def _cgats(path: Path) -> list[Coloured]:
+def _the_one(names: tuple[str, ...], kind: str, answer: ImportOptions) -> str | None:
+    """Return the illuminant or the observer that colours are for, None where none is named.
+
+    Raises
+    ------
+    UnclearColoursError
+        Several are, and the answer names none.
+    """
+    if len(names) > 1 and answer.colours_for is None:
+        raise UnclearColoursError(
+            f"two {kind}s above one set of colours",
+            field=kind,
+            found=", ".join(names),
+            expected=f"one {kind}, or headings that name theirs, such as L*(D65/10)",
+            hint="say which: --colours-for D65/1964_10; or export the colours of each light in columns of their own",
+        )
+    return names[0] if len(names) == 1 else None
+
+
+def _cgats(path: Path, answer: ImportOptions) -> list[Coloured]:
     found = []
     for table in read_tables(path):
         details = conditions_of(table)
-        light, eye = illuminant_of(table), observer_of(table)
+        heads = [field for field in table.fields if colour_axis(field)]
+        if not heads:
+            continue
+        _check_twice(heads, "BEGIN_DATA_FORMAT")
+        light = _the_one(illuminants_of(table), "illuminant", answer)
+        eye = _the_one(observers_of(table), "observer", answer)
         upper = [field.upper() for field in table.fields]
         name_at = next((upper.index(name) for name in _NAMES if name in upper), None)
         for place, row in enumerate(table.rows, 1):
@@ -186,7 +209,7 @@ def _cgats(path: Path) -> list[Coloured]:
     return found
 
 
-def _table(path: Path) -> list[Coloured]:
+def _table(path: Path, answer: ImportOptions) -> list[Coloured]:
     """Return a header of names, L*, a* and b*, and a row each; the light and the observer stand anywhere above or in
     it.
     """
@@ -198,8 +221,9 @@ def _table(path: Path) -> list[Coloured]:
     for start, (place, header) in enumerate(rows):
         if sum(colour_axis(cell) is not None for cell in header) < 3:
             continue
-        above = " ".join(" ".join(row) for _, row in rows[: start + 1])
+        above = "\n".join(" ".join(row) for _, row in rows[: start + 1])
         _check_headings(header, place, above)
+        lights, eyes = illuminants_in(above), observers_in(above)
         details = (
             {"format": "CSV"}
             | ({"converted": words} if words else {})
@@ -217,8 +241,11 @@ def _table(path: Path) -> list[Coloured]:
             own = " ".join(f"{head}: {cell}" for head, cell in others.items() if names_condition(head))
             named = next((head for head in others if not _is_about_a_reading(head)), None)
             name = others.pop(named) if named is not None else f"{path.stem} {at - place}"
-            light, eye = (illuminant_in(own) or illuminant_in(above)), (observer_in(own) or observer_in(above))
-            found += _colours_of(name, numbers, light, eye, details | others)
+            of_row = _colours_of(name, numbers, illuminant_in(own), observer_in(own), details | others)
+            stated = [colour for one in of_row for colour in one.stated]
+            light = _the_one(lights, "illuminant", answer) if any(one.illuminant is None for one in stated) else None
+            eye = _the_one(eyes, "observer", answer) if any(one.observer is None for one in stated) else None
+            found += [one.with_conditions(light, eye) for one in of_row]
         return found
     return []
 
@@ -303,11 +330,14 @@ def _check_headings(header: list[str], line: int, above: str) -> None:
             expected="CIELAB, as L*, a*, b*, or XYZ",
             hint="export CIELAB or the spectra; where it is CIELAB, write L*, a*, b* into the headings",
         )
-    twice = [head for head in dict.fromkeys(heads) if heads.count(head) > 1]
-    if twice:
+    _check_twice(heads, f"line {line}")
+
+
+def _check_twice(heads: Sequence[str], field: str) -> None:
+    if twice := [head for head in dict.fromkeys(heads) if heads.count(head) > 1]:
         raise UnclearColoursError(
             "two columns of one heading",
-            field=f"line {line}",
+            field=field,
             found=", ".join(twice[:4]),
             expected="headings that tell them apart",
             hint='write what differs behind each, such as "L*(SCI)" and "L*(SCE)"',

@@ -20,9 +20,11 @@ from ..shared.words import (
     colour_axis,
     condition_in,
     illuminant_in,
+    illuminants_in,
     names_condition,
     names_power_per_frequency,
     observer_in,
+    observers_in,
     quantity_in,
     stated_colours,
     unit_in,
@@ -114,10 +116,11 @@ def _colours(column: Column, table: TextTable, alone: bool) -> tuple[StatedColou
     said = column.preamble if alone else {}
     said = said | {head: cell for head, cell in column.beside.items() if colour_axis(head)}
     own = " ".join(cell for head, cell in column.beside.items() if names_condition(head))
+    lights, eyes = illuminants_in(column.around), observers_in(column.around)
     return stated_colours(
         {head: table.dialect.number(cell) for head, cell in said.items()},
-        illuminant_in(own) or illuminant_in(column.around),
-        observer_in(own) or observer_in(column.around),
+        illuminant_in(own) or (lights[0] if len(lights) == 1 else None),
+        observer_in(own) or (eyes[0] if len(eyes) == 1 else None),
     )
 
 

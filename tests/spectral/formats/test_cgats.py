@@ -365,3 +365,54 @@ def test_a_keyword_given_twice_says_illuminant_and_observer(written, keyword, tu
     first, second = read_tables(written("CGATS.17\n" + "\n".join(lines) + "\n" + table + again + table, "lab.txt"))
     assert (illuminant_of(first), observer_of(first)) == ("D50", "1931_2")
     assert (illuminant_of(second), observer_of(second)) == ("D65", "1964_10")
+
+
+ONE_SPECTRUM = (
+    "BEGIN_DATA_FORMAT\nSAMPLE_ID SPEC_400 SPEC_500 SPEC_600 SPEC_700\nEND_DATA_FORMAT\n"
+    "BEGIN_DATA\n1 0.1 0.2 0.3 0.4\nEND_DATA\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("keyword", "first", "second"),
+    [
+        ("MEASUREMENT_TYPE", '"REFLECTIVE"', '"EMISSION"'),
+        ("SPECTRAL_NORM", '"100"', '"1"'),
+        ("SPECTRAL_START_NM", '"380"', '"400"'),
+        ("MEASUREMENT_GEOMETRY", '"45/0"', '"d/8"'),
+        ("FILTER", '"M0"', '"M1"'),
+        ("SAMPLE_BACKING", '"black"', '"white"'),
+        ("ILLUMINANT", '"D50"', '"D65"'),
+        ("NUMBER_OF_SETS", "1", "2"),
+    ],
+)
+def test_a_keyword_that_says_two_things_is_refused(written, refused, keyword, first, second):
+    lines = refused(read, f"CGATS.17\n{keyword} {first}\n{keyword} {second}\n{ONE_SPECTRUM}")
+    assert f"{keyword}, line 3: a keyword says two things" in lines[0]
+    assert f"{first} and {second}".replace('"', "") in lines[1]
+    # Said again, or of another table, it is no contradiction.
+    with_type = "" if keyword == "MEASUREMENT_TYPE" else 'MEASUREMENT_TYPE "REFLECTIVE"\n'
+    again = f"CGATS.17\n{with_type}ORIGINATOR a\nORIGINATOR b\n{keyword} {first}\n{keyword} {first}\n{ONE_SPECTRUM}"
+    (table,) = read_tables(written(again))
+    assert table.keywords.get(keyword, first.strip('"')) == first.strip('"') and table.keywords["ORIGINATOR"] == "a; b"
+    if keyword != "NUMBER_OF_SETS":
+        _, other = read_tables(written(f"{again}ORIGINATOR c\n{keyword} {second}\n{ONE_SPECTRUM}"))
+        assert other.keywords[keyword] == second.strip('"') and other.keywords["ORIGINATOR"] == "c"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ['WEIGHTING_FUNCTION "ILLUMINANT, D50"', 'WEIGHTING_FUNCTION "ILLUMINANT, A"'],
+        ['WEIGHTING_FUNCTION "ILLUMINANT, D50; ILLUMINANT, A"'],
+        ['ILLUMINANT "D50"', 'WEIGHTING_FUNCTION "ILLUMINANT, A"'],
+        ['COMPUTATIONAL_PARAMETER "D50 A"'],
+    ],
+)
+def test_two_lights_of_one_table_are_left_open_beside_spectra(written, lines):
+    colour = ONE_SPECTRUM.replace("SAMPLE_ID", "SAMPLE_ID LAB_L LAB_A LAB_B").replace("1 0.1", "1 50 4 3 0.1")
+    said = 'MEASUREMENT_TYPE "REFLECTIVE"\nOBSERVER "2"\n'
+    file = read(written("CGATS.17\n" + "\n".join(lines) + "\n" + said + colour))
+    (stated,) = file.entries[0].stated
+    assert stated.illuminant is None and stated.observer == "1931_2"
+    assert "the file leaves open which of D50, A the colours beside the spectra are for" in file.notes

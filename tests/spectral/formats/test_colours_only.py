@@ -9,6 +9,7 @@ from metamer.runtime.errors import InputError
 from metamer.spectral.difference import lab_from_xyz
 from metamer.spectral.formats.colours_only import colour_in, read_colours
 from metamer.spectral.formats.import_options import ImportOptions
+from metamer.spectral.formats.registry import read_spectra
 
 LAB = np.array([[50.0, 17.3, 10.0], [31.5, -20.0, 3.5], [80.25, 4.0, -40.0]])
 XYZ = np.array([[41.2, 43.0, 30.5], [9.5, 10.0, 4.25], [70.0, 75.0, 80.0]])
@@ -176,3 +177,83 @@ def test_blacks_and_instruments_of_one_name_are_read(tmp_path):
     path.write_text("D65/10°\nName,L*,a*,b*\nblack,0.5,0.1,0.05\n", encoding="utf-8")
     (found,) = read_colours(path, ImportOptions(scale="percent"))
     assert found.stated[0].values[0] == 0.5
+
+
+ABOVE = {
+    "D65 A": ("D65", "A"),
+    "D65/10°, A/10°": ("D65", "A"),
+    "Illuminant: D65\nIlluminant: A\nObserver: 10": ("D65", "A"),
+    "Primary illuminant,D65\nSecondary illuminant,A\nObserver,10": ("D65", "A"),
+    "Illuminant 1: D65\nIlluminant 2: F11\nObserver: 10°": ("D65", "FL11"),
+    "Illuminants: D65, A, F11\nObserver: 10°": ("D65", "A", "FL11"),
+    "Colours for D50 and D65, 2°": ("D65", "D50"),
+    "Lichtart D65, Lichtart A; Beobachter 10°": ("D65", "A"),
+    "Light sources: D65 TL84 CWF\nObserver: 10°": ("D65", "TL84", "CWF"),
+    "Illuminant: D65\nObserver: 2° 10°": ("1931_2", "1964_10"),
+    "Illuminant: D65\nObserver 1: 2°\nObserver 2: 10°": ("1931_2", "1964_10"),
+}
+ROWS = "Name,L*,a*,b*\nred,50.6,40.9,29.1\ngrey,60.4,0.1,0.4\n"
+
+
+@pytest.mark.parametrize("above", ABOVE)
+@pytest.mark.parametrize("rows", [ROWS, ROWS.replace("L*,a*,b*", "X,Y,Z").replace("0.", "1.")])
+def test_two_lights_above_one_set_of_colours_are_asked_about(tmp_path, above, rows):
+    path = tmp_path / "x.csv"
+    path.write_text(f"{above}\n{rows}", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_colours(path)
+    assert ", ".join(ABOVE[above]) in str(caught.value) and "--colours-for" in str(caught.value)
+    answered = read_colours(path, ImportOptions(colours_for=("C", "CIE")))
+    part = "observer" if "1931_2" in ABOVE[above] else "illuminant"
+    assert {getattr(one.stated[0], part) for one in answered} == {"CIE" if part == "observer" else "C"}
+    headed = rows.replace("*", "*(A/2)") if "*" in rows else rows
+    path.write_text(f"{above}\n{headed}", encoding="utf-8")
+    if headed != rows:
+        assert {one.stated[0].illuminant for one in read_colours(path)} == {"A"}
+
+
+@pytest.mark.parametrize(
+    "above",
+    [
+        "Illuminant: D65\nD65/10°",
+        "D65/10, D65/10",
+        "Illuminant: D65/10°\nInspected in booth: TL84",
+        "M1 (D50) measured, Lab for D65/10",
+        "Date: 2024-02-10\nIlluminant: D65\nObserver: 10°",
+    ],
+)
+def test_what_is_no_second_light_of_the_colours_asks_nothing(tmp_path, above):
+    path = tmp_path / "x.csv"
+    path.write_text(f"{above}\n{ROWS}", encoding="utf-8")
+    assert {(one.stated[0].illuminant, one.stated[0].observer) for one in read_colours(path)} == {("D65", "1964_10")}
+
+
+def test_colours_in_two_columns_of_one_field_are_asked_about(tmp_path):
+    path = tmp_path / "x.txt"
+    fields = "LAB_L LAB_A LAB_B"
+    path.write_text(
+        f"CGATS.17\nBEGIN_DATA_FORMAT\nSAMPLE_NAME {fields} {fields}\nEND_DATA_FORMAT\n"
+        "BEGIN_DATA\nred 50 40 29 51 41 30\nEND_DATA\n"
+    )
+    with pytest.raises(InputError, match="two columns of one heading"):
+        read_colours(path)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        ROWS,
+        ROWS.replace(",", ";").replace(".", ","),
+        "X,Y,Z\n20,18,10\n",
+        "Name,L*,C*,h\nred,50,50,30\n",
+        f"Illuminant D65/10\n{ROWS}",
+        "X,Y,Z\n410,420,400\n420,430,410\n430,440,420\n",
+    ],
+)
+@pytest.mark.parametrize("answer", [ImportOptions(), ImportOptions("reflectance", "percent")])
+def test_a_table_of_colours_is_no_spectrum_whatever_the_answer(tmp_path, rows, answer):
+    path = tmp_path / "x.csv"
+    path.write_text(rows, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_spectra(path, answer)
+    assert "colours of CIELAB or XYZ, and no spectra" in str(caught.value) and "metamer match" in str(caught.value)
