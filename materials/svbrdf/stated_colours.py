@@ -25,6 +25,8 @@ SRGB_XY = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 _XY_OFF, _GAMMA_OFF, _SRGB_GAMMA = 0.002, 0.02, 1 / 2.2
 # Linear light of a gamma of 2.2 is off by 0.009 from that of sRGB, with primaries of BT.601 by 0.06, of P3 by 0.15.
 _LIGHT_OFF = 0.02
+_TORN_PROFILE = "a colour profile that cannot be read"
+_TGA_END = b"TRUEVISION-XFILE.\0"
 _EXIF, _INTEROPERABILITY = 0x8769, 0xA005
 _COLOUR_SPACE, _GAMMA, _WHITE, _PRIMARIES_TAG, _TRANSFER = 0xA001, 0xA500, 318, 319, 301
 
@@ -35,14 +37,19 @@ def stated_colours(picture: Any, data: bytes) -> tuple[str, ...]:
     Parameters
     ----------
     picture : the same picture, opened by Pillow.
-    data : the file: PNG (cICP, sRGB, gAMA, cHRM), AVIF (nclx), BMP, and whatever has Exif or TIFF's tags.
+    data : the file: PNG (cICP, iCCP, sRGB, gAMA, cHRM), AVIF (nclx), BMP, TGA, and whatever has Exif or TIFF's tags.
     """
+    profiled = bool(picture.info.get("icc_profile"))
     if data.startswith(b"\x89PNG"):
-        found = list(_of_png(dict(_png_chunks(data)), bool(picture.info.get("icc_profile"))))
+        found = list(_of_png(dict(_png_chunks(data)), profiled))
     elif data[4:12] in (b"ftypavif", b"ftypavis"):
         place = data.find(b"colrnclx")
         codes = struct.unpack_from(">HH", data, place + 8) if 0 <= place <= len(data) - 12 else ()
         found = list(_of_codes(*codes, "nclx")) if codes else []
+    elif data.startswith(b"\xff\xd8"):
+        found = [_TORN_PROFILE] if b"ICC_PROFILE\0" in data and not profiled else []
+    elif data.endswith(_TGA_END):
+        found = list(_of_tga(data))
     else:
         found = list(_of_bmp(data)) if data.startswith(b"BM") else []
     with suppress(Exception):  # Exif that is damaged is no reason not to read the picture
@@ -122,17 +129,21 @@ def _of_png(chunks: dict[bytes, bytes], profiled: bool) -> Iterator[str]:
 
     profiled : whether there is a profile that can be unpacked.
     """
-    if len(coded := chunks.get(b"cICP", b"")) == 4:
-        yield from _of_codes(coded[0], coded[1], "cICP")
-        if not coded[3]:
-            yield "numbers of video range (cICP)"
+    coded = chunks.get(b"cICP", b"")
+    coded = coded if len(coded) == 4 else bytes([_UNSAID, _UNSAID, 0, 1])
+    yield from _of_codes(coded[0], coded[1], "cICP")
+    if coded[2]:
+        yield f"brightness and colour apart, by matrix number {coded[2]} (cICP)"
+    if not coded[3]:
+        yield "numbers of video range (cICP)"
+    if profiled or _UNSAID not in coded[:2]:
         return
-    if profiled:
-        return
+    if b"iCCP" in chunks:
+        yield _TORN_PROFILE
     beside = " beside sRGB" if b"sRGB" in chunks else ""
-    if len(gamma := chunks.get(b"gAMA", b"")) == 4:
+    if coded[1] == _UNSAID and len(gamma := chunks.get(b"gAMA", b"")) == 4:
         yield from (words + beside for words in _of_gamma(int.from_bytes(gamma, "big") / 100_000, "gAMA"))
-    if len(xy := chunks.get(b"cHRM", b"")) == 32:
+    if coded[0] == _UNSAID and len(xy := chunks.get(b"cHRM", b"")) == 32:
         white_first = [value / 100_000 for value in struct.unpack(">8I", xy)]
         yield from (words + beside for words in _of_xy(white_first[2:] + white_first[:2], "cHRM"))
 
@@ -177,6 +188,15 @@ def _of_bmp(data: bytes) -> Iterator[str]:
             yield from _of_gamma(1 / gammas[0], "calibrated BMP")
     elif kind in (b"DEBM", b"KNIL"):
         yield "a colour profile (BMP)"
+
+
+def _of_tga(data: bytes) -> Iterator[str]:
+    """Yield words on the gamma of a TGA of version 2, a ratio of two numbers in its extension area."""
+    place = int.from_bytes(data[-26:-22], "little")
+    if 0 < place <= len(data) - 482:
+        above, below = struct.unpack_from("<HH", data, place + 478)
+        if above and below:
+            yield from _of_gamma(below / above, "TGA")
 
 
 def _of_tags(picture: Any, data: bytes) -> Iterator[str]:

@@ -30,7 +30,7 @@ FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "AVIF")
 _MODES = ("1", "L", "LA", "RGB", "RGBA", "P", "PA", "I;16", "I;16B", "I;16L", "I;16N", "I", "F")
 _BLOCK = 1 << 16
 _TOO_LARGE, _SMALLER = "too large a picture", "save the picture smaller"
-_PROFILE = "the {} map carries a colour profile of its own, which is not applied: it is taken as sRGB"
+_PROFILE = "the {} map carries a colour profile of its own, which is not applied: it is taken as {}"
 _STATED = "the {} map says {}, which is not applied: it is taken as {}"
 _AGAIN = "the picture is damaged or cut short: save or copy it again"
 
@@ -92,10 +92,10 @@ class Texture:
             stated = ", ".join(exr_colours(self._exr_picture.attributes)) if coloured else ""
             return (_STATED.format(self.slot, stated, "linear, of the primaries of sRGB"),) if stated else ()
         notes = [f"the {self.slot} map has 16 bits, of which 8 are averaged"] if self._header.halved else []
+        taken = "linear, of the primaries of sRGB" if self.floating else "sRGB"
         if coloured and self._header.profile and not is_srgb(self._header.profile):
-            notes.append(_PROFILE.format(self.slot))
+            notes.append(_PROFILE.format(self.slot, taken))
         if coloured and self._header.stated:
-            taken = "linear, of the primaries of sRGB" if self.floating else "sRGB"
             notes.append(_STATED.format(self.slot, ", ".join(self._header.stated), taken))
         return tuple(notes)
 

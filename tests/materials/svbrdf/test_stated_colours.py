@@ -73,6 +73,13 @@ def tiff(**tags):
     return saved("TIFF", tiffinfo={int(name[1:]): value for name, value in tags.items()})
 
 
+def tga(above, below):
+    """A TGA of version 2 with a gamma, by its specification: Pillow writes no extension area."""
+    pixels = saved("TGA").removesuffix(b"\0" * 8 + b"TRUEVISION-XFILE.\0")
+    area = struct.pack("<H", 495).ljust(478, b"\0") + struct.pack("<HH", above, below)
+    return pixels + area.ljust(495, b"\0") + struct.pack("<II", len(pixels), 0) + b"TRUEVISION-XFILE.\0"
+
+
 def bmp(kind, ends=(0,) * 9, gammas=(0, 0, 0)):
     """A picture of one pixel with a header of version 4."""
     head = struct.pack("<IiiHHIIiiII4I", 108, 1, 1, 1, 24, 0, 4, 2835, 2835, 0, 0, 0, 0, 0, 0) + kind
@@ -106,6 +113,16 @@ STATED = {
     "cICP before sRGB and gAMA": (png(RENDERING, gamma(1 / 2.2), codes(9, 16)), "PQ (cICP)"),
     "PQ beside a profile": (png(codes(9, 16), icc=SRGB_PROFILE), "PQ (cICP)"),
     "a profile that cannot be unpacked": (png((b"iCCP", b"x\0\0garbage"), gamma(1.0)), "linear (gAMA 1)"),
+    "only a profile that cannot be unpacked": (png((b"iCCP", b"x\0\0garbage")), "a colour profile that cannot be read"),
+    "a torn profile in a JPEG": (
+        saved("JPEG", icc_profile=SRGB_PROFILE).replace(b"ICC_PROFILE\0\1\1", b"ICC_PROFILE\0\1\2"),
+        "a colour profile that cannot be read",
+    ),
+    "gamma 1 beside unspecified codes": (png(codes(1, 2), gamma(1.0)), "linear (gAMA 1)"),
+    "P3 beside unspecified codes": (png(codes(2, 13), chromaticities(P3_XY)), "white 0.68 0.32"),
+    "brightness and colour apart": (png((b"cICP", bytes([1, 13, 1, 1]))), "by matrix number 1 (cICP)"),
+    "gamma of a TGA": (tga(18, 10), "gamma 1.8 (TGA 0.5"),
+    "linear TGA": (tga(10, 10), "linear (TGA 1)"),
     "Adobe RGB in a JPEG": (saved("JPEG", exif=exif(e40961=2)), "Adobe RGB (Exif)"),
     "Adobe RGB by interoperability": (saved("JPEG", exif=exif_of_interoperability(b"R03\0")), "Adobe RGB (Exif)"),
     "uncalibrated": (saved("JPEG", exif=exif(e40961=65535)), "not sRGB (Exif: uncalibrated)"),
@@ -127,6 +144,10 @@ PLAIN = {
     "sRGB by cICP": png(codes(1, 13)),
     "unspecified by cICP": png(codes(2, 2)),
     "cICP of sRGB before another gamma": png(codes(1, 13), gamma(1.0)),
+    "unspecified codes before a profile": png(codes(2, 2), gamma(1.0), icc=SRGB_PROFILE),
+    "codes of sRGB before a torn profile": png(codes(1, 13), (b"iCCP", b"x\0\0garbage")),
+    "a TGA of gamma 2.2": tga(22, 10),
+    "a TGA that says no gamma": tga(0, 0),
     "a profile before another gamma": png(gamma(1.0), icc=SRGB_PROFILE),
     "gamma of nothing": png(gamma(0.0)),
     "sRGB in Exif": saved("JPEG", exif=exif(e40961=1)),
@@ -141,7 +162,8 @@ PLAIN = {
 
 
 def notes_of(data, folder, slot="base_color", encoding="sRGB"):
-    return Texture(slot, data, encoding, folder / "a.png", "maps").notes
+    name = "a.tga" if data.endswith(b"TRUEVISION-XFILE.\0") else "a.png"
+    return Texture(slot, data, encoding, folder / name, "maps").notes
 
 
 @pytest.mark.parametrize("case", STATED)
@@ -166,6 +188,13 @@ def test_a_profile_is_known_by_its_colours_and_not_by_its_name(form, tmp_path):
         for icc in (named, renamed):
             notes = notes_of(saved(form, icc_profile=icc), tmp_path)
             assert notes == () if plain else "carries a colour profile of its own" in notes[0], curve
+
+
+def test_a_profile_of_floats_is_said_beside_what_they_are_taken_for(tmp_path):
+    data = io.BytesIO()
+    Image.new("F", (2, 3), 0.5).save(data, "TIFF", icc_profile=profile(1.8))
+    (note,) = notes_of(data.getvalue(), tmp_path)
+    assert "colour profile of its own" in note and note.endswith("it is taken as linear, of the primaries of sRGB")
 
 
 @pytest.mark.parametrize("case", STATED)
