@@ -349,6 +349,7 @@ def _equal_steps(
             )
     raw: list[_Written | None] = []
     differing = False
+    by_ends = by_delta = True
     for number, line in rows:
         match = _ABSCISSA.match(line)
         if match is None:
@@ -358,6 +359,13 @@ def _equal_steps(
         place = len(raw) - (1 if differing else 0)
         abscissa = _Written.of(match[1])
         _check_abscissa(abscissa, factor.value, first.value + place * step, abs(step), f"{label}, line {number}")
+        off, near = abscissa.value * factor.value - first.value, abs(abscissa.unit * factor.value) + first.unit
+        if not raw and abs(off) > 0.75 * near + abs(abscissa.value) * factor.rounding:
+            raise _two_things("FIRSTX", first.value, first.value + off, "X of the first line")
+        near = (near + last.unit) / 2 + abs(abscissa.value) * factor.rounding
+        by_ends &= abs(off - place * step) <= near
+        # The step has the sign of the axis, whatever DELTAX is written with.
+        by_delta &= delta is not None and abs(abs(off) - place * abs(delta.value)) <= near
         ordinates, ends_in_difference = _ordinates(line[match.end() :], count + 1, f"{label}, line {number}")
         if differing:
             check, *ordinates = ordinates
@@ -375,7 +383,20 @@ def _equal_steps(
         if len(raw) > count:
             break
     _check_count(len(raw), count, label)
+    if delta is not None and by_delta and not by_ends:
+        end = first.value + (count - 1) * (abs(delta.value) if step > 0 else -abs(delta.value))
+        raise _two_things("LASTX", last.value, end, "FIRSTX, DELTAX and X of each line")
     return np.array([float(first.value + place * step) for place in range(count)]), raw
+
+
+def _two_things(label: str, found: Fraction, expected: Fraction, by: str) -> InputError:
+    return InputError(
+        "the header and the lines say two things",
+        field=label,
+        found=f"{float(found):.10g}",
+        expected=f"{float(expected):.10g}, by {by}",
+        hint="the file is damaged: export it again",
+    )
 
 
 def _check_abscissa(written: _Written, factor: Fraction, expected: Fraction, step: Fraction, place: str) -> None:

@@ -131,6 +131,9 @@ def test_the_check_of_differences(refused):
     [
         ({"FIRSTX": "385"}, "XYDATA", "380"),
         ({"LASTX": "800"}, "XYDATA", "abscissa"),
+        ({"FIRSTX": "382"}, "FIRSTX", "382"),
+        ({"LASTX": "722", "DELTAX": "5"}, "LASTX", "722"),
+        ({"LASTX": "718", "DELTAX": "-5"}, "LASTX", "718"),
         ({"XFACTOR": "10"}, "XYDATA", "3800"),
         ({"NPOINTS": "68"}, "XYDATA", "abscissa"),
         ({"NPOINTS": "70"}, "XYDATA", "abscissa"),
@@ -154,6 +157,15 @@ def test_the_check_of_differences(refused):
 def test_headers_that_the_data_contradict(refused, records, field, found):
     said = "\n".join(refused(read, jdx(**records), "a.jdx"))
     assert "a.jdx: Ton 3" in said and field in said and found in said and "expected" in said
+
+
+def test_an_abscissa_that_is_written_with_few_digits_is_no_contradiction(written):
+    """Steps of 1.3 nm with abscissas and DELTAX in whole numbers or one decimal."""
+    x = 380.0 + 1.3 * np.arange(NM.size)
+    for digits, delta in ((0, "1"), (1, "1.3")):
+        lines = lines_of(WHOLE, x.round(digits), "FIX")
+        file = read(written(jdx(x=x.round(4), lines=lines, DELTAX=delta), "a.jdx"))
+        np.testing.assert_allclose(file.entries[0].spectrum.wavelengths_nm, x, atol=1e-6)
 
 
 @pytest.mark.parametrize("units", ["ABSORBANCE", "Kubelka-Munk", "log(1/R)", "OPTICAL DENSITY", "K/S"])
