@@ -72,7 +72,7 @@ def _display() -> str:
 
 
 def _reference() -> str:
-    from ..lighting.ray_index import has_embree, rays_words
+    from ..lighting.mesh.ray_index import has_embree, rays_words
 
     if has_embree():
         return f"{rays_words()} (embreex {_version('embreex')})"

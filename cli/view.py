@@ -40,9 +40,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 def run(args: argparse.Namespace) -> int:
     """Open it; 0 once it is closed."""
     from ..runtime.errors import UsageError
-    from ..viewer.window.session import read_session
     from ..viewer.window.session_loader import comparison_of, load, subject_of
-    from ..viewer.window.state import Session
+    from ..viewer.window.state import SESSION_FILE, Session
     from ..viewer.window.workspace import Desk, begun
 
     if args.last and args.what:
@@ -52,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     shell.check_display()
     catalogue = catalogue_for(args.catalogue, 1)
     kept = _kept()
-    found = read_session(kept) if args.last else subject_of(args.what, catalogue)
+    found = SESSION_FILE.read(kept) if args.last else subject_of(args.what, catalogue)
     if isinstance(found, Session):
         session = found
         loaded = load(session.subject, session.catalogue)

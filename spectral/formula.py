@@ -12,7 +12,6 @@ from ..runtime.errors import ComparisonError, InputError, UnknownNameError
 from . import difference
 from .axis_letters import XYZ, Lab, White
 from .difference import delta_e_cmc, lab_from_xyz
-from .effect_difference import DIN_6175_2, delta_e_din_6175_2
 from .measurement import geometry_in
 
 #: What is written for each, beside CMC of any l:c.
@@ -21,6 +20,10 @@ NAMES = ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1", "CAM16-UCS")
 NAMES_AT_ANGLES = ("DIN 6175-2",)
 #: What CAM16 is asked for: a grey surround of 20 % in a booth of 1000 lx, cd/m^2 as C. Li et al. 2017 take it.
 ADAPTING_LUMINANCE, BACKGROUND = 1000.0 / np.pi * 0.2, 20.0
+# What a name ends in that a report gives and a person may hand back.
+_AS_PUBLISHED = "(as published in software)"
+#: What the formula is called wherever it stands: nobody here has checked it against the standard.
+DIN_6175_2 = f"DIN 6175-2 {_AS_PUBLISHED}"
 # As people write them, folded and without what stands between.
 _ALSO = {
     "76": "CIE 1976",
@@ -35,8 +38,6 @@ _ALSO = {
     "din6175": DIN_6175_2,
     "din61752": DIN_6175_2,
 }
-# What a name ends in that a report gives and a person may hand back.
-_AS_PUBLISHED = "(as published in software)"
 # Pairs at once in CAM16: some 30 MB.
 _BLOCK = 1 << 16
 
@@ -206,3 +207,47 @@ def _cam16_ucs(xyz: XYZ, white_xyz: White) -> Float[np.ndarray, "*batch 3"]:
             )
             found[rows] = colour.models.JMh_CAM16_to_CAM16UCS(np.stack([seen.J, seen.M, seen.h], axis=-1))
     return found.reshape(np.shape(xyz))
+
+
+def delta_e_din_6175_2(reference: Lab, sample: Lab, aspecular: float) -> Float[np.ndarray, "*batch"]:
+    """ΔE of pairs (...,3) of CIELAB read at an aspecular angle in degrees, as public paint software has DIN 6175-2.
+
+    Weights follow the angle: near the mirror direction more is accepted. Greys are told by Δa* and Δb*, colours by ΔC*
+    and ΔH*, and what lies between by both, with L and C the geometric means of both sides, so that it is symmetric:
+
+        S_L = 0.15 sqrt L + 31.5 / gamma
+        S_C = max(0.7, 0.48 sqrt C - 0.35 sqrt L + 42 / gamma)
+        S_H = max(0.7, 0.14 sqrt C - 0.20 sqrt L + 21 / gamma + 0.7)            S_a = S_b = 0.7
+        ΔE  = s ΔE_ab + (1 - s) ΔE_CH,   s = 1 / (1 + exp(C - C_0)),   C_0 = 10 + 8 / (1 + exp(27 - L))
+
+    Raises
+    ------
+    ComparisonError : an angle of 0, the mirror direction itself.
+
+    >>> round(float(delta_e_din_6175_2(np.array([50.0, 0.0, 0.0]), np.array([51.0, 0.0, 0.0]), 45.0)), 4)
+    0.5663
+    """
+    gamma = abs(aspecular)
+    if gamma == 0.0:
+        raise ComparisonError("DIN 6175-2 has no colour difference at 0 degrees from the mirror direction")
+    off = np.asarray(sample, dtype=np.float64) - np.asarray(reference, dtype=np.float64)
+    light = [np.maximum(side[..., 0], 0.0) for side in (reference, sample)]
+    chroma = [np.hypot(side[..., 1], side[..., 2]) for side in (reference, sample)]
+    level, colourful = np.sqrt(light[0] * light[1]), np.sqrt(chroma[0] * chroma[1])
+    root_l, root_c = np.sqrt(level), np.sqrt(colourful)
+    lightness = (off[..., 0] / (0.15 * root_l + 31.5 / gamma)) ** 2
+    change = chroma[1] - chroma[0]
+    across = off[..., 1] ** 2 + off[..., 2] ** 2
+    # ΔH*^2 is what ΔC* leaves of Δa*^2 + Δb*^2: never below 0 but by rounding.
+    hue = np.maximum(across - change**2, 0.0)
+    weight_c = np.maximum(0.7, 0.48 * root_c - 0.35 * root_l + 42.0 / gamma)
+    weight_h = np.maximum(0.7, 0.14 * root_c - 0.20 * root_l + 21.0 / gamma + 0.7)
+    grey = np.sqrt(lightness + across / 0.7**2)
+    coloured = np.sqrt(lightness + (change / weight_c) ** 2 + hue / weight_h**2)
+    share = _logistic(10.0 + 8.0 * _logistic(level - 27.0) - colourful)
+    return np.asarray(share * grey + (1.0 - share) * coloured)
+
+
+def _logistic(x: np.ndarray | np.float64) -> np.ndarray | np.float64:
+    """1 / (1 + exp(-x)), which no x overflows."""
+    return 0.5 * (1.0 + np.tanh(0.5 * x))

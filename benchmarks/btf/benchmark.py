@@ -13,8 +13,7 @@ from . import spectral
 from .cases import MEASURED, cases
 from .comparison import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
 from .methods import methods
-from .published import published
-from .rows import OFFSETS, offsets, with_bars, within
+from .rows import OFFSETS, offsets, published, with_bars, within
 
 Progress = Callable[[str], None]
 

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,8 +18,8 @@ from ...materials.btf.images import BtfImages
 from ...materials.btf.lobe_field import lobe_field
 from ...materials.btf.paper_pca import paper_pca
 from ...materials.btf.texels import BtfTexels
+from ...materials.records.hdf5_tree import form_node, write_tree
 from .rows import Reconstruct
-from .stored import stored_bytes
 
 #: Bytes a texel that local PCA is held to.
 BYTES = 30.0
@@ -138,3 +139,21 @@ def decoded(form: ClusteredForm) -> Reconstruct:
         return found.reshape(*form.number.shape, -1)
 
     return again
+
+
+def stored_bytes(kept: Mapping[str, Any]) -> int:
+    """Sum the bytes of all data sets of a form in HDF5, compressed as they are there, not of the file's bookkeeping."""
+    import h5py
+
+    total = 0
+
+    def add(name: str, found: object) -> None:
+        nonlocal total
+        if isinstance(found, h5py.Dataset):
+            total += found.id.get_storage_size()
+
+    with h5py.File("in memory", "w", driver="core", backing_store=False) as file:
+        write_tree(file, form_node(kept))
+        file.flush()
+        file.visititems(add)
+    return total

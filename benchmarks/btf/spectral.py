@@ -27,8 +27,8 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.upsampling import METHODS, upsampling
 from .cases import BtfCase, spectra_of
+from .methods import stored_bytes
 from .rows import row
-from .stored import stored_bytes
 
 #: Lights that all are judged under; of the last, no fit knows.
 LIGHTS = ("D65", "A", "FL11", "HP1")

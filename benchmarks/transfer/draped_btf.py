@@ -21,14 +21,11 @@ from ...lighting.mesh.shapes import cloth, plane
 from ...lighting.reference.geometry import Tracer, visible_geometry
 from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Part, Scene
-from ...lighting.transfer.bodies import Bodies
 from ...lighting.transfer.diffuse_albedo import even_albedo
+from ...lighting.transfer.edge_refinement import placed
 from ...lighting.transfer.hits import Hits, tangents
 from ...lighting.transfer.operator import irradiance_operator
 from ...lighting.transfer.regions import Regions
-from ...lighting.transfer_tensors.clustered_harmonic import ClusteredHarmonicTransfer, clustered_transfer
-from ...lighting.transfer_tensors.harmonic import HarmonicTransfer, harmonic_transfer
-from ...lighting.transfer_tensors.harmonic_btf import HarmonicBtf, products
 from ...lighting.vectors import orthonormal_frame
 from ...materials.analytic import Lambert
 from ...materials.btf.form import BtfForm, btf_form
@@ -40,6 +37,9 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ..btf.cases import cases as btf_cases
+from ..papers.transfer_tensors.clustered_harmonic import ClusteredHarmonicTransfer, clustered_transfer
+from ..papers.transfer_tensors.harmonic import HarmonicTransfer, harmonic_transfer
+from ..papers.transfer_tensors.harmonic_btf import HarmonicBtf, products
 from ..svbrdf.cases import made_sky
 from .pixels import BUDGET, figures_of, seen_sites
 from .scenes import SIDE
@@ -193,7 +193,7 @@ def _transfer(case: Clothed) -> tuple[Scene, Hits, HarmonicTransfer, SpectralBas
     """Return the scene as it is divided, its rays, the matrices of all sites, and the basis of the light that
     arrives."""
     scene = case.scene
-    bodies = Bodies.of(scene, _EDGE, most=0.0)
+    bodies = placed(scene, _EDGE, most=0.0)
     hits = bodies.traced()
     reflected = np.stack([even_albedo(case.surfaces[part.material]) for part in scene.parts])
     nm = case.images.basis.wavelengths_nm
@@ -203,9 +203,9 @@ def _transfer(case: Clothed) -> tuple[Scene, Hits, HarmonicTransfer, SpectralBas
     weights = np.stack([scene.observer.weights(one, nm) for one in scene.lights[0].spectra])
     basis = SpectralBasis.balanced(np.concatenate(spectra), weights.reshape(-1, len(nm)).T, _SIZE, nm)
     regions = Regions(hits.part_of_site, reflected, basis)
-    frames = _frames(bodies.placed.scene, hits)
+    frames = _frames(bodies.scene, hits)
     matrices = harmonic_transfer(bodies, hits, regions, frames, irradiance_operator(hits), _RAYS)
-    return bodies.placed.scene, hits, matrices, basis
+    return bodies.scene, hits, matrices, basis
 
 
 def _frames(scene: Scene, hits: Hits) -> Float[np.ndarray, "S 3 3"]:

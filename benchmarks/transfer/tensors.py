@@ -10,14 +10,14 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.transfer.bodies import Bodies
+from ...lighting.transfer.edge_refinement import placed
 from ...lighting.transfer.hits import Hits
-from ...lighting.transfer_tensors.precomputed import bytes_of_site, transfer_tensors
-from ...lighting.transfer_tensors.relighting import Arriving, TensorTransfer
 from ...lighting.visibility.occluders import Occluders
 from ...materials.tensors.brdf_tensor import BrdfTensor, brdf_tensor
 from ...materials.tensors.components import Components, components_of
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+from ..papers.transfer_tensors.precomputed import bytes_of_site, transfer_tensors
+from ..papers.transfer_tensors.relighting import Arriving, TensorTransfer
 from ..timing import best_ms
 from .pixels import Seen, seen_sites
 from .scenes import TransferScene, family
@@ -53,16 +53,16 @@ class TensorMethod:
         progress(f"{case.name}: rays")
         room, longest_edge = most_bytes / bytes_of_site(len(case.scene.parts), shared[1]), _FINEST
         # As even as the paper's: none is added where light is not linear.
-        bodies = Bodies.of(case.scene, longest_edge, most=0.0)
+        bodies = placed(case.scene, longest_edge, most=0.0)
         while longest_edge < _COARSEST and len(bodies.sites) > room:
             longest_edge *= 2.0**0.25
-            bodies = Bodies.of(case.scene, longest_edge, most=0.0)
+            bodies = placed(case.scene, longest_edge, most=0.0)
         hits, occluders = bodies.traced(rays), Occluders(bodies.triangles)
         progress(f"{case.name}: transfer tensors of {len(hits.sites):,} sites")
         tensors = transfer_tensors(hits, np.arange(len(case.scene.parts)), shared[1], occluders, across)
         progress(f"{case.name}: clusters")
         transfer = TensorTransfer.of(tensors, family(), *shared)
-        return cls(case, hits, seen_sites(bodies.placed.scene, hits), transfer, time.process_time() - start)
+        return cls(case, hits, seen_sites(bodies.scene, hits), transfer, time.process_time() - start)
 
     def xyz(self, arriving: Arriving, bounces: int) -> Float[np.ndarray, "S 3"]:
         """Colours of all sites for the scene's camera."""

@@ -12,10 +12,9 @@ from ...runtime.errors import InputError
 from ..vectors import Number, dot, unit
 from .creases import creased_normals
 from .gltf import gltf_pieces
-from .mesh import Mesh, check_arrays, degenerate_faces
+from .mesh import Mesh, MeshPiece, check_arrays, degenerate_faces
 from .obj import obj_pieces
 from .off import off_pieces
-from .piece import MeshPiece
 from .ply import ply_pieces
 
 # Characters of a text by which its encoding is told.

@@ -13,7 +13,7 @@ from ...materials.formats.gltf_json import JsonNode
 from .cost import MeshCost
 from .gltf_accessors import Accessors, refuse_extension
 from .gltf_primitives import PrimitiveGeometry, primitive_geometry
-from .piece import MeshPiece
+from .mesh import MeshPiece
 
 _INSTANCES, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
 # Extensions that a file may need and that move no triangle, or are read here.

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ...spectral.formats.shared.text import is_number
-from .piece import MeshPiece, floats
+from .mesh import MeshPiece, floats
 from .polygons import triangulated
 
 _AGAIN = "export the mesh again from the program that made it"

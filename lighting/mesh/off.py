@@ -9,7 +9,7 @@ from typing import NoReturn
 import numpy as np
 
 from ...runtime.errors import InputError
-from .piece import MeshPiece, floats
+from .mesh import MeshPiece, floats
 from .polygons import triangulated
 
 _AGAIN = "the file is damaged or cut short: export or copy it again"

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ..vectors import welded
-from .piece import MeshPiece, floats
+from .mesh import MeshPiece, floats
 from .polygons import triangulated
 
 _AGAIN = "the file is damaged or cut short: export or copy it again"

@@ -19,11 +19,10 @@ from jaxtyping import Bool, Float, Int
 from ...materials.core.cutout import Cutout
 from ..camera import Camera
 from ..lights import DeltaLight
+from ..mesh.ray_index import NumpyIndex, has_embree
 from ..mesh.tangents import seen_handedness
-from ..ray_index import NumpyIndex, has_embree
 from ..scene import Scene
 from ..vectors import dot, facing_viewer, orthonormal_frame, unit
-from .texture_coordinates import uv_footprints, uv_gradients
 
 # Shadow rays start this far off the surface, in radii of the scene: well above float32 rounding in Embree, whose
 # coordinates are scaled to the scene, and far below a pixel.
@@ -54,7 +53,9 @@ class VisibleGeometry:
     position (N, 3) : world; wo (N, 3) : local direction to the viewer, x along the tangent, y along the bitangent and z
     along the shading normal (`tangents`: left-handed where a texture is mirrored).
     lit : one entry a light.
-    uv (N, 2), footprint (N, 2, 2) : see `texture_coordinates`; None where they were not asked for or no part has uv.
+    uv (N, 2) : (0, 0) at the lower left corner of a picture, u to the right, v upwards; numbers beyond [0, 1] are left
+    to whoever looks something up. footprint (N, 2, 2) : see `uv_footprints`. None where they were not asked for or no
+    part has uv.
     has_uv : by part of the scene; both are 0 on parts that have none.
     frame (N, 3, 3) : world to local; geometric (N, 3) : geometric normal towards the viewer. None where no light of the
     scene is spread over directions: only such lights ask for them.
@@ -136,7 +137,7 @@ class Tracer:
 
     @cached_property
     def uv_gradients(self) -> Float[np.ndarray, "F 2 3"]:
-        """See `texture_coordinates.uv_gradients`; worked out when first asked for."""
+        """Gradients of u and v on each triangle (`uv_gradients`); worked out when first asked for."""
         return uv_gradients(self.vertices[self.faces], self.uv[self.faces])
 
     def first(
@@ -322,3 +323,43 @@ def visible_geometry(
         geometric=geometric if with_frames else None,
         cutouts=scene.cutouts if any(scene.cutouts) else (),
     )
+
+
+def uv_gradients(corners: Float[np.ndarray, "F 3 3"], uv: Float[np.ndarray, "F 3 2"]) -> Float[np.ndarray, "F 2 3"]:
+    """Compute the gradients of u and v along the three coordinates of space, in the planes of triangles with these
+    corners.
+    """
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    normal = np.cross(first, second)
+    # Directions along which only the one side's weight grows, and at which rate.
+    by_first, by_second = np.cross(second, normal), np.cross(normal, first)
+    by_uv = np.einsum("nc,ni->nci", uv[:, 1] - uv[:, 0], by_first) + np.einsum(
+        "nc,ni->nci", uv[:, 2] - uv[:, 0], by_second
+    )
+    return by_uv / dot(normal, normal)[:, None, None]
+
+
+def uv_footprints(
+    camera: Camera,
+    directions: Float[np.ndarray, "N 3"],
+    distance: Float[np.ndarray, " N"],
+    normals: Float[np.ndarray, "N 3"],
+    gradients: Float[np.ndarray, "N 2 3"],
+) -> Float[np.ndarray, "N 2 2"]:
+    """Footprints of samples whose rays, with unit `directions`, meet triangles with these normals and `uv_gradients` at
+    `distance`: in rows, how (u, v) changes from a sample to the next column (to the right) and to the next row
+    (downwards) of the picture's samples; the area of a sample in uv is |det|.
+
+    Derivatives at the sample's own point, on the plane of its triangle, which goes on beyond the triangle's sides: no
+    other part, silhouette or crease enters (Igehy 1999, Tracing ray differentials, section 3.1.2). Renderers that
+    rasterise have the twin of this in `viewer.render.surfaces`.
+    """
+    width, height = camera.sample_size
+    right, up, back = camera.axes
+    steps = width * right, -height * up
+    # Where the step is one of the ray's direction, it is at unit depth; a parallel view's is one of place.
+    scale = -distance * (directions @ back) if camera.projection == "perspective" else np.ones_like(distance)
+    # What a step leaves of the plane is made up for along the ray.
+    along = np.einsum("nci,ni->nc", gradients, directions) / dot(normals, directions)[:, None]
+    rows = [scale[:, None] * (gradients @ step - along * (normals @ step)[:, None]) for step in steps]
+    return np.stack(rows, axis=1)

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ...runtime.errors import InputError
-from ..ray_index import ray_index
+from ..mesh.ray_index import ray_index
 from .relief import Relief
 
 #: Least sine of a direction's height above the plane: nearer to the horizon there is no image, and rays have no end.

@@ -10,6 +10,7 @@ is one of geometry.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,7 +25,7 @@ from ..visibility.edge_refinement import middle_sites
 from ..visibility.occluders import OFFSET, Occluders
 from ..visibility.refinement import Vertices, divided, edges_between, refined
 from ..visibility.sites import Corners, Sites, faces_of, pieces_of, scaled_triangles, sites_at
-from .hits import Hits, RayTracer, hits_of, ray_directions
+from .hits import RAYS, Hits, RayTracer, check_rays_fit, hits_of, ray_directions, traced_hits
 from .operator import gathering_rows, irradiance_operator
 
 #: ΔE94 that interpolation may cost in the middle of an edge, and how often edges are cut.
@@ -59,9 +60,25 @@ class PlacedSites:
     sites: Sites
     triangles: Float[np.ndarray, "F 3 3"]
 
+    def traced(
+        self, rays: int = RAYS, progress: Callable[[int, int, str], None] = lambda done, total, what: None
+    ) -> Hits:
+        """Trace a number of rays of each site; `ray_cache.kept_hits` has them on disk.
+
+        progress : called with (sites done, sites in all, what is done).
+
+        Raises
+        ------
+        InputError : it would not fit into memory.
+        """
+        check_rays_fit(len(self.sites), rays)
+        return traced_hits(self.sites, self.corners, self.triangles, rays, progress)
+
 
 def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) -> PlacedSites:
     """Divide large triangles of a scene (`refined`), and cut those on which light between parts is not linear.
+
+    Sites are vertices, welded by place and normal (`visibility.sites`), and those that triangles are cut at.
 
     most : sites that are added at most for each there was; 0 adds none.
     """

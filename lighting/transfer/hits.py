@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt16
 
 from ...runtime.memory import check_room, gigabytes
-from ..ray_index import ray_index
+from ..mesh.ray_index import ray_index
 from ..vectors import dot
 from ..visibility.sites import Corners, Sites
 

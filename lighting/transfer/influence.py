@@ -19,11 +19,10 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.wavelengths import common_wavelengths, interpolation_matrix
 from ..scene import Scene
 from ..visibility.occluders import Occluders
-from .bodies import Bodies
 from .bounces import ENOUGH, Interreflection, interreflected
 from .diffuse_albedo import even_albedo, even_matrix
 from .direct import direct_illuminance
-from .edge_refinement import between_sites
+from .edge_refinement import between_sites, placed
 from .hits import RAYS, Hits
 from .indirect import needs_none
 from .operator import irradiance_operator
@@ -83,7 +82,7 @@ def influence(
     InputError : it would not fit into memory; a material that reflects all that it receives, or more.
     """
     scene.check_surfaces(surfaces)
-    bodies = Bodies.of(scene)
+    bodies = placed(scene)
     hits = kept_hits(scene, folder, rays, jobs, progress, say=say, bodies=bodies)
     operator = irradiance_operator(hits)
     if needs_none(scene):
@@ -120,8 +119,8 @@ def influence(
         len(hits.sites),
         rays,
         hits.nbytes,
-        bodies.placed.added,
-        _between(bodies.placed.scene, hits, regions, whole, seen, white),
+        bodies.added,
+        _between(bodies.scene, hits, regions, whole, seen, white),
         tuple(_y(scene, surfaces[part.material]) for part in scene.parts),
     )
 

@@ -16,8 +16,8 @@ from ..scene import Scene
 from ..vectors import LEAST_COSINE, dot, orthonormal_frame, unit
 from ..visibility.occluders import Occluders
 from ..visibility.sites import scaled_triangles
-from .bodies import Bodies
 from .cells import HemisphereCells
+from .edge_refinement import placed
 from .glossy_rays import GlossyRays
 from .hits import RAYS, Hits
 from .operator import ByPart, irradiance_operator
@@ -48,9 +48,9 @@ class Precomputation:
         longest_edge: float | None = None,
         progress: Callable[[int, int, str], None] = lambda done, total, what: None,
     ) -> Precomputation:
-        """Trace a scene. See `scene_hits`."""
-        bodies = Bodies.of(scene, longest_edge)
-        return cls(bodies.placed.scene, bodies.traced(rays, progress), HemisphereCells())
+        """Trace a scene. See `PlacedSites.traced`."""
+        bodies = placed(scene, longest_edge)
+        return cls(bodies.scene, bodies.traced(rays, progress), HemisphereCells())
 
     @cached_property
     def operator(self) -> Any:

@@ -25,7 +25,7 @@ from ...runtime.kept_arrays import UNREADABLE, read_arrays, write_arrays
 from ...runtime.worker_pool import numbered
 from ..scene import Scene
 from ..visibility.cache_limits import most_bytes, pruned, used
-from .bodies import Bodies
+from .edge_refinement import PlacedSites, placed
 from .hits import RAYS, Hits, RayTracer, blocks_of, check_rays_fit, hits_of
 from .on_cluster import traced_on_cluster
 
@@ -78,7 +78,7 @@ def build_rays(
 
     Parameters
     ----------
-    folder : made where it is missing. rays, progress, longest_edge : see `scene_hits`.
+    folder : made where it is missing. rays, progress, longest_edge : see `PlacedSites.traced`.
     jobs : processes, at most; the files are the same bytes with any number.
     say : hears a sentence of each block that is damaged.
     most : bytes that the folder may hold beside these files; what was not used for longest goes. None removes nothing.
@@ -89,7 +89,7 @@ def build_rays(
     InputError : the folder cannot be made or written to; see `traced_on_cluster`. NoRoomError : its disk is full; what
     is there stays.
     """
-    bodies = Bodies.of(scene, longest_edge)
+    bodies = placed(scene, longest_edge)
     key = ray_key(bodies, rays)
     folder = made_folder(folder)
     there = 0
@@ -109,9 +109,9 @@ def kept_hits(
     progress: Progress = lambda done, total, what: None,
     longest_edge: float | None = None,
     say: Callable[[str], object] = lambda words: None,
-    bodies: Bodies | None = None,
+    bodies: PlacedSites | None = None,
 ) -> Hits:
-    """`scene_hits`, from `folder` where they are there, else traced and kept there, within `$METAMER_CACHE_GB`.
+    """`PlacedSites.traced`, from `folder` where they are there, else traced and kept there, within `$METAMER_CACHE_GB`.
 
     folder : None keeps nothing, nor does a limit of 0. bodies : of the scene, where they are known. The rest as of
     `build_rays`.
@@ -122,7 +122,7 @@ def kept_hits(
     """
     limit = 0 if folder is None else most_bytes()
     where = None if folder is None or not limit else Path(folder)
-    bodies = Bodies.of(scene, longest_edge) if bodies is None else bodies
+    bodies = placed(scene, longest_edge) if bodies is None else bodies
     count = len(bodies.sites)
     check_rays_fit(count, rays)
     triangle, place = np.empty((count, rays), dtype=np.int32), np.empty((count, rays, 2), dtype=np.uint16)
@@ -134,7 +134,7 @@ def kept_hits(
     return hits_of(bodies.sites, bodies.corners, bodies.triangles, triangle, place)
 
 
-def ray_key(bodies: Bodies, rays: int) -> str:
+def ray_key(bodies: PlacedSites, rays: int) -> str:
     """Return the hash of everything that the rays of sites depend on."""
     where = bodies.sites
     given = (where.starts, where.normals, bodies.triangles, bodies.corners.face_normals, rays)
@@ -145,7 +145,7 @@ def ray_key(bodies: Bodies, rays: int) -> str:
 def tracing_code() -> str:
     """Hash the modules that trace, and the versions of libraries."""
     here = Path(__file__).parent
-    files = (here / "hits.py", here.parent / "vectors.py", here.parent / "ray_index.py")
+    files = (here / "hits.py", here.parent / "vectors.py", here.parent / "mesh" / "ray_index.py")
     return files_hash(here.parents[1], files, _LIBRARIES)
 
 
@@ -154,7 +154,7 @@ def _files(folder: Path, key: str, count: int) -> list[Path]:
 
 
 def _blocks(
-    bodies: Bodies,
+    bodies: PlacedSites,
     key: str,
     folder: Path | None,
     rays: int,

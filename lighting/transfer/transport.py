@@ -11,8 +11,8 @@ from jaxtyping import Int
 
 from ..scene import Scene
 from ..visibility.edge_bisection import Halving
-from .bodies import Bodies
 from .cells import HemisphereCells
+from .edge_refinement import placed
 from .hits import RAYS, Hits
 from .precomputation import Precomputation
 from .ray_cache import kept_hits
@@ -52,15 +52,11 @@ class Transport:
         ------
         InputError : it would not fit into memory; the folder cannot be used.
         """
-        bodies = Bodies.of(scene, longest_edge)
+        bodies = placed(scene, longest_edge)
         hits = kept_hits(scene, folder, rays, jobs, progress, longest_edge, say, bodies)
-        where, at = hits.sites, bodies.placed
-        return cls(
-            Precomputation(at.scene, hits, HemisphereCells()),
-            at.refinement,
-            where.fronts[at.order],
-            where.backs[at.order],
-        )
+        where, order = hits.sites, bodies.order
+        prepared = Precomputation(bodies.scene, hits, HemisphereCells())
+        return cls(prepared, bodies.refinement, where.fronts[order], where.backs[order])
 
     @property
     def hits(self) -> Hits:

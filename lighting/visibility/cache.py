@@ -114,7 +114,7 @@ def _computing_code() -> str:
     room = Path(__file__).parent
     beside = (
         "vectors.py",
-        "ray_index.py",
+        "mesh/ray_index.py",
         "reference/geometry.py",
         "environment/harmonics.py",
         "environment/octahedral.py",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..ray_index import ray_index
+from ..mesh.ray_index import ray_index
 from ..reference.geometry import SHADOW_OFFSET
 
 #: How far off a surface rays start, in radii of the scene: as shadow rays do.

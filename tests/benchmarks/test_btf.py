@@ -7,9 +7,8 @@ import pytest
 from btf_samples import bumps
 from metamer.benchmarks.btf import benchmark, cases, environments, spectral, speed, under_light
 from metamer.benchmarks.btf.comparison import rows_of
-from metamer.benchmarks.btf.methods import BYTES, methods
+from metamer.benchmarks.btf.methods import BYTES, methods, stored_bytes
 from metamer.benchmarks.btf.rows import BARS, row, seen_error, with_bars, within
-from metamer.benchmarks.btf.stored import stored_bytes
 from metamer.materials.formats.btf_names import directions_of
 from metamer.runtime.errors import InputError
 

@@ -4,8 +4,8 @@ import json
 
 import pytest
 from btf_samples import bumps
+from metamer.benchmarks.papers.transfer_tensors import clustered_harmonic
 from metamer.benchmarks.transfer import benchmark, draped_btf, scenes
-from metamer.lighting.transfer_tensors import clustered_harmonic
 from metamer.runtime.errors import InputError
 
 

@@ -11,7 +11,7 @@ from metamer.benchmarks.svbrdf.light import PreparedLight
 from metamer.benchmarks.svbrdf.surface import ShadedPoints
 from metamer.benchmarks.svbrdf.truth import truth
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.environment.irradiance import Irradiance
+from metamer.lighting.environment.prefiltering import Irradiance
 from metamer.lighting.visibility import precompute, refinement
 from metamer.spectral.illuminants import illuminant
 

@@ -6,7 +6,7 @@ from metamer.benchmarks.svbrdf import benchmark, cases, catalogued, gold, measur
 from metamer.benchmarks.svbrdf.light import PreparedLight
 from metamer.benchmarks.svbrdf.spectrum_cost import NAME
 from metamer.lighting.environment.booth import light_booth
-from metamer.lighting.environment.irradiance import Irradiance
+from metamer.lighting.environment.prefiltering import Irradiance
 from metamer.lighting.visibility import precompute, refinement
 from metamer.materials.analytic.cook_torrance import fresnel
 from metamer.materials.analytic.lambert import Lambert

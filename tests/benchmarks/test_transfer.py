@@ -22,7 +22,7 @@ from metamer.benchmarks.transfer import (
 )
 from metamer.benchmarks.transfer.pixels import difference, seen_sites, truth_of
 from metamer.lighting.mesh.shapes import sphere
-from metamer.lighting.transfer.bodies import Bodies
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.visibility import precompute, refinement
 from metamer.materials.fitting.fit import fit
 from metamer.materials.tensors.brdf_tensor import brdf_tensor
@@ -114,9 +114,9 @@ def test_matt_pixels_are_the_paths():
         name: Tuned(one.wavelengths_nm, one.diffuse, np.zeros_like(one.diffuse), one.family, one.parameters)
         for name, one in case.materials.items()
     }
-    bodies = Bodies.of(case.scene, 0.3)
+    bodies = placed(case.scene, 0.3)
     hits = bodies.traced(16)
-    seen = seen_sites(bodies.placed.scene, hits)
+    seen = seen_sites(bodies.scene, hits)
     assert len(seen.pixel) > 0.3 * scenes.SIDE**2
     np.testing.assert_allclose(seen.shares.sum(axis=1), 1.0, rtol=1e-9)
     truth = truth_of(scenes.TransferScene("matt", "sky", case.scene, matt, 0.3), 0, lambda line: None)

@@ -5,8 +5,7 @@ import pytest
 from metamer.calibration.match.tolerance import Tolerance
 from metamer.runtime.errors import ComparisonError, UnknownNameError
 from metamer.spectral.difference import xyz_from_lab
-from metamer.spectral.effect_difference import DIN_6175_2, delta_e_din_6175_2
-from metamer.spectral.formula import formula
+from metamer.spectral.formula import DIN_6175_2, delta_e_din_6175_2, formula
 
 WHITE = np.array([0.95, 1.0, 1.08])
 

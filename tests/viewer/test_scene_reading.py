@@ -8,7 +8,7 @@ from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.catalogue.instrument_reading import InstrumentReading
 from metamer.spectral.bispectral import Bispectral
 from metamer.viewer.display.transform import DisplayTransform
-from metamer.viewer.scene_reading import swatch, xyz_in
+from metamer.viewer.review.facts import swatch, xyz_in
 
 
 def test_colour_of_a_fluorescent_material_counts_what_it_sends_out(scenes):

@@ -22,7 +22,7 @@ class SurfaceSamples:
     of the sample, in 1/256. face (N,) : triangle of the scene.
     position (N, 3) : in radii about the scene's centre. to_viewer (N, 3) : unit. frame (N, 3, 3) : rows tangent,
     bitangent (along increasing v) and shading normal. weights (N, 3) : barycentric, of the triangle's corners.
-    uv (N, 2), footprint (N, 2, 2) : see `lighting.reference.texture_coordinates`; 0 on parts without uv
+    uv (N, 2), footprint (N, 2, 2) : see `lighting.reference.geometry`; 0 on parts without uv
     (`SceneGeometry.has_uv`), None where they were not asked for or no part has any.
     """
 

@@ -8,17 +8,22 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from ...calibration.report.direction import direction
 from ...calibration.report.review_facts import (
     FIGURE_LIGHTS,
+    SHIFT_ADAPTATION,
+    SHIFT_FORMULA,
     SHIFT_FROM,
     LitColour,
     ReviewedLight,
     ReviewedMaterial,
+    Shift,
     light_title,
     told_apart,
 )
 from ...lighting.scene import Scene
 from ...materials.catalogue.instrument_reading import GEOMETRY, InstrumentReading
+from ...materials.effect_coating.off_specular import ANGLES
 from ...materials.records.colour_standing import (
     colour_standing,
     gloss_standing,
@@ -26,13 +31,17 @@ from ...materials.records.colour_standing import (
     standing_sentences,
     title_of,
 )
-from ...spectral.difference import lab_from_xyz
+from ...runtime.errors import InputError
+from ...spectral.adaptation import adaptation_matrix
+from ...spectral.axis_letters import Lab, White
+from ...spectral.difference import delta_e, differences, lab_from_xyz
 from ...spectral.illuminants import illuminant
+from ...spectral.image import ColourImage
 from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
-from ..scene_reading import swatch, xyz_in
+from ..display.png import quantise
+from ..display.transform import DisplayTransform
 from .cases import Setting
-from .shifts import corresponding_lab, shift_between
 
 # Observers for small and for large fields: figures are given for both, whichever the pictures are for.
 _OBSERVERS = ("1931_2", "1964_10")
@@ -117,3 +126,47 @@ def _table(spectrum: Spectrum) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray
     inside = (spectrum.wavelengths_nm >= _VISIBLE_NM[0]) & (spectrum.wavelengths_nm <= _VISIBLE_NM[1])
     power = spectrum.samples[inside]
     return spectrum.wavelengths_nm[inside], power / power.max()
+
+
+# Differences in CIELAB that no word is spent on.
+_SPOKEN_FROM = 0.5
+
+
+def corresponding_lab(xyz: Float[np.ndarray, "3"], white: White, daylight: White) -> Lab | None:
+    """CIELAB under `SHIFT_FROM` of the colour that looks alike there, by complete adaptation; None where none is
+    possible.
+
+    daylight : white of `SHIFT_FROM` for the same observer.
+    """
+    try:
+        adapted = adaptation_matrix(white, daylight, SHIFT_ADAPTATION) @ xyz
+    except InputError:
+        return None
+    return lab_from_xyz(adapted, daylight)
+
+
+def shift_between(first: Lab, second: Lab) -> Shift:
+    """Change from one adapted colour to another: CIE 2000, and the direction in the words of a match."""
+    return Shift(
+        float(delta_e(first, second, SHIFT_FORMULA)), direction(first, differences(first, second), _SPOKEN_FROM)
+    )
+
+
+def xyz_in(scene: Scene, reading: InstrumentReading) -> Float[np.ndarray, "3"]:
+    """XYZ in the mixture of the scene's lights that its `adopted_white` is the white of; the diffuser has Y = 1."""
+    return scene.mixed(np.stack([reading.xyz(light.spectrum, scene.observer) for light in scene.lights]))
+
+
+def colours_around(scene: Scene, reading: InstrumentReading) -> tuple[tuple[float, Float[np.ndarray, "3"]], ...]:
+    """Compute `xyz_in` by degrees from the mirror direction, of metals and effect coatings; none of others."""
+    mixed = scene.mixed(np.stack([reading.xyz_around(light.spectrum, scene.observer) for light in scene.lights]))
+    return tuple(zip(ANGLES, mixed, strict=False))
+
+
+def swatch(
+    display: DisplayTransform, xyz: Float[np.ndarray, "3"], white: Float[np.ndarray, "3"]
+) -> tuple[int, int, int]:
+    """XYZ as a colour of the display, 8 bits a channel."""
+    rgb, _ = display.encode(ColourImage(xyz[None, None], "xyz", white))
+    red, green, blue = (int(code) for code in quantise(rgb)[0, 0])
+    return red, green, blue

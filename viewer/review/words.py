@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...lighting.camera import Camera
+from ...lighting.mesh.ray_index import rays_words
 from ...lighting.plan import ScenePlan
-from ...lighting.ray_index import rays_words
 from ...lighting.reference.geometry import VisibleGeometry
 from ...lighting.scene import Scene
 from ...materials.core.surface import Surface

@@ -13,10 +13,10 @@ from ...calibration.report.row import ReviewRow, RowColour, WorstPixel, review_r
 from ...materials.catalogue.instrument_reading import GEOMETRY, InstrumentReading
 from ...spectral.difference import lab_from_xyz
 from ..picture import picture_words
-from ..scene_reading import colours_around, swatch, xyz_in
 from .cases import Setting
 from .compare import PictureComparison
 from .draw import ReviewDrawing
+from .facts import colours_around, swatch, xyz_in
 from .files import picture_name, write_row
 from .limits import limits_of
 from .words import held_words, provenance_words

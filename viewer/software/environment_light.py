@@ -13,8 +13,7 @@ from ...lighting.environment.prefiltering import GatheredLight, turned
 from ...lighting.transfer.indirect import IndirectLight, light_at, under_lobes
 from ...lighting.visibility.compression import straight
 from ...lighting.visibility.cut_lobe import cut_lobe
-from ...lighting.visibility.free_share import free_share
-from ...lighting.visibility.geometric_horizon import share_above
+from ...lighting.visibility.free_share import free_share, share_above
 from ...materials.core.environment_form import Lobes, bends
 from ...materials.core.points import Points
 from ...materials.core.terms import Terms

@@ -1,12 +1,18 @@
-"""The colour chain of what is seen, in words: from the light to the display."""
+"""The colour chain of what is seen, from the light to the display: in words, and in screenshots."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache
+from pathlib import Path
 
+from ..display.png import write_png
 from ..display.transform import DisplayTransform
-from .state import Session
+from .canvas_readback import read_codes
+from .canvas_renderer import Quality
+from .frame import Frame
+from .image_frame import ImageFrame
+from .state import SESSION_FILE, Session
 
 
 def chain(session: Session, display: DisplayTransform) -> tuple[str, ...]:
@@ -38,3 +44,18 @@ def observer_words(name: str) -> str:
 def is_colorimetric(display: DisplayTransform) -> bool:
     """Return whether a view shows white as white: what it becomes is measured."""
     return not any("not colorimetric" in words for words in display.describe())
+
+
+def write_screenshot(path: str | Path, frame: Frame | ImageFrame, session: Session) -> Path:
+    """Write the picture as the display is sent it; its description has the chain, how exact it is, and the session.
+
+    Raises
+    ------
+    InputError, NoRoomError : a folder that cannot be written to.
+    """
+    assert frame.texture is not None
+    quality = "as the headless renderer draws it" if frame.quality == Quality.EXACT else "while it was settling"
+    words = ("Metamer", *chain(session, frame.display), f"drawn {quality}", "", SESSION_FILE.text(session))
+    codes = read_codes(frame.texture)
+    write_png(path, codes / 255.0, display=frame.display, words=words)
+    return Path(path)

@@ -19,10 +19,9 @@ from ...runtime.files import existing_file
 from ..display.transform import PINNED_CONFIG
 from .choices import Choices
 from .file_watcher import files_of_materials, files_of_scene
-from .session import is_session, read_session
 from .spectral_image import SpectralPicture, XyzPicture
 from .spectral_image_file import read_looked_at
-from .state import Compare, Other, Session, Subject
+from .state import SESSION_FILE, Compare, Other, Session, Subject
 
 #: Scene that materials are shown in where no other is named.
 SHOWN_IN = "speed_shape"
@@ -147,4 +146,4 @@ def subject_of_file(path: str) -> Subject | Session:
         raise InputError("no such file", file=path, expected="a scene.toml, a saved session, or an OpenEXR image")
     if Path(path).suffix.lower() == ".exr":
         return Subject("image", path)
-    return read_session(path) if is_session(path) else Subject("scene", str(possible_scene(path)))
+    return SESSION_FILE.read(path) if SESSION_FILE.is_one(path) else Subject("scene", str(possible_scene(path)))

@@ -16,11 +16,9 @@ from ...lighting.environment.map_light import load_environment
 from ...lighting.mesh import shapes
 from ...lighting.mesh.files import load_mesh
 from ...lighting.mesh.mesh import Mesh
-from ...lighting.rotated_lights import turned_lights
 from ...lighting.scene import Scene
 from ...lighting.scene_file.keys import SHAPES
 from ...lighting.scene_file.lamps import lamp
-from ...lighting.simplification import is_closed, simplified_scene
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.catalogue.material import Material
 from ...materials.core.fast import Fast
@@ -32,6 +30,8 @@ from ...spectral.spectrum import Spectrum
 from ..gl.side import CanvasSide
 from .edited_materials import Fitting, Values
 from .light_choice import LightChoice
+from .rotated_lights import turned_lights
+from .simplification import is_closed, simplified_scene
 from .state import Session
 from .stills import read_still
 

@@ -7,13 +7,14 @@ from typing import Literal, get_args
 
 from ...calibration.report.rating import Rating
 from ...runtime.errors import InputError
+from ...runtime.toml_records import RecordFile
 from ...spectral.adaptation import CONE_FROM_XYZ
 from ...spectral.image_difference import ImageFormula
 from ...spectral.observers import OBSERVERS
 from .checks import check_known, check_positive, check_text, check_within
 from .light_choice import LightChoice
 from .places import Pin, Region
-from .viewpoint import Viewpoint
+from .viewpoint import Viewpoint, orbited
 
 Kind = Literal["scene", "materials", "image"]
 #: How the two sides are shown; "difference" is the ΔE map.
@@ -297,3 +298,21 @@ def _check_once(names: list[str], where: str, problem: str) -> None:
 
 PASSING = tuple(one.name for one in fields(Session) if one.metadata.get("passing"))
 _STILL = Session()
+
+
+#: Seconds that one step may stand for: after a pause it does not leap.
+LONGEST_S = 0.25
+
+
+def turned_on(session: Session, seconds: float) -> Session:
+    """Return the session so much later, as its turntable has it."""
+    if not session.turntable_deg_s or session.subject.kind == "image":
+        return session
+    degrees = session.turntable_deg_s * min(seconds, LONGEST_S)
+    return replace(session, view=orbited(session.view, degrees))
+
+
+#: Sessions in files: TOML, written whole, read with every mistake named by its place.
+SESSION_FILE = RecordFile(
+    Session, "metamer_session", 1, "session of the window", "the window: Ctrl+S, or `save` among its commands"
+)

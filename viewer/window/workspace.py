@@ -15,10 +15,9 @@ from .command_list import commands
 from .commands import Change, Command, Commands, Dial
 from .history import History
 from .light_choice import LightChoice
-from .session import write_session
 from .session_loader import Loaded, subject_of_file
 from .spectral_image import XyzPicture
-from .state import Session, Subject
+from .state import SESSION_FILE, Session, Subject
 
 #: Seconds for which something that went well is said; problems stay until they are dismissed or solved.
 SAID_S = 6.0
@@ -166,7 +165,7 @@ class Desk:
     def save_as(self, path: str) -> bool:
         """Write the session; whether it was written."""
         file = Path(path if path.lower().endswith(".toml") else f"{path}.toml")
-        done = self.attempt(lambda: write_session(file, self.session), "save", f"Saved: {file}")
+        done = self.attempt(lambda: SESSION_FILE.write(file, self.session), "save", f"Saved: {file}")
         if done:
             self.path = file
         return done

@@ -11,7 +11,7 @@ from metamer.calibration.report.review_facts import LitColour, ReviewedLight, Re
 from metamer.calibration.report.row import Limits, RowColour, WorstPixel, review_row
 from metamer.calibration.report.statistics import DeltaEStatistics, SelfCheck
 from metamer.spectral.difference import delta_e, differences
-from metamer.viewer.review.shifts import shift_between
+from metamer.viewer.review.facts import shift_between
 
 #: ΔE94 of the map of the first row.
 DELTA_E = np.array([[0.0, 0.5, 1.0, 1.001], [3.0, 40.0, np.inf, np.nan], [0.004, 0.25, 0.26, 2.0]])

@@ -6,7 +6,7 @@ from metamer.lighting.environment import latlong
 from metamer.lighting.environment.brights import taken_apart
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.harmonics import cosine_factors, gaussian_factors, harmonics, projected
-from metamer.lighting.environment.irradiance import Irradiance
+from metamer.lighting.environment.prefiltering import Irradiance
 from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
 from scipy.special import sph_harm_y

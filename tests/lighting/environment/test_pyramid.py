@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.lighting.environment import latlong, octahedral
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.environment.irradiance import Irradiance
+from metamer.lighting.environment.prefiltering import Irradiance
 from metamer.lighting.environment.pyramid import Pyramid
 from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.bounces import interreflected
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.operator import irradiance_operator
 from metamer.lighting.transfer.regions import Regions
 from metamer.runtime.errors import InputError
@@ -22,7 +22,7 @@ BLUE = np.interp(NM, [380, 480, 560, 780], [0.6, 0.65, 0.08, 0.05])
 @pytest.fixture(scope="module")
 def box(scene_of, room):
     """G of the room, and the side that each site belongs to."""
-    hits = scene_hits(scene_of(*room), 128)
+    hits = placed(scene_of(*room)).traced(128)
     side = np.full(len(hits.sites), -1)
     side[hits.corners] = hits.part[:, None]
     some = hits.backs >= 0

@@ -5,12 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.lighting.mesh.shapes import plane, sphere
-from metamer.lighting.transfer.bodies import Bodies
 from metamer.lighting.transfer.edge_refinement import between_sites, placed
 from metamer.lighting.visibility.pieces import pieces
 from metamer.lighting.visibility.refinement import refined
-
-from .conftest import rectangle
+from small_rooms import rectangle
 
 
 def block(low, high):
@@ -39,7 +37,7 @@ def found(standing):
 def test_middles_stand_where_parts_meet(found, standing):
     fine = refined(standing)[0]
     floor = found.scene.parts[0].mesh.vertices[len(fine.parts[0].mesh.vertices) :]
-    before, after = (len(Bodies.of(standing, most=most).sites) for most in (0.0, 0.1))
+    before, after = (len(placed(standing, most=most).sites) for most in (0.0, 0.1))
     # Twins on the other side of a crease come on top.
     assert found.added > 0 and before < after <= 1.12 * before
     # As far from the block as a triangle's edge.
@@ -79,11 +77,11 @@ def test_points_find_the_sites_about_them(found, standing):
 def test_between_sites_less_is_missing(standing):
     missed = []
     for most in (0.0, 1.0):
-        bodies = Bodies.of(standing, most=most)
+        bodies = placed(standing, most=most)
         hits = bodies.traced(64)
         part = hits.part_of_site
         # The block alone sends light: what of it arrives changes fast beside it.
-        found = between_sites(bodies.placed.scene, hits, (part == 1).astype(float)[:, None])
+        found = between_sites(bodies.scene, hits, (part == 1).astype(float)[:, None])
         missed.append(float(np.abs(found.traced - found.mixed).mean()))
         assert found.traced.max() > 0.3
     assert missed[1] < 0.9 * missed[0]
@@ -92,4 +90,4 @@ def test_between_sites_less_is_missing(standing):
 def test_a_body_in_the_open_has_no_more_sites(scene_of):
     scene = scene_of(sphere(3))
     assert not placed(scene).added
-    assert len(Bodies.of(scene).sites) == len(scene.parts[0].mesh.vertices)
+    assert len(placed(scene).sites) == len(scene.parts[0].mesh.vertices)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.bounces import interreflected
 from metamer.lighting.transfer.coefficients import Coefficients
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.extrapolation import settled
 from metamer.lighting.transfer.operator import ByPart, irradiance_operator
 from metamer.lighting.transfer.regions import Regions
@@ -24,7 +24,7 @@ COLOURS = np.stack([0.5 + 0.45 * np.sin(NM / 40.0 + turn) for turn in range(6)])
 @pytest.fixture(scope="module")
 def box(scene_of, room):
     """G of the room, the side that each site belongs to, and which are inside."""
-    hits = scene_hits(scene_of(*room), 64)
+    hits = placed(scene_of(*room)).traced(64)
     operator = irradiance_operator(hits)
     return operator, hits.part_of_site, np.asarray(operator.sum(axis=1)).ravel() > 0.5
 

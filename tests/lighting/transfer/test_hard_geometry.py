@@ -7,7 +7,6 @@ import pytest
 from metamer.lighting.mesh.files import cleaned_mesh
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import plane, sphere
-from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.bounces import interreflected
 from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.operator import irradiance_operator
@@ -25,7 +24,7 @@ WHITE = 0.8
 
 def lit(scene, rays=32):
     """Every site receives 1000 lux and all are white: the hits, and what each sends out in the end, in lux."""
-    hits = scene_hits(scene, rays)
+    hits = placed(scene).traced(rays)
     operator = irradiance_operator(hits)
     rows = np.asarray(operator.sum(axis=1)).ravel()
     assert rows.min() >= 0.0
@@ -148,7 +147,7 @@ def test_parts_that_touch_light_each_other_and_not_through_each_other(scene_of):
 def test_what_lies_below_another_part_darkens_nothing_beside_it(scene_of, above):
     """A box that stands on a floor: where rays end beside it, the floor's sites below the box do not count."""
     floor = plane(3, 3).placed(translate=(0.0, -0.5 - above, 0.0))
-    hits = scene_hits(scene_of(floor, _box()), 64)
+    hits = placed(scene_of(floor, _box())).traced(64)
     low, high = hits.sites.starts[hits.part_of_site == 0].min(axis=0), hits.sites.starts.max(axis=0)
     radius = 1.5 / high[0]
     below = (np.abs(hits.sites.starts[:, [0, 2]]) * radius < 0.45).all(axis=1) & (hits.part_of_site == 0)

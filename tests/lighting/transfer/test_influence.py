@@ -7,9 +7,9 @@ import pytest
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.mesh.shapes import plane, sphere
-from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.diffuse_albedo import even_albedo
 from metamer.lighting.transfer.direct import direct_illuminance
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.influence import influence
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.refinement import refined
@@ -31,7 +31,7 @@ def worn(scene, *materials, lights=None):
 
 
 def received(scene, **more):
-    hits = scene_hits(scene, 16)
+    hits = placed(scene).traced(16)
     occluders = Occluders(scaled_triangles(refined(scene)[0]).astype(np.float32))
     return hits, direct_illuminance(scene, hits.sites, occluders, **more)
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import plane, sphere
-from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.hits import ray_directions
 from metamer.lighting.transfer.operator import irradiance_operator
@@ -28,7 +27,7 @@ def test_rays_are_as_dense_as_the_cosine():
 
 def test_inside_a_ball_every_site_receives_the_mean(scene_of, hollow):
     scene = scene_of(hollow)
-    hits = scene_hits(scene, 256)
+    hits = placed(scene).traced(256)
     inside = hits.sites.fronts[: len(hollow.vertices)]
     operator = irradiance_operator(hits)
     np.testing.assert_allclose(sums(operator)[inside], 1.0, atol=1e-6)
@@ -47,7 +46,7 @@ def test_inside_a_ball_every_site_receives_the_mean(scene_of, hollow):
 def test_two_squares_face_to_face(scene_of, squares):
     lower, upper = squares()
     scene = scene_of(lower, upper)
-    hits = scene_hits(scene, 4096)
+    hits = placed(scene).traced(4096)
     fine = placed(scene).scene.parts[0].mesh
     received = sums(irradiance_operator(hits))[hits.sites.fronts[: len(fine.vertices)]]
     # By the trapezoidal rule over the square; the form factor is 0.19982 (Howell's catalogue, C-11).
@@ -59,19 +58,19 @@ def test_two_squares_face_to_face(scene_of, squares):
 
 
 def test_a_convex_solid_receives_nothing_of_itself(scene_of):
-    assert irradiance_operator(scene_hits(scene_of(sphere(3)))).nnz == 0
+    assert irradiance_operator(placed(scene_of(sphere(3))).traced()).nnz == 0
 
 
 def test_one_triangle(scene_of):
     triangle = Mesh(np.eye(3), np.tile(np.ones(3) / np.sqrt(3.0), (3, 1)), np.array([[0, 1, 2]]))
-    assert irradiance_operator(scene_hits(scene_of(triangle))).nnz == 0
+    assert irradiance_operator(placed(scene_of(triangle)).traced()).nnz == 0
 
 
 def test_a_sheet_sends_from_the_side_that_is_seen(scene_of):
     up, down = plane(1, 1), plane(1, 1)
     above = Mesh(down.vertices + np.array([0.0, 0.4, 0.0]), down.normals, down.faces)
     scene = scene_of(up, above)
-    hits = scene_hits(scene, 64)
+    hits = placed(scene).traced(64)
     operator = irradiance_operator(hits)
     number = len(placed(scene).scene.parts[0].mesh.vertices)
     only_back = np.zeros(len(hits.sites), dtype=np.float32)
@@ -88,7 +87,7 @@ def test_the_inside_of_a_solid_is_dark(scene_of):
     ball = sphere(3)
     sunk = Mesh(ball.vertices, ball.normals, ball.faces)
     scene = scene_of(plane(4, 4), sunk)
-    hits = scene_hits(scene, 64)
+    hits = placed(scene).traced(64)
     fine = placed(scene).scene.parts[0].mesh
     within = np.linalg.norm(fine.vertices, axis=1) < 0.9
     assert within.any()
@@ -102,7 +101,7 @@ def test_doubled_and_thin_faces_change_little(scene_of, squares, kind):
     vertices, normals = np.concatenate([upper.vertices, beside]), np.concatenate([upper.normals, upper.normals[:1]])
     faces = upper.faces if kind == "doubled" else np.array([[0, 4, 1]])
     worse = Mesh(vertices, normals, np.concatenate([upper.faces, faces]))
-    plain, found = (sums(irradiance_operator(scene_hits(scene_of(lower, one), 64))) for one in (upper, worse))
+    plain, found = (sums(irradiance_operator(placed(scene_of(lower, one)).traced(64))) for one in (upper, worse))
     assert np.isfinite(found).all()
     # Which of two equal triangles a ray meets does not matter.
     assert abs(found.max() - plain.max()) < 0.03
@@ -118,7 +117,7 @@ def test_parts_that_touch(scene_of, squares):
         np.array([[0, 1, 2], [0, 2, 3]]),
     )
     scene = scene_of(lower, wall)
-    hits = scene_hits(scene, 256)
+    hits = placed(scene).traced(256)
     fine = placed(scene).scene.parts[0].mesh
     received = sums(irradiance_operator(hits))[hits.sites.fronts[: len(fine.vertices)]]
     foot = np.flatnonzero(np.isclose(fine.vertices[:, 2], -0.5) & (np.abs(fine.vertices[:, 0]) < 0.1))

@@ -7,7 +7,7 @@ import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.mesh import shapes
 from metamer.lighting.transfer import radiance_maps
-from metamer.lighting.transfer.bodies import scene_hits
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.hits import ray_directions
 from metamer.lighting.transfer.indirect import RADIANCE, arriving, under_lobes
 from metamer.lighting.transfer.radiance_maps import BLUNT, LEVELS, TEXELS, RadianceMaps, hemisphere_places
@@ -22,7 +22,7 @@ def hits(scenes):
     scene = scenes.scene_of(
         [(shapes.plane(2.0, 2.0), "floor"), (wall, "wall"), (ball, "ball")], [scenes.sun()], Camera("c", (1, 1, 3))
     )
-    return scene_hits(scene, 1024, longest_edge=0.25)
+    return placed(scene, 0.25).traced(1024)
 
 
 def floor(hits):

@@ -7,9 +7,9 @@ import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.reference.reference import reference_images
-from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.bounces import interreflected
 from metamer.lighting.transfer.direct import direct_illuminance
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.influence import influence
 from metamer.lighting.transfer.operator import irradiance_operator
 from metamer.lighting.transfer.radiant import basis_for
@@ -56,7 +56,7 @@ SURFACES = (
 @pytest.fixture(scope="module")
 def box(scene_of, room):
     """G of the room, the side of each site, and some light."""
-    hits = scene_hits(scene_of(*room), 64, longest_edge=0.7)
+    hits = placed(scene_of(*room), 0.7).traced(64)
     lux = np.random.default_rng(0).uniform(0.0, 3000.0, (len(hits.sites), 1))
     return irradiance_operator(hits), hits.part_of_site, lux
 
@@ -141,7 +141,7 @@ def test_it_is_what_paths_find(facing):
     surfaces = {"white": Lambert(Spectrum.sampled(NM, np.full(NM.size, 0.8))), "dye": FluorescentLambert(SURFACES[0])}
     paths = reference_images(facing, None, surfaces, bounces=8, budget=2.0)
     truth = paths.xyz[0].mean(axis=(0, 1)) * facing.viewing.reference_illuminance_lux / 1000.0
-    hits = scene_hits(facing, 512)
+    hits = placed(facing).traced(512)
     fine = refined(facing)[0]
     occluders = Occluders(scaled_triangles(fine).astype(np.float32))
     lux = np.concatenate(direct_illuminance(facing, hits.sites, occluders), axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.transfer import hits, ray_cache
-from metamer.lighting.transfer.bodies import Bodies, scene_hits
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.ray_cache import build_rays, kept_hits, ray_key
 from metamer.lighting.visibility import cache_limits
 from metamer.runtime.errors import NoRoomError
@@ -52,7 +52,7 @@ def test_what_is_read_is_what_is_traced(scene, tmp_path, monkeypatch):
     built = build_rays(scene, tmp_path / "made" / "here", RAYS)
     assert len(built.files) > 10 and built.there == 0
     assert built.nbytes == sum(file.stat().st_size for file in built.files)
-    expected = scene_hits(scene, RAYS)
+    expected = placed(scene).traced(RAYS)
     monkeypatch.setattr(ray_cache, "_traced", lambda *_: pytest.fail("traced again"))
     found = kept_hits(scene, tmp_path / "made" / "here", RAYS)
     assert same(found, expected)
@@ -66,7 +66,7 @@ def test_the_bytes_do_not_hang_on_processes(scene, undisturbed, tmp_path):
 
 
 def test_nor_do_rays_on_blocks(scene, tmp_path, monkeypatch):
-    expected = scene_hits(scene, RAYS)
+    expected = placed(scene).traced(RAYS)
     for sites in (1000000, 7):
         monkeypatch.setattr(hits, "_AT_ONCE", sites * RAYS)
         assert same(kept_hits(scene, tmp_path / str(sites), RAYS), expected)
@@ -74,7 +74,7 @@ def test_nor_do_rays_on_blocks(scene, tmp_path, monkeypatch):
 
 def test_the_key_is_that_of_the_geometry_alone(scene):
     def key(scene, rays=RAYS, longest=None):
-        return ray_key(Bodies.of(scene, longest), rays)
+        return ray_key(placed(scene, longest), rays)
 
     first = key(scene)
     assert key(scene.with_material("0", "another")) == first
@@ -232,5 +232,5 @@ def test_a_material_that_changes_while_a_build_runs_changes_no_byte(scene, undis
             found.append(kept_hits(other, tmp_path, RAYS))
 
     build_rays(scene, tmp_path, RAYS, progress=changed)
-    assert same(found[0], scene_hits(scene, RAYS))
+    assert same(found[0], placed(scene).traced(RAYS))
     assert contents(tmp_path) == undisturbed[1]

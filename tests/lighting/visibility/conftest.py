@@ -2,15 +2,14 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh.mesh import Mesh
-from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
 from metamer.lighting.visibility import precompute, refinement
-from metamer.spectral.observers import observer
-from metamer.spectral.spectrum import Spectrum
+from small_rooms import scene_of
+
+__all__ = ["scene_of"]
 
 
-@pytest.fixture(scope="session", autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def few_divisions():
     """Large triangles are divided less finely than they are for pictures, and axes found from fewer sites: these tests
     have to be quick.
@@ -19,18 +18,6 @@ def few_divisions():
         patched.setattr(refinement, "MOST_VERTICES", 300)
         patched.setattr(precompute, "_TRAINING", 400)
         yield
-
-
-@pytest.fixture(scope="session")
-def scene_of():
-    """The scene of these meshes, named 0, 1, ..., under some light."""
-
-    def made(*meshes, material="matt"):
-        light = DirectionalLight((0.0, 1.0, 0.0), Spectrum(np.ones(2), np.array([400.0, 700.0]), "emission"))
-        parts = tuple(Part(str(number), mesh, material) for number, mesh in enumerate(meshes))
-        return Scene(parts, (light,), (framing_camera(*bounds_of(meshes)),), observer("1931_2"))
-
-    return made
 
 
 @pytest.fixture(scope="session")

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+import visibility_truth as measure
 from metamer.lighting.mesh.shapes import plane, speed_shape, sphere
-from metamer.lighting.visibility import adaptive_sampling, measure, precompute
+from metamer.lighting.visibility import adaptive_sampling, precompute
 from metamer.lighting.visibility.adaptive_sampling import Surroundings, thinned
 from metamer.lighting.visibility.precompute import computed_visibility
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from metamer.lighting.mesh.shapes import cloth, plane, speed_shape, sphere
 from metamer.lighting.visibility import cache, edge_refinement, refinement
-from metamer.lighting.visibility.measure import misclassified, truth
 from metamer.lighting.visibility.precompute import computed_visibility
+from visibility_truth import misclassified, truth
 
 
 @pytest.fixture(autouse=True)

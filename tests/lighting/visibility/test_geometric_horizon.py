@@ -13,7 +13,7 @@ from metamer.benchmarks.svbrdf.truth import truth
 from metamer.lighting.camera import Camera
 from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.scene import Part
-from metamer.lighting.visibility.geometric_horizon import share_above
+from metamer.lighting.visibility.free_share import share_above
 
 
 @pytest.mark.parametrize("sharpness", [25.0, 400.0, 1e4])

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+import visibility_truth as measure
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.bright_light import BrightLight
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility import compression, measure, tracing
+from metamer.lighting.visibility import compression, tracing
 from metamer.lighting.visibility.hidden_light import HiddenLight
 from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.materials.core.environment_form import bends

@@ -29,7 +29,7 @@ def alone(scene):
 SAME = """
 import sys
 sys.path.insert(0, {folder!r})
-from conftest import scene_of
+from small_rooms import scene_of
 from metamer.lighting.mesh.shapes import cloth, speed_shape
 from metamer.lighting.visibility import adaptive_sampling, precompute, refinement
 from metamer.runtime.fingerprint import fingerprint
@@ -48,7 +48,7 @@ for jobs in (1, 2):
 def test_several_processes_give_the_same_bytes(tmp_path, whole):
     """Each works with one thread of BLAS; so does the command."""
     script = tmp_path / "same.py"
-    script.write_text(SAME.format(folder=str(Path(__file__).parent), whole=whole), encoding="utf-8")
+    script.write_text(SAME.format(folder=str(Path(__file__).parents[2] / "harness"), whole=whole), encoding="utf-8")
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

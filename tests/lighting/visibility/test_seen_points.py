@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from metamer.lighting.mesh.shapes import cloth, plane, speed_shape, sphere
 from metamer.lighting.visibility import adaptive_sampling, precompute
-from metamer.lighting.visibility.measure import truth
 from metamer.lighting.visibility.precompute import SeenPoints, computed_visibility
+from visibility_truth import truth
 
 # Points on triangles, a few thousand as a small picture has.
 POINTS, DIRECTIONS = 1500, 24

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+import visibility_truth as measure
 from metamer.lighting.environment import harmonics
 from metamer.lighting.mesh.files import joined
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import cloth, patches, plane, speed_shape, sphere
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility import measure
 from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.runtime.errors import InputError
 

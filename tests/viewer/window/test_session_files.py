@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from metamer.runtime.errors import InputError, NoRoomError, UnknownNameError
 from metamer.runtime.toml_records import record_of
-from metamer.viewer.window.session import VERSION, is_session, read_session, session_text, write_session
-from metamer.viewer.window.state import Session, Subject
+from metamer.viewer.window.state import SESSION_FILE, Session, Subject
 from window_sessions import sessions
 
 
@@ -17,24 +16,24 @@ from window_sessions import sessions
 @given(session=sessions)
 @settings(deadline=None, max_examples=40)
 def test_any_session_is_read_back_as_it_was_written(session):
-    document = tomllib.loads(session_text(session))
-    assert document.pop("metamer_session") == VERSION
+    document = tomllib.loads(SESSION_FILE.text(session))
+    assert document.pop("metamer_session") == SESSION_FILE.version
     assert record_of(Session, document) == session
 
 
 def test_a_session_goes_through_a_file(tmp_path):
     session = replace(Session(exposure=0.1 + 0.2), cursor=(0.5, 0.5), flicked=True)
-    write_session(tmp_path / "a.toml", session)
-    assert read_session(tmp_path / "a.toml") == session.settled != session
-    assert is_session(tmp_path / "a.toml")
+    SESSION_FILE.write(tmp_path / "a.toml", session)
+    assert SESSION_FILE.read(tmp_path / "a.toml") == session.settled != session
+    assert SESSION_FILE.is_one(tmp_path / "a.toml")
     assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
 
 
 def test_a_scene_is_no_session(tmp_path):
     (tmp_path / "scene.toml").write_text('[[part]]\nshape = "sphere"\n')
-    assert not is_session(tmp_path / "scene.toml") and not is_session(tmp_path / "none.toml")
+    assert not SESSION_FILE.is_one(tmp_path / "scene.toml") and not SESSION_FILE.is_one(tmp_path / "none.toml")
     with pytest.raises(InputError, match="not a session of the window"):
-        read_session(tmp_path / "scene.toml")
+        SESSION_FILE.read(tmp_path / "scene.toml")
 
 
 WRONG = {
@@ -64,7 +63,7 @@ def test_a_mistake_is_named_by_file_key_found_and_expected(tmp_path, text):
     field, found, expected = WRONG[text]
     (tmp_path / "s.toml").write_text(text)
     with pytest.raises(InputError) as raised:
-        read_session(tmp_path / "s.toml")
+        SESSION_FILE.read(tmp_path / "s.toml")
     error = raised.value
     assert str(error.file) == str(tmp_path / "s.toml") and error.field == field
     assert (error.found is None) if found is None else (str(error.found) == found)
@@ -83,22 +82,22 @@ def test_a_mistake_is_named_by_file_key_found_and_expected(tmp_path, text):
 def test_a_misspelt_name_is_told_with_its_neighbour(tmp_path, text, nearest):
     (tmp_path / "s.toml").write_text(f"metamer_session = 1\n{text}\n")
     with pytest.raises(UnknownNameError) as raised:
-        read_session(tmp_path / "s.toml")
+        SESSION_FILE.read(tmp_path / "s.toml")
     assert nearest in raised.value.nearest
 
 
 def test_what_is_no_toml_is_refused(tmp_path):
     (tmp_path / "s.toml").write_text("metamer_session = = 1")
     with pytest.raises(InputError, match="not a TOML file"):
-        read_session(tmp_path / "s.toml")
+        SESSION_FILE.read(tmp_path / "s.toml")
 
 
 def test_a_full_disk_leaves_the_session_that_was_there(tmp_path, room_for):
-    write_session(tmp_path / "s.toml", Session())
+    SESSION_FILE.write(tmp_path / "s.toml", Session())
     long = Session(subject=Subject(materials=tuple(f"family/{number}" for number in range(2000))))
     with room_for(4096), pytest.raises((NoRoomError, OSError)):
-        write_session(tmp_path / "s.toml", long)
-    assert read_session(tmp_path / "s.toml") == Session()
+        SESSION_FILE.write(tmp_path / "s.toml", long)
+    assert SESSION_FILE.read(tmp_path / "s.toml") == Session()
     assert len(list(tmp_path.iterdir())) == 1
 
 

@@ -6,16 +6,17 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
+import glfw
 from imgui_bundle import imgui
+from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 
 from ....calibration.report.rating import Verdict
+from ..chain import write_screenshot
 from ..displayed_value import displayed
 from ..frame import Frame
 from ..probe import ProbeReading
 from ..probe_text import Named, copied, write_colours, write_probes_cxf, write_spectra
 from ..protocol import rating_of
-from ..screenshot import write_screenshot
-from .full_screen import FullScreenSwitch
 from .window import Window
 
 
@@ -121,3 +122,24 @@ def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> No
     if desk.do(rated, f"Rate: {verdict}"):
         last = desk.session.ratings[-1]
         desk.tell(f"{last.verdict}: {last.material} under {last.light}", about="rate")
+
+
+class FullScreenSwitch:
+    """Takes the first monitor for the window, and gives it back."""
+
+    def __init__(self) -> None:
+        self._before: tuple[int, int, int, int] | None = None
+
+    def turn(self) -> None:
+        """Turn it on, or off again."""
+        window = glfw_window_hello_imgui()
+        if self._before is None:
+            monitor = glfw.get_primary_monitor()
+            if not monitor:
+                return
+            self._before = (*glfw.get_window_pos(window), *glfw.get_window_size(window))
+            mode = glfw.get_video_mode(monitor)
+            glfw.set_window_monitor(window, monitor, 0, 0, *mode.size, mode.refresh_rate)
+        else:
+            glfw.set_window_monitor(window, None, *self._before, 0)  # pyright: ignore[reportArgumentType]
+            self._before = None

@@ -9,8 +9,22 @@ from imgui_bundle import ImVec2, imgui
 
 from .dialogs import draw_dialog
 from .keys import press_keys
-from .notices import draw_notices
-from .panels import bottom, left_column, right, top_row
+from .panels import (
+    bottom,
+    camera,
+    compare,
+    display,
+    edit,
+    image,
+    light,
+    materials,
+    metamerism,
+    pins,
+    probe,
+    protocol,
+    top_row,
+    trust,
+)
 from .picture import PictureArea
 from .style import grey
 from .widgets import em
@@ -18,6 +32,7 @@ from .window import Window
 
 # Sizes of text: heights of the rows, widths of the columns; and the least width of a window that has columns.
 _TOP, _BOTTOM, _LEFT, _RIGHT, _LEAST = 2.6, 3.4, 16.5, 22.0, 60.0
+_TABS = {"Pins": pins, "Edit": edit, "Metamerism": metamerism, "Protocol": protocol, "Trust": trust}
 _FIXED = (
     imgui.WindowFlags_.no_decoration
     | imgui.WindowFlags_.no_move
@@ -47,9 +62,9 @@ def draw(window: Window, area: PictureArea) -> None:
             bottom.draw(window)
     if columns:
         with _area("Left", 0.0, above, before, height, scrolled=True):
-            left_column.draw(window)
+            _draw_left(window)
         with _area("Right", room.x - after, above, after, height, scrolled=True):
-            right.draw(window)
+            _draw_right(window)
     width = max(room.x - before - after, 0.0)
     if width >= 1.0 and height >= 1.0:
         imgui.push_style_color(imgui.Col_.window_bg, grey(window.desk.session.surround, window.style.display))
@@ -58,9 +73,33 @@ def draw(window: Window, area: PictureArea) -> None:
             area.draw(window, ImVec2(before, above), ImVec2(width, height))
         imgui.pop_style_var()
         imgui.pop_style_color()
-    draw_notices(window, before, above, width)
+    _draw_notices(window, before, above, width)
     if not draw_dialog(window):
         press_keys(window.desk)
+
+
+def _draw_left(window: Window) -> None:
+    """A section each: what is looked at, in which light, how it is compared and shown."""
+    of_image = window.desk.session.subject.kind == "image"
+    (image if of_image else materials).draw(window)
+    light.draw(window)
+    compare.draw(window)
+    display.draw(window)
+    if not of_image:
+        camera.draw(window)
+
+
+def _draw_right(window: Window) -> None:
+    """The probe above, tabs of what else there is to know and to do below."""
+    probe.draw(window)
+    wanted, window.kept.tab = window.kept.tab, None
+    if imgui.begin_tab_bar("tabs"):
+        for name, tab in _TABS.items():
+            flags = imgui.TabItemFlags_.set_selected if wanted == name else 0
+            if imgui.begin_tab_item(name, None, flags)[0]:
+                tab.draw(window)
+                imgui.end_tab_item()
+        imgui.end_tab_bar()
 
 
 @contextmanager
@@ -71,3 +110,33 @@ def _area(name: str, x: float, y: float, width: float, height: float, scrolled: 
     imgui.begin(name, None, flags)
     yield
     imgui.end()
+
+
+def _draw_notices(window: Window, x: float, y: float, width: float) -> None:
+    """Say what there is to say over the upper edge of the picture, whose area begins at x, y; problems stay until
+    they are dismissed or solved.
+    """
+    said = window.desk.said()
+    if not said or width < em(12.0):
+        return
+    wide = min(em(44.0), width - em(2.0))
+    imgui.set_next_window_pos(ImVec2(x + (width - wide) / 2.0, y + em(2.6)))
+    imgui.set_next_window_size_constraints(ImVec2(wide, 0.0), ImVec2(wide, em(24.0)))
+    imgui.set_next_window_bg_alpha(0.94)
+    flags = imgui.WindowFlags_
+    imgui.push_style_color(imgui.Col_.window_bg, window.style.panel(10.0))
+    imgui.begin(
+        "Notices", None,
+        flags.no_decoration | flags.no_move | flags.no_saved_settings | flags.always_auto_resize
+        | flags.no_focus_on_appearing | flags.no_nav,
+    )  # fmt: skip
+    for number, one in enumerate(said):
+        imgui.push_text_wrap_pos(wide - em(6.0 if one.problem else 1.0))
+        imgui.text_unformatted(one.words)
+        imgui.pop_text_wrap_pos()
+        if one.problem:
+            imgui.same_line(wide - em(5.5))
+            if imgui.small_button(f"Dismiss##{number}"):
+                window.desk.forget(one.about)
+    imgui.end()
+    imgui.pop_style_color()

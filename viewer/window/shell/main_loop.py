@@ -7,15 +7,16 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import glfw
 import moderngl
 from imgui_bundle import hello_imgui, imgui, immapp
+from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 
 from ....runtime.errors import MetamerError
 from ...gl.context import REQUIRED_VERSION
-from ..session import write_session
+from ..state import SESSION_FILE
 from ..workspace import Desk
 from .actions import put_actions
-from .file_drop import on_drop
 from .layout import draw
 from .picture import PictureArea
 from .style import Style
@@ -75,7 +76,7 @@ def run(
         raise NoWindow(_first_line(reason)) from reason
     finally:
         if keep is not None and window.pictures is not None:
-            write_session(keep, desk.session)
+            SESSION_FILE.write(keep, desk.session)
 
 
 def _params(window: Window, size: tuple[int, int], scale: float) -> hello_imgui.RunnerParams:
@@ -122,7 +123,8 @@ def _begin(window: Window) -> None:
         raise RuntimeError(f"OpenGL {found}, and {_VERSION} is needed")
     window.start(context)
     put_actions(window)
-    on_drop(window.dropped)
+    # GLFW tells of files that are dropped, imgui does not; pyGLFW makes a list of what its types do not say.
+    glfw.set_drop_callback(glfw_window_hello_imgui(), lambda _, paths: window.dropped(paths))  # pyright: ignore[reportArgumentType]
 
 
 def _step(window: Window, params: hello_imgui.RunnerParams) -> None:

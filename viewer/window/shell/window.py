@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Hashable
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,12 +26,10 @@ from ..places import Pin, free_name
 from ..probe_reader import ProbedView, Probing
 from ..queries import Asking
 from ..session_loader import Loaded, load
-from ..state import Session
-from ..turntable import turned_on
+from ..state import Session, turned_on
 from ..view_measurement import PATIENCE_S, Measuring
 from ..worker import ReferenceWorker
 from ..workspace import Desk
-from .panel_state import PanelState
 from .style import Style
 
 if TYPE_CHECKING:
@@ -41,6 +39,29 @@ if TYPE_CHECKING:
 SLICE_S, LOOK_S = 0.03, 0.5
 #: Seconds that the pointer has to rest before spectra are read.
 REST_S = 0.12
+
+
+@dataclass
+class PanelState:
+    """State of panels that is no part of a session: what is typed, which tab is open.
+
+    searched : of materials. typed : into fields, by their names. tab : that is to be opened next. spectrum : which
+    kind is plotted. compared : materials that are looked at for metamerism. note, score : of the next rating.
+    amount : that a wish asks for. chain_in_full : whether the chain is told at length. found : typed into the palette,
+    and the row chosen.
+    """
+
+    searched: str = ""
+    typed: dict[str, str] = field(default_factory=dict)
+    tab: str | None = None
+    spectrum: str = "reflectance"
+    compared: list[str] = field(default_factory=list)
+    note: str = ""
+    score: int = 0
+    amount: float = 10.0
+    chain_in_full: bool = False
+    found: str = ""
+    row: int = 0
 
 
 class Window:

@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from metamer.viewer.window.session import read_session
+from metamer.viewer.window.state import SESSION_FILE
 from PIL import Image
 
 # All of it is done in the folder that the process runs in.
@@ -36,7 +36,7 @@ def check_a_session_is_saved_and_restored(it):
     it.frames(2)
     assert it.desk.dialog == "save.as"
     it.type("Dialog/##file", "mine")
-    saved = read_session("mine.toml")
+    saved = SESSION_FILE.read("mine.toml")
     assert saved == it.session.settled and saved.exposure == 0.5
     it.key("R")
     it.click("Top/A##light")

@@ -16,7 +16,7 @@ from metamer.spectral.formats.xyz_exr import write_xyz_exr
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import OBSERVERS
 from metamer.spectral.spectrum import Spectrum
-from metamer.viewer.window.session import read_session
+from metamer.viewer.window.state import SESSION_FILE
 
 HERE = Path(__file__).resolve().parent
 HARNESS = HERE.parents[2] / "harness"
@@ -97,7 +97,7 @@ def test_closed_in_mid_build_it_ends_well_and_keeps_its_session(end, surrounding
     kept.unlink(missing_ok=True)
     done = end("close")
     assert (done.returncode, done.stderr) == (0, "")
-    assert read_session(kept).subject.path == str(small_scene)
+    assert SESSION_FILE.read(kept).subject.path == str(small_scene)
 
 
 @pytest.mark.window

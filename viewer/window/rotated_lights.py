@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from .environment.environment import EnvironmentLight
-from .environment.softbox import SoftboxLight
-from .lights import DirectionalLight, Light, PointLight
-from .scene import Scene
+from ...lighting.environment.environment import EnvironmentLight
+from ...lighting.environment.softbox import SoftboxLight
+from ...lighting.lights import DirectionalLight, Light, PointLight
+from ...lighting.scene import Scene
 
 
 def turned_lights(scene: Scene, degrees: float) -> Scene:

@@ -3,20 +3,20 @@
 import numpy as np
 import pytest
 from btf_samples import bumps, sky
+from metamer.benchmarks.papers.transfer_tensors import clustered_harmonic, harmonic
+from metamer.benchmarks.papers.transfer_tensors.clustered_harmonic import clustered_transfer
+from metamer.benchmarks.papers.transfer_tensors.harmonic import harmonic_transfer
+from metamer.benchmarks.papers.transfer_tensors.harmonic_btf import HarmonicBtf, harmonic_weights, products
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.harmonics import harmonics, projected
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
-from metamer.lighting.transfer.bodies import Bodies, scene_hits
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.hits import tangents
 from metamer.lighting.transfer.operator import irradiance_operator
 from metamer.lighting.transfer.regions import Regions
-from metamer.lighting.transfer_tensors import clustered_harmonic, harmonic
-from metamer.lighting.transfer_tensors.clustered_harmonic import clustered_transfer
-from metamer.lighting.transfer_tensors.harmonic import harmonic_transfer
-from metamer.lighting.transfer_tensors.harmonic_btf import HarmonicBtf, harmonic_weights, products
 from metamer.materials.btf.form import btf_form
 from metamer.materials.btf.light_basis import hats_at
 from metamer.runtime.errors import InputError
@@ -37,7 +37,7 @@ def scene_of(*meshes):
 
 def transfer_of(scene, reflectances, longest_edge=0.4, rays=1024):
     """Compute the transfer of one region a part, with the frames of the hits' own tangents."""
-    hits, bodies = scene_hits(scene, 512, longest_edge=longest_edge), Bodies.of(scene, longest_edge)
+    hits, bodies = placed(scene, longest_edge).traced(512), placed(scene, longest_edge)
     normals = hits.sites.normals
     frames = np.stack([*tangents(normals), normals], axis=1)
     regions = Regions(hits.part_of_site, np.array(reflectances), BASIS)

@@ -8,9 +8,9 @@ from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh import shapes
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.scene import Part, Scene
-from metamer.lighting.simplification import is_closed, simplified, simplified_scene
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.viewer.window.simplification import is_closed, simplified, simplified_scene
 
 
 def scene_of(*meshes):

@@ -1,9 +1,9 @@
 """Cube maps, and their wavelets."""
 
 import numpy as np
+from metamer.benchmarks.papers.transfer_tensors.direct import transformed
 from metamer.lighting.environment.cube import CubeMap
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.transfer_tensors.haar import transformed
 from metamer.spectral.illuminants import illuminant
 
 

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
-from ..environment.harmonics import BANDS, COUNT, harmonics
-from ..transfer.bodies import Bodies
-from ..transfer.hits import Hits, RayTracer, shifted_pattern
-from ..transfer.regions import Regions
+from ....lighting.environment.harmonics import BANDS, COUNT, harmonics
+from ....lighting.transfer.edge_refinement import PlacedSites
+from ....lighting.transfer.hits import Hits, RayTracer, shifted_pattern
+from ....lighting.transfer.regions import Regions
+from ....runtime.errors import InputError
 
 #: Rays of a site, as dense in all directions above it.
 RAYS = 256
@@ -51,7 +51,7 @@ class HarmonicTransfer:
 
 
 def harmonic_transfer(
-    bodies: Bodies,
+    bodies: PlacedSites,
     hits: Hits,
     regions: Regions,
     frames: Float[np.ndarray, "S 3 3"],

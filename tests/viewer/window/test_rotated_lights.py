@@ -6,10 +6,10 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.lights import DirectionalLight, PointLight
 from metamer.lighting.mesh import shapes
-from metamer.lighting.rotated_lights import turned_lights
 from metamer.lighting.scene import Part, Scene
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.viewer.window.rotated_lights import turned_lights
 
 
 @pytest.fixture

@@ -14,18 +14,17 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ...materials.tensors.brdf_tensor import BrdfTensor
-from ...materials.tensors.components import Components
-from ...materials.tensors.families import Family
-from ...materials.tensors.parametric import Tuned
-from ..environment.cube import CubeMap
-from ..environment.environment import EnvironmentLight
-from ..environment.harmonics import gaussian_factors, harmonics
-from ..environment.pyramid import Pyramid
+from ....lighting.environment.cube import CubeMap
+from ....lighting.environment.environment import EnvironmentLight
+from ....lighting.environment.harmonics import gaussian_factors, harmonics
+from ....lighting.environment.pyramid import Pyramid
+from ....materials.tensors.brdf_tensor import BrdfTensor
+from ....materials.tensors.components import Components
+from ....materials.tensors.families import Family
+from ....materials.tensors.parametric import Tuned
 from .clustered import ClusteredTensor, clustered_tensor
 from .direct import DirectTensor, direct_tensor
-from .frames import local
-from .precomputed import BANDS, ONE_BOUNCE, TWO_BOUNCES, TransferTensors, unpacked
+from .precomputed import BANDS, ONE_BOUNCE, TWO_BOUNCES, TransferTensors, local, unpacked
 
 # Texels of a cube map, each way, that factors of the light are projected onto harmonics over.
 _FACTORS = 16
@@ -186,7 +185,7 @@ class _Seen:
 
     @cached_property
     def _mirrored(self) -> Float[np.ndarray, "n 3"]:
-        from .frames import outward
+        from .precomputed import outward
 
         return outward(self._wo * (-1.0, -1.0, 1.0), self._transfer.tensors.normals[self._mine])
 

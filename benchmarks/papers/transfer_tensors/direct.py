@@ -11,11 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...materials.tensors.brdf_tensor import BrdfTensor
-from ..environment.cube import CubeMap
-from .frames import local
-from .haar import transformed
-from .precomputed import TransferTensors, unpacked
+from ....lighting.environment.cube import CubeMap
+from ....materials.tensors.brdf_tensor import BrdfTensor
+from .precomputed import TransferTensors, local, unpacked
 
 #: Wavelets of each factor.
 WAVELETS = 96
@@ -63,3 +61,23 @@ def direct_tensor(tensors: TransferTensors, brdf: BrdfTensor, wavelets: int = WA
         largest.sort(axis=1)
         place[site], value[site] = largest, np.take_along_axis(found, largest, axis=1)
     return DirectTensor(place, value, tensors.across)
+
+
+def transformed(values: Float[np.ndarray, "*n D"], across: int) -> Float[np.ndarray, "*n D"]:
+    """Orthonormal, non-standard two-dimensional Haar coefficients of each face; `across` is a power of 2.
+
+    The inner product of two maps is that of their coefficients.
+    """
+    faces = np.array(values, dtype=np.float64).reshape(*values.shape[:-1], 6, across, across)
+    size = across
+    while size > 1:
+        half = size // 2
+        block = faces[..., :size, :size]
+        a, b = block[..., 0::2, 0::2], block[..., 0::2, 1::2]
+        c, d = block[..., 1::2, 0::2], block[..., 1::2, 1::2]
+        parts = [a + b + c + d, a - b + c - d, a + b - c - d, a - b - c + d]
+        parts = [0.5 * part for part in parts]
+        block[..., :half, :half], block[..., :half, half:] = parts[0], parts[1]
+        block[..., half:, :half], block[..., half:, half:] = parts[2], parts[3]
+        size = half
+    return faces.reshape(values.shape)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...materials.btf.clusters import clustered as in_clusters
+from ....materials.btf.clusters import clustered as in_clusters
 
 #: Components of a cluster's sites and of its lights; a cluster has about so many sites.
 SITES, LIGHTS, A_CLUSTER = 32, 64, 1000

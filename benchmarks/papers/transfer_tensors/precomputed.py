@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from ...materials.tensors.components import Components
-from ...runtime.memory import check_room, gigabytes
-from ..environment.cube import CubeMap
-from ..environment.harmonics import harmonics
-from ..transfer.hits import Hits
-from ..vectors import unit
-from ..visibility.occluders import Occluders
+from ....lighting.environment.cube import CubeMap
+from ....lighting.environment.harmonics import harmonics
+from ....lighting.transfer.hits import Hits, tangents
+from ....lighting.vectors import unit
+from ....lighting.visibility.occluders import Occluders
+from ....materials.tensors.components import Components
+from ....runtime.memory import check_room, gigabytes
 
 #: Texels across a face: of visibility; of the lights of one bounce and of two; and the harmonics of one bounce.
 VISIBLE, ONE_BOUNCE, TWO_BOUNCES, BANDS = 64, 8, 2, 4
@@ -224,3 +224,15 @@ def _local(
     along = np.divide(between - falls * leaves, sine, out=np.zeros_like(sine), where=sine > 0.0)
     across = np.sqrt(np.maximum(1.0 - falls * falls - along * along, 0.0))
     return np.stack([along, across, falls], axis=1), np.stack([sine, np.zeros_like(sine), leaves], axis=1)
+
+
+def local(to: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    """Directions in frames about their own normals."""
+    across, along = tangents(normals)
+    return np.stack([np.sum(to * axis, axis=1) for axis in (across, along, normals)], axis=1)
+
+
+def outward(to: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+    """Directions of frames in the world."""
+    across, along = tangents(normals)
+    return to[:, :1] * across + to[:, 1:2] * along + to[:, 2:] * normals

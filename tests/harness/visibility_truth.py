@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-
-from ..environment import harmonics
-from ..scene import Scene
-from ..vectors import unit
-from . import octahedral
-from .occluders import OFFSET, Occluders
-from .precompute import computed_visibility
-from .sites import scaled_triangles
-from .visibility import SceneVisibility
+from metamer.lighting.environment import harmonics
+from metamer.lighting.scene import Scene
+from metamer.lighting.vectors import unit
+from metamer.lighting.visibility import octahedral
+from metamer.lighting.visibility.occluders import OFFSET, Occluders
+from metamer.lighting.visibility.precompute import computed_visibility
+from metamer.lighting.visibility.sites import scaled_triangles
+from metamer.lighting.visibility.visibility import SceneVisibility
 
 # Points whose rays are traced at once. Side of the map of a sky: another one than that of the rays of vertices.
 _BLOCK, _SKY = 256, 80

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from .mesh.mesh import Mesh, degenerate_faces
-from .scene import Scene
-from .vectors import unit
+from ...lighting.mesh.mesh import Mesh, degenerate_faces
+from ...lighting.scene import Scene
+from ...lighting.vectors import unit
 
 # Cells along the longest side of a mesh's box: what is tried, finest first.
 _CELLS = (256, 192, 144, 108, 81, 61, 46, 34, 26, 19, 14, 10)

@@ -4,8 +4,8 @@ import sys
 
 import numpy as np
 import pytest
+from metamer.lighting.mesh.ray_index import NumpyIndex, ray_index
 from metamer.lighting.mesh.shapes import cloth, plane, sphere
-from metamer.lighting.ray_index import NumpyIndex, ray_index
 from metamer.lighting.reference.geometry import visible_geometry
 from metamer.lighting.vectors import unit
 

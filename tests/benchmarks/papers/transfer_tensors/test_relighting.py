@@ -2,18 +2,17 @@
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.transfer_tensors.clustered import clustered_tensor
+from metamer.benchmarks.papers.transfer_tensors.precomputed import ONE_BOUNCE, local, transfer_tensors
+from metamer.benchmarks.papers.transfer_tensors.relighting import TensorTransfer
 from metamer.lighting.environment.cube import CubeMap
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.scene import Part, Scene, bounds_of, framing_camera
-from metamer.lighting.transfer.bodies import scene_hits
 from metamer.lighting.transfer.direct import direct_illuminance
+from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.operator import irradiance_operator
-from metamer.lighting.transfer_tensors.clustered import clustered_tensor
-from metamer.lighting.transfer_tensors.frames import local
-from metamer.lighting.transfer_tensors.precomputed import ONE_BOUNCE, transfer_tensors
-from metamer.lighting.transfer_tensors.relighting import TensorTransfer
 from metamer.lighting.visibility import refinement
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.sites import scaled_triangles
@@ -63,7 +62,7 @@ class Room:
         parts = tuple(Part(str(number), mesh, "matt") for number, mesh in enumerate(meshes))
         self.scene = Scene(parts, (self.sky,), (framing_camera(*bounds_of(meshes)),), SEEN)
         self.occluders = Occluders(scaled_triangles(refinement.refined(self.scene)[0]))
-        self.hits = scene_hits(self.scene, 96, longest_edge=0.8)
+        self.hits = placed(self.scene, 0.8).traced(96)
         self.family = FAMILY
         self.components = components_of(self.family)
         self.tensors = transfer_tensors(self.hits, np.arange(3), self.components, self.occluders, ACROSS)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from .vectors import dot
+from ..vectors import dot
 
 # Triangles of a leaf, rays that are followed together.
 _LEAF, _RAYS = 16, 1 << 18

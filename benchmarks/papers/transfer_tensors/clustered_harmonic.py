@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, UInt16
 
-from ...materials.btf.clusters import clustered
+from ....materials.btf.clusters import clustered
 from .harmonic import HarmonicTransfer
 
 #: The paper's: clusters, and components of each beside its mean.

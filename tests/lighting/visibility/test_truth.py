@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+import visibility_truth as measure
 from metamer.lighting.mesh.files import load_mesh
 from metamer.lighting.mesh.shapes import plane, speed_shape, sphere
-from metamer.lighting.visibility import edge_refinement, measure, refinement
+from metamer.lighting.visibility import edge_refinement, refinement
 
 
 def test_truth_is_drawn_by_area_and_counts_above_both_horizons(scene_of):
