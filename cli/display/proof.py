@@ -36,9 +36,9 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     )
     verb.add_argument(
         "display",
-        type=Path,
         metavar="DISPLAY",
-        help="DISPLAY.json, which `display characterise` wrote, or the display's profile PROFILE.icc",
+        help="DISPLAY.json, which `display characterise` wrote; or the display's profile, PROFILE.icc, or icc:screen "
+        "for the one that the system has",
     )
     verb.add_argument(
         "picture",
@@ -58,11 +58,13 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Look and print; 0, or 1 where something cannot be shown."""
+    from ...calibration.display.icc_profile import PREFIX
     from ...runtime.errors import UsageError
     from ...runtime.files import check_outputs, written_whole
     from ...viewer.display.received_picture import read_picture
 
-    is_scene, is_profile = args.picture.suffix.lower() == ".toml", args.display.suffix.lower() in _PROFILES
+    is_scene = args.picture.suffix.lower() == ".toml"
+    is_profile = args.display.startswith(PREFIX) or args.display.lower().endswith(_PROFILES)
     for option in ("camera", "illuminant", "catalogue"):
         if not is_scene and getattr(args, option) is not None:
             raise UsageError(f"--{option} is of scenes: leave it out for {args.picture}")
@@ -70,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
         if is_profile and getattr(args, option) is not None:
             raise UsageError(f"--{option} is of DISPLAY.json: a profile says its white and black itself")
     if args.out is not None:
-        check_outputs([args.out], [args.display, args.picture])
+        check_outputs([args.out], [Path(args.display.removeprefix(PREFIX)), args.picture])
     words, prove = _profile(args.display) if is_profile else _characterised(args)
     if is_scene:
         pixels, xyz = _rendered(args)
@@ -96,13 +98,13 @@ def run(args: argparse.Namespace) -> int:
     return 1 if count else 0
 
 
-def _profile(path: Path) -> tuple[str, Callable[[np.ndarray], ProofStatistics]]:
+def _profile(named: str) -> tuple[str, Callable[[np.ndarray], ProofStatistics]]:
     """Name the display of an ICC profile, and return what proves a picture in XYZ-D65 for it."""
     from ...calibration.display.icc_profile import PREFIX
     from ...viewer.display.proof import Proof
     from ...viewer.display.transform import DisplayTransform
 
-    display = DisplayTransform(f"{PREFIX}{path}")
+    display = DisplayTransform(PREFIX + named.removeprefix(PREFIX))
     return display.name, Proof(display).statistics
 
 
