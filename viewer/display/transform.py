@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -66,8 +67,12 @@ class DisplayTransform:
     view: str = DEFAULT_VIEW
     config: str | None = None
     adaptation: Method = "Bradford"
+    # A profile that is written anew is another display.
+    _written: object = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
+        if self.display.startswith(PREFIX) and self.display != SCREEN:
+            object.__setattr__(self, "_written", _written(existing_file(self.display.removeprefix(PREFIX))))
         if not self.display:
             object.__setattr__(self, "display", self._loaded.getDefaultDisplay())
         adaptation_matrix(DISPLAY_WHITE_XYZ, DISPLAY_WHITE_XYZ, self.adaptation)
@@ -386,8 +391,13 @@ def _profile_of(display: str) -> DisplayProfile:
     if display == SCREEN:
         return _read_profile(SCREEN, screen_profile())
     path = existing_file(display.removeprefix(PREFIX))
+    return _read_profile(str(path), _written(path))
+
+
+def _written(path: Path) -> tuple[int, int]:
+    """Return what tells a file from what it was before."""
     seen = path.stat()
-    return _read_profile(str(path), (seen.st_mtime_ns, seen.st_size))
+    return seen.st_mtime_ns, seen.st_size
 
 
 @lru_cache(maxsize=8)
