@@ -22,6 +22,7 @@ from ...materials.btf.images import HeldImages, displacement
 from ...materials.btf.registration import plane_offset
 from ...materials.formats.btf_names import directions_of
 from ...runtime.errors import InputError
+from ...spectral.srgb import srgb_to_linear
 
 # Rings of UBO2003: polar angle and step in azimuth, degrees.
 _RINGS = ((0, 360), (15, 60), (30, 30), (45, 20), (60, 18), (75, 15))
@@ -81,8 +82,7 @@ class CodedBtf:
         encoded = np.zeros((*texel.shape, 3), dtype=np.float32)
         for k, plane in enumerate(self.pixels[:, number]):
             encoded += (plane[texel] / np.float32(127.5) - 1.0)[..., None] * weights[:, k]
-        encoded = np.maximum(encoded, 0.0)
-        return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+        return srgb_to_linear(np.maximum(encoded, 0.0))
 
     @cached_property
     def offset(self) -> float:

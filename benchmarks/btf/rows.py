@@ -13,6 +13,7 @@ from ...materials.btf.fields import judged
 from ...materials.btf.images import BtfImages
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
+from ...spectral.srgb import linear_to_srgb
 from ...spectral.upsampling import xyz_from_rgb
 
 #: What a texel of an image is made again by: view, light -> f_r cos(theta_i).
@@ -155,8 +156,7 @@ def seen_error(images: BtfImages, reconstruct: Reconstruct) -> tuple[tuple[float
 
 def _encoded(linear: Float[np.ndarray, "H W 3"]) -> Float[np.ndarray, "H W 3"]:
     # An image holds no number below 0 and none above full scale.
-    held = np.clip(linear, 0.0, 1.0)
-    return np.where(held <= 0.0031308, 12.92 * held, 1.055 * held ** (1.0 / 2.4) - 0.055)
+    return linear_to_srgb(np.clip(linear, 0.0, 1.0))
 
 
 #: Methods of the columns of `EPSILON`, by the names that they have here.

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, UInt
 
 from ...runtime.errors import InputError
+from ...spectral.srgb import linear_to_srgb
 from ..svbrdf.texel_map import TexelMap
 
 # How far from a code of 8 bits a number may be, in codes, to be that.
@@ -68,7 +69,5 @@ def _within(values: np.ndarray, what: str) -> np.ndarray:
 
 
 def _encoded(linear: np.ndarray, srgb: bool) -> np.ndarray:
-    """sRGB of linear light (IEC 61966-2-1), or the numbers as they are."""
-    if not srgb:
-        return linear
-    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1.0 / 2.4) - 0.055)
+    """sRGB of linear light, or the numbers as they are."""
+    return linear_to_srgb(linear) if srgb else linear

@@ -10,7 +10,8 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+
+from ...spectral.srgb import srgb_to_linear
 
 # ITU-T H.273, tables 2 and 3; those of sRGB, and "unspecified", need no words.
 _PRIMARIES = {4: "BT.470 M", 5: "BT.470 B/G", 6: "BT.601", 7: "SMPTE 240M", 8: "film", 9: "BT.2020", 10: "XYZ"}
@@ -78,16 +79,7 @@ def is_srgb(profile: bytes) -> bool:
     except (ImageCms.PyCMSError, OSError, ValueError):
         return False
     meant = codes[..., None] if grey else codes
-    return bool(np.abs(linear_from_srgb(shown / 255.0) - linear_from_srgb(meant / 255.0)).max() <= _LIGHT_OFF)
-
-
-def linear_from_srgb(values: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch"]:
-    """Return linear light of sRGB values in [0, 1] (IEC 61966-2-1).
-
-    >>> linear_from_srgb(np.array([0.0, 0.5, 1.0])).round(4).tolist()
-    [0.0, 0.214, 1.0]
-    """
-    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return bool(np.abs(srgb_to_linear(shown / 255.0) - srgb_to_linear(meant / 255.0)).max() <= _LIGHT_OFF)
 
 
 def exr_colours(attributes: Mapping[str, Any]) -> tuple[str, ...]:

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ...runtime.errors import InputError
+from ...spectral.srgb import srgb_to_linear
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,7 @@ class TexelMap:
         """Value of each code."""
         most = np.iinfo(self.values.dtype).max
         part = np.arange(most + 1) / most
-        return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4) if self.srgb else part
+        return srgb_to_linear(part) if self.srgb else part
 
     def decoded(self, codes: np.ndarray) -> Float[np.ndarray, "*texels C"]:
         """Decode some of `values`."""

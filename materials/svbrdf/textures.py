@@ -20,7 +20,8 @@ from ...runtime.errors import InputError
 from ...runtime.private_folder import file_of
 from ...spectral.formats.exr import MAGIC as EXR_MAGIC
 from ...spectral.formats.exr import ExrPicture, read_picture
-from .stated_colours import exr_colours, is_srgb, linear_from_srgb, stated_colours
+from ...spectral.srgb import srgb_to_linear
+from .stated_colours import exr_colours, is_srgb, stated_colours
 
 Encoding = Literal["sRGB", "linear"]
 
@@ -264,7 +265,7 @@ def linear_of_codes(codes: np.ndarray, encoding: Encoding) -> Float[np.ndarray, 
 @cache
 def _linear_codes(bits: int) -> Float[np.ndarray, " codes"]:
     """Linear light of every sRGB code: as many powers as there are codes, rather than texels."""
-    return linear_from_srgb(np.arange(1 << bits) / ((1 << bits) - 1))
+    return srgb_to_linear(np.arange(1 << bits) / ((1 << bits) - 1))
 
 
 def blocks(height: int, width: int) -> list[slice]:

@@ -15,10 +15,10 @@ from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.records.hdf5_tree import mapping_from, mapping_node, read_tree, write_tree
 from metamer.materials.records.stored_array import StoredArray
 from metamer.materials.records.stored_files import StoredFiles
-from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.srgb import srgb_to_linear
 from metamer.spectral.upsampling import xyz_from_rgb
 
 SRGB = Coding("srgb", np.ones(1))
@@ -36,7 +36,7 @@ def files(folder, coding=SRGB, size=(4, 4), basis=None, index=None, data=None, v
 def test_an_image_is_what_its_codes_are_as_fractions_of_white(tmp_path):
     codes = written(tmp_path)
     images = files(tmp_path)
-    expected = linear_from_srgb(codes[3, 5] / 255.0) / np.pi
+    expected = srgb_to_linear(codes[3, 5] / 255.0) / np.pi
     np.testing.assert_allclose(images.image(3, 5), expected, rtol=1e-6)
     linear = files(tmp_path, Coding("linear", np.array([0.5, 0.25, 2.0])))
     np.testing.assert_allclose(linear.image(3, 5), codes[3, 5] / 255.0 / np.pi / [0.5, 0.25, 2.0], rtol=1e-6)

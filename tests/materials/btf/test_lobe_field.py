@@ -13,9 +13,9 @@ from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.lobe_field import LobeField, lobe_field
 from metamer.materials.formats.btf_names import directions_of
-from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
+from metamer.spectral.srgb import srgb_to_linear
 
 ALL = Hemisphere(directions_of(UBO))
 FEW = Hemisphere(ALL.directions[:28:4])
@@ -150,7 +150,7 @@ def test_what_is_refused(cloth):
 def test_measured_cloths_are_met_with_two_lobes(shared_data, name):
     rows, columns = np.mgrid[96:108, 96:108]
     codes = xml3d_btf(shared_data / "btf", name).pixels((rows * 256 + columns).ravel())
-    values = linear_from_srgb(np.maximum(codes, 0.0)).reshape(81, 81, 12, 12, 3) / np.pi
+    values = srgb_to_linear(np.maximum(codes, 0.0)).reshape(81, 81, 12, 12, 3) / np.pi
     images = held(values[::3], Hemisphere(ALL.directions[::3]))
     field = lobe_field(images, 2)
     assert field.bytes_per_texel * 3 <= 1134

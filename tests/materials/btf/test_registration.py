@@ -8,7 +8,7 @@ from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import BtfImages, HeldImages, displacement
 from metamer.materials.btf.registration import held_out_error, plane_offset, registered
 from metamer.materials.formats.btf_names import directions_of
-from metamer.materials.svbrdf.stated_colours import linear_from_srgb
+from metamer.spectral.srgb import srgb_to_linear
 from scipy.ndimage import gaussian_filter
 
 # h0, and mean, p95 and p99 of held-out views that are asked for.
@@ -129,7 +129,7 @@ class Blocks(BtfImages):
     def image(self, view, light):
         if (view, light) not in self.made:
             codes = self._codes(view, lambda rows: rows[light].T)
-            self.made[view, light] = (linear_from_srgb(np.maximum(codes, 0.0)) / np.pi).astype(np.float32)
+            self.made[view, light] = (srgb_to_linear(np.maximum(codes, 0.0)) / np.pi).astype(np.float32)
         return self.made[view, light]
 
     def both(self):

@@ -10,10 +10,10 @@ from metamer.materials.btf.surface import MeasuredBtf
 from metamer.materials.formats import btf as btf_format
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.source import MaterialSource, Rejected
-from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.import_options import ImportOptions
+from metamer.spectral.srgb import srgb_to_linear
 from metamer.spectral.upsampling import xyz_from_rgb
 
 SAID = ImportOptions(encoding="srgb", white=(1.0,))
@@ -46,7 +46,7 @@ def test_ubo_and_utia_names(tmp_path, name):
     at = [tuple(pair) for pair in np.rint(source.original["views_degrees"]).astype(int).tolist()]
     for v, l in ((0, 0), (4, 7)):
         light = [tuple(pair) for pair in np.rint(source.original["lights_degrees"]).astype(int).tolist()].index(NINE[l])
-        expected = linear_from_srgb(codes[v, l] / 255.0) / np.pi
+        expected = srgb_to_linear(codes[v, l] / 255.0) / np.pi
         np.testing.assert_allclose(images.image(at.index(NINE[v]), light), expected, rtol=1e-6)
     np.testing.assert_allclose(surface.means[0, 0], images.image(0, 0).mean(axis=(0, 1)), rtol=1e-5)
     assert source.provenance.kind == "uplifted(mallett-yuksel)"

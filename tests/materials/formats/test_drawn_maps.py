@@ -8,11 +8,11 @@ from metamer.materials.formats.pictures.normal_maps import green_of, normals_of
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import Rejected
-from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.materials.svbrdf.textures import Texture
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
+from metamer.spectral.srgb import srgb_to_linear
 from PIL import Image
 
 RNG = np.random.default_rng(11)
@@ -143,7 +143,7 @@ def test_roughness_metal_and_masks_are_drawn(tmp_path):
     surface = rebuild(found.model, found.parameters)
     texels = surface.texels(np.array([1, 2]), np.array([5, 6]))
     share = metal[[1, 2], [5, 6]] / 255.0
-    np.testing.assert_allclose(texels.body, linear_from_srgb(BASE[[1, 2], [5, 6]] / 255) * (1 - share)[:, None])
+    np.testing.assert_allclose(texels.body, srgb_to_linear(BASE[[1, 2], [5, 6]] / 255) * (1 - share)[:, None])
     alpha = np.maximum((1 - rough[[1, 2], [5, 6]] / 255.0) ** 2, 0.002)
     np.testing.assert_allclose(texels.spread[:, 0], alpha**2)
     np.testing.assert_allclose(texels.covers, mask[[1, 2], [5, 6]] / 255.0)
@@ -164,7 +164,7 @@ def test_a_matt_set_is_perfectly_diffuse(tmp_path):
     surface = surface_of(save(tmp_path / "w_albedo.png", BASE))
     wi = np.array([[0.6, 0.0, 0.8]])
     found = surface.at(Points(wi, UP, np.array([[0.5 / 48, 1 - 0.5 / 32]])))
-    expected = surface.spectra(linear_from_srgb(BASE[:1, 0] / 255.0)) / np.pi
+    expected = surface.spectra(srgb_to_linear(BASE[:1, 0] / 255.0)) / np.pi
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
@@ -182,12 +182,12 @@ def test_a_specular_map_is_asked_about_and_drawn_as_it_was_answered(tmp_path):
     asked = read(albedo)
     assert "say it with --specular-map" in asked.provenance.notes
     assert not rebuild(asked.model, asked.parameters).reflected.values.shape[0] > 1
-    for words, expected in (("f0-srgb", linear_from_srgb(specular / 255.0)), ("f0-linear", specular / 255.0)):
+    for words, expected in (("f0-srgb", srgb_to_linear(specular / 255.0)), ("f0-linear", specular / 255.0)):
         found = read(albedo, ImportOptions(specular_map=words))
         surface = rebuild(found.model, found.parameters)
         texels = surface.texels(np.array([3]), np.array([7]))
         np.testing.assert_allclose(texels.facets[0], expected[3, 7], rtol=1e-12)
-        np.testing.assert_allclose(texels.body[0], linear_from_srgb(BASE[3, 7] / 255.0), rtol=1e-12)
+        np.testing.assert_allclose(texels.body[0], srgb_to_linear(BASE[3, 7] / 255.0), rtol=1e-12)
         np.testing.assert_allclose(texels.through, 1.0 - expected[3, 7].max(), rtol=1e-12)
         assert "as you said" in found.provenance.notes and "not rendered" not in found.provenance.notes
         mean = read(albedo, ImportOptions(maps="mean", specular_map=words))

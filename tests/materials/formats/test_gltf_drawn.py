@@ -8,8 +8,8 @@ from metamer.materials.core.points import Points
 from metamer.materials.formats import gltf
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import Rejected
-from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
+from metamer.spectral.srgb import srgb_to_linear
 from PIL import Image
 
 RNG = np.random.default_rng(3)
@@ -57,7 +57,7 @@ def test_colour_metal_and_roughness_of_each_texel(tmp_path):
     row, column = np.divmod(np.arange(24), 6)
     texels = surface.texels(row, column)
     metal = PACKED[row, column, 2:] / 255.0
-    base = linear_from_srgb(BASE[row, column, :3] / 255.0) * (0.5, 1.0, 0.25)
+    base = srgb_to_linear(BASE[row, column, :3] / 255.0) * (0.5, 1.0, 0.25)
     np.testing.assert_allclose(texels.body, base * (1 - metal))
     np.testing.assert_allclose(texels.facets, base * metal + 0.04 * (1 - metal))
     np.testing.assert_allclose(texels.spread[:, 0], np.maximum((0.5 * PACKED[row, column, 1] / 255) ** 2, 0.002) ** 2)
@@ -206,14 +206,14 @@ def test_specular_and_glossiness_of_each_texel(tmp_path):
     packed = RNG.integers(0, 256, (4, 6, 4)).astype(np.uint8)
     surface = drawn(tmp_path, {"extensions": {"KHR_materials_pbrSpecularGlossiness": gloss}}, (BASE, packed))
     texels = surface.texels(np.array([1]), np.array([4]))
-    shine = linear_from_srgb(packed[1, 4, :3] / 255.0)
+    shine = srgb_to_linear(packed[1, 4, :3] / 255.0)
     np.testing.assert_allclose(texels.facets[0], shine)
-    np.testing.assert_allclose(texels.body[0], linear_from_srgb(BASE[1, 4, :3] / 255.0) * (1 - shine.max()))
+    np.testing.assert_allclose(texels.body[0], srgb_to_linear(BASE[1, 4, :3] / 255.0) * (1 - shine.max()))
     np.testing.assert_allclose(texels.spread[0, 0], max((1 - packed[1, 4, 3] / 255.0) ** 2, 0.002) ** 2)
 
 
 def test_an_unlit_texture_is_matt(tmp_path):
     surface = drawn(tmp_path, FULL | {"extensions": {"KHR_materials_unlit": {}}})
     points = Points(UP, UP, np.array([[0.5 / 6, 1 - 0.5 / 4]]))
-    expected = surface.spectra(linear_from_srgb(BASE[:1, 0, :3] / 255.0)) / np.pi
+    expected = surface.spectra(srgb_to_linear(BASE[:1, 0, :3] / 255.0)) / np.pi
     np.testing.assert_allclose(surface.at(points), expected, rtol=1e-9)

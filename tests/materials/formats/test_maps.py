@@ -13,13 +13,13 @@ from metamer.materials.formats.pictures.map_names import map_name
 from metamer.materials.formats.pictures.map_record import kept_texture, texel_reflectances
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.source import MaterialSource, Rejected
-from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.materials.svbrdf.textures import Texture
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.import_options import NO_ANSWER, ImportOptions
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.spectral.srgb import srgb_to_linear
 from metamer.spectral.upsampling import xyz_from_rgb
 from PIL import Image
 
@@ -148,7 +148,7 @@ def test_a_set_is_one_material_and_the_albedo_stands_for_it(tmp_path):
     found = read(albedo, answer=ImportOptions(maps="mean"))
     assert (found.id, found.model) == ("maps/wood-1k", "metallic_roughness")
     assert found.provenance.kind == "uplifted(mallett-yuksel)"
-    np.testing.assert_allclose(colour(found.parameters["diffuse"]), linear_from_srgb(np.array(188 / 255)), rtol=2e-3)
+    np.testing.assert_allclose(colour(found.parameters["diffuse"]), srgb_to_linear(np.array(188 / 255)), rtol=2e-3)
     assert found.parameters["alpha"] == pytest.approx((128 / 255) ** 2)
     for slot, path in (("albedo", albedo), ("roughness", rough), ("metallic", metal), ("normal_gl", normal)):
         assert found.original[f"maps.{slot}"].tobytes() == path.read_bytes()
@@ -180,7 +180,7 @@ def test_maps_named_with_the_space_that_they_have(tmp_path):
     assert rough in maps.companions(albedo)
     found = read(albedo)
     assert found.parameters["alpha"] == pytest.approx((128 / 255) ** 2)
-    np.testing.assert_allclose(colour(found.parameters["diffuse"]), linear_from_srgb(np.array(188 / 255)), rtol=2e-3)
+    np.testing.assert_allclose(colour(found.parameters["diffuse"]), srgb_to_linear(np.array(188 / 255)), rtol=2e-3)
     assert "the height map is named sRGB" in found.provenance.notes
     assert "the roughness map is named" not in found.provenance.notes
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from metamer.materials.formats.pictures.emission import emission_of
 from metamer.materials.formats.pictures.stand_in import Colour, Number, SurfaceMaps, reflectance_of
-from metamer.materials.svbrdf.stated_colours import linear_from_srgb
 from metamer.materials.svbrdf.textures import Texture, blocks
 from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.spectral.srgb import srgb_to_linear
 from metamer.spectral.upsampling import METHODS, xyz_from_rgb
 from PIL import Image
 
@@ -33,8 +33,8 @@ def test_the_mean_is_that_of_every_texel_by_itself(tmp_path):
         weight=Number(scale=0.9),
         coverage=Number(texture(tmp_path, base, "sRGB"), 3),
     )
-    colours = linear_from_srgb(base[..., :3] / 255) * (0.9, 0.8, 0.7)
-    facets = linear_from_srgb(tint / 255) * (0.04, 0.05, 0.06)
+    colours = srgb_to_linear(base[..., :3] / 255) * (0.9, 0.8, 0.7)
+    facets = srgb_to_linear(tint / 255) * (0.04, 0.05, 0.06)
     metal, share = 0.6 * packed[..., 2:] / 255, base[..., 3:] / 255
 
     def mean(values):
