@@ -16,7 +16,7 @@ from ..options import (
     positive_count,
     renderer_for,
 )
-from ..output import on_standard_output, write_json
+from ..output import counted, on_standard_output, write_json
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -76,12 +76,23 @@ def run(args: argparse.Namespace) -> int:
 
 def _print(found: Neighbours) -> None:
     wish = found.wish
-    print(f"{found.of.id}: {_words(wish.start)}")
+    print(f"{found.of.id}: {_words(wish.start)}; {found.of.standing}")
     if wish.amounts:
         print(f"asked for: {', '.join(f'{word} {amount:g}' for word, amount in wish.amounts.items())}")
     if found.found:
-        headings = ["material", "distance", "L*", "a*", "b*", "60° gloss", "stops", *wish.amounts, "besides"]
-        print(columns(headings, [_row(one, found) for one in found.found], left=1))
+        headings = [
+            "material",
+            "standing",
+            "distance",
+            "L*",
+            "a*",
+            "b*",
+            "60° gloss",
+            "stops",
+            *wish.amounts,
+            "besides",
+        ]
+        print(columns(headings, [_row(one, found) for one in found.found], left=2))
     else:
         nearer = "is nearer to that than it is itself" if wish.amounts else "can be compared with it"
         print(f"no other material here {nearer}")
@@ -90,6 +101,9 @@ def _print(found: Neighbours) -> None:
         reasons.setdefault(reason, []).append(name)
     for reason, names in sorted(reasons.items()):
         print(f"left out, {reason}: {', '.join(names)}")
+    made_up = sum(one.summary.standing in ("uplifted", "reconstructed") for one in found.found)
+    if made_up:
+        print(f"{counted(made_up, 'material')} uplifted or reconstructed: a small distance is no match of colour")
     print("distance: ΔE94 from what was asked for, and gloss; 45:0, D65, 1931 2 degrees, as fast forms have it")
 
 
@@ -98,7 +112,7 @@ def _row(one: Neighbour, found: Neighbours) -> list[str]:
     got = [f"{value:+.1f}" for value in found.wish.got(one.look).values()]
     besides = ", ".join(f"{word} {value:.1f}" for word, value in found.wish.besides(one.look).items() if value >= 0.05)
     gloss = [f"{one.look.gloss_units:.1f}", f"{one.look.gloss:.1f}"]
-    return [one.summary.id, f"{one.distance:.2f}", *numbers, *gloss, *got, besides]
+    return [one.summary.id, one.summary.standing, f"{one.distance:.2f}", *numbers, *gloss, *got, besides]
 
 
 def _words(look: Appearance) -> str:
@@ -130,11 +144,17 @@ def _figures(catalogue: Catalogue, found: Neighbours) -> dict[str, Any]:
     wish = found.wish
     return {
         "catalogue": str(catalogue.folder),
-        "material": {"id": found.of.id, **_look(wish.start), "distance": found.own_distance},
+        "material": {
+            "id": found.of.id,
+            "standing": found.of.standing,
+            **_look(wish.start),
+            "distance": found.own_distance,
+        },
         "asked": {"wish": dict(wish.amounts), "lab": list(wish.to.lab), "gloss_stops": wish.to.gloss},
         "neighbours": [
             {
                 "id": one.summary.id,
+                "standing": one.summary.standing,
                 "distance": one.distance,
                 **_look(one.look),
                 "got": wish.got(one.look),

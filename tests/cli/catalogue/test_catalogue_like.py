@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from metamer.materials.records.material import Provenance
 
 
 @pytest.fixture
@@ -33,6 +34,21 @@ def test_so_many_and_json(metamer, folder):
     first = found["neighbours"][0]
     assert first["distance"] <= found["neighbours"][1]["distance"] and first["got"] == {}
     assert first["gloss_stops"] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_what_was_guessed_from_rgb_looks_no_better_than_what_was_measured(metamer, folder, write_matt):
+    guessed, measured = (Provenance("a test", "none", kind) for kind in ("uplifted(mallett-yuksel)", "measured"))
+    write_matt(folder, "paint/guess", 0.21, provenance=guessed)
+    write_matt(folder, "paint/panel", 0.19, provenance=measured)
+    code, out, _ = metamer("catalogue", "like", "paint/panel", folder)
+    lines = out.splitlines()
+    assert code == 0 and lines[0].endswith("; measured") and lines[1].split()[:2] == ["material", "standing"]
+    standings = {line.split()[0]: line.split()[1] for line in lines if line.startswith("paint/g")}
+    assert standings["paint/guess"] == "uplifted" and standings["paint/grey-20"] == "analytic"
+    assert "1 material uplifted or reconstructed: a small distance is no match of colour" in out
+    found = json.loads(metamer("catalogue", "like", "paint/panel", folder, "--json", "-")[1])
+    assert found["material"]["standing"] == "measured"
+    assert {one["id"]: one["standing"] for one in found["neighbours"]}["paint/guess"] == "uplifted"
 
 
 def test_a_strip_of_pictures_itself_first(metamer, folder, tmp_path):
