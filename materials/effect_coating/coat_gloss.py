@@ -21,13 +21,16 @@ def needle_for(brdf: FlakeTilt, units: float) -> float | None:
     """
     from scipy.optimize import root_scalar
 
-    folding = Folding(observer("1931_2"), [illuminant("D65")])
-
     def above(width: float) -> float:
-        return gloss_of(replace(brdf, coat_roughness=width, needle=1), folding, 0.0).units - units
+        return gloss_units(replace(brdf, coat_roughness=width, needle=1)) - units
 
     if above(NARROWEST) <= 0.0:
         return NARROWEST
     if above(WIDEST) > 0.0:
         return None
     return float(root_scalar(above, bracket=(NARROWEST, WIDEST), xtol=1e-4).root)
+
+
+def gloss_units(brdf: FlakeTilt) -> float:
+    """Return what a glossmeter reads of a coating at 60 degrees (ISO 2813)."""
+    return gloss_of(brdf, Folding(observer("1931_2"), [illuminant("D65")]), 0.0).units

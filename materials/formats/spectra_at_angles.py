@@ -19,7 +19,7 @@ from ...spectral.formats.shared.text import shortened
 from ...spectral.measurement import Geometry
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import material_wavelengths
-from ..effect_coating.coat_gloss import needle_for
+from ..effect_coating.coat_gloss import gloss_units, needle_for
 from ..effect_coating.coated_pair import aspecular
 from ..effect_coating.fit import AngleReadings, reconstructed
 from ..effect_coating.flake_tilt import FlakeTilt
@@ -133,7 +133,8 @@ def _with_gloss(readings: AngleReadings, gloss: str) -> tuple[FlakeTilt, str]:
     other = f", and its gloss, {gloss}, was not used" if gloss else ""
     if brdf.needle:
         return brdf, f"the coat is assumed to be glossy: no reading is near enough to the mirror direction{other}"
-    return brdf, f"a semi-gloss coat of roughness {brdf.coat_roughness:.2f}, as the readings tell{other}"
+    coat = f"a coat of roughness {brdf.coat_roughness:.2f}, {gloss_units(brdf):.1f} gloss units at 60°"
+    return brdf, f"{coat}, as the readings tell{other}"
 
 
 def _interference_note(readings: AngleReadings, brdf: FlakeTilt) -> str:

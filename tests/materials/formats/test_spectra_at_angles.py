@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from metamer.materials.analytic.glossmeter import gloss_of
 from metamer.materials.effect_coating.coated_pair import CoatedPair
 from metamer.materials.effect_coating.off_specular import light_and_detector
 from metamer.materials.effect_coating.stated_error import StatedError
@@ -15,8 +16,11 @@ from metamer.materials.records.material import MaterialRecord
 from metamer.materials.records.models import rebuild
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.source import Rejected
+from metamer.spectral.folding import Folding
 from metamer.spectral.formats.import_options import ImportOptions
+from metamer.spectral.illuminants import illuminant
 from metamer.spectral.measurement import geometry_in
+from metamer.spectral.observers import observer
 
 NM = np.arange(400, 701, 10)
 SIX = tuple(f"45as{away}" for away in (-15, 15, 25, 45, 75, 110))
@@ -328,6 +332,20 @@ def test_lower_gloss_is_a_wider_coat(tmp_path):
         for units in (85, 60, 40)
     ]
     assert widths == sorted(widths) and widths[0] < 0.02 < widths[-1]
+
+
+def test_a_coat_that_the_readings_tell_is_called_by_what_a_glossmeter_reads_of_it(tmp_path):
+    """A wide one near the mirror direction, 2 to 5 gloss units, is no semi-gloss."""
+    near = dict(zip(("45as15", "45as25", "45as45", "45as75", "45as110"), (2.0, 1.2, 0.7, 0.4, 0.3), strict=True))
+    found = one(table(tmp_path / "paint.csv", tuple(near), lambda notation: near[notation] * BLUE))
+    told = re.search(
+        r"a coat of roughness ([\d.]+), ([\d.]+) gloss units at 60°, as the readings tell", found.provenance.notes
+    )
+    assert float(told[1]) == pytest.approx(found.parameters["coat_roughness"], abs=0.01)
+    units = gloss_of(
+        rebuild(found.model, found.parameters), Folding(observer("1931_2"), [illuminant("D65")]), 0.0
+    ).units
+    assert float(told[2]) == pytest.approx(units, abs=0.05) and units < 10.0
 
 
 @pytest.mark.parametrize(
