@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from ..runtime.worker_pool import usable_cores
-from .options import Added, add_catalogue_option, add_json_option, catalogue_for, comma_separated
-from .output import figures_file, write_json, write_text
+from .options import Added, add_catalogue_option, add_json_option, catalogue_for, comma_separated, positive_count
+from .output import figures_file, say, write_json, write_text
 
 #: What there is to measure, and what it says; without one of them all of the first two.
 WHAT = {
@@ -22,6 +22,7 @@ WHAT = {
     "transfer": "interreflection by kept rays and by precomputed tensors, beside paths: minutes",
     "report": "which changes `metamer report` finds, and whether it raises false alarms: a minute, all of it an hour",
     "display": "displays measured, modelled and driven, beside what they truly show: minutes",
+    "catalogue": "queries on a catalogue of many materials, by its index: seconds, of a million minutes",
     "all": "basis and shading",
 }
 
@@ -53,6 +54,8 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
             _add_report_options(kind)
         if what == "display":
             kind.add_argument("--case", metavar="PATTERN", help="only displays called so: * and ? for anything")
+        if what == "catalogue":
+            kind.add_argument("--materials", type=positive_count, default=20_000, metavar="N", help="default: 20000")
 
 
 def _add_json(command: argparse.ArgumentParser, default: Any) -> None:
@@ -145,6 +148,8 @@ def run(args: argparse.Namespace) -> int:
         return _report(args)
     if args.what == "display":
         return _display(args)
+    if args.what == "catalogue":
+        return _catalogue(args)
     if args.json:
         _write_figures(args.json, figures)
     return 0
@@ -173,6 +178,16 @@ def _display(args: argparse.Namespace) -> int:
 
     measured = benchmark.run(lambda line: print(line, flush=True), args.case)
     print(benchmark.report(measured))
+    if args.json:
+        _write_figures(args.json, measured)
+    return 0
+
+
+def _catalogue(args: argparse.Namespace) -> int:
+    from ..benchmarks import heads
+
+    measured = heads.run(args.materials, say)
+    print(heads.report(measured))
     if args.json:
         _write_figures(args.json, measured)
     return 0

@@ -16,7 +16,7 @@ from ..options import (
     positive_count,
     renderer_for,
 )
-from ..output import counted, on_standard_output, write_json
+from ..output import counted, on_standard_output, say, write_json
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
             raise UsageError(f"{args.strip}: a strip is written as .png")
         check_writable(args.strip)
     catalogue = opened(args.catalogue)
-    found = like(catalogue, args.id, args.but, args.limit, STOP if args.stop is None else args.stop)
+    found = like(catalogue, args.id, args.but, args.limit, STOP if args.stop is None else args.stop, say)
     problems = list(map(str, found.unusable))
     if args.strip is not None:
         problems += _write_strip(args.strip, catalogue, found, args.renderer)

@@ -7,13 +7,15 @@ import dataclasses
 from typing import TYPE_CHECKING
 
 from ...calibration.report.text_tables import columns
+from ...materials.records.query import WORDS
 from ...materials.records.standing import missed_figures, misses_budget
 from ..options import add_catalogue_argument, add_json_option
 from ..output import counted, on_standard_output, write_json
 from .query import add_query_options, found_by
 
 if TYPE_CHECKING:
-    from ...materials.records.query import Summary
+    from ...materials.catalogue.head_index import HeadIndex
+    from ...materials.records.query import Heads, Summary
 
 # Maxima above ten budgets that are listed with their places.
 _MOST_FAR = 10
@@ -86,14 +88,9 @@ def _print_table(found: tuple[Summary, ...], args: argparse.Namespace) -> None:
     print(columns(headings, rows, left=3))
 
 
-def _what_there_is(everything: tuple[Summary, ...]) -> str:
+def _what_there_is(everything: Heads | HeadIndex) -> str:
     lines = []
-    for name, words in (
-        ("families", {one.family for one in everything}),
-        ("models", {one.model for one in everything}),
-        ("kinds", {one.kind for one in everything}),
-        ("quantities", {one.quantity for one in everything}),
-    ):
-        shown = sorted(words)
-        lines.append(f"{name} here: {', '.join(shown[:12])}{' ...' if len(shown) > 12 else ''}")
+    for name, several in WORDS.items():
+        shown = sorted(everything.words(name))
+        lines.append(f"{several} here: {', '.join(shown[:12])}{' ...' if len(shown) > 12 else ''}")
     return "\n".join(lines)

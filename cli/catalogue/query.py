@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 from ...materials.records.query import SORT_KEYS, Query
 from ..options import Added, comma_separated, opened, positive_delta_e
+from ..output import say
 
 if TYPE_CHECKING:
     from ...materials.catalogue.catalogue import Catalogue
-    from ...materials.records.query import Summary
+    from ...materials.catalogue.head_index import HeadIndex
+    from ...materials.records.query import Heads, Summary
     from ...runtime.errors import InputError
 
 _FORMULAS = {"94": "CIE 1994", "2000": "CIE 2000"}
@@ -74,7 +76,7 @@ class QueryResult:
     """
 
     catalogue: Catalogue
-    everything: tuple[Summary, ...]
+    everything: Heads | HeadIndex
     fitting: tuple[Summary, ...]
     unusable: list[InputError]
     nearest: Summary | None = None
@@ -87,15 +89,14 @@ class QueryResult:
 
 
 def found_by(args: argparse.Namespace) -> QueryResult:
-    """Ask the catalogue of the options for what they name; the heads of its files are read once."""
+    """Ask the catalogue of the options for what they name."""
     catalogue, query = opened(args.catalogue), query_from(args)
-    unusable: list[InputError] = []
-    everything = catalogue.query(unusable=unusable)
-    fitting, nearest = query.of(everything), None
+    everything = catalogue.heads(say)
+    fitting, nearest = everything.select(query), None
     if not fitting and query.within is not None:
-        beyond = replace(query, within=None, sort="near", reverse=False, limit=1).of(everything)
+        beyond = everything.select(replace(query, within=None, sort="near", reverse=False, limit=1))
         nearest = next((one for one in beyond if one.distance is not None), None)
-    return QueryResult(catalogue, everything, fitting, unusable, nearest)
+    return QueryResult(catalogue, everything, fitting, list(everything.unusable), nearest)
 
 
 def _lab(text: str) -> tuple[float, float, float]:

@@ -6,7 +6,7 @@ import fnmatch
 import html
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,9 +15,10 @@ from ...runtime.files import made_folder
 from ...runtime.notebook import html_table
 from ..records.material import MaterialRecord
 from ..records.models import SPECTRA, no_surface
-from ..records.query import Query, Summary, material_files, summary
+from ..records.query import Heads, Query, Summary, material_files, read_heads, summary
 from ..records.record import MARKER, SUFFIX, check_id, check_marker, read_record, write_marker, write_record
 from ..records.record_head import other_material
+from .head_index import HeadIndex, index_of
 from .material import Material
 
 __all__ = ["Catalogue", "Query", "Summary", "default_catalogue"]
@@ -152,15 +153,20 @@ class Catalogue:
         >>> Query(families=("paint",), near=(50.0, 20.0, 10.0), within=3.0, sort="error").formula
         'CIE 1994'
         """
-        found: list[Summary] = []
-        for material_id, file in material_files(self.folder, SUFFIX):
-            try:
-                found.append(summary(material_id, file))
-            except InputError as reason:
-                if unusable is None:
-                    raise
-                unusable.append(reason)
-        return (query or Query()).of(found)
+        heads = self.heads()
+        if heads.unusable and unusable is None:
+            raise heads.unusable[0]
+        if unusable is not None:
+            unusable.extend(heads.unusable)
+        return heads.select(query or Query())
+
+    def heads(self, say: Callable[[str], None] = lambda line: None) -> Heads | HeadIndex:
+        """Return the heads of all files, to be queried: by an index where there are many and DuckDB is installed.
+
+        say : hears of an index that is made, and that one could be.
+        """
+        index = index_of(self.folder, say)
+        return read_heads(self.folder, SUFFIX) if index is None else index
 
     def verify(self) -> dict[str, InputError | None]:
         """Return every id with what is wrong with its file, or None: checksums and heads (`verification` does more)."""

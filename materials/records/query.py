@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from ...spectral.difference import Formula
 
 _DIGITS = re.compile(r"([0-9]+)")
+#: Words of a summary, with the field of `Query` that asks for each.
+WORDS = {"family": "families", "model": "models", "kind": "kinds", "quantity": "quantities"}
 SORT_KEYS = ("id", "family", "model", "kind", "quantity", "error", "terms", "lightness", "chroma", "hue", "near")
 
 
@@ -84,6 +86,37 @@ class Summary:
     def rank(self) -> int:
         """Terms of all packs."""
         return sum(count for count, _ in self.terms)
+
+
+@dataclass(frozen=True)
+class Heads:
+    """Heads of a catalogue's files, each of which was read; `unusable` has an error for each that says nothing."""
+
+    summaries: tuple[Summary, ...]
+    unusable: tuple[InputError, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.summaries)
+
+    def select(self, query: Query) -> tuple[Summary, ...]:
+        """Summaries of the materials that fit, sorted."""
+        return query.of(self.summaries)
+
+    def words(self, name: str) -> frozenset[str]:
+        """Return the families, models, kinds or quantities that there are."""
+        return frozenset(getattr(one, name) for one in self.summaries)
+
+
+def read_heads(folder: Path, suffix: str) -> Heads:
+    """Read the head of every material file below `folder`."""
+    found: list[Summary] = []
+    unusable: list[InputError] = []
+    for material_id, file in material_files(folder, suffix):
+        try:
+            found.append(summary(material_id, file))
+        except InputError as reason:
+            unusable.append(reason)
+    return Heads(tuple(found), tuple(unusable))
 
 
 def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, str]]:
@@ -156,7 +189,7 @@ class Query:
     ----------
     ids, families, models, kinds, quantities : patterns; nothing asked, everything fits. The kind "uplifted" fits every
         method of uplifting.
-    max_error : largest ΔE94 p99; what has no measured error does not fit.
+    max_error : largest ΔE94 p99; what has no measured error does not fit. coloured : whether CIELAB at 45:0 is known.
     near, within : CIELAB at 45:0 under D65, and the largest ΔE from it; `near` is the reference. Alone, `near` sorts.
     formula : of that ΔE, "CIE 1976", "CIE 1994" or "CIE 2000".
     sort : "error" by ΔE94 p99, "near" by the distance from `near` (the default where it is given, else the id).
@@ -176,6 +209,7 @@ class Query:
     sort: str | None = None
     reverse: bool = False
     limit: int | None = None
+    coloured: bool | None = None
 
     def __post_init__(self) -> None:
         if self.sort is not None and self.sort not in SORT_KEYS:
@@ -191,27 +225,27 @@ class Query:
         found = [one for one in summaries if self._fits(one)]
         if self.near is not None:
             found = self._measured(found, self.near)
-        found.sort(key=lambda one: _natural(one.id))
+        found.sort(key=lambda one: (order_key(one.id), one.id))
         order = self.sort or ("id" if self.near is None else "near")
         if order == "id":
             return tuple((found[::-1] if self.reverse else found)[: self.limit])
-        value = _SORTED_BY[order]
+        value = SORTED_BY[order]
         known = [one for one in found if value(one) is not None]
         known.sort(key=value, reverse=self.reverse)
         return tuple((known + [one for one in found if value(one) is None])[: self.limit])
 
     def _fits(self, one: Summary) -> bool:
-        asked = (
-            (one.id, self.ids),
-            (one.family, self.families),
-            (one.model, self.models),
-            (one.quantity, self.quantities),
-        )
         return (
-            all(_any_fits(word, patterns) for word, patterns in asked)
-            and (_any_fits(one.kind, self.kinds) or _any_fits(one.kind.partition("(")[0], self.kinds))
+            _any_fits(one.id, self.ids)
+            and all(self.takes(name, getattr(one, name)) for name in WORDS)
             and (self.max_error is None or (one.p99 is not None and one.p99 <= self.max_error))
+            and (self.coloured is None or self.coloured == (one.lab is not None))
         )
+
+    def takes(self, name: str, word: str) -> bool:
+        """Return whether a family, model, kind or quantity (`name`) is one of those that are asked for."""
+        patterns = getattr(self, WORDS[name])
+        return _any_fits(word, patterns) or (name == "kind" and _any_fits(word.partition("(")[0], patterns))
 
     def _measured(self, found: list[Summary], near: tuple[float, float, float]) -> list[Summary]:
         """Return the materials with their distance; only those within the limit, where there is one."""
@@ -232,11 +266,14 @@ def _any_fits(word: str, patterns: tuple[str, ...]) -> bool:
     return not patterns or any(fnmatch.fnmatchcase(word.casefold(), pattern.casefold()) for pattern in patterns)
 
 
-def _natural(text: str) -> list[str | int]:
-    """Words and whole numbers in turn: "x2" comes before "x10"."""
-    parts: list[str | int] = list(_DIGITS.split(text))
-    parts[1::2] = map(int, parts[1::2])
-    return parts
+def order_key(text: str) -> str:
+    """Return a text that sorts by words and whole numbers in turn: "x2" comes before "x10".
+
+    >>> order_key("x2") < order_key("x10") < order_key("xa")
+    True
+    """
+    # A number is told by its length first; it ends a word, and so comes before whatever goes on with it.
+    return _DIGITS.sub(lambda found: f"\0{len(digits := found[0].lstrip('0')):04}{digits}", text)
 
 
 def _chroma(one: Summary) -> float | None:
@@ -249,7 +286,8 @@ def _hue(one: Summary) -> float | None:
     return None if one.lab is None else math.degrees(math.atan2(one.lab[2], one.lab[1])) % 360.0
 
 
-_SORTED_BY: dict[str, Any] = {
+#: Of a summary, what `Query.sort` names sort by; None where there is nothing.
+SORTED_BY: dict[str, Any] = {
     "family": lambda one: one.family,
     "model": lambda one: one.model,
     "kind": lambda one: one.kind,

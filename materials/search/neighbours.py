@@ -11,19 +11,24 @@ alone is farther off than the last that is kept. So that nothing is missed, and 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from ...runtime.errors import InputError
 from ...spectral.difference import delta_e
 from ..catalogue.catalogue import Catalogue
+from ..catalogue.head_index import HeadIndex
 from ..records.material import MaterialRecord
 from ..records.models import SPECTRA
-from ..records.query import Summary
+from ..records.query import Heads, Query, Summary
 from .appearance_offset import STOP, Appearance, Wish, wished
 from .gloss import record_gloss
+
+# So many materials are looked up by their colour at first, and eight times as many each time that these do not do.
+_FIRST = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +65,14 @@ def like(
     wish: Mapping[str, float | int] | None = None,
     limit: int = 12,
     stop: float = STOP,
+    say: Callable[[str], None] = lambda line: None,
 ) -> Neighbours:
     """Materials of the catalogue that look like one of them, but for what is wished.
 
     Parameters
     ----------
     wish : amounts by words of `wish.WORDS`: in CIELAB, of gloss in stops. None or nothing: its neighbours as it is.
-    limit : at most so many. stop : what a stop of gloss counts, in units of CIELAB.
+    limit : at most so many. stop : what a stop of gloss counts, in units of CIELAB. say : see `Catalogue.heads`.
 
     Raises
     ------
@@ -83,23 +89,21 @@ def like(
         expected = "a surface that reflects, with a colour of its own"
         raise InputError("no neighbours", field=material_id, found=start, expected=expected)
     way = wished(start, wish or {})
-    unusable: list[InputError] = []
-    others = [one for one in catalogue.query(unusable=unusable) if one.id != material_id]
-    left_out = {one.id: why for one in others if (why := unlike(one)) is not None}
-    candidates = [one for one in others if one.id not in left_out]
-    reference = np.array(way.to.lab)
-    labs = np.array([one.lab for one in candidates], dtype=float).reshape(-1, 3)
-    by_colour = delta_e(np.broadcast_to(reference, labs.shape), labs)
-    own_distance = _distance(float(delta_e(reference, np.array(start.lab))), start, way.to, stop)
+    heads = catalogue.heads(say)
+    unusable = list(heads.unusable)
+    left_out = {one.id: why for one in _without_look(heads) if one.id != material_id and (why := unlike(one))}
+    own_distance = _distance(float(delta_e(np.array(way.to.lab), np.array(start.lab))), start, way.to, stop)
     found: list[Neighbour] = []
     looked_at = 0
     farthest = own_distance if way.amounts else np.inf
-    for place in np.argsort(by_colour, kind="stable"):
+    for one in _by_colour(heads, way.to.lab):
+        if one.id == material_id or unlike(one):
+            continue
+        colour = cast(float, one.distance)
         if len(found) >= limit:
             farthest = min(farthest, found[-1].distance)
-        if by_colour[place] >= farthest:
+        if colour >= farthest:
             break
-        one = candidates[place]
         looked_at += 1
         try:
             look = look_of(catalogue.load(one.id), one)
@@ -109,12 +113,27 @@ def like(
         if isinstance(look, str):
             left_out[one.id] = look
             continue
-        distance = _distance(float(by_colour[place]), look, way.to, stop)
+        distance = _distance(colour, look, way.to, stop)
         if distance < farthest:
             found.append(Neighbour(one, look, distance))
             found.sort(key=lambda neighbour: (neighbour.distance, neighbour.summary.id))
             del found[limit:]
     return Neighbours(own, way, own_distance, tuple(found), looked_at, left_out, tuple(unusable))
+
+
+def _without_look(heads: Heads | HeadIndex) -> tuple[Summary, ...]:
+    """Return the materials that cannot be compared, sorted by id; see `unlike`."""
+    asked = (Query(models=tuple(SPECTRA)), Query(quantities=("bispectral",)), Query(coloured=False))
+    return Query().of({one.id: one for query in asked for one in heads.select(query)}.values())
+
+
+def _by_colour(heads: Heads | HeadIndex, lab: tuple[float, float, float]) -> Iterator[Summary]:
+    """Yield what has a colour, the nearest to `lab` first: few are asked for, and more as long as somebody goes on."""
+    given, limit = 0, _FIRST
+    while given < limit:
+        nearest = heads.select(Query(near=lab, coloured=True, limit=limit))
+        yield from nearest[given:]
+        given, limit = limit, (8 * limit if len(nearest) == limit else 0)
 
 
 def unlike(one: Summary) -> str | None:

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from metamer.benchmarks import basis, false_alarms, injected_changes, shading
+from metamer.benchmarks import basis, false_alarms, heads, injected_changes, shading
 from metamer.benchmarks.btf import benchmark as btf
 from metamer.benchmarks.factor import benchmark
 from metamer.benchmarks.svbrdf import benchmark as svbrdf
@@ -33,6 +33,16 @@ def test_all_runs_both(metamer, small, monkeypatch, gl, tmp_path):
     assert code == 0
     assert "Basis of J coefficients" in out and "folded / RGB" in out
     assert json.loads((tmp_path / "bench.json").read_text())["shading"] == timed
+
+
+def test_catalogue_asks_for_so_many_materials(metamer, monkeypatch, tmp_path):
+    row = {"query": "nearest", "cold_s": 0.1, "warm_s": 0.01, "after_a_change_s": 0.02, "peak_mb": 150.0}
+    figures = {"built_s": 2.0, "built_per_s": 3.5, "index_mb": 0.6, "rows": [row]}
+    monkeypatch.setattr(heads, "run", lambda materials, say: figures | {"materials": materials})
+    code, out, _ = metamer("bench", "catalogue", "--materials", 7, "--json", tmp_path / "bench.json")
+    assert code == 0 and "7 materials: index built in 2.0 s" in out
+    assert json.loads((tmp_path / "bench.json").read_text()) == figures | {"materials": 7}
+    assert metamer("bench", "catalogue", "--materials", 0)[0] == 64
 
 
 def test_shading_without_gl_is_said(metamer, monkeypatch):

@@ -1,5 +1,6 @@
 """`metamer catalogue list`: filters, order, what a person and what a program reads."""
 
+import importlib.util
 import json
 import re
 from dataclasses import replace
@@ -7,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.materials.analytic import Lambert
+from metamer.materials.catalogue import head_index
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.core.directions import spherical
 from metamer.materials.core.fit_error import FitError
@@ -78,6 +80,31 @@ def test_json_is_for_a_program(metamer, folder):
     assert code == 0 and document["unusable"] == []
     (red,) = document["materials"]
     assert red["id"] == "cloth/red" and red["terms"] == [[1, "hd"]] and red["path"].endswith("red.h5")
+
+
+@pytest.mark.parametrize(
+    "words", [("--near", "52,31,18", "--within", "1"), ("--model", "none"), ("--match", "*/*d*"), ("--json", "-")]
+)
+def test_by_an_index_a_list_says_the_same(metamer, folder, monkeypatch, words):
+    pytest.importorskip("duckdb")
+    plain = metamer("catalogue", "list", folder, *words)
+    monkeypatch.setattr(head_index, "WORTH", 2)
+    code, out, err = metamer("catalogue", "list", folder, *words)
+    assert (code, out) == plain[:2] and err == plain[2] + f"metamer: {folder}: 4 heads are read into an index, once\n"
+    assert metamer("catalogue", "list", folder, *words) == plain
+
+
+def test_without_duckdb_a_list_of_many_says_once_what_would_be_faster(metamer, folder, monkeypatch):
+    plain = metamer("catalogue", "list", folder)
+    found = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name, *more: None if name == "duckdb" else found(name, *more)
+    )
+    monkeypatch.setattr(head_index, "WORTH", 2)
+    for words in (("list", folder), ("like", "paint/dark", folder)):
+        code, out, err = metamer("catalogue", *words)
+        assert code == 0 and err.count("extra `index`") == 1
+        assert words[0] != "list" or (code, out) == plain[:2]
 
 
 def test_nothing_fits_says_what_there_is(metamer, folder):
