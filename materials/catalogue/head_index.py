@@ -102,6 +102,7 @@ def index_of(folder: Path, say: Callable[[str], None] = lambda line: None) -> He
     with _opening:
         index = _opened.pop(name) if name in _opened else HeadIndex(folder, places)
         try:
+            index.move(folder, places)
             index.refresh(say)
         except (Error, InputError, OSError) as reason:
             say(f"{folder}: the heads are read one by one, there can be no index: {str(reason).splitlines()[0]}")
@@ -136,6 +137,11 @@ class HeadIndex:
         self._words: dict[str, frozenset[str]] = {}
         # Of the rows of the table, in their order.
         self._colours: Float[np.ndarray, "N 3"] | None = None
+
+    def move(self, folder: Path, places: tuple[Path, ...]) -> None:
+        """Call the catalogue as it is called now; that may be another path to it."""
+        with self._lock:
+            self._folder, self._places = folder, places
 
     def __len__(self) -> int:
         count = self._ask("SELECT count(*) FROM heads")[0][0] if self._count is None else self._count

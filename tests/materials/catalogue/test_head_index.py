@@ -10,6 +10,7 @@ import sys
 import time
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from metamer.benchmarks import heads as made
 from metamer.materials.catalogue import head_index
@@ -23,6 +24,17 @@ from metamer.runtime.locks import alone_at_work
 
 pytest.importorskip("duckdb")
 
+# What a process of its own does: an index, and the answers of the benchmark.
+INDEXING = """
+import json, pathlib, sys
+from metamer.materials.catalogue import head_index
+from metamer.benchmarks.heads import QUERIES
+from metamer.materials.catalogue.catalogue import Catalogue
+head_index.WORTH = 10
+print("begun", flush=True)
+heads = Catalogue(pathlib.Path(sys.argv[1])).heads()
+print(json.dumps([[one.id for one in heads.select(query)] for query in QUERIES.values()]))
+"""
 NEAR = Query(near=(52.0, 31.0, 18.0), limit=5)
 
 
@@ -333,18 +345,39 @@ def test_an_index_that_another_process_writes_is_not_waited_for(folder, tmp_path
     assert not list((folder / FOLDER).iterdir()) and list((tmp_path / "cache").rglob("*.parquet"))
 
 
+def test_a_catalogue_is_called_as_it_is_called_now(folder, monkeypatch):
+    """Of one process, by two paths, one of which a change of the working folder ends."""
+    monkeypatch.chdir(folder.parent)
+    for called in (folder, type(folder)(folder.name), folder):
+        found = Catalogue(called).heads().select(NEAR)
+        assert found == every_head(called).select(NEAR) and found[0].path.startswith("/") == (called == folder)
+    monkeypatch.chdir("/")
+    assert Catalogue(folder).heads().select(NEAR) == every_head(folder).select(NEAR)
+
+
+@pytest.mark.stress
+def test_a_kill_at_any_moment_leaves_nothing_that_is_believed(tmp_path):
+    folder = made.generated(tmp_path / "catalogue", 400)
+    for number, wait_s in enumerate(np.linspace(0.0, 0.5, 8)):
+        if number % 2:
+            shutil.rmtree(folder / FOLDER, ignore_errors=True)
+        write(folder, number, **lab(52.0, 31.0, 18.0 + number))
+        process = subprocess.Popen([sys.executable, "-c", INDEXING, folder], stdout=subprocess.PIPE, text=True)
+        assert process.stdout.readline() == "begun\n"
+        time.sleep(wait_s)
+        process.kill()
+        process.communicate(timeout=50)
+        check(folder)
+        assert {path.suffix for path in (folder / FOLDER).iterdir()} == {"", ".parquet"}
+
+
 def test_two_processes_that_index_at_once_both_answer(tmp_path):
     folder = made.generated(tmp_path / "catalogue", 300)
-    code = (
-        "import json, sys; from metamer.materials.catalogue import head_index; head_index.WORTH = 10\n"
-        "from metamer.benchmarks.heads import QUERIES; from metamer.materials.catalogue.catalogue import Catalogue\n"
-        "heads = Catalogue(__import__('pathlib').Path(sys.argv[1])).heads()\n"
-        "print(json.dumps([[one.id for one in heads.select(query)] for query in QUERIES.values()]))"
-    )
-    both = [subprocess.Popen([sys.executable, "-c", code, folder], stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    words = [sys.executable, "-c", INDEXING, folder]
+    both = [subprocess.Popen(words, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     expected = [ids(every_head(folder).select(query)) for query in made.QUERIES.values()]
     for one in both:
-        assert json.loads(one.communicate(timeout=50)[0]) == expected and one.returncode == 0
+        assert json.loads(one.communicate(timeout=50)[0].splitlines()[1]) == expected and one.returncode == 0
     check(folder)
 
 
