@@ -30,7 +30,7 @@ from jaxtyping import Float
 from ....runtime.errors import InputError
 from ...spectrum import Quantity
 from ..import_options import AgainstAnswerError, ImportOptions, Scale, contradiction
-from .resemblance import Likeness, has_mercury_lines, likenesses
+from .resemblance import Likeness, has_mercury_lines, is_above_noise, likenesses
 from .text import shortened
 from .words import meant_by
 
@@ -201,7 +201,7 @@ def signs_of_numbers(
         return found
     if has_mercury_lines(grid_nm, values[None])[0]:
         found.append(Sign("lines", "emission", "lines of mercury at 405, 436 and 546 nm"))
-    if values.max() > _ABOVE_PERCENT:
+    if values.max() > _ABOVE_PERCENT and is_above_noise(values):
         found.append(Sign("range", "emission", f"values up to {values.max():.4g}, above any percentage"))
     return found
 

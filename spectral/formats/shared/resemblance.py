@@ -214,6 +214,22 @@ def _places(grid: bytes) -> _Places | None:
     return _Places(weights, distance[:, :lines].argmin(axis=0).tolist(), away)
 
 
+def is_above_noise(values: Float[np.ndarray, "L"]) -> bool:
+    """Tell whether a spectrum is more than a detector's noise about a level: bright somewhere and dark elsewhere, with
+    neighbours that are more alike than those of noise.
+
+    In white noise of any kind, squared differences of neighbours' ranks are twice their squared deviations from the
+    mean (von Neumann's ratio, by Bartels); four standard deviations below, or below 0.2 in few samples, it is in fewer
+    than 1 of 10,000. Correlated noise is lower, and a level with little contrast.
+    """
+    if values.size < _FEWEST or not values.min() < 0.5 * values.max():
+        # A few numbers that somebody wrote are no noise of a detector.
+        return bool(values.min() < 0.5 * values.max())
+    ranks = np.unique(values, return_inverse=True)[1].astype(np.float64)
+    ratio = (np.diff(ranks) ** 2).sum() / ((ranks - ranks.mean()) ** 2).sum()
+    return bool(ratio < max(2.0 - 8.0 / math.sqrt(values.size), 0.2))
+
+
 class Luminances(NamedTuple):
     """The Y that samples state, of the perfect diffuser 100, and that over the Y of their spectra as surfaces."""
 

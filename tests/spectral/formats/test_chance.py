@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.registry import read_spectra
-from metamer.spectral.formats.shared.resemblance import has_mercury_lines, likenesses
+from metamer.spectral.formats.shared.resemblance import has_mercury_lines, is_above_noise, likenesses
 from metamer.spectral.illuminants import illuminant
 
 DRAWS = 10_001
@@ -102,6 +102,32 @@ def test_noise_of_any_level_resembles_no_grey_of_a_chart(contrast):
     level = np.exp(draw.uniform(np.log(0.02), np.log(95.0), (DRAWS, 1)))
     found = likenesses(grid, level * (1.0 + contrast * draw.standard_normal((DRAWS, grid.size))))
     assert sum(like is not None for like in found) <= DRAWS // 10_000
+
+
+@pytest.mark.parametrize("count", [12, 16, 31, 81, 401])
+@pytest.mark.parametrize("kind", ["gaussian", "few photons", "Cauchy", "spikes", "moving average", "pink", "drift"])
+def test_noise_about_a_level_is_no_light_by_its_range(count, kind):
+    noise = NOISES[kind](np.random.default_rng(4), (DRAWS, count))
+    noise = noise / np.abs(noise).max(axis=1, keepdims=True).clip(1e-12)
+    # A level that correlated noise does not fall far below; white noise of any contrast.
+    for share in (0.02, 0.3) if kind in ("moving average", "pink", "drift") else (0.02, 0.3, 1.0):
+        assert sum(map(is_above_noise, 1200.0 * (1.0 + share * noise))) <= DRAWS // 10_000
+
+
+@pytest.mark.parametrize("step", [1.0, 5.0, 10.0])
+def test_lights_are_more_than_noise(step):
+    grid = np.arange(380.0, 780.1, step)
+    for name in ("A", "D65", "LED-B1", "LED-RGB1", "FL2", "HP2"):
+        light = illuminant(name)
+        assert is_above_noise(900.0 * np.interp(grid, light.wavelengths_nm, light.samples))
+
+
+def test_noise_in_a_file_that_is_called_a_lamp_is_asked_about(written):
+    grid = np.arange(380.0, 730.0, 0.37)
+    noise = 1200.0 + 35.0 * np.random.default_rng(2).standard_normal(grid.size)
+    path = written("".join(f"{nm:.2f},{value:.2f}\n" for nm, value in zip(grid, noise, strict=True)), "LED panel.csv")
+    with pytest.raises(InputError, match="what was measured"):
+        read_spectra(path)
 
 
 def test_noise_without_a_word_is_asked_about(written):
