@@ -73,6 +73,9 @@ def gathered(
     together = Counter(column.table for column in kept)
     for column in kept:
         column.colours = _colours(column, table, together[column.table] == 1)
+        lights = illuminants_in(column.around)
+        if len(lights) > 1 and any(colour.illuminant is None for colour in column.colours):
+            gathering.note(f"the file leaves open which of {', '.join(lights)} the colours beside the spectra are for")
     judge(kept, answer, hints, path, may_be_counts)
     _refuse_densities(kept)
     _find_scales(kept, answer)

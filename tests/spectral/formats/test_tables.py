@@ -254,6 +254,13 @@ def test_other_cells_stay_in_the_details(written):
     assert entry.name == "Red" and dict(entry.details) == {"Batch": "7b", "Gloss": "high"}
 
 
+@pytest.mark.parametrize(("above", "light"), [("D65/10, A/10", None), ("Illuminant: D65", "D65")])
+def test_two_lights_above_a_table_are_left_open_beside_its_spectra(written, above, light):
+    file = read(written(f"Reflectance\n{above}\nname;L*;a*;b*;400;500;600\nred;40;50;30;0.1;0.2;0.4\n"))
+    assert only(file).stated[0].illuminant == light
+    assert any("leaves open which of D65, A" in note for note in file.notes) == (light is None)
+
+
 def test_the_illuminant_in_a_column(written):
     content = "Name,Illum/Obs,L*,a*,b*,400,410,420\nRed,D65/10,50,1,2,0.1,0.1,0.1\nBlue,A/2,50,1,2,0.1,0.1,0.1\n"
     found = [entry.stated[0] for entry in silent(written(content)).entries]
