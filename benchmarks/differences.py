@@ -13,7 +13,7 @@ import numpy as np
 from ..calibration.report.text_tables import columns
 from ..spectral.axis_letters import Lab
 from ..spectral.colour_library import colour_science
-from ..spectral.difference import delta_e, xyz_from_lab
+from ..spectral.difference import delta_e_lab, xyz_from_lab
 from ..spectral.formula import ADAPTING_LUMINANCE, BACKGROUND, Formula
 from ..spectral.illuminants import illuminant
 from ..spectral.image_difference import ImageFormula, image_delta_e
@@ -59,7 +59,7 @@ def _ways(formula: ImageFormula) -> tuple[Callable, Callable, Callable]:
     if formula != "CAM16-UCS":
         return (
             partial(image_delta_e, method=formula),
-            partial(delta_e, method=formula),
+            partial(delta_e_lab, method=formula),
             partial(colour.delta_E, method=formula),
         )
     white = observer("1964_10").white(illuminant("D65"))

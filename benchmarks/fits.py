@@ -69,7 +69,7 @@ def under(kernel: str, sources: Sequence[Path], budget: float) -> Iterator[dict]
         raise SystemExit(f"the fits under {kernel} ended with {process.returncode}")
 
 
-def table(rows: Sequence[dict]) -> str:
+def kernel_table(rows: Sequence[dict]) -> str:
     """Return a line a material: the least and the most of everything under all kernels."""
     groups: dict[str, list[dict]] = defaultdict(list)
     for row in rows:
@@ -115,7 +115,7 @@ def main(words: Sequence[str] | None = None) -> int:
             )
     if not rows:
         raise SystemExit("none of these files holds a surface that is fitted")
-    print(table(rows))
+    print(kernel_table(rows))
     write_json(args.json, rows)
     return int(not all(Extremes(row["lowest"], row["largest"] or 0.0).within for row in rows))
 

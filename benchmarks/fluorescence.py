@@ -42,7 +42,7 @@ UV_FREE = "D65 UV-free"
 UV_FREE_WORDS = f"D65 with nothing up to {CUT_NM:g} nm, and untouched from the next nanometre on"
 
 
-def lights() -> dict[str, Spectrum]:
+def fluorescence_lights() -> dict[str, Spectrum]:
     """D65, A, D65 with nothing up to 400 nm, and a lamp of narrow lines."""
     grid = np.arange(300.0, 831.0)
     power = illuminant("D65").resampled(grid).samples
@@ -72,13 +72,13 @@ def surfaces_of(path: Path) -> list[Bispectral]:
 def direct(surfaces: Sequence[Bispectral]) -> list[dict]:
     """One row a surface and light."""
     chart = colour_checker().resampled(NM).samples
-    weights = {name: EYE.weights(light, NM) for name, light in lights().items()}
+    weights = {name: EYE.weights(light, NM) for name, light in fluorescence_lights().items()}
     basis = SpectralBasis.balanced(chart, np.concatenate(list(weights.values())).T, 16, NM)
     rows = []
     for number, surface in enumerate(surfaces):
         grid = surface.reflectance.wavelengths_nm
         relative = basis.bispectral_operator(surface.on(NM)) @ basis.project(np.ones(NM.size))
-        for name, light in lights().items():
+        for name, light in fluorescence_lights().items():
             truth, white = surface.fold(light, EYE), EYE.white(light)
             power, seen = light.resampled(grid).samples, EYE.sensitivity(grid)
             coarse = seen @ (surface.on(grid) @ power) / (seen[1] @ power)
@@ -97,7 +97,7 @@ def two_surfaces(surfaces: Sequence[Bispectral], sizes: tuple[int, ...] = SIZES)
     sensitivity = EYE.sensitivity(NM)
     plain = [np.diag(patch) for patch in colour_checker().resampled(NM).samples]
     matrices = np.stack([surface.on(NM) for surface in surfaces] + plain)
-    powers = np.stack([light.resampled(NM).samples for light in lights().values()])
+    powers = np.stack([light.resampled(NM).samples for light in fluorescence_lights().values()])
     powers /= (powers @ sensitivity[1])[:, None]
     first = np.einsum("nlk,mk->mnl", matrices, powers, optimize=True)
     truth = np.einsum("cl,plk,mnk->mnpc", sensitivity, matrices, first, optimize=True)

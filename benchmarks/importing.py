@@ -72,7 +72,7 @@ def generated(folder: Path, materials: int, surfaces: tuple[str, ...] = tuple(SU
     return folder
 
 
-def command(source: Path, catalogue: Path, jobs: int, *more: str) -> list[str]:
+def import_command(source: Path, catalogue: Path, jobs: int, *more: str) -> list[str]:
     """Return the words of one import, in a Python of its own."""
     return [
         *(sys.executable, "-m", "metamer.cli.main", "catalogue", "import", str(source)),
@@ -114,7 +114,7 @@ def peak_bytes(pid: int) -> int:
     return next((int(line.split()[1]) * 1024 for line in lines if line.startswith("VmHWM")), 0)
 
 
-def timed(words: list[str]) -> dict:
+def timed_command(words: list[str]) -> dict:
     """Seconds of one command, and peak memory of it and of its largest worker."""
     begin = time.perf_counter()
     peaks: dict[int, int] = {}
@@ -130,12 +130,14 @@ def timed(words: list[str]) -> dict:
     return {"seconds": seconds, "peak_command": own, "peak_worker": max(peaks.values(), default=0), "said": said}
 
 
-def measured(materials: int, jobs: int, folder: Path) -> dict:
+def import_row(materials: int, jobs: int, folder: Path) -> dict:
     """One import of generated materials, and a second one with nothing to do."""
     source, catalogue = generated(folder / "source", materials), folder / "catalogue"
-    first = timed(command(source, catalogue, jobs))
+    first = timed_command(import_command(source, catalogue, jobs))
     count = len(Catalogue.open(catalogue).ids())
-    again = min((timed(command(source, catalogue, jobs)) for _ in range(3)), key=lambda run: run["seconds"])
+    again = min(
+        (timed_command(import_command(source, catalogue, jobs)) for _ in range(3)), key=lambda run: run["seconds"]
+    )
     assert f"{count} skipped" in again["said"], again["said"]
     return {
         "materials": count,
@@ -156,7 +158,7 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args(words)
     with tempfile.TemporaryDirectory() as private:
-        found: dict = measured(args.materials, args.jobs, Path(private) / "speed")
+        found: dict = import_row(args.materials, args.jobs, Path(private) / "speed")
         for name, value in found.items():
             print(f"{name:22} {value:.3f}" if isinstance(value, float) else f"{name:22} {value}")
     timing.write_json(args.json, found)

@@ -22,7 +22,7 @@ from ..calibration.report.preview_page import PreviewCard, render_preview_page
 from ..calibration.report.report import write_report
 from ..calibration.report.row import ReviewRow, RowColour, WorstPixel, review_row
 from ..calibration.report.statistics import DeltaEStatistics, SelfCheck
-from ..spectral.difference import delta_e, lab_from_xyz
+from ..spectral.difference import delta_e_lab, lab_from_xyz
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..spectral.sample import Sample
@@ -140,7 +140,7 @@ def _review_row(material: str, light: str, number: int, rows: int) -> ReviewRow:
     white, there = _white(light), _shape()[2]
     xyz = {"picture": _sphere(number, light), "reference": _sphere(number, light, noise=number)}
     shown = {name: srgb(Pixels(one, there, white))[0] for name, one in xyz.items()}
-    off = delta_e(lab_from_xyz(xyz["reference"], white), lab_from_xyz(xyz["picture"], white))
+    off = delta_e_lab(lab_from_xyz(xyz["reference"], white), lab_from_xyz(xyz["picture"], white))
     off = np.where(there > 0, off * (0.5 + 0.1 * (number % 12)), np.nan)
     known = off[there > 0]
     mean, p95, p99, most = known.mean(), *np.percentile(known, [95.0, 99.0]), known.max()

@@ -44,11 +44,11 @@ def linear(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple
     places = np.stack(io_angles(known.wi, known.wo), axis=-1)
     values = LinearNDInterpolator(places, known.values)(np.stack(io_angles(wi, wo), axis=-1))
     outside = np.isnan(values).any(axis=1)
-    values[outside] = nearest(known, wi[outside], wo[outside])[0]
+    values[outside] = nearest_reading(known, wi[outside], wo[outside])[0]
     return values, int(outside.sum())
 
 
-def nearest(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, int]:
+def nearest_reading(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the nearest reading in (theta_i, theta_o, phi), and the pairs that it could not do."""
     from scipy.spatial import cKDTree
 
@@ -56,7 +56,7 @@ def nearest(known: ScatteredMeasurement, wi: np.ndarray, wo: np.ndarray) -> tupl
     return known.values[tree.query(np.stack(io_angles(wi, wo), axis=-1))[1]], 0
 
 
-METHODS: dict[str, Predictor] = {"kriged": kriged, "linear": linear, "nearest": nearest}
+METHODS: dict[str, Predictor] = {"kriged": kriged, "linear": linear, "nearest": nearest_reading}
 
 
 def random_folds(measurement: ScatteredMeasurement, count: int = 10, seed: int = 0) -> np.ndarray:
@@ -74,7 +74,7 @@ def incidence_folds(measurement: ScatteredMeasurement) -> np.ndarray:
     return np.where((fold == 0) | (fold == len(rings) - 1), -1, fold)
 
 
-def differences(measurement: ScatteredMeasurement, predicted: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def reading_differences(measurement: ScatteredMeasurement, predicted: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """ΔE94 of `predicted` (K,L) against the measurement at `rows`."""
     weights = observer(OBSERVER).weights(illuminant(LIGHT), measurement.wavelengths_nm)
     seen = np.pi * measurement.wi[rows, 2:] * ~measurement.missing[rows]
@@ -92,7 +92,7 @@ def left_out(measurement: ScatteredMeasurement, folds: np.ndarray, methods: dict
             test = (folds == fold) & measured
             known = measurement.subset(folds != fold)
             predicted, beyond = predict(known, measurement.wi[test], measurement.wo[test])
-            found.append(differences(measurement, predicted, test))
+            found.append(reading_differences(measurement, predicted, test))
             outside += beyond
         error = np.concatenate(found)
         median, p95, p99 = (float(value) for value in np.percentile(error, [50, 95, 99]))

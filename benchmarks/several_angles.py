@@ -105,7 +105,7 @@ def _seen(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
     return (aspecular(wi, wo) > np.radians(FLARE)) & (wi[:, 2] > least) & (wo[:, 2] > least)
 
 
-def differences(brdf: Brdf, reference: np.ndarray, sample: np.ndarray, wi: np.ndarray) -> Float[np.ndarray, " N"]:
+def brdf_differences(brdf: Brdf, reference: np.ndarray, sample: np.ndarray, wi: np.ndarray) -> Float[np.ndarray, " N"]:
     """Measure ΔE94 of f_r (N,L)."""
     weights = observer(OBSERVER).weights(illuminant(LIGHT), brdf.wavelengths_nm).T
     seen = np.pi * wi[:, 2:]
@@ -128,17 +128,19 @@ def measure(path: Path) -> dict[int, dict[str, Any]]:
         found = reconstructed(readings, interference=None if spectral else 0.0)
         seconds = time.process_time() - start
         face = readings.values[notations.index("45as45")]
-        errors = differences(brdf, true, found.eval(wi, wo), wi)
+        errors = brdf_differences(brdf, true, found.eval(wi, wo), wi)
         mean, bound = (one[0] for one in expected_errors(readings, found, wi, wo, (LIGHT,)))
-        again = differences(brdf, readings.values, found.eval(readings.wi, readings.wo), np.array([[0.0, 0.0, 1.0]]))
+        again = brdf_differences(
+            brdf, readings.values, found.eval(readings.wi, readings.wo), np.array([[0.0, 0.0, 1.0]])
+        )
         forth, back = found.eval(wi, wo), found.eval(wo, wi)
         out[count] = {
-            "lambert": float(differences(brdf, true, np.broadcast_to(face, true.shape), wi).mean()),
+            "lambert": float(brdf_differences(brdf, true, np.broadcast_to(face, true.shape), wi).mean()),
             "mean": float(errors.mean()),
             "p90": float(np.percentile(errors, 90)),
             "p95": float(np.percentile(errors, 95)),
             "p99": float(np.percentile(errors, 99)),
-            "front": float(differences(brdf, front_true, found.eval(front_i, front_o), front_i).mean()),
+            "front": float(brdf_differences(brdf, front_true, found.eval(front_i, front_o), front_i).mean()),
             "reread mean": float(again.mean()),
             "reread max": float(again.max()),
             "q": found.interference,

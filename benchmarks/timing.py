@@ -25,7 +25,7 @@ def best_ms(call: Callable[[], object], times: int = 5) -> float:
     return 1000.0 * min(timed(call)[1] for _ in range(times))
 
 
-def most_bytes(call: Callable[[], object]) -> int:
+def peak_bytes(call: Callable[[], object]) -> int:
     """Return the most bytes that Python allocated at one time during a call, which this makes slower."""
     tracemalloc.start()
     try:

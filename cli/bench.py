@@ -244,7 +244,7 @@ def _factor(args: argparse.Namespace) -> int:
     )
     print(report.report(measured))
     if args.json:
-        _write_figures(args.json, report.document(measured))
+        _write_figures(args.json, report.result_document(measured))
     if args.html:
         _write(args.html, report.page(measured))
     return 0

@@ -83,13 +83,13 @@ def _reference() -> str:
 
 
 def _cache(clear: bool) -> str:
-    from ..lighting.visibility.cache_limits import pruned, transfer_folder, visibility_folder, words
+    from ..lighting.visibility.cache_limits import cache_words, pruned, transfer_folder, visibility_folder
 
     folders = (visibility_folder(), transfer_folder())
     if clear:
         for folder in folders:
             pruned(folder, 0)
-    return "\n            ".join(words(folder) for folder in folders)
+    return "\n            ".join(cache_words(folder) for folder in folders)
 
 
 def _version(library: str) -> str:

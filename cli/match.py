@@ -16,8 +16,8 @@ from .options import (
     answer_of,
     checked,
     comma_separated,
-    light_names,
-    observer_name,
+    parse_lights,
+    parse_observer,
 )
 from .output import on_standard_output, write_json, write_text
 from .progress.lines import progress_bar
@@ -60,7 +60,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     match.add_argument(
         "--illuminants",
-        type=light_names,
+        type=parse_lights,
         action=Added,
         metavar="X,Y",
         help="names, or files of measured lamps (default: D65,A,TL84; that of a standard of one colour)",
@@ -155,7 +155,7 @@ def _formulas(text: str) -> tuple[str, ...]:
 
 
 def _observers(text: str) -> tuple[str, ...]:
-    return tuple(map(observer_name, comma_separated(text)))
+    return tuple(map(parse_observer, comma_separated(text)))
 
 
 def _repeatability(text: str) -> float:

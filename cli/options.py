@@ -44,12 +44,12 @@ def illuminant_name(text: str) -> str:
     return checked(text, illuminant)
 
 
-def illuminant_names(text: str) -> tuple[str, ...]:
+def parse_illuminants(text: str) -> tuple[str, ...]:
     """Return names of illuminants that are known."""
     return tuple(map(illuminant_name, comma_separated(text)))
 
 
-def light_names(text: str) -> tuple[str, ...]:
+def parse_lights(text: str) -> tuple[str, ...]:
     """Return names of lights: illuminants that are known, and files of measured lamps, with "#ENTRY" or without."""
     return tuple(
         word
@@ -59,7 +59,7 @@ def light_names(text: str) -> tuple[str, ...]:
     )
 
 
-def observer_name(text: str) -> str:
+def parse_observer(text: str) -> str:
     """Return the name of an observer that is known."""
     from ..spectral.observers import observer
 
@@ -242,7 +242,7 @@ def add_catalogue_argument(verb: argparse.ArgumentParser) -> None:
     group.add_argument("--catalogue", type=Path, metavar="CAT", default=argparse.SUPPRESS, help="the same")
 
 
-def opened(folder: Path | None) -> Catalogue:
+def open_catalogue(folder: Path | None) -> Catalogue:
     """Return the catalogue asked for, or the default one."""
     from ..materials.catalogue.catalogue import Catalogue, default_catalogue
 
@@ -269,7 +269,7 @@ def add_display_option(command: argparse.ArgumentParser) -> None:
     )
 
 
-def check_display(name: str | None) -> None:
+def check_display_option(name: str | None) -> None:
     """Raise `InputError` for an ICC profile of `--display` that cannot be used; other names wait for their scene."""
     from ..calibration.display.icc_profile import PREFIX
     from ..viewer.display.transform import DisplayTransform

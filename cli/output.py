@@ -28,7 +28,7 @@ def counted(number: int, what: str) -> str:
     return f"{number} {what}{'' if number == 1 else 's'}"
 
 
-def shortened(text: str, room: int) -> str:
+def end_of_name(text: str, room: int) -> str:
     """Return the end of a name, which tells it from its neighbours, in so many characters."""
     return text if len(text) <= room else f"…{text[len(text) - room + 1 :]}" if room > 1 else ""
 

@@ -13,7 +13,7 @@ from .options import (
     add_display_option,
     add_renderer_option,
     catalogue_for,
-    check_display,
+    check_display_option,
     illuminant_name,
     positive_count,
     positive_delta_e,
@@ -123,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
     # A wrong name is said now, not after the work: a missing catalogue alone takes minutes to make.
     check_output(args.output, args.spectral)
     scene_file(args.scene)
-    check_display(args.display)
+    check_display_option(args.display)
     check_outputs([args.output], [args.scene])
     catalogue = catalogue_for(args.catalogue, args.jobs or 1)
     scene = shown_on(lit_by(load_scene(args.scene, catalogue, say), args.illuminant), args.display)

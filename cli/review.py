@@ -14,9 +14,9 @@ from .options import (
     add_output_option,
     add_renderer_option,
     catalogue_for,
-    check_display,
+    check_display_option,
     comma_separated,
-    illuminant_names,
+    parse_illuminants,
     positive_count,
     positive_delta_e,
     renderer_for,
@@ -40,7 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     add_output_option(command, "default: review", metavar="DIR", default=Path("review"))
     command.add_argument(
-        "--illuminants", type=illuminant_names, action=Added, metavar="A,B", help="default: those of the scene"
+        "--illuminants", type=parse_illuminants, action=Added, metavar="A,B", help="default: those of the scene"
     )
     command.add_argument(
         "--materials",
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace) -> int:
     from ..viewer.picture import shown_on
     from ..viewer.render.picture_cost import SAID_FROM_SECONDS, picture_cost
     from ..viewer.render.scene_layers import VISIBILITY
-    from ..viewer.review.cases import light_names, review_views
+    from ..viewer.review.cases import review_views, reviewed_lights_of
     from ..viewer.review.review import review
 
     start = time.perf_counter()
@@ -103,12 +103,12 @@ def run(args: argparse.Namespace) -> int:
     jobs = args.jobs or usable_cores()
     # Said before a missing catalogue is made, which takes minutes.
     path = scene_file(args.scene or shipped_scene("booth"))
-    check_display(args.display)
+    check_display_option(args.display)
     ratings = () if args.protocol is None else read_protocol(args.protocol)
     catalogue = catalogue_for(args.catalogue, jobs)
     scene = shown_on(load_scene(path, catalogue, say), args.display)
     view, _ = review_views(scene, args.camera, args.size, args.reference_size)
-    cost = picture_cost(scene, view, "review", spectra=len(light_names(scene, args.illuminants)), jobs=jobs)
+    cost = picture_cost(scene, view, "review", spectra=len(reviewed_lights_of(scene, args.illuminants)), jobs=jobs)
     cost.check_room(scene, view)
     if cost.seconds >= SAID_FROM_SECONDS:
         say(f"each material: {cost.words}")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..runtime.distribution import install_hint, system_hint
 from ..runtime.errors import InputError
-from .options import add_catalogue_option, add_display_option, catalogue_for, check_display
+from .options import add_catalogue_option, add_display_option, catalogue_for, check_display_option
 
 # What Debian's and Ubuntu's packages of these libraries are called.
 _LIBRARIES = ("libx11-6", "libxext6", "libxcursor1", "libxi6", "libxinerama1", "libxrandr2", "libgl1")
@@ -46,9 +46,9 @@ def run(args: argparse.Namespace) -> int:
 
     if args.last and args.what:
         raise UsageError("--last: it says what to look at, name nothing else")
-    check_display(args.display)
+    check_display_option(args.display)
     shell = _shell()
-    shell.check_display()
+    shell.check_screen()
     catalogue = catalogue_for(args.catalogue, 1)
     kept = _kept()
     found = SESSION_FILE.read(kept) if args.last else subject_of(args.what, catalogue)

@@ -51,7 +51,7 @@ def xyz_from_lab(lab: Lab, white_xyz: White) -> XYZ:
     return white_xyz * np.where(f > 24.0 / 116.0, f**3, (f - 16.0 / 116.0) * 108.0 / 841.0)
 
 
-def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -> Float[np.ndarray, "*batch"]:
+def delta_e_lab(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -> Float[np.ndarray, "*batch"]:
     """Colour difference (...) of CIELAB pairs.
 
     CIE 1994 and CMC weigh by the reference and are not symmetric: mind which side is which.
@@ -63,7 +63,7 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -
     method : "CIE 1976", "CIE 1994" (graphic arts: kL = 1, K1 = 0.045, K2 = 0.015), "CIE 2000" (kL = kC = kH = 1),
         "CMC 1:1" (is it seen) or "CMC 2:1" (is it accepted).
 
-    >>> delta_e(np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 10.0]))
+    >>> delta_e_lab(np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 10.0]))
     array(3.)
     """
     formulas = {
@@ -84,7 +84,7 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -
 
 
 def delta_e_cmc(reference_lab: Lab, sample_lab: Lab, lightness: float, chroma: float) -> Float[np.ndarray, "*batch"]:
-    """CMC(l:c) of CIELAB pairs (...,3), l and c above 0; of 1:1 and 2:1 as `delta_e`."""
+    """CMC(l:c) of CIELAB pairs (...,3), l and c above 0; of 1:1 and 2:1 as `delta_e_lab`."""
     reference, sample = (
         np.moveaxis(np.asarray(lab, dtype=np.float64)[None], -1, 0) for lab in (reference_lab, sample_lab)
     )
@@ -96,7 +96,7 @@ def delta_e_xyz(
     reference_xyz: XYZ, sample_xyz: XYZ, white_xyz: White, method: Formula = "CIE 1994"
 ) -> Float[np.ndarray, "*batch"]:
     """Colour difference (...) of XYZ pairs, both relative to the same white."""
-    return delta_e(lab_from_xyz(reference_xyz, white_xyz), lab_from_xyz(sample_xyz, white_xyz), method)
+    return delta_e_lab(lab_from_xyz(reference_xyz, white_xyz), lab_from_xyz(sample_xyz, white_xyz), method)
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,7 +80,7 @@ class Formula:
             return np.asarray(delta_e_din_6175_2(reference, sample, self.aspecular))
         if self.cmc is not None:
             return delta_e_cmc(reference, sample, *self.cmc)
-        return difference.delta_e(reference, sample, self.name)  # type: ignore[arg-type]
+        return difference.delta_e_lab(reference, sample, self.name)  # type: ignore[arg-type]
 
     @property
     def words(self) -> str:
@@ -141,7 +141,7 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: str = "CIE 1994") -> Fl
         raise ComparisonError(
             f"{asked.name} is no formula of CIELAB alone: `metamer.match` has it, which knows the light and the angle"
         )
-    return difference.delta_e(reference_lab, sample_lab, asked.name)  # type: ignore[arg-type]
+    return difference.delta_e_lab(reference_lab, sample_lab, asked.name)  # type: ignore[arg-type]
 
 
 def _pairs(reference_lab: Lab, sample_lab: Lab) -> tuple[Lab, Lab]:

@@ -16,7 +16,7 @@ from jaxtyping import Float
 from ..runtime.errors import InputError, UnknownNameError
 from ..runtime.worker_pool import usable_cores
 from .axis_letters import Lab, White
-from .difference import delta_e, xyz_from_lab
+from .difference import delta_e_lab, xyz_from_lab
 from .formula import Formula
 from .image_cam16 import cam16_block
 
@@ -42,7 +42,7 @@ def image_delta_e(
 ) -> Float[np.ndarray, "*batch"]:
     """Colour difference (...), float32, of CIELAB images (...,3) of one shape: as in double precision, within 1e-3.
 
-    method : "CIE 1994" or "CIE 2000", as `delta_e` has them, or "CAM16-UCS", as `formula` has it, within 0.05.
+    method : "CIE 1994" or "CIE 2000", as `delta_e_lab` has them, or "CAM16-UCS", as `formula` has it, within 0.05.
     threads : None takes all cores. white_xyz : (3,) that both images are relative to; CAM16-UCS alone asks for it.
 
     Raises
@@ -168,7 +168,7 @@ def _again(
     """Compute in double precision what single precision has no number for."""
     some = np.flatnonzero(np.isnan(found))
     if len(some):
-        found[some] = delta_e(reference[some], sample[some], "CIE 2000")
+        found[some] = delta_e_lab(reference[some], sample[some], "CIE 2000")
 
 
 def _again_cam16(

@@ -283,12 +283,12 @@ def refusal(one: Side, other: Side, across: Collection[Crossing]) -> str:
     if None not in ask:
         hint += f", or compare them all the same with --across {','.join(str(word) for word in ask)}"
     lines = [f"{one.name} of {one.source} and {other.name} of {other.source} were not measured alike"]
-    lines += [f"  found: {difference(one, other, part)}" for part in parts]
+    lines += [f"  found: {_difference(one, other, part)}" for part in parts]
     lines += [f"  expected: one {' and one '.join(parts)} on both sides", f"  try: {hint}"]
     return visible("\n".join(lines), lines=True)
 
 
-def difference(one: Side, other: Side, part: str) -> str:
+def _difference(one: Side, other: Side, part: str) -> str:
     """Both sides' words for a part in which they are not alike, each with its field and file."""
     first, second = (side.measurement.parts[part] for side in (one, other))
     ends = [f"{said.field} {said.words!r} in {side.source}" for said, side in ((first, one), (second, other))]
@@ -298,7 +298,7 @@ def difference(one: Side, other: Side, part: str) -> str:
 def crossed(one: Side, other: Side) -> tuple[str, ...]:
     """Sentences on what is compared although it was not measured alike."""
     return tuple(
-        f"Compared across unlike conditions, as asked: {difference(one, other, part)}."
+        f"Compared across unlike conditions, as asked: {_difference(one, other, part)}."
         for part in one.measurement.unlike(other.measurement)
     )
 
@@ -313,7 +313,7 @@ def remarks(one: Side, other: Side) -> tuple[str, ...]:
                 f"{silent.name} of {silent.source} does not state what {told.name} of {told.source} does: {stated}."
             )
     for part in one.measurement.noted(other.measurement):
-        found.append(f"Not alike, and compared: {difference(one, other, part)}.")
+        found.append(f"Not alike, and compared: {_difference(one, other, part)}.")
     return tuple(found)
 
 

@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from ..runtime.errors import InputError
 from .observers import observer
-from .upsampling import DEFAULT_METHOD, MISSED, Upsampling, sigmoid, solved, upsampling, xyz_from_rgb
+from .upsampling import DEFAULT_METHOD, MISSED, Upsampling, sigmoid, sigmoid_coefficients, upsampling, xyz_from_rgb
 
 # Where the ring lies between white and the spectral locus, 0 to 1; the wavelengths between which it follows the locus,
 # nm, and not the line of purples; and how many points it has.
@@ -113,7 +113,7 @@ def _ring() -> tuple[Float[np.ndarray, " V"], Float[np.ndarray, "V 2"], Float[np
     for level in _LEVELS:
         left = missed > MISSED
         scale[left] = largest[left] / level
-        curves[left], missed[left] = solved(rgb[left] / scale[left])
+        curves[left], missed[left] = sigmoid_coefficients(rgb[left] / scale[left])
     if (missed > MISSED).any():
         raise ArithmeticError(f"no bounded curve has the colour {rgb[missed.argmax()]}")
     return angles, corners, scale * sigmoid(curves)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ..runtime.errors import InputError
-from .difference import delta_e, lab_from_xyz, xyz_from_lab
+from .difference import delta_e_lab, lab_from_xyz, xyz_from_lab
 from .formats.registry import SpectralEntry, StatedColour
 from .illuminants import illuminant
 from .observers import EFFICACY, Observer, observer
@@ -82,7 +82,7 @@ def _surface(entry: SpectralEntry, stated: StatedColour) -> StatedComparison:
     lab = lab_from_xyz(xyz, white)
     reference = lab_from_xyz(stated.values / 100.0, white) if stated.space == "XYZ" else stated.values
     recomputed = 100.0 * xyz if stated.space == "XYZ" else lab
-    return StatedComparison(stated, recomputed, float(delta_e(reference, lab)), light, angle, tuple(assumed))
+    return StatedComparison(stated, recomputed, float(delta_e_lab(reference, lab)), light, angle, tuple(assumed))
 
 
 def _light(spectrum: Spectrum, stated: StatedColour) -> StatedComparison:
@@ -99,7 +99,7 @@ def _light(spectrum: Spectrum, stated: StatedColour) -> StatedComparison:
         )
     scaled = xyz * (stated.values[1] / xyz[1])
     white = stated.values / stated.values[1]
-    difference = delta_e(lab_from_xyz(white, white), lab_from_xyz(scaled / stated.values[1], white))
+    difference = delta_e_lab(lab_from_xyz(white, white), lab_from_xyz(scaled / stated.values[1], white))
     ratio = float(stated.values[1] / (EFFICACY * xyz[1]))
     return StatedComparison(stated, scaled, float(difference), None, angle, assumed, ratio)
 

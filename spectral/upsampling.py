@@ -179,7 +179,7 @@ def _mesh_corners() -> Float[np.ndarray, "V 3"]:
 def _jakob_hanika() -> Float[np.ndarray, "V L"]:
     corners = _mesh_corners()
     rgb = _LEVEL * corners / corners.max(axis=1, keepdims=True)
-    found, missed = solved(rgb)
+    found, missed = sigmoid_coefficients(rgb)
     if missed.max() > MISSED:
         worst = int(missed.argmax())
         raise InputError("no bounded curve has this colour", field="rgb", found=rgb[worst], expected="a colour of sRGB")
@@ -202,7 +202,7 @@ def _powers() -> Float[np.ndarray, "L 3"]:
     return np.stack([x * x, x, np.ones_like(x)], axis=-1)
 
 
-def solved(rgb: Float[np.ndarray, "V 3"]) -> tuple[Float[np.ndarray, "V 3"], Float[np.ndarray, " V"]]:
+def sigmoid_coefficients(rgb: Float[np.ndarray, "V 3"]) -> tuple[Float[np.ndarray, "V 3"], Float[np.ndarray, " V"]]:
     """Coefficients whose `sigmoid` has these colours in linear sRGB, and by how much of Y each is missed.
 
     Damped Newton steps from grey, for all colours at once. Nothing is missed in sRGB at the level used here; curves of

@@ -147,7 +147,7 @@ def review(
     ------
     InputError, UnknownNameError : the camera sees nothing to judge; a file or a name that cannot be used.
     """
-    from .review.cases import light_names, review_views
+    from .review.cases import review_views, reviewed_lights_of
     from .review.review import review as review_into
 
     catalogue = Catalogue.open() if catalogue is None else catalogue
@@ -156,7 +156,9 @@ def review(
     ratings = () if protocol is None else read_protocol(protocol)
     jobs = jobs or usable_cores()
     view, _ = review_views(scene, camera, size, reference_size)
-    picture_cost(scene, view, "review", spectra=len(light_names(scene, illuminants)), jobs=jobs).check_room(scene, view)
+    picture_cost(scene, view, "review", spectra=len(reviewed_lights_of(scene, illuminants)), jobs=jobs).check_room(
+        scene, view
+    )
     with _ready(renderer) as drawing:
         result = review_into(
             scene,

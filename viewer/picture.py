@@ -34,7 +34,7 @@ from .display.gl_pass import DisplayPass
 from .display.png import colour_chunks, quantise, write_png
 from .display.transform import DisplayTransform, composite
 from .gl.backend import GLBackend
-from .render.indirect_cache import counted
+from .render.indirect_cache import with_counted_bounces
 from .render.session import RenderSession, radiance_weights
 
 #: What made a picture that no renderer made.
@@ -299,7 +299,7 @@ def reference_picture(
     """
     view = _placed(scene, camera, warn)
     if scene.bounces == "auto":
-        scene = counted(scene, {name: catalogue.surface(name).drawn() for name in scene.material_ids})
+        scene = with_counted_bounces(scene, {name: catalogue.surface(name).drawn() for name in scene.material_ids})
     bounces = int(scene.bounces)
     surfaces = {name: catalogue.surface(name).surface() for name in scene.material_ids}
     found = reference_images(scene, view, surfaces, budget=noise / NOISE_SHARE, bounces=bounces, progress=progress)

@@ -10,7 +10,7 @@ from ...calibration.report.text_tables import columns
 from ...runtime.errors import InputError
 from . import cases as there_are
 from . import spectral
-from .cases import MEASURED, cases
+from .cases import MEASURED, btf_cases
 from .comparison import BALANCED, HARMONIC, HELD, Compared, Sky, rows_of
 from .methods import methods
 from .rows import OFFSETS, offsets, published, with_bars, within
@@ -46,19 +46,19 @@ def run(
     ------
     InputError : no case, or no method, fits.
     """
-    chosen = [one for one in cases(data, full or case is not None, texels) if _fits(one.name, case)]
+    chosen = [one for one in btf_cases(data, full or case is not None, texels) if _fits(one.name, case)]
     ways = methods(full or method is not None)
     if not chosen:
-        names = ", ".join(one.name for one in cases(data, True))
+        names = ", ".join(one.name for one in btf_cases(data, True))
         raise InputError("no case is called so", field="--case", found=case, expected=names)
     names = sorted({HELD, BALANCED, HARMONIC, *spectral.NAMES}.union(*(rows_of(way) for way in ways)))
     if not any(_fits(name, method) for name in names):
         raise InputError("no method is called so", field="--method", found=method, expected=", ".join(names))
-    there = {one.name for one in cases(data, True)}
+    there = {one.name for one in btf_cases(data, True)}
     sky, rows = Sky(data, progress), []
     for one in chosen:
         rows += Compared(one, lambda name: _fits(name, method), sky, progress).rows(ways)
-        rows += spectral.rows(one, there_are.DIRECTIONS, lambda name: _fits(name, method))
+        rows += spectral.spectral_rows(one, there_are.DIRECTIONS, lambda name: _fits(name, method))
     missing = [name for name in MEASURED if name not in there]
     return {"missing": missing, "rows": with_bars(rows), "claims": spectral.claims(rows)}
 

@@ -46,7 +46,7 @@ class BtfCase:
     spectral: Callable[[], SyntheticBtf] | None = None
 
 
-def cases(data: Path | None, full: bool, texels: int | None = None) -> list[BtfCase]:
+def btf_cases(data: Path | None, full: bool, texels: int | None = None) -> list[BtfCase]:
     """Return the cases that a run of this length has; without `data`, or files in it, only traced ones.
 
     texels : along each side of the crops of measured ones; None: `CROP`.
@@ -111,11 +111,11 @@ class _Traced:
         """All of them, in a small basis."""
         sample, both = self._made(), Hemisphere(DIRECTIONS)
         nm = sample.dyes.wavelengths_nm
-        basis = SpectralBasis.balanced(spectra_of(sample), folding_of().weights(nm), _SIZE, nm)
+        basis = SpectralBasis.balanced(dye_spectra(sample), folding_of().weights(nm), _SIZE, nm)
         return sample.images(both, both, basis=basis)
 
 
-def spectra_of(sample: SyntheticBtf) -> Float[np.ndarray, "n L"]:
+def dye_spectra(sample: SyntheticBtf) -> Float[np.ndarray, "n L"]:
     """Return all that a traced sample's spectra are sums of: dyes, their products and white."""
     dyes = sample.dyes.samples
     products = (dyes[:, None] * dyes).reshape(-1, dyes.shape[1])

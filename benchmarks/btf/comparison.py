@@ -16,9 +16,9 @@ from .cases import BtfCase
 from .environments import PlacedLight
 from .held_out_views import HeldOut
 from .methods import Made, Method
-from .rows import row, seen_error
-from .speed import timed
-from .under_light import TERMS, Surround, all_placed, gathered
+from .rows import btf_row, seen_error
+from .speed import form_times
+from .under_light import TERMS, Surround, all_placed, gather_form
 
 #: Rows that need no codec: measured views between others, and light in two bases.
 HELD, BALANCED, HARMONIC = "held-views", f"light-basis-{TERMS}", "light-basis-sh25"
@@ -115,13 +115,15 @@ class _Half:
         made = way.make(images)
         if self._wanted(way.name):
             found, epsilon = seen_error(images, made.reconstruct)
-            fold, pixels = timed(made.form, images.height * images.width, images.views, images.lights, images.basis)
+            fold, pixels = form_times(
+                made.form, images.height * images.width, images.views, images.lights, images.basis
+            )
             times = {"fold_ms": fold, "ms_per_megapixel": pixels}
             yield self._row(way.name, "D65", found, made, epsilon=epsilon, size=way.size, **times)
         form = made.form
         for name in (END_TO_END, PAPER_END_TO_END):
             if name in rows_of(way) and self._wanted(name) and isinstance(form, BtfTexels):
-                weights = gathered(form) if name == END_TO_END else self._surround.harmonic()
+                weights = gather_form(form) if name == END_TO_END else self._surround.harmonic()
                 values = self._surround.decoded(form)
                 light, found = self._surround.light, self._surround.error(weights, values, form.form.basis)
                 yield self._row(name, light, found, made, size=way.size)
@@ -131,4 +133,4 @@ class _Half:
         if made is not None:
             more |= {"bytes_per_texel": made.bytes_per_texel, "fit_cpu_seconds": made.fit_cpu_seconds}
         offset = self._offset() if self._registered else None
-        return row(self._case, name, light, texels, found, registered=self._registered, offset=offset, **more)
+        return btf_row(self._case, name, light, texels, found, registered=self._registered, offset=offset, **more)

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment import latlong
-from ...lighting.environment.convolution import halved
+from ...lighting.environment.convolution import half_size
 from ...lighting.environment.environment import EnvironmentLight, mixture
 from ...lighting.environment.harmonics import harmonics
 from ...lighting.environment.prefiltering import GatheredLight
@@ -20,7 +20,7 @@ from ...materials.btf.light_basis import LightFunctions, hats_at
 from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from ..svbrdf.cases import FILES, made_sky, read_environment
+from ..svbrdf.cases import FILES, read_environment, window_sky
 
 #: Turns of a sample in each.
 TURNS = 12
@@ -34,7 +34,7 @@ def environments(data: Path | None) -> dict[str, Callable[[], EnvironmentLight]]
     for name, file in FILES.items():
         if data is not None and (path := data / "light" / file).is_file():
             found[name] = partial(read_environment, path)
-    return found | {"made-sky": made_sky, "lamps": lamps, "half-sky": half_sky, "low-sun": low_sun}
+    return found | {"made-sky": window_sky, "lamps": lamps, "half-sky": half_sky, "low-sun": low_sun}
 
 
 def lamps() -> EnvironmentLight:
@@ -88,7 +88,9 @@ class PlacedLight:
     white: Float[np.ndarray, "3"]
 
 
-def placed(light: EnvironmentLight, lights: Hemisphere, functions: LightFunctions, seed: int = 0) -> list[PlacedLight]:
+def tilted_lights(
+    light: EnvironmentLight, lights: Hemisphere, functions: LightFunctions, seed: int = 0
+) -> list[PlacedLight]:
     """Return an environment above a sample that is turned any which way, as parts of a mesh are, `TURNS` times.
 
     Y of 1 is the perfect diffuser in the turn in which the most light arrives; the others are darker, as they look
@@ -97,7 +99,7 @@ def placed(light: EnvironmentLight, lights: Hemisphere, functions: LightFunction
     from scipy.spatial.transform import Rotation
 
     while light.fields.shape[1] > ROWS:
-        light = replace(light, fields=halved(light.fields))
+        light = replace(light, fields=half_size(light.fields))
     gathered = GatheredLight.of(light)
     height, width = light.fields.shape[1:]
     solid = np.repeat(latlong.solid_angles(height, width), width)

@@ -115,14 +115,14 @@ def _of_bytes(images: BtfImages) -> Made:
 
 def _clustered(images: BtfImages, texels: BtfTexels, kept: Mapping, seconds: float) -> Made:
     each = stored_bytes(kept) / texels.form.number.size
-    again, basis = decoded(texels.form), texels.form.basis
+    again, basis = _decoded(texels.form), texels.form.basis
     if basis is images.basis:
         return Made(again, each, texels, seconds)
     back = (basis.synthesis.T @ images.basis.analysis).astype(np.float32)
     return Made(lambda view, light: again(view, light) @ back, each, texels, seconds)
 
 
-def decoded(form: ClusteredForm) -> Reconstruct:
+def _decoded(form: ClusteredForm) -> Reconstruct:
     """Images again: each cluster's mean and its texels' shares of its components."""
     table, number = form.table(), form.number.ravel()
     weights = form.weights.reshape(len(number), -1).astype(np.float32)

@@ -52,7 +52,7 @@ OFFSETS: Mapping[str, tuple[float, float]] = {"wool": (4.0, 0.5), "corduroy": (5
 _TEXELS = 128 * 128
 
 
-def row(
+def btf_row(
     case: str,
     method: str,
     light: str,

@@ -1,8 +1,8 @@
 """Cost and worth of spectra: a traced sample by its spectra, and by red, green and blue.
 
-The truth has every wavelength. One form has as many coefficients as `reduced` finds that its spectra need; one has
-eight; and one is fitted to what a camera saw under D65, and made spectra of afterwards, in every way that there is. HP1
-is no light of any fit.
+The truth has every wavelength. One form has as many coefficients as `fewest_spectra` finds that its spectra need; one
+has eight; and one is fitted to what a camera saw under D65, and made spectra of afterwards, in every way that there is.
+HP1 is no light of any fit.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from ...materials.btf.reduced import InBasis, reduced
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.upsampling import METHODS, upsampling
-from .cases import BtfCase, spectra_of
+from .cases import BtfCase, dye_spectra
 from .methods import stored_bytes
-from .rows import row
+from .rows import btf_row
 
 #: Lights that all are judged under; of the last, no fit knows.
 LIGHTS = ("D65", "A", "FL11", "HP1")
@@ -49,7 +49,7 @@ _KEPT = 1e-4
 _ToXyz = Callable[[Float[np.ndarray, "n J"]], Float[np.ndarray, "n M3"]]
 
 
-def rows(case: BtfCase, directions: Float[np.ndarray, "n 3"], wanted: Callable[[str], bool]) -> Iterator[dict]:
+def spectral_rows(case: BtfCase, directions: Float[np.ndarray, "n 3"], wanted: Callable[[str], bool]) -> Iterator[dict]:
     """Yield the rows of a case of spectra; none of another."""
     if case.spectral is None or not any(map(wanted, NAMES)):
         return
@@ -80,7 +80,7 @@ def rows(case: BtfCase, directions: Float[np.ndarray, "n 3"], wanted: Callable[[
 
 def _images(sample: SyntheticBtf, both: Hemisphere) -> BtfImages:
     """Traced, in orthonormal coefficients of which nothing is missing."""
-    _, lengths, axes = np.linalg.svd(spectra_of(sample), full_matrices=False)
+    _, lengths, axes = np.linalg.svd(dye_spectra(sample), full_matrices=False)
     axes = axes[lengths > _KEPT * lengths[0]].T
     basis = SpectralBasis("sample", sample.dyes.wavelengths_nm, axes, axes)
     return sample.images(both, both, basis=basis)
@@ -155,7 +155,7 @@ class _Judged:
         }
         for light, at in ((name, slice(3 * i, 3 * i + 3)) for i, name in enumerate(LIGHTS)):
             off = delta_e_xyz(self.truth[:, at], shown[:, at], whites[at])
-            yield row(case, name, light, count, (off.mean(), *np.percentile(off, (95.0, 99.0))), **more)
+            yield btf_row(case, name, light, count, (off.mean(), *np.percentile(off, (95.0, 99.0))), **more)
 
 
 def claims(found: Sequence[dict]) -> list[dict]:

@@ -34,7 +34,7 @@ _MAP = 64
 _Shade = Callable[[Int[np.ndarray, " n"], Int[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]], Float[np.ndarray, "n 3"]]
 
 
-def timed(
+def form_times(
     form: Field | BtfTexels, texels: int, views: Hemisphere, lights: Hemisphere, basis: SpectralBasis
 ) -> tuple[float | None, float | None]:
     """Milliseconds of a fold, and of a million pixels on one core, of a form that there is a way to draw of.

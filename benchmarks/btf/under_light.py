@@ -17,7 +17,7 @@ from ...materials.btf.light_basis import balanced_lights, hats_at, light_functio
 from ...materials.btf.texels import BtfTexels
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
-from .environments import PlacedLight, environments, placed
+from .environments import PlacedLight, environments, tilted_lights
 
 #: Terms of the balanced light basis that is judged without a codec.
 TERMS = 16
@@ -113,7 +113,7 @@ class Surround:
         return np.stack(found)
 
 
-def gathered(texels: BtfTexels) -> Weights:
+def gather_form(texels: BtfTexels) -> Weights:
     """Gather as renderers do: Gaussians and a bent cosine are looked up, and go through the form's light basis."""
     form = BtfGathering(texels=texels)
     both = form.basis.analysis @ form.lights
@@ -133,4 +133,4 @@ def _colours(
 def all_placed(lights: Hemisphere, data: Path | None) -> tuple[list[PlacedLight], int]:
     """Return every environment in every turn about a BTF of these lights, and how many environments there are."""
     functions, made = light_functions(lights), environments(data)
-    return [one for environment in made.values() for one in placed(environment(), lights, functions)], len(made)
+    return [one for environment in made.values() for one in tilted_lights(environment(), lights, functions)], len(made)

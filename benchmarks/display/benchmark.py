@@ -101,7 +101,7 @@ def run(
                 driven = Driven.of(display, seed, Path(folder), count)
                 transform = DisplayTransform(_name(display), DEFAULT_VIEW, str(Path(folder) / "config.ocio"))
                 made = chain_rows(driven, transform)
-                for figure, value in figures(driven, transform).items():
+                for figure, value in table_figures(driven, transform).items():
                     keep(figure, value, where)
             rows += made
             for row in made:
@@ -167,7 +167,7 @@ def _sent(codes: np.ndarray, bits: int) -> np.ndarray:
     return np.round(np.clip(codes, 0.0, 1.0) * steps) / steps
 
 
-def figures(driven: Driven, transform: DisplayTransform) -> dict[str, float]:
+def table_figures(driven: Driven, transform: DisplayTransform) -> dict[str, float]:
     """Measure what is not of the whole chain: tables beside the inverse, files beside memory, the choice, drift."""
     import PyOpenColorIO as ocio
 

@@ -26,8 +26,8 @@ from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import xyz_from_rgb
 from ...viewer.render.session import RenderSession
 from ..fluorescence import UV_FREE, UV_FREE_WORDS, direct, two_surfaces
-from ..fluorescence import lights as benchmark_lights
-from ..timing import most_bytes, timed
+from ..fluorescence import fluorescence_lights as benchmark_lights
+from ..timing import peak_bytes, timed
 from .case import Case
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
 from .timing import Stopwatch
@@ -68,7 +68,7 @@ def fluorescent_rows(
     """
     # There is nothing to fit.
     fast, seconds = timed(brdf.own_form)
-    packs, peak = fast.packs, most_bytes(brdf.own_form)
+    packs, peak = fast.packs, peak_bytes(brdf.own_form)
     milliseconds = stopwatch.milliseconds(packs)
     rows, without = [], []
     for index, (name, light) in enumerate(row_lights().items()):

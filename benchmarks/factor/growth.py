@@ -21,7 +21,7 @@ from ...materials.fitting.decompose import METHODS, Method, decompose
 from ...spectral.basis import SpectralBasis
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
 from ..basis import stage
-from ..timing import most_bytes, timed
+from ..timing import peak_bytes, timed
 from .parts import part_rows
 
 #: The paper's table: theta_i, phi, theta_o, coefficients; and its decomposition.
@@ -114,7 +114,7 @@ def entrywise_error(table: np.ndarray, cp: CPTensor) -> float:
 
 def _decomposed(table: np.ndarray, rank: int, method: Method) -> dict[str, float]:
     found, seconds = timed(lambda: decompose(table, rank, method=method))
-    peak = table.nbytes + most_bytes(lambda: decompose(table, rank, method=method))
+    peak = table.nbytes + peak_bytes(lambda: decompose(table, rank, method=method))
     return {"seconds": seconds, "relative_error": entrywise_error(table, found.cp), "peak_bytes": peak}
 
 

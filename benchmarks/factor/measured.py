@@ -52,16 +52,16 @@ def _merl_cases(brdf: Path) -> Iterator[Case]:
     files = {file.stem: file for file in sorted((brdf / "merl").glob("*.binary"))}
     for name, title, budget, packs in _MERL:
         if name in files:
-            yield Case(name, title, budget, packs, partial(surface_of, files.pop(name)))
+            yield Case(name, title, budget, packs, partial(material_of_file, files.pop(name)))
         elif script.exists():
             yield Case(name, title, budget, packs, partial(written_surface, script, name))
     for name, file in files.items():
-        yield Case(name, f"{_words(file)}, MERL", _BUDGET, None, partial(surface_of, file))
+        yield Case(name, f"{_words(file)}, MERL", _BUDGET, None, partial(material_of_file, file))
 
 
 def _files(folder: Path, pattern: str, family: str) -> Iterator[Case]:
     for file in sorted(folder.glob(pattern)):
-        yield Case(file.stem, f"{_words(file)}, {family}", _BUDGET, None, partial(surface_of, file))
+        yield Case(file.stem, f"{_words(file)}, {family}", _BUDGET, None, partial(material_of_file, file))
 
 
 def _bispectral_cases(folder: Path) -> Iterator[Case]:
@@ -83,7 +83,7 @@ def _words(file: Path) -> str:
     return words[:1].upper() + words[1:]
 
 
-def surface_of(file: Path) -> Brdf:
+def material_of_file(file: Path) -> Brdf:
     """Return the one material of a file, as an import has it; raises `InputError` where it holds none."""
     (found,) = read_sources(file)
     if isinstance(found, Rejected):
@@ -108,4 +108,4 @@ def written_surface(script: Path, name: str) -> Brdf:
                 found=done.stderr.strip()[-200:],
                 hint=f"see what `python {script} {name} out.binary` says",
             )
-        return surface_of(out)
+        return material_of_file(out)

@@ -27,7 +27,7 @@ from ...spectral.upsampling import xyz_from_rgb
 from ..basis import point_sampled, stage
 from ..timing import timed
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
-from .sphere import errors_by_light, folded_xyz, folds
+from .sphere import errors_by_light, folded_xyz, pack_folds
 from .timing import Stopwatch
 
 SIZES = (3, 5, 8, 12)
@@ -173,7 +173,7 @@ def _configurations(
     packs = found.fast.packs
 
     def exact(packs: tuple[FactorPack, ...]) -> Callable[[str], Weights]:
-        return lambda light: folds(packs, protocol, light)
+        return lambda light: pack_folds(packs, protocol, light)
 
     yield _Configuration("spectra", "RGB", packs, seconds, lambda light: _rgb(packs, protocol, light))
     for step in STEPS_NM:
@@ -210,7 +210,7 @@ def _rgb(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) ->
     """Linear sRGB under D65, multiplied by the light's RGB: what most tools do."""
     grid, to_xyz = packs[0].palette.wavelengths_nm, xyz_from_rgb()
     d65, other = (np.linalg.solve(to_xyz, protocol.under(it).weights(grid).sum(axis=0)) for it in ("D65", light))
-    found = folds(packs, protocol, "D65")
+    found = pack_folds(packs, protocol, "D65")
     return [np.linalg.solve(to_xyz, terms.T).T * (other / d65) @ to_xyz.T for terms in found]
 
 

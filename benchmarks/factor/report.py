@@ -23,7 +23,7 @@ def losses(rows: Sequence[dict]) -> list[str]:
     ]
 
 
-def verdict(rows: Sequence[dict]) -> str:
+def baseline_loses(rows: Sequence[dict]) -> str:
     """Return whether the baseline loses, as in the paper."""
     if worse := losses(rows):
         return "The D-BRDF is not worse in: " + "; ".join(worse)
@@ -34,15 +34,15 @@ def verdict(rows: Sequence[dict]) -> str:
 
 def report(measured: dict) -> str:
     """Return the result of `run` as plain text."""
-    return f"{text_tables(tables(measured))}\n\n{verdict(measured['rows'])}"
+    return f"{text_tables(tables(measured))}\n\n{baseline_loses(measured['rows'])}"
 
 
 def page(measured: dict) -> str:
     """Return the result of `run` as one self-contained HTML page."""
-    return render_factor_page(measured, SCALE_DELTA_E, verdict(measured["rows"]), "Factored spectral BRDFs")
+    return render_factor_page(measured, SCALE_DELTA_E, baseline_loses(measured["rows"]), "Factored spectral BRDFs")
 
 
-def document(measured: dict) -> dict:
+def result_document(measured: dict) -> dict:
     """Return the result of `run` without its pictures."""
     return {name: value for name, value in measured.items() if name != "figures"}
 

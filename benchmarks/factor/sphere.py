@@ -12,7 +12,7 @@ from ...materials.core.protocol import SphereProtocol
 from ...materials.factored.pack import FactorPack
 
 
-def folds(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> list[Float[np.ndarray, "_ 3"]]:
+def pack_folds(packs: tuple[FactorPack, ...], protocol: SphereProtocol, light: str) -> list[Float[np.ndarray, "_ 3"]]:
     """Compute for each pack XYZ (R,3) of its terms under one light."""
     return [np.pi * pack.spectra @ protocol.under(light).weights(pack.palette.wavelengths_nm) for pack in packs]
 

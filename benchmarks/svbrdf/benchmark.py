@@ -52,8 +52,8 @@ def run(
         return pattern is None or fnmatchcase(name, pattern)
 
     long = full or pattern is not None
-    chosen = [one for one in cases.cases(long) if wanted(one.name)]
-    rows = list(rendering.rendered(chosen, full, data, progress))
+    chosen = [one for one in cases.svbrdf_cases(long) if wanted(one.name)]
+    rows = list(rendering.method_rows(chosen, full, data, progress))
     rows += minified.minified(data, wanted, progress)
     rows += spectrum_cost.spectrum_cost(wanted, progress)
     notes: list[str] = []
@@ -62,7 +62,7 @@ def run(
     if catalogue is not None:
         rows += _catalogued(catalogue, wanted, data, progress, notes)
     if not rows and not chosen:
-        names = sorted({one.name for one in cases.cases(True)} | {*minified.NAMES, spectrum_cost.NAME})
+        names = sorted({one.name for one in cases.svbrdf_cases(True)} | {*minified.NAMES, spectrum_cost.NAME})
         expected = f"{'; '.join(names)}; with data MERL ...; with a catalogue ids of its materials"
         raise InputError("no case is called so", field="--case", found=pattern, expected=expected)
     return {"missing": _missing(data), "notes": notes, "rows": rows}
@@ -70,7 +70,7 @@ def run(
 
 def _fitted(data: Path | None, wanted: Callable[[str], bool], progress: Progress, notes: list[str]) -> Iterator[dict]:
     found = []
-    for row, seconds in measured.fitted(data, wanted, progress):
+    for row, seconds in measured.measured_rows(data, wanted, progress):
         found.append((row["delta_e94"]["mean"], seconds))
         yield row
     if found:
@@ -84,7 +84,7 @@ def _fitted(data: Path | None, wanted: Callable[[str], bool], progress: Progress
 def _catalogued(
     folder: Path, wanted: Callable[[str], bool], data: Path | None, progress: Progress, notes: list[str]
 ) -> Iterator[dict]:
-    made, skies = cases.lights(data), {}
+    made, skies = cases.case_lights(data), {}
     if SKY in made:
         skies[SKY] = partial(_sky, made[SKY])
     worst: dict[str, list[float]] = {}
@@ -98,7 +98,7 @@ def _catalogued(
 
 
 def _sky(made: Callable[[], EnvironmentLight | DeltaLight]) -> EnvironmentLight:
-    light = rendering.reduced(made(), rendering.ROWS[0])
+    light = rendering.at_most_rows(made(), rendering.ROWS[0])
     if not isinstance(light, EnvironmentLight):
         raise TypeError("an environment is needed")
     return light
@@ -106,7 +106,7 @@ def _sky(made: Callable[[], EnvironmentLight | DeltaLight]) -> EnvironmentLight:
 
 def _missing(data: Path | None) -> list[str]:
     """Lights and meshes whose files are not there."""
-    lights, places = cases.lights(data), meshes.places(data)
+    lights, places = cases.case_lights(data), meshes.mesh_places(data)
     return [name for name in cases.FILES if name not in lights] + [name for name in meshes.FILES if name not in places]
 
 

@@ -35,7 +35,7 @@ _ONE = np.ones(len(WORKING_WAVELENGTHS_NM))
 class BenchCase:
     """A surface under a light, and the numbers of lobes that it is rendered in.
 
-    place : a sphere in the "open" or beside a "wall", or one of `meshes.places`. full : only the long run has it.
+    place : a sphere in the "open" or beside a "wall", or one of `meshes.mesh_places`. full : only the long run has it.
     """
 
     name: str
@@ -97,7 +97,7 @@ def _analytic() -> Iterator[tuple[GlossySurface, tuple[int, ...]]]:
     )
 
 
-def cases(full: bool) -> list[BenchCase]:
+def svbrdf_cases(full: bool) -> list[BenchCase]:
     """Return every one that a run of this length has."""
     found = [BenchCase(f"{surface.name}, sun", surface, "sun", lobes) for surface, lobes in _analytic()]
     found += [BenchCase(f"gold {alpha:g}, sun", gold(alpha), "sun", (1, 4)) for alpha in (0.1, 0.3)]
@@ -144,10 +144,10 @@ FILES = {
 }
 
 
-def lights(data: Path | None) -> dict[str, Callable[[], EnvironmentLight | DeltaLight]]:
+def case_lights(data: Path | None) -> dict[str, Callable[[], EnvironmentLight | DeltaLight]]:
     """Return the lights that there are, by name; without `data` no file is one."""
     found: dict[str, Callable[[], EnvironmentLight | DeltaLight]]
-    found = {"sun": _sun, "lamp": _lamp, "made-sky": made_sky}
+    found = {"sun": _sun, "lamp": _lamp, "made-sky": window_sky}
     for name, file in FILES.items():
         if data is not None and (path := data / "light" / file).is_file():
             found[name] = partial(read_environment, path)
@@ -159,7 +159,7 @@ def read_environment(path: Path) -> EnvironmentLight:
     return load_environment(path, uplift="mallett-yuksel")
 
 
-def made_sky() -> EnvironmentLight:
+def window_sky() -> EnvironmentLight:
     """Return a blue sky, brighter towards the horizon, over brown ground, with a low warm window of light."""
     to = latlong.texel_directions(128, 256)
     up = to[..., 1]

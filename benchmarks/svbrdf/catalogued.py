@@ -27,7 +27,7 @@ from ...spectral.folding import Folding
 from ...spectral.observers import observer
 from .light import PreparedLight
 from .ours import gathered_by
-from .rows import row
+from .rows import svbrdf_row
 from .surface import ShadedPoints
 
 #: The light that catalogues are always seen in; skies are of the data.
@@ -106,7 +106,7 @@ class _Compared:
             white = light.white(points)
             noise = float(delta_e_xyz(truth, rough, white).mean()) / 3.0
             apart = delta_e_xyz(truth, found, white)
-            yield row(name, "ours", light_name, apart, noise, lobes=form.count, ms_per_megapixel=milliseconds)
+            yield svbrdf_row(name, "ours", light_name, apart, noise, lobes=form.count, ms_per_megapixel=milliseconds)
 
     def _arriving(self, grids: Grids) -> list[tuple[np.ndarray, np.ndarray]]:
         """Compute by ring directions (D, 3), local, and what arrives from them at its points, cd/m^2 sr (n, D, F)."""

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from ...lighting.environment.brights import BrightParts, taken_apart
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.environment.harmonics import gaussian_factors, harmonics, projected
+from ...lighting.environment.harmonics import gaussian_factors, harmonics, project_light
 from ...lighting.environment.pyramid import Pyramid
 from ...lighting.lights import Arrivals, DeltaLight
 from ...materials.core.spherical_gaussian import Gaussians, sharpness_of_area, sphere_integral
@@ -61,7 +61,7 @@ class PreparedLight:
     @cached_property
     def kept_harmonics(self) -> Float[np.ndarray, "K B"]:
         """The light's first 25 coefficients."""
-        return projected(self.environment)
+        return project_light(self.environment)
 
     def smooth_gamma(self, to: Float[np.ndarray, "n 3"], sharpness: Float[np.ndarray, " n"]) -> np.ndarray:
         """`gamma` of the light's harmonics alone."""

@@ -12,8 +12,8 @@ import numpy as np
 from ...materials.core.brdf import Brdf
 from ...materials.core.protocol import sphere_protocol
 from ...materials.gaussians.fit import fit_gaussians
-from ..factor.measured import surface_of, written_surface
-from .rows import row
+from ..factor.measured import material_of_file, written_surface
+from .rows import svbrdf_row
 
 #: What a fit may have, and the pixels across the sphere that it is judged on, whose light is the protocol's.
 LOBES, PIXELS = 3, 96
@@ -31,11 +31,11 @@ def materials(data: Path | None) -> dict[str, Callable[[], Brdf]]:
             names = sorted({key.split("/")[0] for key in fits.files})
         found = {f"MERL {name}": partial(written_surface, script, name) for name in names}
     return found | {
-        f"MERL {file.stem}": partial(surface_of, file) for file in sorted((data / "brdf/merl").glob("*.binary"))
+        f"MERL {file.stem}": partial(material_of_file, file) for file in sorted((data / "brdf/merl").glob("*.binary"))
     }
 
 
-def fitted(
+def measured_rows(
     data: Path | None, wanted: Callable[[str], bool], progress: Callable[[str], None]
 ) -> Iterator[tuple[dict, float]]:
     """Yield each material's row and the fit's CPU seconds. The reference is the table, pixel by pixel: no noise."""
@@ -53,4 +53,4 @@ def fitted(
         sample = sphere.reference(found)
         milliseconds = 1e9 / len(sample) * (time.process_time() - begun)
         apart = sphere.differences(reference, sample)
-        yield row(name, "ours", LIGHT, apart, 0.0, lobes=LOBES, ms_per_megapixel=milliseconds), seconds
+        yield svbrdf_row(name, "ours", LIGHT, apart, 0.0, lobes=LOBES, ms_per_megapixel=milliseconds), seconds

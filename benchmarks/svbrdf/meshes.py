@@ -90,7 +90,7 @@ class SceneHiding(Hiding):
 Place = Callable[[int], tuple[SceneHiding, ShadedPoints]]
 
 
-def places(data: Path | None) -> dict[str, Place]:
+def mesh_places(data: Path | None) -> dict[str, Place]:
     """Return the places that there are, by name; without `data` no file is one."""
     found: dict[str, Place] = {"floor": shape_on_floor}
     for name, file in FILES.items():
@@ -103,7 +103,7 @@ def shape_on_floor(across: int) -> tuple[SceneHiding, ShadedPoints]:
     """Return a shape that needs no file, on a floor, seen from before it."""
     parts = (Part("shape", shapes.speed_shape(SUBDIVISIONS), "paint"), Part("floor", shapes.plane(4.0, 4.0), "paint"))
     view = Camera("view", (2.5, 2.0, 3.0), (0, 0, 0), projection="orthographic", height=4.0)
-    return seen_points(parts, (view,), across)
+    return pixel_points(parts, (view,), across)
 
 
 def _from_file(path: Path, floor: bool, across: int) -> tuple[SceneHiding, ShadedPoints]:
@@ -119,14 +119,14 @@ def _from_file(path: Path, floor: bool, across: int) -> tuple[SceneHiding, Shade
     views = [
         Camera(f"view {n}", middle + 2.0 * size * unit(np.array(eye)), middle, **picture) for n, eye in enumerate(eyes)
     ]
-    return seen_points(parts, views, across)
+    return pixel_points(parts, views, across)
 
 
 def _floor(low: np.ndarray, middle: np.ndarray, side: float) -> Mesh:
     return shapes.plane(side, side).placed(translate=(middle[0], low[1], middle[2]))
 
 
-def seen_points(parts: Sequence[Part], views: Sequence[Camera], across: int) -> tuple[SceneHiding, ShadedPoints]:
+def pixel_points(parts: Sequence[Part], views: Sequence[Camera], across: int) -> tuple[SceneHiding, ShadedPoints]:
     """Return the middles of the pixels in which cameras see a part, `across` pixels wide and high."""
     light = DirectionalLight((0.4, 0.8, 0.5), illuminant("D65"), 800.0)
     scene = Scene(tuple(parts), (light,), tuple(views), observer("1931_2"))

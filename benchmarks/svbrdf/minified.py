@@ -18,7 +18,7 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
-from .rows import row
+from .rows import svbrdf_row
 
 #: Texels along a side of what a sample spans; blocks, with a direction of light and of view each.
 WIDE, BLOCKS = 8, 1500
@@ -76,7 +76,7 @@ def _rows(name: str, surface: MappedSurface) -> Iterator[dict]:
         begun = time.process_time()
         found = form.shaded_xyz(points, folding)
         milliseconds = 1e9 / len(wi) * (time.process_time() - begun)
-        yield row(name, method, _LIGHT, delta_e_xyz(truth, found, white), 0.0, ms_per_megapixel=milliseconds)
+        yield svbrdf_row(name, method, _LIGHT, delta_e_xyz(truth, found, white), 0.0, ms_per_megapixel=milliseconds)
 
 
 def _looks(width: int, height: int) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"], np.ndarray]:

@@ -7,19 +7,19 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...lighting.environment.convolution import halved
+from ...lighting.environment.convolution import half_size
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.lights import DeltaLight
 from ...spectral.difference import delta_e_xyz
-from .cases import WALL, BenchCase, lights
+from .cases import WALL, BenchCase, case_lights
 from .hiding import Hiding, Wall
 from .light import PreparedLight
-from .meshes import places
+from .meshes import mesh_places
 from .methods import DELTA_METHODS, METHODS, Method, MethodTask
 from .ours import by_slices
-from .rows import row
+from .rows import svbrdf_row
 from .surface import ShadedPoints
-from .truth import truth
+from .truth import true_terms
 
 # Points across the sphere, and rows of environments, of a quick and of a full run.
 ACROSS, ROWS = (26, 36), (128, 256)
@@ -28,11 +28,11 @@ PICTURE = (26, 40)
 _REPEATS = 3
 
 
-def rendered(
+def method_rows(
     cases: Sequence[BenchCase], full: bool, data: Path | None, progress: Callable[[str], None]
 ) -> Iterator[dict]:
     """Rows of each case whose light and place there are, by all methods that there are for it."""
-    shapes, made = places(data), lights(data)
+    shapes, made = mesh_places(data), case_lights(data)
     ready: dict[tuple[str, int], PreparedLight] = {}
     stood: dict[str, tuple[Hiding | None, ShadedPoints]] = {}
     for case in cases:
@@ -47,20 +47,20 @@ def rendered(
                 stood[case.place] = Wall(WALL) if case.place == "wall" else None, ShadedPoints.of_sphere(ACROSS[full])
         rows = ROWS[full]
         if (case.light_name, rows) not in ready:
-            ready[case.light_name, rows] = PreparedLight(reduced(made[case.light_name](), rows))
+            ready[case.light_name, rows] = PreparedLight(at_most_rows(made[case.light_name](), rows))
         progress(f"{case.name}, {case.light_name}")
         yield from _of_case(case, *stood[case.place], ready[case.light_name, rows])
 
 
 def _of_case(case: BenchCase, hiding: Hiding | None, points: ShadedPoints, light: PreparedLight) -> Iterator[dict]:
-    both = truth(MethodTask(case.surface, points, light, hiding, 0))
+    both = true_terms(MethodTask(case.surface, points, light, hiding, 0))
     reference, coarse = (light.folded(terms, case.surface.spectra) for terms in both)
     noise = float(delta_e_xyz(reference, coarse, light.white(points)).mean()) / 3.0
     for lobes in case.lobes:
         for name, method in _methods(light, hiding).items():
             task = MethodTask(case.surface, points, light, hiding, lobes)
             terms = method(task)
-            yield row(
+            yield svbrdf_row(
                 case.name,
                 name,
                 case.light_name,
@@ -80,10 +80,10 @@ def _methods(light: PreparedLight, hiding: Hiding | None) -> Mapping[str, Method
     return METHODS if isinstance(hiding, Wall) else {"ours": by_slices, **METHODS}
 
 
-def reduced(light: EnvironmentLight | DeltaLight, rows: int) -> EnvironmentLight | DeltaLight:
+def at_most_rows(light: EnvironmentLight | DeltaLight, rows: int) -> EnvironmentLight | DeltaLight:
     """Return the same of at most so many rows, where halving leads there."""
     while isinstance(light, EnvironmentLight) and light.fields.shape[1] > rows:
-        light = replace(light, fields=halved(light.fields))
+        light = replace(light, fields=half_size(light.fields))
     return light
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 
-def row(
+def svbrdf_row(
     case: str,
     method: str,
     light: str,

@@ -33,11 +33,11 @@ from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ...viewer.gl.backend import gl_session
 from ...viewer.gl.context import NoGL
 from . import meshes
-from .cases import gold, made_sky
+from .cases import gold, window_sky
 from .gold import reflectance
 from .light import PreparedLight
 from .ours import gathered_by, slices_of
-from .rows import row
+from .rows import svbrdf_row
 from .surface import ShadedPoints
 
 NAME = "spectrum beside RGB"
@@ -50,7 +50,7 @@ def spectrum_cost(wanted: Callable[[str], bool], progress: Callable[[str], None]
     if not wanted(NAME):
         return
     progress(NAME)
-    light = made_sky()
+    light = window_sky()
     slices, metal = _whole_slices(), reflectance(np.ones(1))[0]
     basis = _basis(light)
     forms = {
@@ -65,7 +65,7 @@ def spectrum_cost(wanted: Callable[[str], bool], progress: Callable[[str], None]
     found, truth, white = _seen(forms["ours"], basis, metal, light)
     for name, xyz in found.items():
         apart = delta_e_xyz(truth, xyz, white)
-        yield row(NAME, name, "made-sky", apart, 0.0, lobes=slices.count, ms_per_megapixel=milliseconds[name])
+        yield svbrdf_row(NAME, name, "made-sky", apart, 0.0, lobes=slices.count, ms_per_megapixel=milliseconds[name])
 
 
 def _whole_slices() -> ViewSlices:

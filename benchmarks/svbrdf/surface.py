@@ -15,7 +15,7 @@ from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 LEAST_COSINE = 1e-2
 
 
-def schlick(cosine: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n 2"]:
+def schlick_shares(cosine: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n 2"]:
     """Shares of normal incidence and of grazing: 1 - s and s, s = (1 - h.o)^5 (Schlick 1994)."""
     rise = (1.0 - cosine) ** 5
     return np.stack([1.0 - rise, rise], axis=-1)
@@ -49,7 +49,7 @@ class GlossySurface:
     density: Callable[[np.ndarray], np.ndarray] | None
     masked: Callable[[np.ndarray, np.ndarray], np.ndarray]
     lobes: Callable[[int], Gaussians]
-    shares: Callable[[np.ndarray], np.ndarray] = schlick
+    shares: Callable[[np.ndarray], np.ndarray] = schlick_shares
 
     wavelengths_nm = WORKING_WAVELENGTHS_NM
 

@@ -6,12 +6,12 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment import latlong
-from ...lighting.environment.convolution import halved
+from ...lighting.environment.convolution import half_size
 from ...lighting.environment.environment import EnvironmentLight
 from .methods import MethodTask
 
 
-def truth(task: MethodTask) -> tuple[Float[np.ndarray, "N K T"], Float[np.ndarray, "N K T"]]:
+def true_terms(task: MethodTask) -> tuple[Float[np.ndarray, "N K T"], Float[np.ndarray, "N K T"]]:
     """Return the terms, and the same from texels twice as wide: the first is about a third of their difference off.
 
     Texels count at their middles, by their solid angle, so that highlights have to be wider than they are. Under a
@@ -21,7 +21,7 @@ def truth(task: MethodTask) -> tuple[Float[np.ndarray, "N K T"], Float[np.ndarra
     if not isinstance(light, EnvironmentLight):
         found = _arriving(task)
         return found, found
-    return _summed(task, light, light.fields), _summed(task, light, halved(light.fields))
+    return _summed(task, light, light.fields), _summed(task, light, half_size(light.fields))
 
 
 def _arriving(task: MethodTask) -> Float[np.ndarray, "N 1 T"]:

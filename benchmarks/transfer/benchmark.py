@@ -15,7 +15,7 @@ from ...runtime.errors import InputError
 from . import draped_btf, growth, path_tracing, spectral
 from .bars import bars
 from .ours import OurMethod, TracedGeometry
-from .pixels import Truths, difference, figures_of
+from .pixels import Truths, figures_of, pixel_differences
 from .scenes import TransferScene, scenes
 from .tensors import TensorMethod, shared_by_all
 from .whole_pictures import drawn_row
@@ -91,10 +91,10 @@ def run(
 
 #: What there is beside scenes, by the name that `--case` calls it.
 EXTRA: dict[str, Callable[[Progress], list[dict]]] = {
-    draped_btf.NAME: draped_btf.rows,
-    spectral.NAME: spectral.rows,
-    growth.NAME: growth.rows,
-    path_tracing.NAME: path_tracing.rows,
+    draped_btf.NAME: draped_btf.draped_rows,
+    spectral.NAME: spectral.coefficient_rows,
+    growth.NAME: growth.growth_rows,
+    path_tracing.NAME: path_tracing.path_rows,
 }
 
 
@@ -119,7 +119,7 @@ def _of_tensors(method: TensorMethod, truths: Truths) -> Iterator[dict]:
     relight, arriving = method.relight_ms(), method.arriving()
     for bounces in BOUNCES:
         truth = truths.picture(bounces)
-        off = difference(case, truth, seen, seen.picture(method.xyz(arriving, bounces)))
+        off = pixel_differences(case, truth, seen, seen.picture(method.xyz(arriving, bounces)))
         yield {
             "scene": case.name,
             "vertices": len(method.hits.sites),

@@ -15,7 +15,7 @@ from jaxtyping import Float, Int
 
 from ...lighting.camera import Camera
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.environment.harmonics import projected
+from ...lighting.environment.harmonics import project_light
 from ...lighting.mesh.mesh import Mesh
 from ...lighting.mesh.shapes import cloth, plane
 from ...lighting.reference.geometry import Tracer, visible_geometry
@@ -36,11 +36,11 @@ from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
-from ..btf.cases import cases as btf_cases
+from ..btf.cases import btf_cases
 from ..papers.transfer_tensors.clustered_harmonic import ClusteredHarmonicTransfer, clustered_transfer
 from ..papers.transfer_tensors.harmonic import HarmonicTransfer, harmonic_transfer
 from ..papers.transfer_tensors.harmonic_btf import HarmonicBtf, products
-from ..svbrdf.cases import made_sky
+from ..svbrdf.cases import window_sky
 from .pixels import BUDGET, figures_of, seen_sites
 from .scenes import SIDE
 
@@ -77,7 +77,7 @@ def clothed(images: BtfImages, divisions: int = _DIVISIONS) -> Clothed:
         position=(0.6, 2.4, 3.2), target=(0.0, 0.3, 0.0), vertical_fov_deg=40, width=SIDE, height_px=SIDE, samples=1
     )
     parts = tuple(Part(name, mesh, name) for name, mesh in meshes)
-    scene = Scene(parts, (made_sky(),), (camera,), observer("1931_2"))
+    scene = Scene(parts, (window_sky(),), (camera,), observer("1931_2"))
     nm = images.basis.wavelengths_nm
     colours = {"red": [0.05, 0.05, 0.1, 0.7, 0.75], "green": [0.05, 0.3, 0.6, 0.15, 0.1]}
     matt = {
@@ -88,8 +88,10 @@ def clothed(images: BtfImages, divisions: int = _DIVISIONS) -> Clothed:
 
 
 def _means(images: BtfImages) -> Float[np.ndarray, "V Lt J"]:
-    rows = [[images.image(v, n).mean(axis=(0, 1)) for n in range(len(images.lights))] for v in range(len(images.views))]
-    return np.array(rows)
+    means = [
+        [images.image(v, n).mean(axis=(0, 1)) for n in range(len(images.lights))] for v in range(len(images.views))
+    ]
+    return np.array(means)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +121,9 @@ class _Pixels:
         return np.einsum("nk,nk...->n...", self.shares, arriving[self.sites], optimize=True)
 
 
-def rows(progress: Callable[[str], None], images: BtfImages | None = None, divisions: int = _DIVISIONS) -> list[dict]:
+def draped_rows(
+    progress: Callable[[str], None], images: BtfImages | None = None, divisions: int = _DIVISIONS
+) -> list[dict]:
     """Return the paper's clusters, and the matrices as they are: rows as of `benchmark.run`."""
     progress(f"{NAME}: a BTF")
     case = clothed(btf_cases(None, False)[0].registered() if images is None else images, divisions)
@@ -179,9 +183,9 @@ def _relit(
     """XYZ at pixels, and milliseconds."""
     # What is only done once: tables, and the ways that sums take.
     _ = gathering.table
-    transfer.lit(projected(light))
+    transfer.lit(project_light(light))
     begin = time.perf_counter()
-    arriving = transfer.lit(projected(light))
+    arriving = transfer.lit(project_light(light))
     lit = time.perf_counter()
     values = gathering.xyz(pixels.uv, pixels.wo, pixels.mixed(arriving), product)
     done = time.perf_counter()

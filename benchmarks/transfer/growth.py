@@ -12,7 +12,7 @@ from ...lighting.transfer.precomputation import Precomputation
 from ...lighting.transfer.relighting import Relighting
 from ..timing import best_ms
 from .build_cost import balls
-from .scenes import gloss, made_sky, matt, ramp
+from .scenes import gloss, low_sun_sky, matt, ramp
 
 #: What `--case` calls it.
 NAME = "growth"
@@ -23,7 +23,7 @@ _UNDIVIDED = 10.0
 _COLOURS = (ramp(0.05, 0.05, 0.1, 0.7, 0.75), ramp(0.05, 0.3, 0.6, 0.15, 0.1), ramp(0.5, 0.55, 0.35, 0.1, 0.06))
 
 
-def rows(progress: Callable[[str], None], counts: tuple[int, ...] = BALLS, rays: int = RAYS) -> list[dict]:
+def growth_rows(progress: Callable[[str], None], counts: tuple[int, ...] = BALLS, rays: int = RAYS) -> list[dict]:
     """Return a row for each size; `beside_first` has seconds, milliseconds and bytes a vertex beside those of the
     first: 1 is linear. No errors are measured.
     """
@@ -47,7 +47,7 @@ def _of_vertex(row: dict, what: str) -> float:
 def _of(count: int, rays: int) -> dict:
     plain = balls(count)
     parts = tuple(replace(part, material=f"{number % 4}") for number, part in enumerate(plain.parts))
-    scene = replace(plain, parts=parts, lights=(made_sky(),))
+    scene = replace(plain, parts=parts, lights=(low_sun_sky(),))
     materials = {str(number): matt(_COLOURS[number]) for number in range(3)} | {"3": gloss(_COLOURS[0])}
     begin = time.process_time()
     prepared = Precomputation.of(scene, rays, _UNDIVIDED)
@@ -55,7 +55,7 @@ def _of(count: int, rays: int) -> dict:
     state = Relighting.of(scene, {name: materials[name] for name in scene.material_ids}, prepared)
     _ = state.rays.sky_in_cells
     seconds = time.process_time() - begin
-    eye, light, steps = np.asarray(scene.camera().position, dtype=float), made_sky(), iter(range(1, 1000))
+    eye, light, steps = np.asarray(scene.camera().position, dtype=float), low_sun_sky(), iter(range(1, 1000))
     state.exits(eye)
 
     def turned() -> Relighting:

@@ -22,7 +22,7 @@ from ...materials.core.scattering import Scattering
 from ...spectral.difference import delta_e_xyz
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 from ..timing import best_ms
-from .pixels import ALL, Seen, Truths, difference, figures_of, seen_sites
+from .pixels import ALL, Seen, Truths, figures_of, pixel_differences, seen_sites
 from .scenes import TransferScene
 
 #: Sites that paths start from, chosen among those that the camera looks at; paths of each, twice, and a seed.
@@ -115,7 +115,7 @@ class OurMethod:
         for count in bounces:
             state, longest = replace(self.state, bounces=count), ALL if count is None else count
             truth = truths.picture(longest)
-            off = difference(case, truth, self.seen, exits_between(state, points) + own)
+            off = pixel_differences(case, truth, self.seen, exits_between(state, points) + own)
             yield self._row("pixels", state, relight, off, truth.noise and float(max(truth.noise.mean)))
             if count == 0:
                 continue

@@ -27,7 +27,7 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ..timing import best_ms, timed
 from .ours import TracedGeometry
-from .pixels import ALL, Seen, difference, figures_of, truth_of
+from .pixels import ALL, Seen, figures_of, pixel_differences, truth_of
 from .scenes import TransferScene, scenes
 
 #: What `--case` calls it. Mitsuba's variant. Pixels along a side of a picture that is relit.
@@ -37,7 +37,7 @@ PATHS, RAYS = 1024, 256
 _FINE_NM = np.arange(360.0, 831.0)
 
 
-def rows(
+def path_rows(
     progress: Callable[[str], None], paths: int = PATHS, rays: int = RAYS, longest_edge: float | None = None
 ) -> list[dict]:
     """Our row, and Mitsuba's at our p95 with `faster`, its milliseconds beside ours for a picture of SIDE x SIDE, and
@@ -51,7 +51,7 @@ def rows(
     state = Relighting.of(case.scene, case.materials, geometry.prepared)
     truth = truth_of(case, ALL, progress)
     seen = _inner(geometry.seen, geometry.prepared.hits.part_of_site, case.scene.camera().width)
-    off = difference(case, truth, seen, seen.picture(_colours(state)))
+    off = pixel_differences(case, truth, seen, seen.picture(_colours(state)))
     steps = iter(range(1, 1000))
     light = state.lights[0]
     assert isinstance(light, EnvironmentLight)

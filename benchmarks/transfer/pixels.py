@@ -85,7 +85,7 @@ class Truths:
         return self._sites[key]
 
 
-def difference(
+def pixel_differences(
     case: TransferScene, truth: ReferencePictures, seen: Seen, values: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, " n"]:
     """ΔE94 of all pixels that show a surface, of which `values` are the colours; those below 0 count as black."""

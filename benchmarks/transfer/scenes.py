@@ -62,7 +62,7 @@ def scenes(full: bool, data: Path | None = None) -> list[TransferScene]:
     found = []
     for name, make, longest_edge in made:
         parts, camera = make()
-        lights = (("sky", made_sky()), ("two-lamps", _two_lamps()), ("booth", _booth()))
+        lights = (("sky", low_sun_sky()), ("two-lamps", _two_lamps()), ("booth", _booth()))
         for light, lamp in lights if full else lights[:1]:
             named = [Part(f"{name}-{number}", mesh, f"{name}-{number}") for number, (mesh, _) in enumerate(parts)]
             scene = Scene(tuple(named), (lamp,), (camera,), observer("1931_2"))
@@ -202,7 +202,7 @@ def _camera(position: Sequence[Number], target: Sequence[Number], angle: Number)
     )
 
 
-def made_sky() -> EnvironmentLight:
+def low_sun_sky() -> EnvironmentLight:
     """Return a clear sky that is brighter about a low sun, and ground below."""
     to = texel_directions(*_SKY)
     sun = np.array([0.5, 0.6, 0.62]) / np.linalg.norm([0.5, 0.6, 0.62])

@@ -25,7 +25,7 @@ LIGHTS, BOUNCES, RAYS, TIMES = ("D65", "A", "FL11"), 4, 256, 5
 _RGB = 3
 
 
-def rows(progress: Callable[[str], None], names: tuple[str, ...] = ("table", "box")) -> list[dict]:
+def coefficient_rows(progress: Callable[[str], None], names: tuple[str, ...] = ("table", "box")) -> list[dict]:
     """Return a row for each scene and light: `delta_e94` and its `max` beside 81 samples, at all sites that are seen;
     and `rgb_surcharge`, milliseconds of all of a relighting beside those with three coefficients, in the same run.
     """

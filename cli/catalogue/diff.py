@@ -11,9 +11,9 @@ from ...calibration.report.text_tables import columns
 from ..options import (
     Added,
     add_json_option,
-    illuminant_names,
-    observer_name,
-    opened,
+    open_catalogue,
+    parse_illuminants,
+    parse_observer,
     positive_count,
     positive_delta_e,
 )
@@ -42,13 +42,13 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     diff.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up (default: as for list)")
     diff.add_argument(
         "--illuminants",
-        type=illuminant_names,
+        type=parse_illuminants,
         action=Added,
         default=("D65", "A", "FL11"),
         metavar="X,Y",
         help="default: D65,A,FL11",
     )
-    diff.add_argument("--observer", type=observer_name, default="1931_2", metavar="NAME", help="default: 1931_2")
+    diff.add_argument("--observer", type=parse_observer, default="1931_2", metavar="NAME", help="default: 1931_2")
     diff.add_argument(
         "--of",
         choices=("packs", "original"),
@@ -85,7 +85,7 @@ def _is_folder(text: str) -> bool:
 def _catalogues(args: argparse.Namespace) -> CatalogueComparison:
     from ...materials.catalogue.compare import compare_catalogues
 
-    a, b = opened(Path(args.a)), opened(Path(args.b))
+    a, b = open_catalogue(Path(args.a)), open_catalogue(Path(args.b))
     with progress_bar("Comparing", quiet=on_standard_output(args.json)) as progress:
         return compare_catalogues(
             a,
@@ -113,7 +113,7 @@ def _materials(args: argparse.Namespace) -> CatalogueComparison:
 def _record(text: str, catalogue: Path | None) -> MaterialRecord:
     from ...materials.records.record import read_record
 
-    return read_record(Path(text)) if Path(text).is_file() else opened(catalogue).load(text)
+    return read_record(Path(text)) if Path(text).is_file() else open_catalogue(catalogue).load(text)
 
 
 def _print(found: CatalogueComparison) -> None:

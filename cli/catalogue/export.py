@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..options import CATALOGUE_HELP, add_output_option, opened
+from ..options import CATALOGUE_HELP, add_output_option, open_catalogue
 from ..output import say_paragraph
 from ..progress.lines import progress_bar
 
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     """Export; 0. What cannot be written raises `InputError`."""
     from ...materials.export.files import export
 
-    catalogue = opened(args.catalogue)
+    catalogue = open_catalogue(args.catalogue)
     ids = tuple(dict.fromkeys(name for pattern in args.ids for name in _matched(catalogue, pattern)))
     with progress_bar("Writing", after=1.0) as progress:
         records = _Records(catalogue, ids)

@@ -12,7 +12,7 @@ from ..options import (
     add_json_option,
     add_renderer_option,
     amounts,
-    opened,
+    open_catalogue,
     positive_count,
     renderer_for,
 )
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         if args.strip.suffix.lower() != ".png":
             raise UsageError(f"{args.strip}: a strip is written as .png")
         check_writable(args.strip)
-    catalogue = opened(args.catalogue)
+    catalogue = open_catalogue(args.catalogue)
     found = like(catalogue, args.id, args.but, args.limit, STOP if args.stop is None else args.stop, say)
     problems = list(map(str, found.unusable))
     if args.strip is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ...materials.records.query import SORT_KEYS, Query
-from ..options import Added, comma_separated, opened, positive_delta_e
+from ..options import Added, comma_separated, open_catalogue, positive_delta_e
 from ..output import say
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class QueryResult:
 
 def found_by(args: argparse.Namespace) -> QueryResult:
     """Ask the catalogue of the options for what they name."""
-    catalogue, query = opened(args.catalogue), query_from(args)
+    catalogue, query = open_catalogue(args.catalogue), query_from(args)
     everything = catalogue.heads(say)
     fitting, nearest = everything.select(query), None
     if not fitting and query.within is not None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...calibration.report.text_tables import columns
 from ...runtime.errors import visible
-from ..options import add_catalogue_argument, add_json_option, add_renderer_option, opened, renderer_for
+from ..options import add_catalogue_argument, add_json_option, add_renderer_option, open_catalogue, renderer_for
 from ..output import counted, write_text
 from .texel import print_texel, texel
 
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--json is for --texel X,Y; what the heads of materials say is in `list --json`")
     if args.html is not None and args.texel is not None:
         raise UsageError("--html and --texel do not go together: the page is of the whole material")
-    record = opened(args.catalogue).load(args.id)
+    record = open_catalogue(args.catalogue).load(args.id)
     if args.texel is not None:
         print_texel(record, args.texel, args.json)
         return 0

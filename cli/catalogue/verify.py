@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from ..options import add_catalogue_argument, add_json_option, opened, positive_count
+from ..options import add_catalogue_argument, add_json_option, open_catalogue, positive_count
 from ..output import counted, on_standard_output, write_json
 from ..progress.lines import progress_bar
 
@@ -34,7 +34,7 @@ def run(args: argparse.Namespace) -> int:
     """Verify; 0, or 4 where a file is damaged or a declared error does not hold, or 1 where only originals are gone."""
     from ...materials.records.verification import verify_catalogue
 
-    catalogue = opened(args.catalogue)
+    catalogue = open_catalogue(args.catalogue)
     with progress_bar("Verifying", quiet=on_standard_output(args.json)) as progress:
         found = verify_catalogue(catalogue.folder, quick=args.quick, jobs=args.jobs, progress=progress)
     if args.json is not None:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..options import observer_name
+from ..options import parse_observer
 
 if TYPE_CHECKING:
     from ...calibration.display.readings import Readings
@@ -21,7 +21,7 @@ def add_readings_argument(verb: argparse.ArgumentParser, name: str = "readings")
         "--white-luminance", type=float, metavar="L", help="cd/m2 of white, where XYZ are relative to white = 100"
     )
     verb.add_argument(
-        "--observer", type=observer_name, metavar="NAME", help="whose XYZ they are, or are made of spectra (1931_2)"
+        "--observer", type=parse_observer, metavar="NAME", help="whose XYZ they are, or are made of spectra (1931_2)"
     )
 
 

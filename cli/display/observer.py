@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from ...calibration.report.text_tables import columns
-from ..options import add_json_option, observer_name
+from ..options import add_json_option, parse_observer
 from ..output import write_json
 
 
@@ -22,7 +22,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     verb.add_argument("second", type=Path, metavar="B.ccss", help="spectra of another")
     verb.add_argument(
         "--matched-for",
-        type=observer_name,
+        type=parse_observer,
         default="1931_2",
         metavar="NAME",
         help="whom both are D65 for (default: 1931_2)",

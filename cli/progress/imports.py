@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...materials.intake.progress import Doing, Expected, in_words
 from ...runtime.errors import visible
-from ..output import counted, shortened, shows_bars
+from ..output import counted, end_of_name, shows_bars
 from .lines import Ticker, left_column, say_line
 
 if TYPE_CHECKING:
@@ -129,13 +129,13 @@ class BarImport(_Import):
         self._bars: Any = stack.enter_context(
             progress.Progress(*columns, *times, console=Console(file=sys.stderr), transient=True)
         )
-        what = shortened(", ".join(visible(str(source)) for source in sources), _NAME + _PHASE)
+        what = end_of_name(", ".join(visible(str(source)) for source in sources), _NAME + _PHASE)
         self._whole = self._bars.add_task(f"looking at {what}", total=None, count="", left=None)
         self._rows: dict[str, Any] = {}
 
     def looked_at(self, done: int, total: int, name: str) -> None:
         """After each file."""
-        said = f"looking at {shortened(visible(Path(name).name), _NAME)}"
+        said = f"looking at {end_of_name(visible(Path(name).name), _NAME)}"
         self._bars.update(self._whole, completed=done, total=total, description=said, count=f"{done}/{total}")
 
     def begins(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> None:
@@ -155,13 +155,13 @@ class BarImport(_Import):
     def doing(self, material_id: str, doing: Doing) -> None:
         """Show the step of a material."""
         if self._expected is None:
-            name = shortened(visible(Path(material_id).name), _NAME)
+            name = end_of_name(visible(Path(material_id).name), _NAME)
             self._bars.update(self._whole, description=f"{doing.phase}: {name}")
             return
         self._expected.at(material_id, doing)
         if material_id not in self._rows:
             self._rows[material_id] = self._bars.add_task("", total=1.0, count="", left=None)
-        said = f"  {shortened(visible(material_id), _NAME)}: {doing.phase[:_PHASE]}"
+        said = f"  {end_of_name(visible(material_id), _NAME)}: {doing.phase[:_PHASE]}"
         self._bars.update(self._rows[material_id], completed=doing.share, description=said)
 
     def progress(self, done: int, total: int, outcome: ImportOutcome) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from ..output import shortened, shows_bars
+from ..output import end_of_name, shows_bars
 
 # A line after so many seconds, and then each time a share more has passed, but at most so seldom.
 _FIRST_S, _MORE, _SELDOM_S = 1.0, 0.5, 60.0
@@ -192,7 +192,7 @@ def progress_bar(
         left.heard(done, total, what)
         if time.monotonic() - begun >= after:
             progress.start()
-        progress.update(task, completed=done, total=total, description=f"{title}: {shortened(what, room)}")
+        progress.update(task, completed=done, total=total, description=f"{title}: {end_of_name(what, room)}")
 
     try:
         if not after:

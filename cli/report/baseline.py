@@ -8,7 +8,7 @@ import shutil
 from ..options import add_output_option
 from ..output import counted
 from ..progress.lines import progress_bar
-from .suite import add_suite_options, rendered
+from .suite import add_suite_options, render_suite_side
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
         check_place(args.out, suite)
         made_folder(args.out)
 
-    side, said, _ = rendered(args, work, check)
+    side, said, _ = render_suite_side(args, work, check)
     with progress_bar("Recording", after=1.0) as progress:
         record(side, args.out, said, environment(), progress)
     shutil.rmtree(work / REVIEWS, ignore_errors=True)

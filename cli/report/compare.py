@@ -8,7 +8,7 @@ from pathlib import Path
 from ..options import add_across_option
 from ..output import on_standard_output
 from ..progress.lines import progress_bar
-from .output import EXIT_CODES, add_output_options, check_outputs, said
+from .output import EXIT_CODES, add_output_options, check_output_options, report_result
 from .sides import add_side_options, seen_by, side_at
 
 
@@ -37,10 +37,10 @@ def run(args: argparse.Namespace) -> int:
 
     criteria = read_criteria(args.criteria) if args.criteria else default_criteria()
     seen = seen_by(args)
-    check_outputs(args)
+    check_output_options(args)
     before, after = (side_at(path, seen, args.display) for path in (args.a, args.b))
     if "baseline" in (before.kind, after.kind):
         before, after = as_recorded(before), as_recorded(after)
     with progress_bar("Comparing", quiet=on_standard_output(args.json), after=1.0) as progress:
         result = compare(before, after, criteria, progress, args.across)
-    return said(result, before, after, args)
+    return report_result(result, before, after, args)

@@ -38,7 +38,7 @@ def add_output_options(command: argparse.ArgumentParser) -> None:
     )
 
 
-def check_outputs(args: argparse.Namespace) -> None:
+def check_output_options(args: argparse.Namespace) -> None:
     """Refuse, before any work, files that cannot be written."""
     from ...runtime import files
     from ...runtime.sheets import check_workbook
@@ -52,7 +52,7 @@ def check_outputs(args: argparse.Namespace) -> None:
         check_workbook(args.xlsx)
 
 
-def said(result: Result, before: ComparedSide, after: ComparedSide, args: argparse.Namespace) -> int:
+def report_result(result: Result, before: ComparedSide, after: ComparedSide, args: argparse.Namespace) -> int:
     """Write and print what was asked for; the exit code of the result."""
     from ...calibration.regression.json_result import as_json
     from ...calibration.regression.junit import as_junit

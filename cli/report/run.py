@@ -9,8 +9,8 @@ from pathlib import Path
 from ..options import add_output_option
 from ..output import on_standard_output
 from ..progress.lines import progress_bar
-from .output import EXIT_CODES, add_output_options, check_outputs, said
-from .suite import add_suite_options, rendered
+from .output import EXIT_CODES, add_output_options, check_output_options, report_result
+from .suite import add_suite_options, render_suite_side
 
 
 def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     from ...viewer.suite_run import environment
 
     # Before anything is rendered.
-    check_outputs(args)
+    check_output_options(args)
     args.history = args.history or args.out / HISTORY
     kept, before = read_kept(args.baseline), baseline_side(args.baseline)
     if args.out.exists() and args.out.samefile(args.baseline):
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
         check_suite(args.baseline, kept.suite, args.suite, suite)
         check_place(args.out, suite)
 
-    side, suite, own = rendered(args, args.out, check)
+    side, suite, own = render_suite_side(args, args.out, check)
     with progress_bar("Recording", quiet=on_standard_output(args.json), after=1.0) as progress:
         record(side, args.out, suite, environment(), progress)
     # What was rendered, rounded as the baseline is.
@@ -66,4 +66,4 @@ def run(args: argparse.Namespace) -> int:
         result = compare(before, after, criteria or own, progress)
     if kept.suite.get("sha256") != suite.get("sha256"):
         result = replace(result, notes=(*result.notes, "The files of the suite are others than those of the baseline."))
-    return said(result, as_recorded(before), after, args)
+    return report_result(result, as_recorded(before), after, args)

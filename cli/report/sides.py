@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..options import Added, add_answer_options, answer_of, illuminant_names, observer_name
+from ..options import Added, add_answer_options, answer_of, parse_illuminants, parse_observer
 
 if TYPE_CHECKING:
     from ...calibration.regression.picture_files import SeenSpectra
@@ -17,14 +17,14 @@ def add_side_options(command: argparse.ArgumentParser) -> None:
     """Add the options for what files leave open."""
     command.add_argument(
         "--illuminants",
-        type=illuminant_names,
+        type=parse_illuminants,
         action=Added,
         default=("D65", "A", "FL11"),
         metavar="X,Y",
         help="under which spectra, readings and catalogues are seen (default: D65,A,FL11); pictures in XYZ have theirs",
     )
     command.add_argument(
-        "--observer", type=observer_name, default="1931_2", metavar="NAME", help="of the same (default: 1931_2)"
+        "--observer", type=parse_observer, default="1931_2", metavar="NAME", help="of the same (default: 1931_2)"
     )
     command.add_argument(
         "--display", choices=("sRGB",), metavar="NAME", help="that PNG pictures are for, where they do not say: sRGB"

@@ -27,7 +27,7 @@ def add_suite_options(command: argparse.ArgumentParser) -> None:
     add_renderer_option(command)
 
 
-def rendered(
+def render_suite_side(
     args: argparse.Namespace, work: Path, check: Callable[[dict[str, str]], None]
 ) -> tuple[ComparedSide, dict[str, str], Criteria]:
     """Return the rows of the suite, what is said of it, and its criteria; `work` takes the reviews.

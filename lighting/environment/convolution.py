@@ -83,7 +83,7 @@ def smooth_between_texels(
     return np.maximum(np.stack(smooth, axis=-1), least)
 
 
-def halved(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K h w"]:
+def half_size(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K h w"]:
     """Means of two by two texels, by solid angle."""
     height, width = fields.shape[1:]
     weights = latlong.solid_angles(height, width)[:, None]
@@ -91,7 +91,7 @@ def halved(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K h w"]:
     return sums / latlong.solid_angles(height // 2, width // 2)[:, None]
 
 
-def finer(fields: Float[np.ndarray, "K H W"], factor: int) -> Float[np.ndarray, "K h w"]:
+def _finer(fields: Float[np.ndarray, "K H W"], factor: int) -> Float[np.ndarray, "K h w"]:
     """`factor` times as many rows and columns, linear between the middles of texels."""
     height, width = (factor * side for side in fields.shape[1:])
     to = latlong.texel_directions(height, width)
@@ -104,7 +104,7 @@ class Resolutions:
     def __init__(self, fields: Float[np.ndarray, "K H W"]) -> None:
         self._halves = [fields]
         while not any(side % 2 for side in self._halves[-1].shape[1:]):
-            self._halves.append(halved(self._halves[-1]))
+            self._halves.append(half_size(self._halves[-1]))
         self._finer: dict[int, np.ndarray] = {}
 
     def at_least(self, rows: Number) -> Float[np.ndarray, "K h w"]:
@@ -115,5 +115,5 @@ class Resolutions:
             return next(half for half in reversed(self._halves) if half.shape[1] >= rows)
         # Not by doubling twice: that is another curve between the texels than the map's own.
         if factor not in self._finer:
-            self._finer[factor] = finer(fields, factor)
+            self._finer[factor] = _finer(fields, factor)
         return self._finer[factor]

@@ -42,7 +42,7 @@ def harmonics(directions: Float[np.ndarray, "n 3"], bands: int = BANDS) -> Float
     return found
 
 
-def projected(environment: EnvironmentLight, bands: int = BANDS) -> Float[np.ndarray, "K B"]:
+def project_light(environment: EnvironmentLight, bands: int = BANDS) -> Float[np.ndarray, "K B"]:
     """Return the coefficients of an environment's fields in `harmonics` of the world, cd/m^2 sr^(1/2)."""
     height, width = environment.fields.shape[1:]
     to = latlong.texel_directions(height, width).reshape(-1, 3) @ environment.world_from_map.T

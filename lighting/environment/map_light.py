@@ -19,7 +19,7 @@ from . import latlong
 from .environment import EnvironmentLight, Origin
 from .light_map import LightMap
 from .map_file import read_map
-from .reduction import BUDGET_DELTA_E94, MOST_SPECTRA, Reduction, reduced
+from .reduction import BUDGET_DELTA_E94, MOST_SPECTRA, Reduction, fewest_spectra
 
 #: What scene files may say of such a light, beside what they say of every one.
 KEYS = {
@@ -188,7 +188,7 @@ def _measured(found: LightMap, luminance: np.ndarray) -> tuple[np.ndarray, tuple
     grid = found.wavelengths_nm
     assert grid is not None
     where, levels = _looked_at(luminance)
-    few = reduced(found.at(where), grid, levels).at_peak_one()
+    few = fewest_spectra(found.at(where), grid, levels).at_peak_one()
     spectra = _spectra(few)
     for one in spectra:
         try:
@@ -223,7 +223,7 @@ def _made(
     corners = len(uplifting.corners)
     most = min(corners - 1, MOST_SPECTRA)
     where, levels = _looked_at(luminance)
-    few = reduced(lit(uplifting.spectra(rgb(found.at(where)))), grid, levels, most=most)
+    few = fewest_spectra(lit(uplifting.spectra(rgb(found.at(where)))), grid, levels, most=most)
     if corners <= MOST_SPECTRA and few.delta_e94[0] > BUDGET_DELTA_E94:
         # A method of so few corners is exact in them.
         few = Reduction(lit(uplifting.corners), grid)

@@ -81,7 +81,7 @@ class GatheredLight:
         above = padded[top, left] * (1.0 - right) + padded[top, left + 1] * right
         below = padded[top + 1, left] * (1.0 - right) + padded[top + 1, left + 1] * right
         found = above * (1.0 - down) + below * down
-        return found if bent == 1 else turned(found, frames)
+        return found if bent == 1 else rotate_moments(found, frames)
 
     @cached_property
     def _bordered(self) -> Float[np.ndarray, "padded padded 9 K"]:
@@ -90,7 +90,9 @@ class GatheredLight:
         return bordered.reshape(side + 2, side + 2, BENDS, count)
 
 
-def turned(moments: Float[np.ndarray, "N 9 K"], frames: Float[np.ndarray, "N 3 3"]) -> Float[np.ndarray, "N 9 K"]:
+def rotate_moments(
+    moments: Float[np.ndarray, "N 9 K"], frames: Float[np.ndarray, "N 3 3"]
+) -> Float[np.ndarray, "N 9 K"]:
     """Moments along other axes: those of degree one turn as a vector, those of degree two as a symmetric matrix."""
     whole, xy, yz, xz, difference, third = moments[:, 0], *(moments[:, k] for k in range(4, 9))
     zz = (third + whole) / 3.0

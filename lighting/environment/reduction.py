@@ -96,7 +96,7 @@ class Reduction:
         return replace(self, spectra=self.spectra / self.spectra.max(axis=1, keepdims=True))
 
 
-def reduced(
+def fewest_spectra(
     samples: Float[np.ndarray, "n L"],
     wavelengths_nm: Wavelengths,
     levels: Float[np.ndarray, " n"] | None = None,

@@ -92,7 +92,9 @@ class ReferenceNoiseEstimate:
 
 @dataclass(frozen=True, eq=False)
 class GatheredHalves:
-    """Result of `gathered`: XYZ (M, H, W, 3), ΔE94 (M, n) by which judged pixels are off, and the directions."""
+    """Outcome of `draw_until_quiet`: XYZ (M, H, W, 3), ΔE94 (M, n) by which judged pixels are off, and how many
+    directions were drawn.
+    """
 
     xyz: Float[np.ndarray, "M H W 3"]
     off: Float[np.ndarray, "M n"]
@@ -100,7 +102,7 @@ class GatheredHalves:
     limited: bool
 
 
-def gathered(
+def draw_until_quiet(
     sums: Sums,
     beside: Float[np.ndarray, "M H W 3"],
     coverage: Float[np.ndarray, "H W"],

@@ -29,7 +29,7 @@ from .noise import (
     GatheredHalves,
     ReferenceNoiseEstimate,
     Together,
-    gathered,
+    draw_until_quiet,
     noise_stated,
 )
 from .spread import SpreadSum
@@ -191,7 +191,7 @@ class _Spread:
         if self._bounces:
             found.append(BounceSum(*of_scene, tracer(), seed, self._most, self._bounces))
         sums = Together(found)
-        self._found.append(gathered(sums, xyz, geometry.coverage, self._whites, self._aimed, self._most, say))
+        self._found.append(draw_until_quiet(sums, xyz, geometry.coverage, self._whites, self._aimed, self._most, say))
         return self._found[-1].xyz
 
     @property

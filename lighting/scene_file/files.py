@@ -36,10 +36,10 @@ from .keys import (
     SHAPES,
     TABLES,
     VIEWING,
-    placed,
+    errors_at,
     taken,
 )
-from .light_tables import light_of
+from .light_tables import read_light
 from .mesh_materials import worn_meshes
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
@@ -134,7 +134,7 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     document, path = _tables(path), Path(path)
     known_ids = None if catalogue is None else tuple(catalogue.ids())
     head = taken(document.get("scene", {}), SCENE, path, "scene")
-    with placed(path, "scene.observer"):
+    with errors_at(path, "scene.observer"):
         seen_by = observer(head.get("observer", "1931_2"))
     if not document.get("part"):
         raise InputError("a scene without parts", file=path, field="part", expected="at least one [[part]]")
@@ -145,7 +145,7 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     notes += [note for part in parts for note in part.mesh.notes]
     lights: list[Light] = []
     for k, table in enumerate(document.get("light", []), 1):
-        light, said = light_of(table, _where("light", k, table), k, path, seen_by, catalogue, say)
+        light, said = read_light(table, _where("light", k, table), k, path, seen_by, catalogue, say)
         lights.append(light)
         notes += said
     if not lights:
@@ -165,7 +165,7 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
         shared = {word for word, name in own if word != name} - {table.get("name") for table in document["part"]}
         review = _review(document["review"], path, [part.name for part in parts], shared, known_ids)
     bounces = taken(document.get("interreflection", {}), INTERREFLECTION, path, "interreflection").get("bounces", 0)
-    with placed(path, None):
+    with errors_at(path, None):
         return Scene(
             tuple(parts),
             tuple(lights),
@@ -243,7 +243,7 @@ def _parts(
         # So that a texture can be put on it.
         settings.setdefault("uv", True)
     made: list[tuple[str, Mesh, str, dict[str, Any]]]
-    with placed(path, where):
+    with errors_at(path, where):
         if shape == "patches":
             ids = got.get("materials") or [default]
             chips = shapes.patches(len(ids), **settings)
@@ -264,7 +264,7 @@ def _parts(
     for part_name, mesh, material, own in made:
         if known_ids is not None and material not in known_ids:
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")
-        with placed(path, where):
+        with errors_at(path, where):
             # What one piece is told of its texture's size takes the place of what all are, whichever way it is said.
             sized = {"uv_scale", "uv_size_mm"}
             rest = {key: value for key, value in place.items() if not (sized & own.keys() and key in sized)}
@@ -287,7 +287,7 @@ def _camera(table: dict, number: int, path: Path, low: np.ndarray, high: np.ndar
     where = _where("camera", number, table)
     got = taken(table, CAMERA, path, where)
     got.setdefault("name", f"camera {number}" if number > 1 else "camera")
-    with placed(path, where):
+    with errors_at(path, where):
         if "position" not in got:
             if "target" in got:
                 hint = "give both, or neither for a camera that frames the scene"
@@ -307,7 +307,7 @@ def _viewing(table: dict, path: Path, illuminances: np.ndarray) -> Viewing:
         got["ocio_config"] = str(path.parent / config)
     if (display := got.get("display", "")).startswith(PREFIX) and display != SCREEN:
         got["display"] = f"{PREFIX}{path.parent / display.removeprefix(PREFIX)}"
-    with placed(path, "viewing"):
+    with errors_at(path, "viewing"):
         return Viewing(**got)
 
 
@@ -327,7 +327,7 @@ def _review(table: dict, path: Path, parts: list[str], shared: Set[str], known_i
     if on not in parts:
         raise UnknownNameError("part", on, parts, file=path, field="review.on")
     review = Review(on, **{key: tuple(got[key]) for key in ("materials", "illuminants") if key in got})
-    with placed(path, "review.illuminants"):
+    with errors_at(path, "review.illuminants"):
         for name in review.illuminants:
             illuminant(name)
     for pattern in review.materials:

@@ -131,7 +131,7 @@ def _is_worn(value: Any) -> bool:
 
 
 @contextmanager
-def placed(path: Path, where: str | None) -> Iterator[None]:
+def errors_at(path: Path, where: str | None) -> Iterator[None]:
     """Errors of what is built from a table get its file and place; those of another file, where that is named."""
     try:
         yield

@@ -13,7 +13,7 @@ from ...spectral.spectrum import Spectrum
 from ..environment import booth, map_light
 from ..environment.softbox import SoftboxLight
 from ..lights import DirectionalLight, Light, PointLight
-from .keys import EXPECTED, LIGHT, placed, taken
+from .keys import EXPECTED, LIGHT, errors_at, taken
 from .lamps import lamp
 
 
@@ -48,7 +48,7 @@ LIGHTS: dict[str, LightKind] = {
 }
 
 
-def light_of(
+def read_light(
     table: dict,
     where: str,
     number: int,
@@ -79,7 +79,7 @@ def light_of(
     own = {key: _value(got[key], kind.keys[key], path) for key in kind.keys if key in got}
     if kind.make is map_light.load_environment:
         own["say"] = say
-    with placed(path, where):
+    with errors_at(path, where):
         for key in kind.required:
             if key not in got:
                 raise InputError(f"a {kind_name} light needs this key", field=key, expected=EXPECTED[kind.keys[key]])

@@ -225,7 +225,7 @@ class RayTracer:
         return triangle.reshape(-1, rays), place.reshape(-1, rays, 2)
 
 
-def blocks_of(sites: int, rays: int) -> list[slice]:
+def ray_blocks(sites: int, rays: int) -> list[slice]:
     """Sites whose rays are traced together, and are one file where they are kept."""
     step = max(1, _AT_ONCE // rays)
     return [slice(start, min(start + step, sites)) for start in range(0, sites, step)]
@@ -242,7 +242,7 @@ def traced_hits(
     tracer, count = RayTracer(triangles, corners.face_normals), len(where)
     triangle = np.full((count, rays), -1, dtype=np.int32)
     place = np.zeros((count, rays, 2), dtype=np.uint16)
-    for rows in blocks_of(count, rays):
+    for rows in ray_blocks(count, rays):
         triangle[rows], place[rows] = tracer.ends(where.starts[rows], where.normals[rows], rows.start, rays)
         progress(rows.stop, count, "interreflection")
     return hits_of(where, corners, triangles, triangle, place)

@@ -178,7 +178,7 @@ def light_at(
     return moments, at[:, RADIANCE]
 
 
-def under_lobes(
+def radiance_under_lobes(
     radiance: Float[np.ndarray, "N 9 F"], directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
 ) -> Float[np.ndarray, "N Q F"]:
     """Return the mean radiance under spherical Gaussians: polynomials of degree l lessen as harmonics do."""

@@ -26,7 +26,7 @@ from ...runtime.worker_pool import numbered
 from ..scene import Scene
 from ..visibility.cache_limits import most_bytes, pruned, used
 from .edge_refinement import PlacedSites, placed
-from .hits import RAYS, Hits, RayTracer, blocks_of, check_rays_fit, hits_of
+from .hits import RAYS, Hits, RayTracer, check_rays_fit, hits_of, ray_blocks
 from .on_cluster import traced_on_cluster
 
 Progress = Callable[[int, int, str], None]
@@ -95,7 +95,7 @@ def build_rays(
     there = 0
     for block in _blocks(bodies, key, folder, rays, jobs, progress, say, scheduler):
         there += block.there
-    files = tuple(_files(folder, key, len(blocks_of(len(bodies.sites), rays))))
+    files = tuple(_files(folder, key, len(ray_blocks(len(bodies.sites), rays))))
     if most is not None:
         pruned(folder, most, keep=files)
     return CachedRays(key, files, len(bodies.sites), rays, there, sum(file.stat().st_size for file in files))
@@ -130,7 +130,7 @@ def kept_hits(
     for block in _blocks(bodies, key, where, rays, jobs, progress, say):
         triangle[block.rows], place[block.rows] = block.triangle, block.place
     if where is not None:
-        pruned(where, limit, keep=_files(where, key, len(blocks_of(count, rays))))
+        pruned(where, limit, keep=_files(where, key, len(ray_blocks(count, rays))))
     return hits_of(bodies.sites, bodies.corners, bodies.triangles, triangle, place)
 
 
@@ -138,7 +138,7 @@ def ray_key(bodies: PlacedSites, rays: int) -> str:
     """Return the hash of everything that the rays of sites depend on."""
     where = bodies.sites
     given = (where.starts, where.normals, bodies.triangles, bodies.corners.face_normals, rays)
-    return fingerprint(given, len(blocks_of(len(where), rays)), tracing_code())
+    return fingerprint(given, len(ray_blocks(len(where), rays)), tracing_code())
 
 
 @cache
@@ -165,7 +165,7 @@ def _blocks(
 ) -> Iterator[_Block]:
     """Yield all blocks, each once: first those that are on disk, then those that are traced, as they come, on disk
     too."""
-    rows = blocks_of(len(bodies.sites), rays)
+    rows = ray_blocks(len(bodies.sites), rays)
     files = [] if folder is None else _files(folder, key, len(rows))
     missing, done = [], 0
 

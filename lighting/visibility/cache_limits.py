@@ -84,7 +84,7 @@ def pruned(folder: Path, most: int, keep: Collection[Path] = ()) -> tuple[int, i
     return left, total
 
 
-def words(folder: Path) -> str:
+def cache_words(folder: Path) -> str:
     """Describe the content of the folder."""
     sizes = [size for _, size, _ in _files(folder)]
     files = "1 file" if len(sizes) == 1 else f"{len(sizes)} files"

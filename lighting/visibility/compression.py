@@ -187,7 +187,7 @@ def encoded(
     return _solved(weights, basis.products, ((values - basis.mean) * weights) @ basis.axes, 0.0)
 
 
-def packed(
+def pack_codes(
     codes: Float[np.ndarray, "S K"],
 ) -> tuple[Int[np.ndarray, "S B"], UInt8[np.ndarray, "S H"], Float[np.ndarray, " K"]]:
     """Codes as whole numbers, and the size of one step of each term.
@@ -218,7 +218,7 @@ def packed(
     return large, small, steps.astype(np.float32)
 
 
-def unpacked(whole: Int[np.ndarray, "*n B"], halves: UInt8[np.ndarray, "*n H"]) -> Float[np.ndarray, "*n K"]:
+def unpack_codes(whole: Int[np.ndarray, "*n B"], halves: UInt8[np.ndarray, "*n H"]) -> Float[np.ndarray, "*n K"]:
     """Return the whole numbers of all terms, as float32."""
     small = np.stack([halves & 15, halves >> 4], axis=-1).reshape(*halves.shape[:-1], -1)
     return np.concatenate([whole.astype(np.float32), small.astype(np.float32) - np.float32(8.0)], axis=-1)

@@ -16,7 +16,7 @@ from ..vectors import dot
 from .compression import FEW_TERMS, MOST_TERMS, code_bytes
 from .edge_bisection import Halving
 from .occluders import Occluders
-from .pieces import angles
+from .pieces import triangle_angles
 from .refinement import Vertices
 from .sites import Corners, Faces, Sites, sites_at
 from .tracing import MAP
@@ -91,7 +91,7 @@ def middle_sites(
         triangles,
         finer.pieces[mine].ravel(),
         vertices.facing,
-        angles(triangles).ravel(),
+        triangle_angles(triangles).ravel(),
         faces.face_normals[of],
         faces.part[of],
         faces.solid[of],

@@ -40,7 +40,7 @@ def texel_at(to: Float[np.ndarray, "*n 3"], size: int) -> Int[np.ndarray, "*n"]:
     return row * size + column
 
 
-def neighbours(size: int) -> Int[np.ndarray, "pairs 2"]:
+def adjacent_texels(size: int) -> Int[np.ndarray, "pairs 2"]:
     """Return every pair of texels that share an edge, once, those over the fold of the square's rim among them."""
     number = np.arange(size * size).reshape(size, size)
     half = size // 2

@@ -78,10 +78,10 @@ def pieces(mesh: Mesh) -> Pieces:
 
 def corner_angles(mesh: Mesh) -> np.ndarray:
     """(F, 3) angles of the triangles at their corners, radians."""
-    return angles(mesh.vertices[mesh.faces])
+    return triangle_angles(mesh.vertices[mesh.faces])
 
 
-def angles(corners: Float[np.ndarray, "F 3 3"]) -> np.ndarray:
+def triangle_angles(corners: Float[np.ndarray, "F 3 3"]) -> np.ndarray:
     """(F, 3) angles of triangles at their corners, radians."""
     along = corners[:, [1, 2, 0]] - corners
     back = -along[:, [2, 0, 1]]

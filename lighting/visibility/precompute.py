@@ -371,7 +371,7 @@ class _Computation:
         return SceneVisibility(
             self._basis.mean,
             self._basis.axes,
-            *compression.packed(codes.astype(np.float32)),
+            *compression.pack_codes(codes.astype(np.float32)),
             octahedral.in_two(vertices.facing),
             fronts.astype(np.int32),
             backs.astype(np.int32),

@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from ...runtime.errors import InputError
 from ..environment import harmonics
 from . import octahedral
-from .compression import SOFT, straight, straightening, unpacked
+from .compression import SOFT, straight, straightening, unpack_codes
 from .edge_bisection import Halving
 from .free_share import free_share
 from .tracing import MAP
@@ -30,7 +30,7 @@ class SceneVisibility:
     """Free directions at the vertices of a scene, against all of its parts, on both sides of sheets.
 
     mean (texels,), axes (texels, K) : of bent distances (`compression`).
-    whole (S, B), halves (S, H), steps (K,) : codes of each site, `compression.packed`.
+    whole (S, B), halves (S, H), steps (K,) : codes of each site, `compression.pack_codes`.
     facing (V, 2) : vertex normals, `octahedral.in_two`.
     fronts (V,), backs (V,) : the site of each vertex on the side that its normal looks to, and on the other one: -1
         inside of solids, where everything is hidden, and for a vertex that no triangle uses.
@@ -71,7 +71,7 @@ class SceneVisibility:
 
     def codes(self, sites: Int[np.ndarray, "*n"]) -> Float[np.ndarray, "*n K"]:
         """Codes of sites; times `axes`, with `mean`, they are bent distances."""
-        return unpacked(self.whole[sites], self.halves[sites]) * self.steps
+        return unpack_codes(self.whole[sites], self.halves[sites]) * self.steps
 
     def along(self, to: Float[np.ndarray, "P 3"]) -> tuple[Float[np.ndarray, "P K"], Float[np.ndarray, " P"]]:
         """Return factors and offsets of codes, for compressed distances in fixed directions of the world."""

@@ -38,7 +38,7 @@ from ...runtime.errors import InputError
 from ...runtime.files import half_written, made_folder, written_whole
 from ...runtime.locks import alone_at_work, remove_abandoned
 from ...runtime.private_folder import private_folder
-from ...spectral.difference import Formula, delta_e
+from ...spectral.difference import Formula, delta_e_lab
 from ..records.query import SORTED_BY, WORDS, Query, Summary, material_files, order_key, read_heads, summary
 from ..records.record import SUFFIX
 
@@ -549,7 +549,7 @@ def _distances(near: np.ndarray, labs: Float[np.ndarray, "N 3"], formula: Formul
     far = np.empty(len(labs))
     for first in range(0, len(labs), _BLOCK):
         some = labs[first : first + _BLOCK]
-        far[first : first + _BLOCK] = delta_e(np.broadcast_to(near, some.shape), some, formula)
+        far[first : first + _BLOCK] = delta_e_lab(np.broadcast_to(near, some.shape), some, formula)
     return far
 
 

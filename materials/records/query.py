@@ -251,11 +251,11 @@ class Query:
         """Return the materials with their distance; only those within the limit, where there is one."""
         import numpy as np
 
-        from ...spectral.difference import delta_e
+        from ...spectral.difference import delta_e_lab
 
         coloured = [one for one in found if one.lab is not None]
         labs = np.array([one.lab for one in coloured], dtype=float).reshape(-1, 3)
-        far = delta_e(np.broadcast_to(near, labs.shape), labs, cast("Formula", self.formula))
+        far = delta_e_lab(np.broadcast_to(near, labs.shape), labs, cast("Formula", self.formula))
         placed = [replace(one, distance=float(d)) for one, d in zip(coloured, far, strict=True)]
         if self.within is not None:
             return [one for one in placed if one.distance is not None and one.distance <= self.within]

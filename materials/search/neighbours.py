@@ -18,7 +18,7 @@ from typing import cast
 import numpy as np
 
 from ...runtime.errors import InputError
-from ...spectral.difference import delta_e
+from ...spectral.difference import delta_e_lab
 from ..catalogue.catalogue import Catalogue
 from ..catalogue.head_index import HeadIndex
 from ..records.material import MaterialRecord
@@ -92,7 +92,7 @@ def like(
     heads = catalogue.heads(say)
     unusable = list(heads.unusable)
     left_out = {one.id: why for one in _without_look(heads) if one.id != material_id and (why := unlike(one))}
-    own_distance = _distance(float(delta_e(np.array(way.to.lab), np.array(start.lab))), start, way.to, stop)
+    own_distance = _distance(float(delta_e_lab(np.array(way.to.lab), np.array(start.lab))), start, way.to, stop)
     found: list[Neighbour] = []
     looked_at = 0
     farthest = own_distance if way.amounts else np.inf

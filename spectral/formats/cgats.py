@@ -17,7 +17,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ..measurement import at_an_angle, is_condition
-from .cgats_bands import BAND, bands, grid_of, keyword_number, pairs
+from .cgats_bands import BAND, bands, grid_of, keyword_number, wavelength_pairs
 from .cgats_quantity import StatedQuantity, check_agreement, said_quantity, signs_of_table
 from .cgats_tables import CgatsTable, read_tables
 from .import_options import NO_ANSWER, ImportOptions, Scale
@@ -98,7 +98,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
             gathering.note(note)
         if table.identifier.upper() == "CMF":
             without.append("colour-matching functions")
-        elif not bands(table) and not pairs(table):
+        elif not bands(table) and not wavelength_pairs(table):
             without.append(_holdings(table))
         else:
             _gather(table, gathering, path, "" if len(tables) == 1 else f"table {number}", answer)
@@ -121,7 +121,7 @@ def _holdings(table: CgatsTable) -> str:
 
 
 def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, answer: ImportOptions) -> None:
-    fields, points = bands(table), pairs(table)
+    fields, points = bands(table), wavelength_pairs(table)
     if len(table.rows) * max(len(fields), len(points)) > MOST_SAMPLES:
         raise InputError("too many samples in one file", expected=f"at most {MOST_SAMPLES}")
     if fields:

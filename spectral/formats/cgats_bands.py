@@ -66,7 +66,7 @@ def _nm(text: str) -> float:
     return float(text.replace(",", "."))
 
 
-def pairs(table: CgatsTable) -> list[tuple[int, int, str]]:
+def wavelength_pairs(table: CgatsTable) -> list[tuple[int, int, str]]:
     """Columns of wavelength and value, and "PCT" or "DEC", where wavelengths stand in the data."""
     upper = [field.upper() for field in table.fields]
     return [

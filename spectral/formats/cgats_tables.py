@@ -9,7 +9,7 @@ from itertools import islice
 from pathlib import Path
 
 from ...runtime.errors import InputError
-from .shared.text import number, read_lines, shortened
+from .shared.text import cell_number, read_lines, shortened
 
 # A string, in which "" is a quotation mark, or a word; what follows # outside strings is a comment.
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"?|(#.*)|([^\s"]+)')
@@ -52,7 +52,7 @@ class CgatsTable:
 
     def number(self, cell: str) -> float:
         """Return the number in a cell, NaN if there is none."""
-        return number(cell, self.decimal)
+        return cell_number(cell, self.decimal)
 
 
 def tokens(line: str) -> list[str]:

@@ -24,7 +24,7 @@ from .registry import HEAD, SpectralFile, names_its_file
 from .shared.decisions import colours_alone
 from .shared.text import head_text, is_jcamp, is_number
 from .tables.dialect import LONGEST_LINE, comment, dialect_of, two_numbers
-from .tables.entries import gathered
+from .tables.entries import table_entries
 from .tables.layout import layout_of
 from .tables.parsing import parse_table
 from .tables.section import ragged
@@ -84,7 +84,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     except InputError:
         _refuse_colours(path)
         raise
-    return gathered(table, path, NAME, answer)
+    return table_entries(table, path, NAME, answer)
 
 
 def _refuse_colours(path: Path) -> None:

@@ -12,7 +12,7 @@ from ...runtime.errors import InputError
 from .cxf_specification import Specification
 from .registry import StatedColour
 from .shared.entry_rules import Gathering
-from .shared.xml import Vocabulary, kept, number, words
+from .shared.xml import Vocabulary, element_words, kept, number
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -98,9 +98,9 @@ def stated_values(
             except InputError as reason:
                 gathered.note(f"{kind} is not used: {reason.problem}", name)
         if colour is None or specification is None:
-            other[kind] = words(value)
+            other[kind] = element_words(value)
         else:
-            colours.append(Stated(colour, kind, value.get("Name", ""), specification, words(value)))
+            colours.append(Stated(colour, kind, value.get("Name", ""), specification, element_words(value)))
     return colours, kept(other)
 
 
@@ -149,7 +149,7 @@ def object_details(
         details |= _tags(group, known, f"tag {group.get('Name', '')}".strip())
     for name in ("PhysicalAttributes", "DeviceColorValues", "ColorDifferenceValues"):
         if (element := known.child(item, name)) is not None:
-            details[name] = words(element)
+            details[name] = element_words(element)
     glosses = list(known.children(known.child(item, "PhysicalAttributes"), "Gloss"))
     details["gloss"] = "; ".join(_gloss(one) for one in glosses)
     return kept(details)
@@ -175,5 +175,5 @@ def file_details(root: Element, known: Vocabulary) -> dict[str, str]:
     for group in known.children(root, "CustomResources"):
         for place, element in enumerate(group, 1):
             name = element.tag.rpartition("}")[2]
-            details[f"custom {place}: {name}"] = words(element)
+            details[f"custom {place}: {name}"] = element_words(element)
     return kept(details)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from ..spectrum import Quantity
-from .shared.xml import Vocabulary, words
+from .shared.xml import Vocabulary, element_words
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -71,7 +71,7 @@ def specification(element: Element, known: Vocabulary) -> Specification:
             text for name in ("Manufacturer", "Model", "SerialNumber") if (text := known.text(device, name))
         ),
         "instrument class": known.text(device, "DeviceClass"),
-        "filter": "" if filtered is None else words(filtered),
+        "filter": "" if filtered is None else element_words(filtered),
         "polarisation": known.text(device, "DevicePolarization"),
         "calibration": known.text(measured, "CalibrationStandard"),
         "aperture": known.text(measured, "Aperture"),
@@ -84,10 +84,10 @@ def specification(element: Element, known: Vocabulary) -> Specification:
     }
     own = known.child(colorimetry, "CustomIlluminant")
     if own is not None:
-        details["custom illuminant"] = words(own)
+        details["custom illuminant"] = element_words(own)
     physical = known.child(element, "PhysicalAttributes")
     if physical is not None:
-        details["specified sample"] = words(physical)
+        details["specified sample"] = element_words(physical)
     return Specification(
         None if grid is None else grid.get("StartWL"),
         None if grid is None else grid.get("Increment"),
@@ -118,7 +118,7 @@ def _geometry(choice: Element | None, known: Vocabulary) -> tuple[str, tuple[tup
             how = known.text(element, "SingleAngleConfiguration").lower()
             return f"{_degrees(light)}:{_degrees(eye)} {how}".strip(), None
         if name == "SphereGeometry":
-            told = text or " ".join(words(element).split())
+            told = text or " ".join(element_words(element).split())
             return (f"{_SPHERES[told]} ({told})" if told in _SPHERES else f"sphere, {told}"), None
         if name == "MultiAngle":
             angles: list[tuple[str, str]] = []
@@ -130,7 +130,7 @@ def _geometry(choice: Element | None, known: Vocabulary) -> tuple[str, tuple[tup
             return "; ".join(f"{notation}: {line}" for notation, line in angles), tuple(angles)
         if name == "EmissiveMode":
             return f"emissive, {text}", None
-        return text or words(element), None
+        return text or element_words(element), None
     return "", None
 
 

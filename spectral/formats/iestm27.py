@@ -15,7 +15,7 @@ from .registry import SpectralFile, names_its_file
 from .shared.decisions import SETTLED_BY, divisor_by_format, power_per_frequency
 from .shared.entry_rules import Gathering, in_visible
 from .shared.words import measured, names_power, names_power_per_frequency, names_raw, quantity_in, unit_in
-from .shared.xml import Vocabulary, kept, number, read_xml, root_name, words
+from .shared.xml import Vocabulary, element_words, kept, number, read_xml, root_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -115,7 +115,7 @@ def _add(
     details |= {"instrument": about.get("MeasurementEquipment", "")}
     for other in known.children(element):
         if known.name(other) not in _READ:
-            details[known.name(other) or ""] = words(other)
+            details[known.name(other) or ""] = element_words(other)
     gathered.add_of_format(name, grid, samples, quantity, scale, details=kept(details))
 
 
@@ -124,7 +124,7 @@ def _quantity(
 ) -> tuple[Quantity, str, str]:
     """Return the quantity, the file's word for it, and its unit; an answer tells what no word does."""
     field = "SpectralQuantity"
-    said = list(dict.fromkeys(words(one) for one in known.children(element, field)))
+    said = list(dict.fromkeys(element_words(one) for one in known.children(element, field)))
     told = said[0] if said else ""
     unknown = _ANOTHER.search(told) or names_raw(told)
     named = quantity_in(told) or ("emission" if names_power(told) and not unknown else None)

@@ -16,7 +16,7 @@ from .registry import SpectralFile, names_its_file
 from .shared.decisions import Sign
 from .shared.text import head_text, is_jcamp
 from .tables.dialect import dialect_of
-from .tables.entries import gathered
+from .tables.entries import table_entries
 from .tables.parsing import TextTable, parse_table
 
 NAME = "instrument text"
@@ -64,7 +64,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
     key = _LIGHT_METER.search(table.words)
     said = f"the key {key[0].strip()!r} of a light meter" if key else ""
     hints = [Sign("format", "emission", said, True)] if key else []
-    return gathered(table, path, NAME, answer, hints, may_be_counts)
+    return table_entries(table, path, NAME, answer, hints, may_be_counts)
 
 
 def _finest(table: TextTable) -> TextTable:

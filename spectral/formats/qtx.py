@@ -22,7 +22,7 @@ from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, StatedColour, names_its_file
 from .shared.decisions import Decision, Sign, ValueRange, decided, divisor_of
 from .shared.entry_rules import Gathering, in_visible
-from .shared.text import head_text, number, read_lines, shortened
+from .shared.text import cell_number, head_text, read_lines, shortened
 from .shared.words import illuminant_in, observer_in, quantity_in, stated_colours
 from .shared.xml import kept
 
@@ -154,7 +154,7 @@ def _spectrum(
     for what, (least, most) in limits.items():
         name = f"{prefix}_REFL{what}"
         text = section.text(name)
-        value = number(text, "," if "," in text else ".")
+        value = cell_number(text, "," if "," in text else ".")
         if not least <= value <= most or value == 0.0 or (what == "POINTS" and not value.is_integer()):
             expected = f"{'a whole number' if what == 'POINTS' else 'nm'} from {least:g} to {most:g}"
             problem = "not such a number" if text else "a field is missing"
@@ -184,7 +184,10 @@ def _values(text: str, count: int, name: str, gathering: Gathering, answer: Impo
     by_comma = [cell.strip() for cell in text.split(",")]
     for cells in (apart, by_comma, text.split()):
         for mark in "." if cells is by_comma else ".,":
-            if len(cells) == count and not np.isnan(values := np.array([number(cell, mark) for cell in cells])).any():
+            if (
+                len(cells) == count
+                and not np.isnan(values := np.array([cell_number(cell, mark) for cell in cells])).any()
+            ):
                 return values
     if len(by_comma) == 2 * count and all(cell.isdecimal() for cell in by_comma):
         if answer.decimal == "comma" or any(map(_is_of_decimals, by_comma[1::2])):
@@ -200,7 +203,7 @@ def _values(text: str, count: int, name: str, gathering: Gathering, answer: Impo
             hint="say --decimal comma where the commas are decimal marks as well",
         )
     cells = apart if len(apart) > 1 else by_comma if len(by_comma) > 1 else text.split()
-    wrong = [cell for cell in cells if not any(np.isfinite(number(cell, mark)) for mark in ".,")]
+    wrong = [cell for cell in cells if not any(np.isfinite(cell_number(cell, mark)) for mark in ".,")]
     raise InputError(
         "not the values that are stated",
         field=name,
@@ -257,7 +260,7 @@ def _colours(section: _Section, prefix: str) -> tuple[StatedColour, ...]:
     named = ", ".join(section.fields.get("ILLNAME", ()))
     axes = {f"{prefix}_{axis}": axis for axis in _COLOURS}
     cells = {
-        {"CIEL": "L*", "CIEA": "a*", "CIEB": "b*"}.get(axis, axis): number(section.fields[key][0])
+        {"CIEL": "L*", "CIEA": "a*", "CIEB": "b*"}.get(axis, axis): cell_number(section.fields[key][0])
         for key, axis in axes.items()
         if len(section.fields.get(key, ())) == 1
     }

@@ -10,7 +10,7 @@ from .import_options import NO_ANSWER, ImportOptions
 from .registry import HEAD, SpectralFile, names_its_file
 from .shared.decisions import Sign
 from .shared.text import head_text, is_jcamp
-from .tables.entries import gathered
+from .tables.entries import table_entries
 from .tables.parsing import parse_table
 
 NAME = "SPD"
@@ -61,4 +61,4 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
         for column, (quantity, side) in zip(columns, _SIDES, strict=True):
             column.words, column.name = quantity, f"{product[1] if product else path.stem} {side}"
     hints = [Sign("file name", "emission", "the suffix .spd")] if path.suffix.casefold() == ".spd" else []
-    return gathered(table, path, NAME, answer, hints)
+    return table_entries(table, path, NAME, answer, hints)

@@ -26,7 +26,7 @@ from ...runtime.errors import InputError
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralEntry, SpectralFile, names_its_file
 from .shared.text import MOST_LINES, shortened
-from .tables.entries import gathered
+from .tables.entries import table_entries
 from .tables.parsing import parse_lines
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
             if sheet.question is not None:
                 raise sheet.question
             named = path.with_name(_file_name(sheet.title)) if len(sheets) > 1 else path
-            read_ones.append((sheet, gathered(table, named, NAME, answer)))
+            read_ones.append((sheet, table_entries(table, named, NAME, answer)))
         except InputError as reason:
             if reason.problem == _NO_TABLE:
                 without.append(sheet.title)

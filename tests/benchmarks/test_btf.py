@@ -8,7 +8,7 @@ from btf_samples import bumps
 from metamer.benchmarks.btf import benchmark, cases, environments, spectral, speed, under_light
 from metamer.benchmarks.btf.comparison import rows_of
 from metamer.benchmarks.btf.methods import BYTES, methods, stored_bytes
-from metamer.benchmarks.btf.rows import BARS, row, seen_error, with_bars, within
+from metamer.benchmarks.btf.rows import BARS, btf_row, seen_error, with_bars, within
 from metamer.materials.formats.btf_names import directions_of
 from metamer.runtime.errors import InputError
 
@@ -94,7 +94,7 @@ def test_names_that_there_are_not_are_told(small):
 
 
 def test_nothing_lost_is_no_error_and_epsilon_is_of_encoded_numbers(small):
-    images = cases.cases(None, False)[0].measured()
+    images = cases.btf_cases(None, False)[0].measured()
     assert seen_error(images, images.image) == ((0.0, 0.0, 0.0), 0.0)
     (mean, _, _), epsilon = seen_error(images, lambda view, light: 0.0 * images.image(view, light))
 
@@ -116,7 +116,7 @@ def test_a_form_of_so_many_bytes_has_clusters_for_all_of_them():
 
 
 def made(case, method, texels, mean, bytes_per_texel):
-    return row(case, method, "D65", texels, (mean, 2 * mean, 3 * mean), bytes_per_texel=bytes_per_texel)
+    return btf_row(case, method, "D65", texels, (mean, 2 * mean, 3 * mean), bytes_per_texel=bytes_per_texel)
 
 
 def test_a_bar_is_held_by_the_best_form_that_is_small_enough():
@@ -137,7 +137,7 @@ def test_a_bar_is_held_by_the_best_form_that_is_small_enough():
 
 def test_the_plane_of_a_surface_is_said_and_held_to_what_was_found():
     moved = [
-        row(case, "lpca", "D65", 64, (1.0, 2.0, 3.0), offset=at) for case, at in (("wool", 4.3), ("corduroy", 7.0))
+        btf_row(case, "lpca", "D65", 64, (1.0, 2.0, 3.0), offset=at) for case, at in (("wool", 4.3), ("corduroy", 7.0))
     ]
     shown = benchmark.report({"missing": [], "claims": [], "rows": moved})
     assert "wool: the surface is 4.30 texels above the measured plane, 4 within 0.5: kept" in shown

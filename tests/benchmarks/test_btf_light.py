@@ -9,8 +9,8 @@ from btf_samples import bumps, rings
 from metamer.benchmarks.btf import environments, png_components, speed
 from metamer.benchmarks.btf.held_out_views import HeldOut
 from metamer.benchmarks.btf.png_components import CodedBtf
-from metamer.benchmarks.btf.speed import timed
-from metamer.benchmarks.btf.under_light import Surround, gathered
+from metamer.benchmarks.btf.speed import form_times
+from metamer.benchmarks.btf.under_light import Surround, gather_form
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.materials.btf.fields import lafortune, ptm, rfp
 from metamer.materials.btf.form import SIZES, btf_form
@@ -34,7 +34,7 @@ def lights(bumpy):
         patch.setattr(environments, "ROWS", 32)
         functions = light_functions(bumpy.lights)
         made = (environments.low_sun, environments.half_sky)
-        yield [one for each in made for one in environments.placed(each(), bumpy.lights, functions)]
+        yield [one for each in made for one in environments.tilted_lights(each(), bumpy.lights, functions)]
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def surround(bumpy, lights):
 def test_a_matt_sample_under_even_light_is_as_bright_as_its_reflectance(bumpy):
     """Whichever way it is turned; what falls off below the lowest measured light is in the hats' sums."""
     even = EnvironmentLight(np.ones((1, 32, 64)), (illuminant("A"),))
-    for light in environments.placed(even, bumpy.lights, light_functions(bumpy.lights)):
+    for light in environments.tilted_lights(even, bumpy.lights, light_functions(bumpy.lights)):
         matt = 0.5 / np.pi * bumpy.lights.directions[:, 2] @ light.hats
         y = (np.ones((1, 81)) * matt[0]) @ light.folding.weights(np.linspace(380.0, 780.0, 81))
         np.testing.assert_allclose(y[0], 0.5 * light.white, rtol=0.03)
@@ -76,7 +76,7 @@ def test_what_renderers_gather_of_a_form_is_near_the_truth(bumpy, surround):
     values = surround.decoded(texels)
     np.testing.assert_allclose(values.mean(), surround.values.mean(), rtol=0.01)
     alone = surround.error(lambda light: light.hats, values, texels.form.basis)
-    whole = surround.error(gathered(texels), values, texels.form.basis)
+    whole = surround.error(gather_form(texels), values, texels.form.basis)
     assert 0.0 < alone[0] < whole[0] < 2.0
 
 
@@ -111,7 +111,7 @@ def test_every_form_that_can_be_drawn_is_timed(bumpy, monkeypatch):
     monkeypatch.setattr(speed, "TURNS", 1)
     forms = [ptm(bumpy), rfp(bumpy), lafortune(bumpy), lobe_field(bumpy, 2), btf_form(bumpy, SIZES["small"]).texels]
     for form in forms:
-        fold, pixels = timed(form, 64, bumpy.views, bumpy.lights, bumpy.basis)
+        fold, pixels = form_times(form, 64, bumpy.views, bumpy.lights, bumpy.basis)
         assert fold is not None and pixels is not None and fold > 0.0 and pixels > 0.0
 
 

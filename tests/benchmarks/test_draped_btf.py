@@ -21,7 +21,7 @@ def found():
         patched.setattr(draped_btf, "BOUNCES", 2)
         patched.setattr(draped_btf, "btf_cases", lambda *_: pytest.fail("traces a BTF"))
         images = bumps(4, 4, views=3, lights=5)
-        yield draped_btf.rows(lambda line: None, images, divisions=8)
+        yield draped_btf.draped_rows(lambda line: None, images, divisions=8)
 
 
 @pytest.mark.slow

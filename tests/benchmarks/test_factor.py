@@ -14,7 +14,7 @@ from metamer.benchmarks.factor import growth as decompositions
 from metamer.benchmarks.factor import points as configurations
 from metamer.benchmarks.factor.cases import analytic_cases, chosen_cases, fluorescent_cases
 from metamer.benchmarks.factor.measured import measured_cases
-from metamer.benchmarks.factor.sphere import folded_xyz, folds
+from metamer.benchmarks.factor.sphere import folded_xyz, pack_folds
 from metamer.benchmarks.factor.timing import Stopwatch
 from metamer.materials.core.protocol import sphere_protocol
 from metamer.materials.factored.pack import FactoredBrdf
@@ -117,7 +117,7 @@ def test_rows_have_the_documented_shape(measured):
 
 
 def test_it_is_json_without_the_pictures(measured):
-    document = report.document(measured)
+    document = report.result_document(measured)
     assert json.loads(json.dumps(document, allow_nan=False)) == document
     assert "figures" not in document
     assert {"rows", "points", "packs_needed", "speed", "growth", "fluorescence"} <= set(document)
@@ -127,14 +127,14 @@ def test_the_distribution_based_brdf_loses_in_every_row(measured):
     assert report.losses(measured["rows"]) == []
     assert "every row" in report.report(measured)
     fluorescent = [row for row in measured["rows"] if row["case"] == DYE]
-    assert "No row" in report.verdict(fluorescent)
+    assert "No row" in report.baseline_loses(fluorescent)
 
 
 def test_a_row_that_is_lost_is_named():
     even = dict.fromkeys(("mean", "p95", "p99", "max"), 1.0)
     row = {"case": "a", "light": "D65", "delta_e94": even, "baseline": {"dbrdf_delta_e94": {**even, "mean": 2.0}}}
     assert report.losses([row]) == ["a, D65: p95", "a, D65: p99", "a, D65: max"]
-    assert "p99" in report.verdict([row])
+    assert "p99" in report.baseline_loses([row])
 
 
 def test_points_cover_every_kind(measured):
@@ -304,7 +304,7 @@ def test_xyz_of_packs_is_that_of_their_brdf():
     packs = benchmark.fit(brdf, budget=5.0, pixels=32).fast.packs
     protocol = sphere_protocol(24, True)
     lights = ("D65", "FL11")
-    terms = folded_xyz(packs, protocol, [folds(packs, protocol, light) for light in lights])
+    terms = folded_xyz(packs, protocol, [pack_folds(packs, protocol, light) for light in lights])
     np.testing.assert_allclose(terms, protocol.references(FactoredBrdf(packs), lights), atol=1e-12)
     np.testing.assert_allclose(terms, protocol.samples(FactoredBrdf(packs), lights), atol=1e-12)
 

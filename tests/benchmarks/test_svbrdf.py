@@ -9,7 +9,7 @@ from metamer.benchmarks.svbrdf import benchmark, cases, meshes, methods, renderi
 from metamer.benchmarks.svbrdf.hiding import Wall
 from metamer.benchmarks.svbrdf.light import PreparedLight
 from metamer.benchmarks.svbrdf.surface import ShadedPoints
-from metamer.benchmarks.svbrdf.truth import truth
+from metamer.benchmarks.svbrdf.truth import true_terms
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.prefiltering import Irradiance
 from metamer.lighting.visibility import precompute, refinement
@@ -25,7 +25,7 @@ def points():
 
 @pytest.fixture(scope="module")
 def sky():
-    light = cases.made_sky()
+    light = cases.window_sky()
     return PreparedLight(replace(light, fields=light.fields[:, ::2, ::2]))
 
 
@@ -40,12 +40,12 @@ def _task(surface, points, light, hiding=None, lobes=4):
 
 
 def test_the_truth_of_a_matt_surface_is_its_illuminance(points, sky):
-    found = truth(_task(cases.matt_red(), points, sky))[0][:, :, 0]
+    found = true_terms(_task(cases.matt_red(), points, sky))[0][:, :, 0]
     np.testing.assert_allclose(found, Irradiance.of(sky.light)(points.normals) / np.pi, rtol=0.01)
 
 
 def test_in_a_furnace_a_smooth_metal_gives_back_almost_everything(points, uniform):
-    body, normal, grazing = truth(_task(cases.gold(0.2), points, uniform))[0][:, 0].T
+    body, normal, grazing = true_terms(_task(cases.gold(0.2), points, uniform))[0][:, 0].T
     np.testing.assert_allclose(body, 1.0, rtol=1e-2)
     # Facets that reflect all lose what they mask from each other alone.
     facing = points.viewer[:, 2] > 0.5
@@ -54,8 +54,8 @@ def test_in_a_furnace_a_smooth_metal_gives_back_almost_everything(points, unifor
 
 
 def test_a_directional_light_is_exact_and_lobes_at_the_half_vector_near_it(points):
-    task = _task(cases.gold(0.3), points, PreparedLight(cases.lights(None)["sun"]()), lobes=6)
-    exact, same = truth(task)
+    task = _task(cases.gold(0.3), points, PreparedLight(cases.case_lights(None)["sun"]()), lobes=6)
+    exact, same = true_terms(task)
     assert exact is same
     found = methods.at_half_vectors(task)
     np.testing.assert_allclose(found, exact, rtol=0.02, atol=1e-3 * exact.max())
@@ -64,7 +64,7 @@ def test_a_directional_light_is_exact_and_lobes_at_the_half_vector_near_it(point
 
 
 def test_a_lamp_nearby_is_a_lobe_as_wide_as_its_ball_and_as_bright(points):
-    light = PreparedLight(cases.lights(None)["lamp"]())
+    light = PreparedLight(cases.case_lights(None)["lamp"]())
     lobes, at = light.local_lobes(points), light.arrivals(points)
     np.testing.assert_allclose(lobes.integral, at.illuminance_lux)
     # A tenth of its top at the radius of a disc of twice the solid angle that the ball has (eq. 32).
@@ -75,7 +75,7 @@ def test_a_lamp_nearby_is_a_lobe_as_wide_as_its_ball_and_as_bright(points):
 def test_the_paper_knows_a_wall_that_others_do_not(points, uniform):
     """Under uniform light, half of what a metal mirrors is hidden where it mirrors the wall's edge."""
     task = _task(cases.gold(0.1), points, uniform, Wall(cases.WALL))
-    exact, open_ = truth(task)[0][:, 0, 1], truth(replace(task, hiding=None))[0][:, 0, 1]
+    exact, open_ = true_terms(task)[0][:, 0, 1], true_terms(replace(task, hiding=None))[0][:, 0, 1]
     seen = open_ > 0.3 * open_.max()
     share = exact[seen] / open_[seen]
     assert share.min() < 0.05 and share.max() > 0.95
@@ -87,7 +87,7 @@ def test_the_paper_knows_a_wall_that_others_do_not(points, uniform):
 
 def test_harmonics_hold_a_matt_surface_and_one_lobe_for_the_cosine_does_not(points, sky):
     task = _task(cases.matt_red(), points, sky)
-    exact = truth(task)[0][:, :, 0]
+    exact = true_terms(task)[0][:, :, 0]
 
     def error(method):
         return np.abs(method(task)[:, :, 0] / exact - 1.0).mean()
@@ -136,6 +136,6 @@ def test_rows_say_what_was_rendered_how_and_how_well(figures):
 
 
 def test_measured_environments_join_in(shared_data):
-    light = cases.lights(shared_data)["kiara-dawn"]()
+    light = cases.case_lights(shared_data)["kiara-dawn"]()
     assert light.fields.shape[1:] == (256, 512)
     assert light.origin == "made"

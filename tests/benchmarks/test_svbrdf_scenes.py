@@ -80,7 +80,7 @@ def test_a_matt_cow_under_a_measured_sky(shared_data, monkeypatch):
 
 def test_meshes_and_lights_that_are_not_there_are_named(tmp_path):
     assert benchmark.run(data=tmp_path, pattern="*, spot on floor")["rows"] == []
-    assert set(meshes.places(tmp_path)) == {"floor"}
+    assert set(meshes.mesh_places(tmp_path)) == {"floor"}
 
 
 def test_cases_that_are_not_there_are_refused_with_those_that_are():
@@ -122,7 +122,7 @@ def test_materials_of_a_catalogue_have_a_row_each(tiny_catalogue, monkeypatch):
 
 @pytest.mark.slow
 def test_a_measured_material_in_three_lobes(shared_data):
-    ((row, seconds),) = measured.fitted(shared_data, lambda name: name == "MERL gray-plastic", silent)
+    ((row, seconds),) = measured.measured_rows(shared_data, lambda name: name == "MERL gray-plastic", silent)
     assert row["lobes"] == 3 and row["delta_e94"]["mean"] < 0.5 and seconds > 0.0
     assert len(measured.materials(shared_data)) >= 12
 
@@ -156,6 +156,6 @@ def test_spectra_are_exact_and_rgb_is_not(gl, monkeypatch):
 
 
 def test_scenes_are_in_the_runs_that_they_are_said_to_be_in():
-    quick, long = ({case.name for case in cases.cases(full)} for full in (False, True))
+    quick, long = ({case.name for case in cases.svbrdf_cases(full)} for full in (False, True))
     assert {"matt red, spot", "matt red, spot on floor", "gold n k 0.1, spot"} <= quick
     assert "gold n k 0.4, shaderball" in long - quick

@@ -20,7 +20,7 @@ from metamer.benchmarks.transfer import (
     tensors,
     whole_pictures,
 )
-from metamer.benchmarks.transfer.pixels import difference, seen_sites, truth_of
+from metamer.benchmarks.transfer.pixels import pixel_differences, seen_sites, truth_of
 from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.visibility import precompute, refinement
@@ -126,14 +126,14 @@ def test_matt_pixels_are_the_paths():
     to = seen.picture(places) - np.asarray(case.scene.camera().position)
     # The far corner of the floor is 5.12 off.
     assert (np.linalg.norm(to, axis=1) < 5.13).all()
-    assert difference(case, truth, seen, np.zeros((len(seen.pixel), 3))).mean() > 20.0
+    assert pixel_differences(case, truth, seen, np.zeros((len(seen.pixel), 3))).mean() > 20.0
 
 
 def test_the_price_of_the_spectrum(monkeypatch):
     monkeypatch.setattr(spectral, "RAYS", 16)
     monkeypatch.setattr(spectral, "TIMES", 1)
     monkeypatch.setattr(spectral, "scenes", coarse)
-    rows = spectral.rows(lambda line: None, ("table",))
+    rows = spectral.coefficient_rows(lambda line: None, ("table",))
     assert [row["light"] for row in rows] == ["D65", "A", "FL11"]
     for row in rows:
         assert 0.0 < row["delta_e94"]["mean"] <= row["delta_e94"]["max"] <= 0.1
@@ -146,7 +146,7 @@ def coarse(full):
 
 
 def test_growth_is_beside_the_first():
-    few, more = growth.rows(lambda line: None, (3, 6), 8)
+    few, more = growth.growth_rows(lambda line: None, (3, 6), 8)
     assert few["beside_first"]["bytes"] == 1.0
     assert more["beside_first"]["bytes"] == pytest.approx(1.0, abs=0.01)
     assert more["vertices"] > 1.9 * few["vertices"]
@@ -161,7 +161,7 @@ def test_mitsuba_is_held_to_our_error(monkeypatch):
     monkeypatch.setattr(path_tracing, "VARIANT", "scalar_spectral")
     monkeypatch.setattr(path_tracing, "ALL", 3)
     monkeypatch.setattr(scenes, "SIDE", 16)
-    own, theirs = path_tracing.rows(lambda line: None, 64, 32, 0.4)
+    own, theirs = path_tracing.path_rows(lambda line: None, 64, 32, 0.4)
     assert theirs["delta_e94"]["p95"] == pytest.approx(own["delta_e94"]["p95"])
     assert theirs["level"] == pytest.approx(1.0, abs=0.03)
     assert theirs["faster"] == pytest.approx(theirs["relight_ms"]["light"] / own["relight_ms"]["light"])
@@ -171,7 +171,7 @@ def test_mitsuba_is_held_to_our_error(monkeypatch):
 def test_without_mitsuba_its_row_is_left_out_and_said(monkeypatch):
     monkeypatch.setattr(path_tracing, "VARIANT", "no_such_variant")
     said = []
-    assert path_tracing.rows(said.append) == []
+    assert path_tracing.path_rows(said.append) == []
     assert "left out" in said[0]
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from metamer.cli import parser as known
-from metamer.cli.output import shortened, shows_bars
+from metamer.cli.output import end_of_name, shows_bars
 from metamer.cli.parser import COMMANDS
 from metamer.cli.progress.lines import TimeLeft, progress_bar
 from metamer.runtime.errors import ComparisonError, InputError, UsageError
@@ -142,9 +142,9 @@ def test_a_failure_of_the_system_names_its_file_and_what_to_do(metamer, monkeypa
 
 
 def test_a_long_name_leaves_room_for_count_and_time():
-    assert shortened("paint/red", 9) == "paint/red"
-    assert shortened("paint/red-gloss", 9) == "…ed-gloss"
-    assert shortened("paint/red", 1) == shortened("paint/red", 0) == ""
+    assert end_of_name("paint/red", 9) == "paint/red"
+    assert end_of_name("paint/red-gloss", 9) == "…ed-gloss"
+    assert end_of_name("paint/red", 1) == end_of_name("paint/red", 0) == ""
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from icc_profiles import matrix_profile, profile
-from metamer.spectral.difference import delta_e, delta_e_xyz, lab_from_xyz
+from metamer.spectral.difference import delta_e_lab, delta_e_xyz, lab_from_xyz
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
 from metamer.spectral.srgb import srgb_to_linear
 from metamer.spectral.upsampling import xyz_from_rgb
@@ -322,7 +322,7 @@ def test_other_programs_show_our_colours(render, space):
         lab_from_xyz(srgb_to_linear(np.clip(rgb[whole], 0.0, 1.0)) @ xyz_from_rgb().T, xyz_from_rgb() @ np.ones(3))
         for rgb in (shown[..., :3], ours)
     ]
-    assert whole.sum() > 400 and delta_e(*labs, "CIE 2000").max() < 0.5
+    assert whole.sum() > 400 and delta_e_lab(*labs, "CIE 2000").max() < 0.5
 
 
 def test_a_space_is_of_pictures_in_openexr(render):

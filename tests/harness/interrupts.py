@@ -32,8 +32,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from kills import contents
-from metamer.benchmarks.importing import command as import_command
-from metamer.benchmarks.importing import generated
+from metamer.benchmarks.importing import generated, import_command
 from metamer.benchmarks.timing import command, write_json
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.runtime.files import half_written

@@ -21,7 +21,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from metamer.benchmarks import timing
-from metamer.benchmarks.importing import command, generated, processes_of, started, timed
+from metamer.benchmarks.importing import generated, import_command, processes_of, started, timed_command
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.intake import import_history
 from metamer.materials.records.record import MARKER
@@ -39,7 +39,7 @@ def contents(catalogue: Path) -> dict[str, str]:
 
 def killed_import(source: Path, catalogue: Path, jobs: int, seconds: float, rng: random.Random) -> dict:
     """Kill one process of an import within `seconds`; what was hit and what was left. Raises where that is damaged."""
-    with started(command(source, catalogue, jobs)) as (process, text):
+    with started(import_command(source, catalogue, jobs)) as (process, text):
         moment = rng.uniform(0.0, seconds)
         time.sleep(moment)
         there = processes_of(process.pid)
@@ -93,13 +93,13 @@ def kills(
 ) -> list[dict]:
     """`count` imports that are killed once each, then completed; raises where one ends with other bytes."""
     whole = folder / "undisturbed"
-    seconds = timed(command(source, whole, jobs))["seconds"]
+    seconds = timed_command(import_command(source, whole, jobs))["seconds"]
     expected, rng, found = contents(whole), random.Random(seed), []
     for number in range(count):
         catalogue = folder / "killed"
         shutil.rmtree(catalogue, ignore_errors=True)
         row = killed_import(source, catalogue, jobs, seconds, rng)
-        timed(command(source, catalogue, jobs))
+        timed_command(import_command(source, catalogue, jobs))
         if (after := contents(catalogue)) != expected:
             differing = sorted(set(after.items()) ^ set(expected.items()))
             raise RuntimeError(f"other bytes after {row}: {differing}")

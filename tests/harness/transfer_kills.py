@@ -24,7 +24,7 @@ from pathlib import Path
 
 from kills import contents, gone_within
 from metamer.benchmarks import timing
-from metamer.benchmarks.importing import processes_of, started, timed
+from metamer.benchmarks.importing import processes_of, started, timed_command
 from metamer.materials.intake.importing import import_sources
 from metamer.runtime.files import half_written
 
@@ -93,7 +93,7 @@ def killed_round(
         if not whole.items() <= expected.items():
             raise RuntimeError(f"a block that no undisturbed build has: {sorted(set(whole) - set(expected))}")
         there.append(len(whole))
-    timed(command(scene, folder, jobs, rays))
+    timed_command(command(scene, folder, jobs, rays))
     if half_written(folder) or contents(folder) != expected:
         raise RuntimeError("other bytes than an undisturbed build")
     return {**hits, "blocks": there}
@@ -126,10 +126,10 @@ def rounds(
 ) -> list[dict]:
     """Run so many rounds; raise where one ends with other bytes, or two undisturbed builds differ."""
     scene, whole = scene_file(folder, balls), folder / "undisturbed"
-    timed(command(scene, whole, 1, rays))
+    timed_command(command(scene, whole, 1, rays))
     expected = contents(whole)
     shutil.rmtree(whole)
-    seconds = timed(command(scene, whole, jobs, rays))["seconds"]
+    seconds = timed_command(command(scene, whole, jobs, rays))["seconds"]
     if contents(whole) != expected:
         raise RuntimeError("two builds that nobody disturbed differ")
     found = []

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral import image_difference
-from metamer.spectral.difference import delta_e
+from metamer.spectral.difference import delta_e_lab
 from metamer.spectral.image_difference import image_delta_e
 
 METHODS = ("CIE 1994", "CIE 2000")
@@ -32,7 +32,7 @@ def test_every_pixel_is_that_of_double_precision(pair, method, kind):
     first, second = (one.astype(kind) for one in pair)
     found = image_delta_e(first, second, method)
     assert found.shape == (300, 200) and found.dtype == np.float32
-    np.testing.assert_allclose(found, delta_e(first, second, method), rtol=0, atol=1e-3)
+    np.testing.assert_allclose(found, delta_e_lab(first, second, method), rtol=0, atol=1e-3)
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -8,7 +8,7 @@ from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.catalogue.instrument_reading import InstrumentReading
 from metamer.spectral.bispectral import Bispectral
 from metamer.viewer.display.transform import DisplayTransform
-from metamer.viewer.review.facts import swatch, xyz_in
+from metamer.viewer.review.facts import display_swatch, xyz_in
 
 
 def test_colour_of_a_fluorescent_material_counts_what_it_sends_out(scenes):
@@ -33,4 +33,4 @@ def test_swatch_of_the_perfect_diffuser_is_display_white_however_near_a_lamp_is(
     nm = scene.observer.wavelengths_nm
     white = xyz_in(scene, InstrumentReading(nm, np.ones(nm.size)))
     np.testing.assert_allclose(white, scene.adopted_white(), rtol=1e-9)
-    assert swatch(DisplayTransform(), white, scene.adopted_white()) == (255, 255, 255)
+    assert display_swatch(DisplayTransform(), white, scene.adopted_white()) == (255, 255, 255)

@@ -33,7 +33,7 @@ from .resources import (
     palette_texels,
     release_spares,
 )
-from .tile import GLTerms, GLTile, framed, places, read
+from .tile import GLTerms, GLTile, area_light_textures, part_places, read
 
 if TYPE_CHECKING:
     import moderngl
@@ -139,7 +139,7 @@ class GLBackend(Backend):
             raise
         finally:
             scratch.release()
-        parts = places(triangles, scene.first_face, side, covered.size)
+        parts = part_places(triangles, scene.first_face, side, covered.size)
         return GLTile(needs, parts, side, covered, seen, uv, frames, lights, owner)
 
     def _standing(
@@ -232,7 +232,7 @@ class GLBackend(Backend):
         owner = Owner(self.context)
         try:
             quads = tuple(owner.texture(box[2:], 4) for _ in range(layer.rank // 4))
-            self._gathering.terms(quads, layer, tile.needs.mipmapped, framed(tile, layer), values)
+            self._gathering.terms(quads, layer, tile.needs.mipmapped, area_light_textures(tile, layer), values)
         except BaseException:
             owner.release()
             raise
@@ -298,7 +298,7 @@ class GLBackend(Backend):
             palette, shape = _palette_of(owner, layer, columns)
             if isinstance(layer, SpreadLayer):
                 values = {"part": place[0], "samples": tile.samples, "origin": (0, 0), "palette_shape": shape}
-                samplers = {**framed(tile, layer), "palette": palette}
+                samplers = {**area_light_textures(tile, layer), "palette": palette}
                 self._gathering.pictures(target, place[1], layer, tile.needs.mipmapped, samplers, values)
                 continue
             if id(layer.summand) not in known:

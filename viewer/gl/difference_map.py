@@ -55,13 +55,13 @@ class DifferencePass:
         if method not in self._passes:
             self._passes[method] = FullScreen(self._context, "difference.frag", {"FORMULA": FORMULAS[method]})
         values: dict[str, object] = {
-            "same_white": columns(_same_white(*whites)),
+            "same_white": column_major(_same_white(*whites)),
             "white": tuple(whites[0]),
             "full_coverage": FULL_COVERAGE,
         }
         if method == "CAM16-UCS":
             of_white = cam16_constants(whites[0])
-            values |= of_white._asdict() | {"cones_from_share": columns(of_white.cones_from_share)}
+            values |= of_white._asdict() | {"cones_from_share": column_major(of_white.cones_from_share)}
         self._passes[method].draw(onto, {"reference": pair[0], "sampled": pair[1]}, values)
 
     def whole(
@@ -85,7 +85,7 @@ class DifferencePass:
         return np.where(found < 0.0, np.float32(np.nan), found)
 
 
-def columns(matrix: Float[np.ndarray, "3 3"]) -> tuple[float, ...]:
+def column_major(matrix: Float[np.ndarray, "3 3"]) -> tuple[float, ...]:
     """Return a matrix as GLSL takes it, column by column."""
     return tuple(float(one) for one in np.asarray(matrix).T.reshape(-1))
 

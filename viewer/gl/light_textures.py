@@ -18,7 +18,7 @@ from ...lighting.environment.pyramid import SOFTENING
 from ...lighting.transfer.diffuse_albedo import EVEN_Z, EVEN_ZZ
 from ...lighting.transfer.indirect import IndirectLight
 from ...lighting.transfer.radiance_maps import BLUNT, FIRST, LEVELS
-from ...lighting.visibility.compression import SOFT, unpacked
+from ...lighting.visibility.compression import SOFT, unpack_codes
 from ...lighting.visibility.edge_bisection import Halving
 from ...lighting.visibility.hidden_light import HiddenLight
 from ...lighting.visibility.visibility import SceneVisibility
@@ -118,7 +118,7 @@ def visibility_tables(context: moderngl.Context, visibility: SceneVisibility) ->
     planes.reshape(side, side, -1)[..., : axes.shape[1]] = axes.reshape(side, side, -1)
     planes[..., quads, 0] = visibility.mean.reshape(side, side)
     beside = [octahedral.bordered(planes[:, :, quad]) for quad in range(quads + 1)]
-    codes = unpacked(visibility.whole, visibility.halves)
+    codes = unpack_codes(visibility.whole, visibility.halves)
     held = np.zeros((len(codes), quads, 4), dtype=np.float32)
     held.reshape(len(held), -1)[:, : codes.shape[1]] = codes
     sites = np.stack([visibility.fronts, visibility.backs], axis=1).astype(np.int32)

@@ -59,13 +59,13 @@ class GLTerms(KeptTerms):
     owner: Owner
 
 
-def framed(tile: GLTile, layer: SpreadLayer) -> dict[str, moderngl.Texture]:
+def area_light_textures(tile: GLTile, layer: SpreadLayer) -> dict[str, moderngl.Texture]:
     """Return the textures of a tile that area lights read."""
     uv = dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
     return {"seen": tile.seen, **dict(zip(FRAMES, tile.frames, strict=True)), **uv}
 
 
-def places(
+def part_places(
     triangles: WindowTriangles, first_face: Int[np.ndarray, "_"], samples: int, size: tuple[int, int]
 ) -> tuple[Place | None, ...]:
     """Locate each part in a tile of `size` pixels."""

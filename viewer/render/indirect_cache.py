@@ -95,7 +95,7 @@ class IndirectCache:
         return None
 
 
-def counted(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> Scene:
+def with_counted_bounces(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> Scene:
     """Return the scene with a number of bounces in place of "auto": as many as its picture has."""
     if scene.bounces != "auto":
         return scene

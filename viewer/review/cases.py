@@ -21,7 +21,7 @@ from ...spectral.spectrum import Spectrum
 from ..display.gl_pass import DisplayPass
 from ..display.transform import DisplayTransform
 from ..picture import Warn, display_for, display_pass
-from ..render.indirect_cache import counted
+from ..render.indirect_cache import with_counted_bounces
 from ..render.session import RenderSession
 
 #: What an illuminant is called where each light keeps its own; one can ask for it so, too.
@@ -69,7 +69,7 @@ class Setting:
     version: str
 
 
-def light_names(scene: Scene, illuminants: Sequence[str] | None = None) -> tuple[str, ...]:
+def reviewed_lights_of(scene: Scene, illuminants: Sequence[str] | None = None) -> tuple[str, ...]:
     """Return the lights of a review, each once: `illuminants`, those of the scene's review, or `OWN_LIGHT`."""
     return tuple(dict.fromkeys(illuminants or (scene.review.illuminants if scene.review else (OWN_LIGHT,))))
 
@@ -100,7 +100,7 @@ def review_views(
     return compared, None if same else shown
 
 
-def prepared(
+def prepare_review(
     scene: Scene,
     catalogue: Catalogue,
     renderer: RenderSession,
@@ -120,7 +120,7 @@ def prepared(
     InputError : the camera sees no surface, not the part that is reviewed, or nothing that light reaches; a file or a
         name that cannot be used.
     """
-    names = light_names(scene, illuminants)
+    names = reviewed_lights_of(scene, illuminants)
     spectra = tuple(None if name == OWN_LIGHT else illuminant(name) for name in names)
     view, shown_view = views
     if materials and scene.review is None:
@@ -143,7 +143,7 @@ def prepared(
         planned = plan_scene(list(worn.values()), lights, scene.observer, budget)
         # The plan's basis is for light that comes straight from the lights.
         shown = worn if bounced else {name: surface.in_basis(planned.basis) for name, surface in worn.items()}
-        cases.append(ReviewCase(counted(one, surfaces, shown_in), judged, planned, shown))
+        cases.append(ReviewCase(with_counted_bounces(one, surfaces, shown_in), judged, planned, shown))
     plan = _plan_of_all([case.plan for case in cases])
     display = display_for(scene.viewing)
     _check_whites(scene, names, spectra, display)

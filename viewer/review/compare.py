@@ -36,7 +36,7 @@ class PictureComparison:
     seconds: float
 
 
-def compare(setting: Setting, case: ReviewCase, drawing: ReviewDrawing) -> Iterator[PictureComparison]:
+def compare_pictures(setting: Setting, case: ReviewCase, drawing: ReviewDrawing) -> Iterator[PictureComparison]:
     """Yield each material that is judged, over the pixels that show it.
 
     Raises

@@ -34,7 +34,7 @@ from ...materials.records.colour_standing import (
 from ...runtime.errors import InputError
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.axis_letters import Lab, White
-from ...spectral.difference import delta_e, differences, lab_from_xyz
+from ...spectral.difference import delta_e_lab, differences, lab_from_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.image import ColourImage
 from ...spectral.observers import Observer, observer
@@ -106,7 +106,7 @@ def _colours(
         xyz, white = _seen(setting.scene, reading, spectrum, eye)
         lab, adapted = lab_from_xyz(xyz, white), corresponding_lab(xyz, white, daylight)
         shift = None if adapted is None or start is None else shift_between(start, adapted)
-        shown = None if adapted is None else swatch(setting.display, xyz, white)
+        shown = None if adapted is None else display_swatch(setting.display, xyz, white)
         found.append(LitColour(name, eye.name, xyz, lab, adapted, shift, shown))
     return found
 
@@ -148,7 +148,7 @@ def corresponding_lab(xyz: Float[np.ndarray, "3"], white: White, daylight: White
 def shift_between(first: Lab, second: Lab) -> Shift:
     """Change from one adapted colour to another: CIE 2000, and the direction in the words of a match."""
     return Shift(
-        float(delta_e(first, second, SHIFT_FORMULA)), direction(first, differences(first, second), _SPOKEN_FROM)
+        float(delta_e_lab(first, second, SHIFT_FORMULA)), direction(first, differences(first, second), _SPOKEN_FROM)
     )
 
 
@@ -163,7 +163,7 @@ def colours_around(scene: Scene, reading: InstrumentReading) -> tuple[tuple[floa
     return tuple(zip(ANGLES, mixed, strict=False))
 
 
-def swatch(
+def display_swatch(
     display: DisplayTransform, xyz: Float[np.ndarray, "3"], white: Float[np.ndarray, "3"]
 ) -> tuple[int, int, int]:
     """XYZ as a colour of the display, 8 bits a channel."""

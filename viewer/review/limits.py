@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, UInt8
 from ...calibration.report.row import Limits
 from ...calibration.report.statistics import FULL_COVERAGE
 from ...runtime.errors import InputError
-from ...spectral.difference import delta_e, lab_from_xyz
+from ...spectral.difference import delta_e_lab, lab_from_xyz
 from ...spectral.image import ColourImage
 from ..display.transform import DISPLAY_WHITE_XYZ, DisplayTransform
 
@@ -55,4 +55,4 @@ def _off(
     except InputError:
         return None
     labs = [lab_from_xyz(one.astype(np.float64), DISPLAY_WHITE_XYZ) for one in (xyz[chosen], shown)]
-    return float(delta_e(labs[0], labs[1], "CIE 2000").mean())
+    return float(delta_e_lab(labs[0], labs[1], "CIE 2000").mean())

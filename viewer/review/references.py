@@ -42,7 +42,7 @@ class Reference:
 _worker: dict = {}
 
 
-def references(
+def reference_pictures(
     scenes: Sequence[Scene],
     catalogue: Catalogue,
     view: Camera,

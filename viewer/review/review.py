@@ -29,16 +29,16 @@ from ...runtime.notebook import data_frame, html_table, new_axes
 from ...runtime.shutdown import clearing, saying
 from ..picture import Warn, unheard
 from ..render.session import RenderSession
-from .cases import OWN_LIGHT, ReviewCase, Setting, prepared, review_views
-from .compare import compare
+from .cases import OWN_LIGHT, ReviewCase, Setting, prepare_review, review_views
+from .compare import compare_pictures
 from .draw import draw
 from .facts import reviewed_lights, reviewed_materials
 from .folder import REPORT, UNFINISHED, DrawnRows, drawing_into, drawn_rows, found_rows, put_in_place
-from .references import Reference, references
+from .references import Reference, reference_pictures
 from .row_key import row_key
 from .words import colour_chain
 from .worst_pixel import pixel_spectra
-from .write import write
+from .write import write_review_row
 
 __all__ = ["OWN_LIGHT", "ReviewResult", "review"]
 
@@ -130,7 +130,7 @@ def review(
 
     Parameters
     ----------
-    out : folder, made where missing: `index.html`, `review.json`, what `write_row` writes in `pictures/`, and in
+    out : folder, made where missing: `index.html`, `review.json`, what `write_review_row` writes in `pictures/`, and in
         `rows/` what another review into it may take over.
     illuminants : names; None takes those of the scene's review, or `OWN_LIGHT`.
     materials : ids or patterns in place of those of the scene's review.
@@ -152,7 +152,7 @@ def review(
     out = Path(out)
     with drawing_into(out):
         warnings = _Warnings(warn)
-        setting, cases = prepared(
+        setting, cases = prepare_review(
             scene,
             catalogue,
             renderer,
@@ -261,7 +261,9 @@ def _draw_missing(
             progress(done, setting.total, row.material)
 
     scenes = [cases[index].scene for index in missing]
-    truths = references(scenes, catalogue, setting.view, setting.spectra, setting.geometry, jobs, setting.budget)
+    truths = reference_pictures(
+        scenes, catalogue, setting.view, setting.spectra, setting.geometry, jobs, setting.budget
+    )
     with closing(truths):
         for index, truth in zip(missing, truths, strict=True):
             with drawn_rows(out, keys[index]) as (folder, kept):
@@ -292,10 +294,10 @@ def _drawn(
     heard, rows, checks = _Warnings(warn), [], ()
     spectra = pixel_spectra(setting, case)
     for drawing in draw(setting, case, truth, heard):
-        for found in compare(setting, case, drawing):
+        for found in compare_pictures(setting, case, drawing):
             if checked and not checks:
                 checks = tuple(self_check(drawing.truth_xyz, drawing.white, found.share))
-            rows.append(write(setting, drawing, found, reading_of(found.material), folder, spectra))
+            rows.append(write_review_row(setting, drawing, found, reading_of(found.material), folder, spectra))
             finished(rows[-1])
     return DrawnRows(tuple(rows), checks, tuple(heard.said))
 

@@ -46,11 +46,11 @@ def row_key(
     checksums = [read_head(catalogue.path(material_id))["checksum"] for material_id in scene.material_ids]
     lights = [tuple(names), tuple(spectra), plan.basis, plan.precision]
     shows = (display.processor.getCacheID(), display.display, display.adaptation)
-    return fingerprint(shown, checksums, lights, shows, float(budget), embedded_side(total), tuple(more), code_hash())
+    return fingerprint(shown, checksums, lights, shows, float(budget), embedded_side(total), tuple(more), _code_hash())
 
 
 @cache
-def code_hash() -> str:
+def _code_hash() -> str:
     """Hash the code that draws and compares, and the versions of what it calls."""
     root = Path(__file__).parents[2]
     files = [path for name in _CODE for path in (root / name).rglob("*") if path.suffix in _KINDS]

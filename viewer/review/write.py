@@ -16,14 +16,14 @@ from ..picture import picture_words
 from .cases import Setting
 from .compare import PictureComparison
 from .draw import ReviewDrawing
-from .facts import colours_around, swatch, xyz_in
+from .facts import colours_around, display_swatch, xyz_in
 from .files import picture_name, write_row
 from .limits import limits_of
 from .words import held_words, provenance_words
 from .worst_pixel import BANDS_NM, PixelSpectra
 
 
-def write(
+def write_review_row(
     setting: Setting,
     drawing: ReviewDrawing,
     found: PictureComparison,
@@ -74,7 +74,7 @@ def write(
         wavelengths_nm=reading.wavelengths_nm,
         reflectance=reading.factor,
         reflectance_label="Radiance factor, light at 45°, seen from 0°",
-        swatch=swatch(display, xyz, drawing.white),
+        swatch=display_swatch(display, xyz, drawing.white),
         colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY, around),
         white_xyz=drawing.white,
         shift=found.shift,

@@ -20,10 +20,10 @@ from ..render.session import RenderSession
 _TURN_MS = 6000
 
 
-def orbited(camera: Camera, frames: int) -> tuple[Camera, ...]:
+def turntable_cameras(camera: Camera, frames: int) -> tuple[Camera, ...]:
     """Return the camera at equal steps of a full turn about its target, anticlockwise seen from the tip of its `up`.
 
-    >>> [one.position.astype(int).tolist() for one in orbited(Camera(position=(0, 1, 2)), 4)]
+    >>> [one.position.astype(int).tolist() for one in turntable_cameras(Camera(position=(0, 1, 2)), 4)]
     [[0, 1, 2], [2, 1, 0], [0, 1, -2], [-2, 1, 0]]
     """
     target, axis = np.asarray(camera.target, dtype=np.float64), unit(np.asarray(camera.up, dtype=np.float64))
@@ -52,7 +52,7 @@ def turntable(
     InputError : what `RenderSession.render` raises.
     """
     surfaces = renderer.forms(catalogue, scene)
-    for view in orbited(scene.camera(camera), frames):
+    for view in turntable_cameras(scene.camera(camera), frames):
         xyz, coverage = renderer.render(scene, view, surfaces)
         light = renderer.bounced
         yield Picture(

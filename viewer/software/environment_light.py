@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float, Int
 
 from ...lighting.environment.bright_light import BrightLight
 from ...lighting.environment.panel import GatheredPanel
-from ...lighting.environment.prefiltering import GatheredLight, turned
-from ...lighting.transfer.indirect import IndirectLight, light_at, under_lobes
+from ...lighting.environment.prefiltering import GatheredLight, rotate_moments
+from ...lighting.transfer.indirect import IndirectLight, light_at, radiance_under_lobes
 from ...lighting.visibility.compression import straight
 from ...lighting.visibility.cut_lobe import cut_lobe
 from ...lighting.visibility.free_share import free_share, share_above
@@ -86,9 +86,9 @@ def _of_surfaces(
     sites, shares = light.near(samples.face, samples.weights, samples.back)
     at = np.einsum("nc,ncvf->nvf", shares, light.at_sites[..., fields][sites])
     moments, radiance = light_at(at, smooth, samples.frame[:, 2])
-    lux = turned(moments, samples.frame)[:, : lobes.matt.shape[1]]
+    lux = rotate_moments(moments, samples.frame)[:, : lobes.matt.shape[1]]
     to_world = np.einsum("nqi,nij->nqj", lobes.directions, samples.frame)
-    seen = under_lobes(radiance, to_world, lobes.sharpness)
+    seen = radiance_under_lobes(radiance, to_world, lobes.sharpness)
     if light.maps is not None and lobes.sharpness.shape[1]:
         seen = light.maps.under_lobes(seen, sites, shares, to_world, lobes.sharpness, fields)
     return lux, seen
@@ -190,7 +190,7 @@ def _left(
     lost, whole = lost[..., layer.fields], whole[:, layer.fields]
     some = lost[:, 0] > 0.0
     share = np.maximum(others[:, 0], 0.0) * some / np.where(some, np.maximum(whole, lost[:, 0]), 1.0)
-    lost = (lost if lux.shape[1] == 1 else turned(lost, frame)) * (share * (1.0 - dark[:, None]))[:, None]
+    lost = (lost if lux.shape[1] == 1 else rotate_moments(lost, frame)) * (share * (1.0 - dark[:, None]))[:, None]
     others = others - lost - others * dark[:, None, None]
     # Vertices do not know of the triangle's own plane what it hides of the wider parts; there is no more than is left.
     below = bent[..., narrow:] @ ((free - left)[..., None] * given)[:, narrow:]

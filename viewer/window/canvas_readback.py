@@ -60,7 +60,7 @@ def values_of(
     return both[0], both[1]
 
 
-def differences(first: CanvasValues, second: CanvasValues) -> dict[ImageFormula, float]:
+def canvas_differences(first: CanvasValues, second: CanvasValues) -> dict[ImageFormula, float]:
     """ΔE by every formula of the maps, A being the reference; B is taken to the white of A, as in the maps."""
     sample = second.xyz
     if not np.array_equal(first.white, second.white):

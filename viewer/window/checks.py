@@ -40,10 +40,10 @@ def check_text(value: str, field: str) -> None:
     """Text that says something, and that a file can keep."""
     if not value.strip():
         raise InputError("no text", field=field, found=repr(value), expected="some letters")
-    check_writable(value, field)
+    _check_writable(value, field)
 
 
-def check_writable(value: str, field: str) -> None:
+def _check_writable(value: str, field: str) -> None:
     """Text that a file in UTF-8 can keep: no halves of characters, as undecodable names of files have."""
     try:
         value.encode("utf-8")

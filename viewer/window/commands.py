@@ -94,10 +94,10 @@ class Commands:
 
         Those where query words begin words come first, then the shorter ones; in capitals or not, with accents or not.
         """
-        asked = folded(query).split()
+        asked = _folded(query).split()
         hits: list[tuple[tuple[int, int, int], Command]] = []
         for number, one in enumerate(self._all):
-            text = folded(" ".join((one.group, one.words, one.name.replace(".", " "), *one.keys)))
+            text = _folded(" ".join((one.group, one.words, one.name.replace(".", " "), *one.keys)))
             if all(word in text for word in asked):
                 begun = text.split()
                 inside = sum(not any(other.startswith(word) for other in begun) for word in asked)
@@ -111,7 +111,7 @@ class Commands:
         return {group: some for group, some in listed.items() if some}
 
 
-def folded(text: str) -> str:
+def _folded(text: str) -> str:
     """Without capitals and accents: what is compared with what somebody types; ΔE is "de" too."""
     plain = unicodedata.normalize("NFKD", text.replace("Δ", "d").replace("δ", "d"))
     return "".join(letter for letter in plain if not unicodedata.combining(letter)).casefold()
@@ -152,5 +152,5 @@ def searched(names: Sequence[str], words: str) -> tuple[str, ...]:
     >>> searched(("paint/red-gloss", "paint/blue-gloss"), "Gloss red")
     ('paint/red-gloss',)
     """
-    asked = folded(words).split()
-    return tuple(name for name in names if all(word in folded(name) for word in asked))
+    asked = _folded(words).split()
+    return tuple(name for name in names if all(word in _folded(name) for word in asked))

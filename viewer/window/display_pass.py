@@ -16,7 +16,7 @@ from ...spectral.upsampling import xyz_from_rgb
 from ..display.gl_pass import DisplayPass
 from ..display.proof import proof_of
 from ..display.transform import CLIP_TOLERANCE, DEFAULT_VIEW, DISPLAY_WHITE_XYZ, DisplayTransform
-from ..gl.difference_map import columns
+from ..gl.difference_map import column_major
 from ..gl.full_screen import FullScreen
 from ..gl.programs import Programs
 from ..gl.resources import Owner, release_target
@@ -83,8 +83,8 @@ class Showing:
         only = int(session.seen == "B")
         seen = {"first": canvases[only], "second": canvases[1], "differences": differences, "scale": self._scale}
         values: dict[str, object] = {
-            "adapt_first": columns(to_display(whites[only], session.adaptation)),
-            "adapt_second": columns(to_display(whites[1], session.adaptation)),
+            "adapt_first": column_major(to_display(whites[only], session.adaptation)),
+            "adapt_second": column_major(to_display(whites[1], session.adaptation)),
             "exposure": 2.0**session.exposure,
             "surround": tuple(surround_xyz(session.surround)),
             "mode": MODES.index(session.seen),
@@ -195,7 +195,7 @@ def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTran
     )
 
 
-def scale_rgb(share: float) -> tuple[int, int, int]:
+def map_colour(share: float) -> tuple[int, int, int]:
     """Return the colour of a ΔE map at a share of its scale, sRGB."""
     table = plots.scale_rgb()
     red, green, blue = table[min(int(share * len(table)), len(table) - 1)] if share <= 1.0 else plots.OVER_RGB

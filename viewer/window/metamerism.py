@@ -123,7 +123,7 @@ def _difference(
     return float(formula(standard, sample, white))
 
 
-def shown(session: Session, cell: Cell, standard: str, choices: Choices) -> Session:
+def session_of_cell(session: Session, cell: Cell, standard: str, choices: Choices) -> Session:
     """Return the session of a chosen cell: the standard as A, the other as B, in that light, by that observer."""
     light = session.light
     named = LightChoice.named(cell.conditions.illuminant)

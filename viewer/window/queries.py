@@ -85,7 +85,7 @@ def metamers(catalogue: Catalogue, names: Sequence[str], lights: Sequence[str], 
     return metamerism(materials, spectra, observers, Formula(formula))
 
 
-def neighbours(catalogue: Catalogue, name: str, word: str, amount: float) -> Neighbours:
+def find_neighbours(catalogue: Catalogue, name: str, word: str, amount: float) -> Neighbours:
     """Find materials that look like one, or like it after a wish; errors as of `like`."""
     return like(catalogue, name, {word: amount})
 

@@ -127,7 +127,7 @@ class SessionObjects:
         ------
         InputError, UnknownNameError : a material, a part, a lamp or a file that is not there; what cannot be drawn.
         """
-        for words in left_out(session):
+        for words in _left_out(session):
             raise InputError(f"a scene is not shown as {words}", field="session", expected="a scene or materials")
         other = session.other
         part = session.part or self.scene.reviewed_part
@@ -321,7 +321,7 @@ class SessionObjects:
         return Path() if self.scene.path is None else self.scene.path.parent
 
 
-def left_out(session: Session) -> Iterator[str]:
+def _left_out(session: Session) -> Iterator[str]:
     """Describe what a session asks for and no scene shows."""
     if session.subject.kind == "image":
         yield "an image"

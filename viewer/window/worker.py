@@ -140,7 +140,7 @@ class ReferenceWorker:
             self._start()
         assert self._connection is not None
         try:
-            self._connection.send_bytes(packed((ticket, view), self._known))
+            self._connection.send_bytes(pack_message((ticket, view), self._known))
         except (BrokenPipeError, ConnectionResetError):
             self._died()
 
@@ -196,7 +196,7 @@ class _Unpacker(pickle.Unpickler):
         return self._known[pid]
 
 
-def packed(message: tuple[int, AskedView | None], known: list[Mesh]) -> bytes:
+def pack_message(message: tuple[int, AskedView | None], known: list[Mesh]) -> bytes:
     """Return a message with the meshes that the other side lacks, which are added to `known`; when none of its meshes
     is known, what was known before is forgotten on both sides.
     """
@@ -216,8 +216,8 @@ def packed(message: tuple[int, AskedView | None], known: list[Mesh]) -> bytes:
     return file.getvalue()
 
 
-def unpacked(data: bytes, known: list[Mesh]) -> tuple[int, AskedView | None]:
-    """Unpack what `packed` has packed."""
+def unpack_message(data: bytes, known: list[Mesh]) -> tuple[int, AskedView | None]:
+    """Unpack what `pack_message` has packed."""
     file = io.BytesIO(data)
     forget, new = pickle.load(file)
     if forget:
@@ -236,9 +236,9 @@ def _serve(connection: Connection, temporary: str, nice: int) -> None:
     surfaces, tracers = _Surfaces(), Tracers()
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            ticket, view = unpacked(connection.recv_bytes(), meshes)
+            ticket, view = unpack_message(connection.recv_bytes(), meshes)
             while connection.poll():
-                ticket, view = unpacked(connection.recv_bytes(), meshes)
+                ticket, view = unpack_message(connection.recv_bytes(), meshes)
             if view is None:
                 continue
             try:

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 
 from ....lighting.environment.cube import CubeMap
 from ....materials.tensors.brdf_tensor import BrdfTensor
-from .precomputed import TransferTensors, local, unpacked
+from .precomputed import TransferTensors, local, unpack_visibility
 
 #: Wavelets of each factor.
 WAVELETS = 96
@@ -49,7 +49,7 @@ def direct_tensor(tensors: TransferTensors, brdf: BrdfTensor, wavelets: int = WA
     place = np.zeros((count, factors, wavelets), dtype=np.int32)
     value = np.zeros((count, factors, wavelets), dtype=np.float32)
     for site in range(count):
-        seen = unpacked(tensors.visible[site : site + 1], tensors.across)[0]
+        seen = unpack_visibility(tensors.visible[site : site + 1], tensors.across)[0]
         free = np.flatnonzero(seen > 0.0)
         to = local(cube.directions[free], np.broadcast_to(tensors.normals[site], (len(free), 3)))
         rows = np.zeros((factors, len(cube)))

@@ -96,7 +96,7 @@ def bytes_of_site(regions: int, components: Components) -> int:
     return 4 * regions * parts * (size * BANDS**2 + regions * parts * len(CubeMap(TWO_BOUNCES)))
 
 
-def unpacked(visible: UInt8[np.ndarray, "n bytes"], across: int) -> Float[np.ndarray, "n D"]:
+def unpack_visibility(visible: UInt8[np.ndarray, "n bytes"], across: int) -> Float[np.ndarray, "n D"]:
     """1 where a site sees the light of a texel, else 0; float32."""
     return np.unpackbits(visible, axis=1, count=len(CubeMap(across))).astype(np.float32)
 
@@ -135,7 +135,7 @@ class _Bounce:
         within, angle = fine.coarser(ONE_BOUNCE), fine.solid_angles
         self.share = np.empty((len(visible), len(coarse)), dtype=np.float32)
         for start in range(0, len(visible), 256):
-            seen = unpacked(visible[start : start + 256], across) * angle
+            seen = unpack_visibility(visible[start : start + 256], across) * angle
             sums = np.zeros((len(coarse), len(seen)))
             np.add.at(sums, within, seen.T)
             self.share[start : start + 256] = (sums / coarse.solid_angles[:, None]).T

@@ -24,7 +24,7 @@ from ....materials.tensors.families import Family
 from ....materials.tensors.parametric import Tuned
 from .clustered import ClusteredTensor, clustered_tensor
 from .direct import DirectTensor, direct_tensor
-from .precomputed import BANDS, ONE_BOUNCE, TWO_BOUNCES, TransferTensors, local, unpacked
+from .precomputed import BANDS, ONE_BOUNCE, TWO_BOUNCES, TransferTensors, local, unpack_visibility
 
 # Texels of a cube map, each way, that factors of the light are projected onto harmonics over.
 _FACTORS = 16
@@ -200,7 +200,7 @@ class _Seen:
         for start in range(0, len(self._mine), _AT_ONCE):
             rows = slice(start, start + _AT_ONCE)
             away = self._mirrored[rows].astype(np.float32) @ cube.directions.T.astype(np.float32) - 1.0
-            seen = unpacked(tensors.visible[self._mine[rows]], tensors.across)
+            seen = unpack_visibility(tensors.visible[self._mine[rows]], tensors.across)
             for lobe, sharpness in enumerate(np.minimum(self._sharpness, widest)):
                 bump = np.exp(np.float32(sharpness) * away) * cube.solid_angles.astype(np.float32)
                 found[rows, lobe] = (bump * seen).sum(axis=1) / bump.sum(axis=1)

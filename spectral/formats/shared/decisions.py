@@ -149,7 +149,7 @@ def _listed(signs: Iterable[Sign]) -> str:
     return " and ".join(dict.fromkeys(sign.words for sign in signs))
 
 
-def taken_as(decision: Decision, scale: Divisor | None) -> str:
+def taken_words(decision: Decision, scale: Divisor | None) -> str:
     """Describe the quantity that a spectrum was taken for, and the signs of it, for a plan and a record."""
     if scale is None:
         return f"{decision.quantity}, by {decision.words}"

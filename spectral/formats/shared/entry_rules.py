@@ -12,7 +12,7 @@ from ....runtime.errors import InputError
 from ...spectrum import Quantity, Spectrum, check_values
 from ...wavelengths import validated_wavelengths
 from ..registry import SpectralEntry, SpectralFile, StatedColour
-from .decisions import Decision, Divisor, taken_as
+from .decisions import Decision, Divisor, taken_words
 from .text import shortened
 
 #: Spectra in one file, and samples in all of them together.
@@ -125,7 +125,7 @@ class Gathering:
             values,
             decision.quantity,
             divisor=scale.by if scale else 1.0,
-            taken=taken_as(decision, None if decision.quantity == "emission" else scale),
+            taken=taken_words(decision, None if decision.quantity == "emission" else scale),
             **beside,
         )
 
@@ -140,7 +140,7 @@ class Gathering:
     ) -> None:
         """`add` one spectrum of what its format says, on the scale that a person may say instead."""
         answered = scale if scale and scale.words.startswith("--scale") else None
-        taken = taken_as(Decision(quantity, answered.words, False), answered._replace(words="")) if answered else ""
+        taken = taken_words(Decision(quantity, answered.words, False), answered._replace(words="")) if answered else ""
         if scale and scale.note:
             self.note(scale.note)
         divisor = scale.by if scale else 1.0

@@ -28,7 +28,7 @@ _JCAMP = re.compile(r"\s{0,99}##\s?(?:TITLE|JCAMP-?DX)\s{0,9}=", re.I)
 MISSING = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "nil", "."})
 
 
-def decoded(data: bytes) -> str | None:
+def _decoded(data: bytes) -> str | None:
     """Text of bytes: UTF-8, UTF-16 with a byte-order mark, or one byte a character; None if it is no text."""
     if encoding := _WIDE.get(data[:2]):
         text = data[2:].decode(encoding, errors="replace")
@@ -59,7 +59,7 @@ def head_text(head: bytes) -> str:
             if len(head) > cut and head[-cut] >= 0xC0:
                 head = head[:-cut]
                 break
-    return decoded(head) or ""
+    return _decoded(head) or ""
 
 
 def is_jcamp(text: str) -> bool:
@@ -103,13 +103,13 @@ def read_lines(path: str | Path) -> list[str]:
             expected=f"at most {MOST_LINES}",
             hint="split the file, or export fewer spectra at a time",
         )
-    text = decoded(data)
+    text = _decoded(data)
     if text is None:
         raise InputError("not a text file", found=f"first bytes {data[:8]!r}", expected="text with numbers in columns")
     return _LINE_END.split(text)
 
 
-def number(cell: str, decimal: str = ".") -> float:
+def cell_number(cell: str, decimal: str = ".") -> float:
     """Return the number in a cell that has `decimal` for its decimal mark; NaN if it is none, or not finite."""
     if decimal == ",":
         if "." in cell or cell.endswith(","):

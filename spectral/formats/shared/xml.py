@@ -157,7 +157,7 @@ class Vocabulary:
         return "" if found is None else (found.text or "").strip()
 
 
-def words(element: Element) -> str:
+def element_words(element: Element) -> str:
     """Everything that an element holds as one line: names, attributes and text, cut where it is very long."""
     parts: list[str] = []
     waiting, length = [(element, "")], 0

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from ....runtime.errors import InputError
-from ..shared.text import number
+from ..shared.text import cell_number
 
 #: Characters of one line; beyond it, nobody's header of wavelengths goes.
 LONGEST_LINE = 4 * 2**20
@@ -51,7 +51,7 @@ _PARTED = {".": re.compile(r"[,;|¦~^&\s]"), ",": re.compile(r"[.;|¦~^&\s]|,\D*
 
 
 def _number(cell: str, decimal: str) -> float:
-    return number(cell.rstrip("% ") if cell.endswith("%") else cell, decimal)
+    return cell_number(cell.rstrip("% ") if cell.endswith("%") else cell, decimal)
 
 
 def is_torn(cell: str, decimal: str) -> bool:

@@ -36,7 +36,7 @@ from .quantities import counts_removed, identifiers_removed, judge
 from .section import Column
 
 
-def gathered(
+def table_entries(
     table: TextTable,
     path: Path,
     format_name: str,

@@ -10,7 +10,7 @@ from metamer.calibration.report.report import write_report
 from metamer.calibration.report.review_facts import LitColour, ReviewedLight, ReviewedMaterial, light_title
 from metamer.calibration.report.row import Limits, RowColour, WorstPixel, review_row
 from metamer.calibration.report.statistics import DeltaEStatistics, SelfCheck
-from metamer.spectral.difference import delta_e, differences
+from metamer.spectral.difference import delta_e_lab, differences
 from metamer.viewer.review.facts import shift_between
 
 #: ΔE94 of the map of the first row.
@@ -42,7 +42,7 @@ def written(folder, figures, shape=DELTA_E.shape, beside=False):
 
     `shape` : of the pictures. `beside` : the page is told of larger pictures, which are not there.
     """
-    rows, delta_e = [], np.resize(DELTA_E, shape)
+    rows, apart = [], np.resize(DELTA_E, shape)
     mask = np.zeros(shape, np.uint8)
     mask[0] = 1
     for number, (material, light, p99) in enumerate(figures):
@@ -52,7 +52,7 @@ def written(folder, figures, shape=DELTA_E.shape, beside=False):
         rows.append(
             review_row(
                 material, light, EYE, statistics=DeltaEStatistics(0.5 * p99, 0.9 * p99, p99, 2.0 * p99, 12),
-                picture=picture, reference=picture // 2, delta_e=delta_e, budget=1.0, rows=len(figures), image="a.png",
+                picture=picture, reference=picture // 2, delta_e=apart, budget=1.0, rows=len(figures), image="a.png",
                 files=files, shift=(0.1, -0.2, 0.05), worst=WORST, notes=("Said of it.",), limits=Limits(0.2, 0.0, 1.5),
                 limits_mask=mask, colour=RowColour(np.array([0.2, 0.2, 0.1]), np.array([50.0, 5.0, 5.0]), "45a:0"),
             )
@@ -233,7 +233,7 @@ def test_differences_and_words_of_the_page_are_those_of_a_match(page, opened):
         "(pairs) => pairs.map(([a, b]) => [deltaE2000(a, b), direction(a, b)])", np.stack([first, second], 1).tolist()
     )
     for (value, words), a, b in zip(told, first, second, strict=True):
-        assert value == pytest.approx(float(delta_e(a, b, "CIE 2000")), abs=1e-9)
+        assert value == pytest.approx(float(delta_e_lab(a, b, "CIE 2000")), abs=1e-9)
         assert words == direction(a, differences(a, b), 0.5)
 
 

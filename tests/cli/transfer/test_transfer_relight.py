@@ -6,7 +6,7 @@ from metamer.lighting.camera import Camera
 from metamer.lighting.transfer import ray_cache
 from metamer.spectral.formats.exr import read_exr
 from metamer.viewer.render import indirect_cache as bouncing
-from metamer.viewer.sheets.turntable import orbited
+from metamer.viewer.sheets.turntable import turntable_cameras
 
 
 def test_a_floor_changes_a_ball_only_by_way_of_others(relight, tmp_path):
@@ -77,7 +77,7 @@ def test_a_turntable_finds_the_light_between_surfaces_once(relight, monkeypatch,
 
 
 def test_a_turn_goes_around_the_target_anticlockwise():
-    views = orbited(Camera(position=(1.0, 2.0, 3.0), target=(1.0, 0.0, 0.0), up=(0.0, 2.0, 0.0)), 4)
+    views = turntable_cameras(Camera(position=(1.0, 2.0, 3.0), target=(1.0, 0.0, 0.0), up=(0.0, 2.0, 0.0)), 4)
     expected = [(1, 2, 3), (4, 2, 0), (1, 2, -3), (-2, 2, 0)]
     np.testing.assert_allclose([one.position for one in views], expected, atol=1e-12)
     assert all(np.allclose(one.target, (1.0, 0.0, 0.0)) for one in views)

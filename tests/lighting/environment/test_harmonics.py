@@ -5,7 +5,7 @@ import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.brights import taken_apart
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.environment.harmonics import cosine_factors, gaussian_factors, harmonics, projected
+from metamer.lighting.environment.harmonics import cosine_factors, gaussian_factors, harmonics, project_light
 from metamer.lighting.environment.prefiltering import Irradiance
 from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
@@ -43,7 +43,7 @@ def test_harmonics_are_those_of_scipy():
 def test_illuminance_by_harmonics_is_near_the_exact_one_under_a_smooth_sky():
     sky = _environment(1.0 + TO[:, 1], np.exp(3.0 * TO[:, 0]), rotation_deg=40.0)
     normals = _directions(50)
-    found = harmonics(normals) * cosine_factors() @ projected(sky).T
+    found = harmonics(normals) * cosine_factors() @ project_light(sky).T
     np.testing.assert_allclose(found, Irradiance.of(sky)(normals), rtol=0.01)
 
 

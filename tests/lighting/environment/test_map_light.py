@@ -5,7 +5,7 @@ import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.environment import EnvironmentLight
 from metamer.lighting.environment.map_light import load_environment
-from metamer.lighting.environment.reduction import MOST_SPECTRA, _metric, reduced
+from metamer.lighting.environment.reduction import MOST_SPECTRA, _metric, fewest_spectra
 from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.formats.exr import write_exr
@@ -252,7 +252,7 @@ def test_texels_without_light_stay_black(tmp_path):
 def test_what_the_most_spectra_cost_is_said():
     """Noise has no few spectra: the error is that of as many as there may be."""
     noise = np.random.default_rng(1).uniform(0, 1, (300, NM.size)) ** 6
-    few = reduced(noise, NM, most=2)
+    few = fewest_spectra(noise, NM, most=2)
     assert len(few.spectra) == 2 and few.delta_e94[0] > 1.0 and few.delta_e94[1] >= few.delta_e94[0]
     assert (few.spectra >= 0).all() and (few.shares(noise) >= 0).all()
 
@@ -260,7 +260,7 @@ def test_what_the_most_spectra_cost_is_said():
 def test_shares_are_the_non_negative_least_squares():
     """As Lawson and Hanson have them, where some are 0."""
     generator = np.random.default_rng(9)
-    few = reduced(generator.uniform(0, 1, (60, NM.size)) ** 3, NM, most=5)
+    few = fewest_spectra(generator.uniform(0, 1, (60, NM.size)) ** 3, NM, most=5)
     samples = generator.uniform(0, 1, (80, NM.size)) ** 5
     metric = _metric(NM).towards
     expected = [nnls((few.spectra @ metric.T).T, metric @ one)[0] for one in samples]

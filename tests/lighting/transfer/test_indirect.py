@@ -15,7 +15,7 @@ from metamer.lighting.transfer.indirect import (
     lessened,
     light_at,
     needs_none,
-    under_lobes,
+    radiance_under_lobes,
 )
 from metamer.lighting.transfer.ray_light import RayLight
 from metamer.lighting.transfer.transport import Transport
@@ -164,7 +164,7 @@ def test_gaussians_lessen_what_changes_with_direction():
             np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1]
         )
         expected = (bends(to) @ radiance[0, :, 0]).mean()
-        found = under_lobes(radiance, axis[None, None], np.array([[sharpness]]))[0, 0, 0]
+        found = radiance_under_lobes(radiance, axis[None, None], np.array([[sharpness]]))[0, 0, 0]
         assert found == pytest.approx(expected, abs=0.01)
     below, above = lessened(np.array([0.2 - 1e-9, 0.2]))
     assert below[0] == pytest.approx(below[1], rel=1e-4) and above[0] == pytest.approx(above[1], rel=1e-3)

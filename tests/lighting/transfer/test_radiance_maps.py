@@ -9,7 +9,7 @@ from metamer.lighting.mesh import shapes
 from metamer.lighting.transfer import radiance_maps
 from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.hits import ray_directions
-from metamer.lighting.transfer.indirect import RADIANCE, arriving, under_lobes
+from metamer.lighting.transfer.indirect import RADIANCE, arriving, radiance_under_lobes
 from metamer.lighting.transfer.radiance_maps import BLUNT, LEVELS, TEXELS, RadianceMaps, hemisphere_places
 from metamer.lighting.transfer.ray_light import RayLight
 
@@ -36,7 +36,7 @@ def mapped(hits, radiosity, sites):
 def looked_up(maps, hits, radiosity, sites, to, sharpness):
     """At sites themselves, and what polynomials tell there."""
     at = arriving(hits, RayLight(radiosity))[sites][:, RADIANCE].astype(np.float64)
-    blunt = under_lobes(at, to, sharpness)
+    blunt = radiance_under_lobes(at, to, sharpness)
     shares = np.tile([1.0, 0.0, 0.0], (len(sites), 1))
     near = np.stack([sites, sites, sites], axis=1)
     return maps.under_lobes(blunt, near, shares, to, sharpness, slice(None)), blunt

@@ -3,7 +3,7 @@
 import numpy as np
 from metamer.lighting.mesh.shapes import speed_shape
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility.compression import SOFT, unpacked
+from metamer.lighting.visibility.compression import SOFT, unpack_codes
 from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.lighting.visibility.tracing import MAP
 
@@ -21,7 +21,7 @@ def shader(found, vertices, weights, to):
     """The signed distance of one point and direction as GLSL would reckon it."""
     # Four whole numbers a texel; axes with their steps in textures of four terms.
     sites = found.fronts[vertices]
-    codes = unpacked(found.whole[sites], found.halves[sites]).reshape(3, -1, 4)
+    codes = unpack_codes(found.whole[sites], found.halves[sites]).reshape(3, -1, 4)
     axes = (found.axes * found.steps).astype(F).reshape(MAP, MAP, -1, 4)
     mixed = np.zeros(codes.shape[1:], dtype=F)
     for k in range(3):

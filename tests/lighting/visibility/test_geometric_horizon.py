@@ -8,8 +8,8 @@ from metamer.benchmarks.svbrdf import cases, meshes
 from metamer.benchmarks.svbrdf.light import PreparedLight
 from metamer.benchmarks.svbrdf.methods import MethodTask
 from metamer.benchmarks.svbrdf.ours import by_slices
-from metamer.benchmarks.svbrdf.rendering import reduced
-from metamer.benchmarks.svbrdf.truth import truth
+from metamer.benchmarks.svbrdf.rendering import at_most_rows
+from metamer.benchmarks.svbrdf.truth import true_terms
 from metamer.lighting.camera import Camera
 from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.scene import Part
@@ -47,10 +47,10 @@ def test_triangles_that_look_away_from_a_low_light_are_dark():
     small = sphere(1, 0.1).placed(translate=(0.0, 3.0, 0.0))
     parts = (Part("ball", sphere(1), "paint"), Part("small", small, "paint"))
     view = Camera("view", (-3.0, 0.5, 1.0), (0, 0, 0), projection="orthographic", height=2.2)
-    hiding, points = meshes.seen_points(parts, (view,), 22)
-    light = PreparedLight(reduced(cases.made_sky(), 64))
+    hiding, points = meshes.pixel_points(parts, (view,), 22)
+    light = PreparedLight(at_most_rows(cases.window_sky(), 64))
     task = MethodTask(cases.matt_red(), points, light, hiding, 0)
-    exact = truth(task)[0][..., 0]
+    exact = true_terms(task)[0][..., 0]
     own = by_slices(task)[..., 0]
     blind = by_slices(replace(task, hiding=replace(hiding, geometric=points.normals)))[..., 0]
     off, off_blind = (np.sqrt(np.mean((one - exact) ** 2)) for one in (own, blind))

@@ -71,12 +71,12 @@ def test_what_little_weighs_is_not_shrunk(truth, scene, visibility):
 
 def test_codes_of_half_a_byte_are_found_again():
     codes = np.random.default_rng(1).normal(size=(50, 24)).astype(np.float32) * np.geomspace(10.0, 0.1, 24)
-    whole, halves, steps = compression.packed(codes.astype(np.float32))
+    whole, halves, steps = compression.pack_codes(codes.astype(np.float32))
     assert whole.shape == (50, 16) and halves.shape == (50, 4) and whole.nbytes + halves.nbytes == 50 * 20
-    found = compression.unpacked(whole, halves) * steps
+    found = compression.unpack_codes(whole, halves) * steps
     assert (np.abs(found - codes) <= 0.5001 * steps).all()
-    none = compression.packed(np.zeros((3, 0), np.float32))
-    assert compression.unpacked(*none[:2]).shape == (3, 0)
+    none = compression.pack_codes(np.zeros((3, 0), np.float32))
+    assert compression.unpack_codes(*none[:2]).shape == (3, 0)
 
 
 def test_codes_that_come_with_a_basis_are_those_that_it_finds():

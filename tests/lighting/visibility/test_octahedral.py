@@ -28,7 +28,7 @@ def test_solid_angles_are_those_of_the_sphere():
 
 
 def test_every_texel_has_four_neighbours_that_are_near():
-    pairs, to = octahedral.neighbours(64), octahedral.directions(64)
+    pairs, to = octahedral.adjacent_texels(64), octahedral.directions(64)
     counts = np.bincount(pairs.ravel())
     # The two in the middle of each rim share two edges.
     assert (counts == 4).sum() == 64**2 - 8 and counts.min() == 3

@@ -11,7 +11,7 @@ from metamer.materials.core.fit_error import FitError
 from metamer.materials.records.material import Provenance
 from metamer.materials.records.query import Query
 from metamer.runtime.errors import InputError, UnknownNameError
-from metamer.spectral.difference import delta_e
+from metamer.spectral.difference import delta_e_lab
 
 
 def off_by(p99):
@@ -70,7 +70,7 @@ def test_near_a_colour_that_is_the_reference(catalogue, formula):
     wanted = (red.lab[0] + 1.0, red.lab[1] + 4.0, red.lab[2])
     found = catalogue.query(Query(models=("lambert",), near=wanted, within=5.0, formula=formula))
     assert ids(found) == ["cloth/red"]
-    expected = delta_e(np.array(wanted), np.array(red.lab), formula)
+    expected = delta_e_lab(np.array(wanted), np.array(red.lab), formula)
     assert found[0].distance == pytest.approx(float(expected))
     others = catalogue.query(Query(near=wanted))
     assert ids(others)[0] == "cloth/red" and ids(others)[-1] == "lamp/led"

@@ -9,7 +9,7 @@ from metamer.materials.search import neighbours
 from metamer.materials.search.appearance_offset import PAIRS, WORDS, Appearance, wished
 from metamer.materials.search.neighbours import like
 from metamer.runtime.errors import InputError, UnknownNameError
-from metamer.spectral.difference import delta_e
+from metamer.spectral.difference import delta_e_lab
 
 GREY = Appearance((50.0, 0.0, 0.0), 0.0)
 ORANGE = Appearance((60.0, 30.0, 40.0), 2.0)
@@ -40,7 +40,7 @@ def test_a_wish_of_nothing_gives_the_nearest_first(greys):
     distances = [one.distance for one in found.found]
     assert distances == sorted(distances) and found.own_distance == 0.0
     one = found.found[0]
-    assert one.distance == pytest.approx(float(delta_e(np.array(found.of.lab), np.array(one.look.lab))), abs=1e-9)
+    assert one.distance == pytest.approx(float(delta_e_lab(np.array(found.of.lab), np.array(one.look.lab))), abs=1e-9)
 
 
 def test_a_wish_leads_to_what_fulfils_it(greys):
@@ -105,7 +105,7 @@ def test_gloss_counts_as_much_as_its_weight_says(tiny):
     assert found.wish.got(first.look)["glossier"] == pytest.approx(2.0, abs=0.5)
     assert found.wish.start.gloss == pytest.approx(0.0, abs=1e-3)
     assert first.look.gloss_units > 5.0 > found.wish.start.gloss_units
-    colour = float(delta_e(np.array(found.wish.to.lab), np.array(first.look.lab)))
+    colour = float(delta_e_lab(np.array(found.wish.to.lab), np.array(first.look.lab)))
     gloss = 40.0 * (first.look.gloss - found.wish.to.gloss)
     assert first.distance == pytest.approx(np.hypot(colour, gloss), rel=1e-9)
     assert ids(like(tiny, "tiny/matt-red", {"glossier": 2}, stop=1.0)) == []
@@ -130,7 +130,7 @@ def test_only_what_may_be_near_is_read_and_nothing_is_missed(greys, monkeypatch)
 def test_without_a_weight_gloss_does_not_count(tiny):
     found = like(tiny, "tiny/matt-red", {}, stop=0.0)
     for one in found.found:
-        assert one.distance == pytest.approx(float(delta_e(np.array(found.of.lab), np.array(one.look.lab))))
+        assert one.distance == pytest.approx(float(delta_e_lab(np.array(found.of.lab), np.array(one.look.lab))))
     with pytest.raises(InputError, match="weight of gloss"):
         like(tiny, "tiny/matt-red", {}, stop=-1.0)
 

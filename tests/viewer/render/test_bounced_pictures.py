@@ -20,7 +20,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.palette import Palette
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.gl.backend import gl_session
-from metamer.viewer.render.indirect_cache import counted
+from metamer.viewer.render.indirect_cache import with_counted_bounces
 from metamer.viewer.render.session import radiance_weights
 from metamer.viewer.review.review import review
 from metamer.viewer.software.backend import software_session
@@ -231,7 +231,7 @@ def test_a_review_gives_picture_and_reference_the_same_bounces(scenes, tiny_cata
     with software_session() as renderer:
         xyz, coverage = renderer.render(scene, None, surfaces)
         assert renderer.bounced is not None
-        assert counted(scene, surfaces).bounces == renderer.bounced.bounces >= 2
+        assert with_counted_bounces(scene, surfaces).bounces == renderer.bounced.bounces >= 2
         direct, _ = renderer.render(replace(scene, bounces=0), None, surfaces)
     assert off(scene, xyz, direct)[coverage == 1.0].mean() > 1.0
     assert found.rows[0].statistics.p95 < 1.0

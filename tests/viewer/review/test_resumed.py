@@ -140,7 +140,7 @@ def test_what_a_row_depends_on_has_it_drawn_again(run, sphere, finished, monkeyp
     elif change == "version":
         options["version"] = "another"
     elif change == "code":
-        monkeypatch.setattr(review_key, "code_hash", lambda: "another")
+        monkeypatch.setattr(review_key, "_code_hash", lambda: "another")
     else:
         options["renderer"] = software_session("mipmapped")
     assert run(**options, stop=1) == (["tiny/copper"], [])

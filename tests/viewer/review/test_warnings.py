@@ -57,7 +57,7 @@ def test_pictures_that_are_clipped_as_a_whole_are_said(scenes, catalogue, tmp_pa
 
 
 def test_a_camera_that_misses_what_is_judged_is_refused_before_any_work(scenes, catalogue, tmp_path, monkeypatch):
-    monkeypatch.setattr("metamer.viewer.review.review.references", lambda *_: pytest.fail("worked for nothing"))
+    monkeypatch.setattr("metamer.viewer.review.review.reference_pictures", lambda *_: pytest.fail("worked for nothing"))
     scene = scenes.lamp_scene("tiny/copper", size=24, samples=1)
     parts = tuple(replace(part, material="tiny/copper") for part in scene.parts)
     scene = replace(scene, parts=parts, review=Review("part0"))

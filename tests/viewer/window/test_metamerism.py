@@ -12,7 +12,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM
 from metamer.viewer.window.choices import Choices
-from metamer.viewer.window.metamerism import REFERENCE, metamerism, shown
+from metamer.viewer.window.metamerism import REFERENCE, metamerism, session_of_cell
 from metamer.viewer.window.state import Session
 
 LIGHTS = {"D65": None, "A": None, "FL11": None}
@@ -103,7 +103,7 @@ def test_a_material_beside_itself_is_refused(materials):
 def test_a_cell_that_is_chosen_is_seen(materials):
     found = metamerism(materials, LIGHTS, OBSERVERS, formula("94"))
     before = replace(Session(), light=replace(Session().light, dimming=0.5))
-    after = shown(before, found.cells[0], found.standard, Choices(part="body"))
+    after = session_of_cell(before, found.cells[0], found.standard, Choices(part="body"))
     assert after.material_of("body") == "a/standard" and after.other.material == found.cells[0].material
     assert after.light.lamps[0].name == found.cells[0].conditions.illuminant and after.light.dimming == 0.5
     assert after.observer == found.cells[0].conditions.observer

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from metamer.lighting.scene_file.files import load_scene, shipped_scene
 from metamer.runtime.errors import InputError
-from metamer.viewer.sheets.turntable import orbited as turned
+from metamer.viewer.sheets.turntable import turntable_cameras as turned
 from metamer.viewer.window.viewpoint import Viewpoint, framed, orbited, panned, zoomed
 from window_sessions import viewpoints
 

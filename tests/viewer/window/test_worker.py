@@ -14,7 +14,7 @@ from metamer.viewer.picture import picture
 from metamer.viewer.software.backend import software_session
 from metamer.viewer.window import worker as worker_module
 from metamer.viewer.window.view_error import AskedView, Tracers, ViewError, rounds, view_errors
-from metamer.viewer.window.worker import Failed, ReferenceWorker, packed, unpacked
+from metamer.viewer.window.worker import Failed, ReferenceWorker, pack_message, unpack_message
 
 
 @pytest.fixture(autouse=True)
@@ -95,18 +95,18 @@ def test_a_view_of_nothing_has_no_figure(asked, surfaces):
 
 def test_meshes_go_through_the_pipe_once(asked):
     ours, theirs = [], []
-    first = packed((1, asked), ours)
-    ticket, there = unpacked(first, theirs)
+    first = pack_message((1, asked), ours)
+    ticket, there = unpack_message(first, theirs)
     lit = replace(asked, scene=asked.scene.with_illuminant(illuminant("A"), "A"))
-    second = packed((2, lit), ours)
-    _, again = unpacked(second, theirs)
+    second = pack_message((2, lit), ours)
+    _, again = unpack_message(second, theirs)
     assert ticket == 1 and len(second) < 0.5 * len(first)
     assert [one.mesh for one in again.scene.parts] == [one.mesh for one in there.scene.parts]
     part = asked.scene.parts[0]
     moved = replace(asked.scene, parts=(replace(part, mesh=part.mesh.placed(translate=(0.0, 1.0, 0.0))),))
-    _, other = unpacked(packed((3, replace(asked, scene=moved)), ours), theirs)
+    _, other = unpack_message(pack_message((3, replace(asked, scene=moved)), ours), theirs)
     assert len(ours) == len(theirs) == 1 and other.scene.parts[0].mesh is theirs[0]
-    assert unpacked(packed((4, None), ours), theirs) == (4, None)
+    assert unpack_message(pack_message((4, None), ours), theirs) == (4, None)
 
 
 def test_rays_are_kept_while_meshes_are_the_same(scene):

@@ -93,7 +93,7 @@ def _do(window: Window, name: str, text: str) -> bool:
         "save.as": lambda: desk.save_as(text),
         "probe.csv": lambda: write_probes(window, text, name),
         "probe.cxf": lambda: write_probes(window, text, name),
-        "protocol.write": lambda: protocol.write(window, text),
+        "protocol.write": lambda: protocol.write_protocol_file(window, text),
         "picture.keep": lambda: window.between.append(lambda: keep_picture(window, text)),
         "screenshot.as": lambda: window.between.append(lambda: screenshot(window, text)),
     }

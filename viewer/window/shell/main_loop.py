@@ -37,7 +37,7 @@ class NoWindow(MetamerError):
         )
 
 
-def check_display() -> None:
+def check_screen() -> None:
     """Raise `NoWindow` where this system has no display to open a window on."""
     linux = sys.platform.startswith(("linux", "freebsd"))
     if linux and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
@@ -62,7 +62,7 @@ def run(
     ------
     NoWindow : no display, no OpenGL of the version that is needed, or it would not open.
     """
-    check_display()
+    check_screen()
     window = Window(desk)
     params = _params(window, size, scale)
     try:

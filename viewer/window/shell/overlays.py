@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import ImVec2, imgui
 
-from ..display_pass import scale_rgb
+from ..display_pass import map_colour
 from ..picture_position import seen_at
 from ..state import Session
 from .lens import PicturePlace
@@ -146,7 +146,7 @@ def _scale(window: Window, session: Session, pen: _Pen, corner: ImVec2, size: Im
 
 
 def _scale_colour(share: float) -> int:
-    red, green, blue = scale_rgb(share)
+    red, green, blue = map_colour(share)
     return imgui.color_convert_float4_to_u32(imgui.ImVec4(red / 255, green / 255, blue / 255, 1.0))
 
 

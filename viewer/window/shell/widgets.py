@@ -74,7 +74,7 @@ def combo(name: str, options: Sequence[tuple[str, str]], chosen: str, width: flo
     return clicked
 
 
-def slider(desk: Desk, dial: Dial, form: str, label: str = "") -> None:
+def dial_slider(desk: Desk, dial: Dial, form: str, label: str = "") -> None:
     """A dial: dragged, or typed after Ctrl+click."""
     flags = imgui.SliderFlags_.always_clamp
     if dial.logarithmic:
@@ -127,7 +127,7 @@ def quiet(words: str) -> None:
     imgui.pop_style_color()
 
 
-def said(words: str) -> None:
+def paragraph(words: str) -> None:
     """Text in as many lines as it takes."""
     imgui.push_text_wrap_pos(0.0)
     imgui.text_unformatted(words)

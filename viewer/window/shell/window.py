@@ -14,7 +14,7 @@ from ....calibration.report.statistics import DeltaEStatistics
 from ...gl.context import describe
 from ...render.view import view_key
 from ..background import Background
-from ..canvas_readback import CanvasValues, differences, values_of
+from ..canvas_readback import CanvasValues, canvas_differences, values_of
 from ..canvas_renderer import Quality
 from ..file_watcher import Watch, files_of_shaders
 from ..frame import Frame
@@ -289,7 +289,7 @@ class Window:
         if key != self._read_of:
             self._read_of = key
             self.read = values_of(frame, session, slice(row, row + 1), slice(column, column + 1))
-            self.off = differences(*self.read)
+            self.off = canvas_differences(*self.read)
         if now - self._rested > REST_S and not self.moving:
             if isinstance(frame, ImageFrame):
                 self.probing.at_image(frame, session, (column, row))

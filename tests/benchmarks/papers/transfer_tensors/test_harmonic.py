@@ -8,7 +8,7 @@ from metamer.benchmarks.papers.transfer_tensors.clustered_harmonic import cluste
 from metamer.benchmarks.papers.transfer_tensors.harmonic import harmonic_transfer
 from metamer.benchmarks.papers.transfer_tensors.harmonic_btf import HarmonicBtf, harmonic_weights, products
 from metamer.lighting.environment import latlong
-from metamer.lighting.environment.harmonics import harmonics, projected
+from metamer.lighting.environment.harmonics import harmonics, project_light
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import plane, sphere
@@ -131,7 +131,7 @@ def shadowed():
 @pytest.mark.usefixtures("few_coordinates")
 def test_clusters_are_the_better_the_more_of_them(shadowed):
     _, transfer = shadowed
-    light = projected(sky(1))
+    light = project_light(sky(1))
     truth = transfer.lit(light)
     off = []
     for clusters, components in ((1, 1), (6, 4), (16, 8)):
@@ -148,7 +148,7 @@ def test_clusters_are_the_better_the_more_of_them(shadowed):
 
 def test_as_many_clusters_as_sites_are_exact(open_ball):
     _, transfer = open_ball
-    light = projected(sky(2))
+    light = project_light(sky(2))
     found = clustered_transfer(transfer, 1000, 1)
     np.testing.assert_allclose(found.lit(light), transfer.lit(light), atol=1e-3 * np.abs(light).max())
 

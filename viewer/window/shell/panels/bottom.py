@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from ...canvas_renderer import Quality
 from ...chain import chain, is_colorimetric
 from ...frame import Frame
-from ..widgets import right, said
+from ..widgets import paragraph, right
 from ..window import Window
 
 _QUALITY = {
@@ -25,7 +25,7 @@ def draw(window: Window) -> None:
     if frame is None or frame.texture is None:
         imgui.text_disabled("The picture is being prepared.")
         return
-    said("  ·  ".join(chain(session, frame.display)))
+    paragraph("  ·  ".join(chain(session, frame.display)))
     width, height = window.shown_size
     state = "moving" if frame.quality == Quality.MOVING and window.moving else _QUALITY[Quality(frame.quality)]
     if isinstance(frame, Frame) and frame.quality == Quality.FIRST:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from imgui_bundle import imgui
 
 from ...numeric_controls import SAMPLES, TURNTABLE
-from ..widgets import button, combo, section, slider
+from ..widgets import button, combo, dial_slider, section
 from ..window import Window
 
 
@@ -26,9 +26,9 @@ def draw(window: Window) -> None:
     if button("Turntable", session.turntable_deg_s != 0.0, window.style):
         desk.run("turntable")
     if session.turntable_deg_s:
-        slider(desk, TURNTABLE, "%+.0f°/s")
+        dial_slider(desk, TURNTABLE, "%+.0f°/s")
     options = [("scene", "the scene's own shape"), *((one, one.replace("_", " ")) for one in choices.shapes)]
     clicked = combo("shape", options, session.subject.shape or "scene")
     if clicked is not None:
         desk.run(f"shape.{clicked}")
-    slider(desk, SAMPLES, "%.0f samples a pixel's side")
+    dial_slider(desk, SAMPLES, "%.0f samples a pixel's side")

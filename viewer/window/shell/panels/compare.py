@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from ...numeric_controls import CELL, SCALE, TOLERANCE
 from ...state import FORMULAS
-from ..widgets import button, combo, facts, heading, quiet, section, slider, tooltip
+from ..widgets import button, combo, dial_slider, facts, heading, quiet, section, tooltip
 from ..window import Window
 
 
@@ -21,12 +21,12 @@ def draw(window: Window) -> None:
     clicked = combo("formula", [(name, f"ΔE {name}") for name in FORMULAS], compare.formula)
     if clicked is not None:
         desk.run(f"formula.{clicked}")
-    slider(desk, TOLERANCE, "tolerance ΔE %.2f")
-    slider(desk, SCALE, "colours up to ΔE %.2f")
+    dial_slider(desk, TOLERANCE, "tolerance ΔE %.2f")
+    dial_slider(desk, SCALE, "colours up to ΔE %.2f")
     if imgui.checkbox("contour at the tolerance", compare.contour)[0]:
         desk.run("compare.contour")
     if compare.mode == "checkerboard":
-        slider(desk, CELL, "cells of %.3f heights")
+        dial_slider(desk, CELL, "cells of %.3f heights")
     found, over = window.statistics
     if found is not None:
         heading("A TO B, WHOLE PICTURE", style)

@@ -15,7 +15,7 @@ from ...chain import is_colorimetric
 from ...numeric_controls import DEGREE, EXPOSURE, SURROUND
 from ...session_loader import display_views
 from ...state import Session
-from ..widgets import button, combo, em, heading, quiet, section, slider
+from ..widgets import button, combo, dial_slider, em, heading, quiet, section
 from ..window import Window
 
 
@@ -24,8 +24,8 @@ def draw(window: Window) -> None:
     if not section("Display"):
         return
     desk, session, style = window.desk, window.desk.session, window.style
-    slider(desk, EXPOSURE, "exposure %+.1f EV")
-    slider(desk, SURROUND, "surround L* %.0f")
+    dial_slider(desk, EXPOSURE, "exposure %+.1f EV")
+    dial_slider(desk, SURROUND, "surround L* %.0f")
     heading("ADAPTATION", style)
     adapted = {1.0: "full", 0.0: "none"}.get(session.adaptation.degree, "incomplete")
     for name in ("full", "incomplete", "none"):
@@ -33,7 +33,7 @@ def draw(window: Window) -> None:
             desk.run(f"adaptation.{name}")
         imgui.same_line(0.0, em(0.2))
     imgui.new_line()
-    slider(desk, DEGREE, "degree D %.2f")
+    dial_slider(desk, DEGREE, "degree D %.2f")
     heading("DISPLAY AND VIEW", style)
     frame = window.frame
     shown = frame.display if frame is not None else style.display

@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 
 from .....materials.search.appearance_offset import WORDS
 from .....materials.search.sliders import Slider
-from ...queries import neighbours, sliders_of
+from ...queries import find_neighbours, sliders_of
 from ..widgets import em, heading, quiet, tooltip
 from ..window import Window
 
@@ -68,7 +68,7 @@ def _neighbours(window: Window, material: str) -> None:
             imgui.same_line(0.0, em(0.2))
         if imgui.small_button(word):
             amount = by / 10.0 if word in ("glossier", "duller") else by
-            work = partial(neighbours, catalogue, material, word, amount)
+            work = partial(find_neighbours, catalogue, material, word, amount)
             asking.ask("like", (material, word, amount), work)
     answer = asking.answer("like")
     if asking.busy("like"):

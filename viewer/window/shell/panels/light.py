@@ -9,7 +9,7 @@ from imgui_bundle import imgui
 from ...light_choice import Lamp, LightChoice
 from ...numeric_controls import DIMMING, ROTATION
 from ...state import Session
-from ..widgets import combo, em, heading, quiet, section, slider, tooltip
+from ..widgets import combo, dial_slider, em, heading, quiet, section, tooltip
 from ..window import Window
 
 
@@ -24,8 +24,8 @@ def draw(window: Window) -> None:
         clicked = combo("booth", options, light.booth or "")
         if clicked is not None:
             desk.run(f"booth.{clicked}" if clicked else "light.scene")
-        slider(desk, ROTATION, "turned by %.0f°")
-    slider(desk, DIMMING, "dimmed to %.3f")
+        dial_slider(desk, ROTATION, "turned by %.0f°")
+    dial_slider(desk, DIMMING, "dimmed to %.3f")
     _blend(window)
     if session.subject.kind != "image":
         _map(window)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
-from ...metamerism import Cell, shown
+from ...metamerism import Cell, session_of_cell
 from ...queries import metamers
 from ...state import Session
 from ..widgets import em, quiet, right, tooltip
@@ -104,7 +104,7 @@ def _table(window: Window, standard: str, cells: tuple[Cell, ...]) -> None:
 
 
 def _seen(window: Window, cell: Cell, standard: str, session: Session) -> Session:
-    return shown(session, cell, standard, window.desk.choices)
+    return session_of_cell(session, cell, standard, window.desk.choices)
 
 
 def _plot(window: Window, cells: tuple[Cell, ...]) -> None:

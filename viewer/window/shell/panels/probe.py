@@ -71,12 +71,12 @@ def _spectra(window: Window) -> None:
     if found:
         imgui.same_line()
         imgui.text_disabled(f"of {found[0].made_of}")
-    plot(window, found, window.kept.spectrum, em(10.5))
+    _plot(window, found, window.kept.spectrum, em(10.5))
     if window.probing.problem:
         quiet(window.probing.problem)
 
 
-def plot(window: Window, spectra: tuple[ProbeSpectra, ...], kind: str, height: float) -> None:
+def _plot(window: Window, spectra: tuple[ProbeSpectra, ...], kind: str, height: float) -> None:
     """Spectra of A and B over the visible."""
     flags = implot.Flags_.no_menus | implot.Flags_.no_title | implot.Flags_.no_mouse_text | implot.Flags_.no_inputs
     if len(spectra) < 2:

@@ -59,7 +59,7 @@ def _entry(window: Window, one: Rating) -> None:
         )
 
 
-def write(window: Window, path: str) -> bool:
+def write_protocol_file(window: Window, path: str) -> bool:
     """Write the protocol; whether that was done."""
     file = path if path.lower().endswith(".toml") else f"{path}.toml"
     ratings = window.desk.session.ratings

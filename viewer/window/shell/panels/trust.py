@@ -6,7 +6,7 @@ from imgui_bundle import imgui
 
 from ...chain import chain
 from ...picture_statistics import ask_plan
-from ..widgets import facts, heading, quiet, said, tooltip
+from ..widgets import facts, heading, paragraph, quiet, tooltip
 from ..window import Window
 
 # What each kind of work is called, in the order in which it is told.
@@ -22,7 +22,7 @@ def draw(window: Window) -> None:
     if desk.session.subject.kind == "image":
         quiet("An image is shown as it is: there is no reference of it.")
     elif measuring is not None:
-        said(measuring.words())
+        paragraph(measuring.words())
         found = measuring.found
         if found is not None and found.statistics is not None:
             one = found.statistics
@@ -37,7 +37,7 @@ def draw(window: Window) -> None:
     heading("COLOUR CHAIN", style)
     if frame is not None:
         for words in chain(desk.session, frame.display):
-            said(words)
+            paragraph(words)
         for words in frame.display.describe() if window.kept.chain_in_full else ():
             quiet(words)
         _, window.kept.chain_in_full = imgui.checkbox("in full", window.kept.chain_in_full)
