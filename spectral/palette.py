@@ -179,7 +179,7 @@ class SentPalette(Palette):
         return cls(samples, SpectralBasis.sampled(wavelengths_nm))
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "P R L"]:
-        """See `Palette.radiance`."""
+        """Implement `Palette.radiance`."""
         own = self.wavelengths_nm
         sent = self.values * light.resampled(own).samples
         if not is_finer(own, wavelengths_nm):

@@ -36,7 +36,7 @@ class SomeViews(BtfImages):
         return cls(images, kept, views, images.lights, images.height, images.width, images.basis)
 
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """See `BtfImages.image`."""
+        """Implement `BtfImages.image`."""
         return self.images.image(int(self.kept[view]), light)
 
 
@@ -61,7 +61,7 @@ class HeldOut:
         return cls(SomeViews.of(images, kept), SomeViews.of(images, held))
 
     def error(self, reconstruct: Reconstruct) -> tuple[tuple[float, float, float], float]:
-        """See `rows.seen_error`: of the judged views, from a form of the fitted ones."""
+        """Compute `rows.seen_error` of the judged views, from a form of the fitted ones."""
         around, share = self.fitted.views.shares(self.judged.views.directions)
 
         def between(view: int, light: int) -> Float[np.ndarray, "H W J"]:

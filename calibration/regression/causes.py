@@ -1,4 +1,4 @@
-"""Whose change it was: the material's, or that of the approximation that pictures are made by.
+"""Cause of a change: the material, or the approximation that pictures are made by.
 
 Neither borrows the other's words: an approximation has an error within limits or over them, and a material passes or
 fails.

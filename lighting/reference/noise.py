@@ -41,7 +41,7 @@ class Sums(Protocol):
 
     @property
     def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
-        """See above."""
+        """XYZ by each half alone, (2, H, W, M, 3)."""
         ...
 
     def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:

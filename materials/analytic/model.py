@@ -185,7 +185,7 @@ class ModelPart(Brdf):
         return self.folded if isinstance(self.folded, SumOfTerms) else None
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """See `Surface.xyz`; folded before it is evaluated where that can be."""
+        """Implement `Surface.xyz`; folded before it is evaluated where that can be."""
         if self.folded is None:
             return super().xyz(points, folding)
         if not self._kept or self._kept[0][0] is not folding:

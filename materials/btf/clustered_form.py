@@ -60,7 +60,7 @@ class ClusteredForm(Protocol):
 
 
 def decoded(form: ClusteredForm, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
-    """See `ClusteredForm.decoded`."""
+    """Implement `ClusteredForm.decoded`."""
     table, number = form.table(), form.number.ravel()
     weights = form.weights.reshape(len(number), -1).astype(np.float32)
     for texel in texels:

@@ -54,7 +54,7 @@ class Dictionary:
 
     @cached_property
     def seen(self) -> Float[np.ndarray, "V Lt J J"]:
-        """See `metric.seen`: what numbers of a view and light are multiplied with, x C, before they are compared."""
+        """Matrix of `metric.seen`: numbers of a view and light times it, x C, are compared."""
         return seen(self.average, self.basis).astype(np.float32)
 
     def as_seen(self) -> Float[np.ndarray, "G V Lt J"]:

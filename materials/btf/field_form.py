@@ -47,11 +47,11 @@ class FieldForm(Fast):
 
     @property
     def measured_to(self) -> tuple[float, float]:
-        """See `Surface.measured_to`; of each side the lowest is said by a note of the record."""
+        """Implement `Surface.measured_to`; of each side the lowest is said by a note of the record."""
         return self.texels.form.views.reach[0], self.texels.form.lights.reach[0]
 
     def in_basis(self, basis: SpectralBasis) -> FieldForm:
-        """See `Fast.in_basis`; texels are shared."""
+        """Implement `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))
 
     def from_afar(self) -> MeanBtf:
@@ -65,7 +65,7 @@ class FieldForm(Fast):
         return MeanBtf(field.views, field.lights, means, basis_of(self.texels.palette))
 
     def environment_form(self) -> EnvironmentForm:
-        """See `Fast.environment_form`; worked out when first asked for."""
+        """Implement `Fast.environment_form`; worked out when first asked for."""
         gathering = LobeGathering if isinstance(self.texels.form, LobeField) else FieldGathering
         return gathering(texels=self.texels)
 
@@ -77,7 +77,7 @@ class FieldForm(Fast):
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> FieldForm:
-        """See `Fast.from_stored`."""
+        """Implement `Fast.from_stored`."""
         kind = str(kept["kind"])
         if kind not in KINDS:
             raise InputError("an unknown kind of field", field="kind", found=kind, expected=", ".join(KINDS))

@@ -48,7 +48,7 @@ class FieldGathering(StandingForm):
         wo: Float[np.ndarray, "N 3"],
         footprint: Float[np.ndarray, "N 2 2"] | None = None,
     ) -> Float[np.ndarray, "N B J"]:
-        """See `StandingForm.terms`."""
+        """Implement `StandingForm.terms`."""
         total = np.zeros((len(uv), len(self.lights), self.palette.rank))
         for number, at, counted in levels_at(footprint, self.texels.size, len(uv)):
             form = self.texels.level(number)

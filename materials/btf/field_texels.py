@@ -66,7 +66,7 @@ class FieldTexels(Summand):
         return listed_levels(sizes, [height * width for height, width in sizes])
 
     def terms(self, points: Points) -> Terms:
-        """See `Summand.terms`; where points say what they span, the mean over that."""
+        """Implement `Summand.terms`; where points say what they span, the mean over that."""
         assert points.uv is not None
         value = np.zeros((len(points), self.palette.rank))
         scale = points.angles(self.frame).scale
@@ -83,7 +83,7 @@ class FieldTexels(Summand):
         return Terms(value)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """See `Summand.shader`."""
+        """Implement `Summand.shader`."""
         kind, form = self.form.shader(filtered), self.form
         sizes = {"FOURS": -(-self.palette.rank // 4)}
         sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}

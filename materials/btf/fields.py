@@ -67,7 +67,7 @@ class PolynomialField(Field):
         return _terms(self.lights)
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """See `Field.reconstruct`."""
+        """Implement `Field.reconstruct`."""
         return self.coefficients[view % len(self.coefficients)] @ self.terms[light]
 
 
@@ -94,7 +94,7 @@ class LafortuneField(Field):
         return count * size + 4 * (count - 1) + (0 if self.scale is None else len(self.scale))
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """See `Field.reconstruct`."""
+        """Implement `Field.reconstruct`."""
         found = np.einsum("hwk,hwkj->hwj", self.table[view, light][self.lobe], self.rho)
         return found if self.scale is None else found * self.scale[view][..., None]
 

@@ -112,7 +112,7 @@ class BtfFiles(BtfImages):
             raise InputError("files do not fit their directions", field="index", found=shape, expected=str(expected))
 
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """See `BtfImages.image`; the last ones are kept. What is returned is shared: it is not to be written to."""
+        """Implement `BtfImages.image`; the last ones are kept. What is returned is shared: nobody writes to it."""
         key = (int(view), int(light))
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -134,7 +134,7 @@ class BtfFiles(BtfImages):
     def texels(
         self, view: int, light: int, rows: Int[np.ndarray, "*n"], columns: Int[np.ndarray, "*n"]
     ) -> Float[np.ndarray, "*n J"]:
-        """See `BtfImages.texels`. Images that are asked for again stay in memory as `held` has room, undecoded."""
+        """Implement `BtfImages.texels`. Images asked for again stay in memory, undecoded, where `held` has room."""
         key = (int(view), int(light))
         if key in self._kept:
             return self._kept[key][rows, columns]

@@ -50,7 +50,7 @@ class StandingForm(EnvironmentForm):
         """Compute terms at points; where these state a footprint, the mean over it."""
 
     def lobes(self, points: Points) -> Lobes:
-        """See `EnvironmentForm.lobes`."""
+        """Implement `EnvironmentForm.lobes`."""
         assert points.uv is not None
         count, rank = len(points), self.palette.rank
         terms = np.empty((count, len(self.lights), rank))

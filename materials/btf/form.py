@@ -66,11 +66,11 @@ class BtfForm(Fast):
 
     @property
     def measured_to(self) -> tuple[float, float]:
-        """See `Surface.measured_to`; of each side the lowest is said by a note of the record."""
+        """Implement `Surface.measured_to`; of each side the lowest is said by a note of the record."""
         return self.texels.form.views.reach[0], self.texels.form.lights.reach[0]
 
     def in_basis(self, basis: SpectralBasis) -> BtfForm:
-        """See `Fast.in_basis`; texels are shared."""
+        """Implement `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))
 
     def from_afar(self) -> MeanBtf:
@@ -81,7 +81,7 @@ class BtfForm(Fast):
         return MeanBtf(form.views, form.lights, means, basis_of(self.texels.palette))
 
     def environment_form(self) -> BtfGathering:
-        """See `Fast.environment_form`; worked out when first asked for."""
+        """Implement `Fast.environment_form`; worked out when first asked for."""
         return BtfGathering(texels=self.texels)
 
     def stored(self) -> dict[str, Any]:
@@ -93,7 +93,7 @@ class BtfForm(Fast):
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> BtfForm:
-        """See `Fast.from_stored`."""
+        """Implement `Fast.from_stored`."""
         kind = str(kept["kind"])
         if kind not in KINDS:
             raise InputError("an unknown kind of local PCA", field="kind", found=kind, expected=", ".join(KINDS))

@@ -79,7 +79,7 @@ class BtfGathering(StandingForm):
         wo: Float[np.ndarray, "N 3"],
         footprint: Float[np.ndarray, "N 2 2"] | None = None,
     ) -> Float[np.ndarray, "N B J"]:
-        """See `StandingForm.terms`."""
+        """Implement `StandingForm.terms`."""
         form = self.texels.form
         view, of_view = form.views.shares(wo)
         views, components, terms, size = self.table.shape[1:]

@@ -107,5 +107,5 @@ class HeldImages(BtfImages):
         return self.values.shape[3]
 
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """See `BtfImages.image`."""
+        """Implement `BtfImages.image`."""
         return np.asarray(self.values[view, light], dtype=np.float32)

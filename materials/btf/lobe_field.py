@@ -114,13 +114,13 @@ class LobeField(ReflectanceField):
         column: Int[np.ndarray, " N"],
         light: Float[np.ndarray, "N 3"],
     ) -> Float[np.ndarray, "N J"]:
-        """See `ReflectanceField.at`."""
+        """Implement `ReflectanceField.at`."""
         axes, exponents, amplitudes = self.of(view, row, column)
         cosine = np.maximum(np.einsum("ngkx,nx->ngk", axes, light, optimize=True), 0.0)
         return amplitudes[:, 0] + summed(cosine**exponents, amplitudes[:, 1:])
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """See `Field.reconstruct`; a view is decoded once for all its lights."""
+        """Implement `Field.reconstruct`; a view is decoded once for all its lights."""
         axes, exponents, amplitudes = self.of_view(view)
         values = lobe_values(axes, exponents, self.lights.directions[light, None])[..., 0]
         return amplitudes[..., 0, :] + summed(values, amplitudes[..., 1:, :])
@@ -140,7 +140,7 @@ class LobeField(ReflectanceField):
         return LobeField(self.views, self.lights, self.basis, *kept)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """See `ReflectanceField.shader`; amplitudes are in half precision, relative to the largest of all."""
+        """Implement `ReflectanceField.shader`; amplitudes are in half precision, relative to the largest of all."""
         return self._shader("lobe_texels.glsl", filtered)
 
     def gathering_shader(self, filtered: bool = False) -> TermShader:
@@ -184,13 +184,13 @@ class LobeField(ReflectanceField):
         return listed.reshape(-1, 4)
 
     def stored(self) -> dict[str, Any]:
-        """See `ReflectanceField.stored`."""
+        """Implement `ReflectanceField.stored`."""
         arrays = {name: getattr(self, name) for name in ("axes", "exponents", "amplitudes", "largest")}
         return arrays | {"views": self.views.directions, "lights": self.lights.directions}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> LobeField:
-        """See `ReflectanceField.from_stored`."""
+        """Implement `ReflectanceField.from_stored`."""
         arrays = {name: np.asarray(kept[name]) for name in ("axes", "exponents", "amplitudes", "largest")}
         views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
         return cls(views, lights, basis, **arrays)

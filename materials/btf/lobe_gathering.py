@@ -68,7 +68,7 @@ class LobeGathering(EnvironmentForm):
         return prefiltered(round(self.field.lights.lowest, 6))
 
     def lobes(self, points: Points) -> Lobes:
-        """See `EnvironmentForm.lobes`; where points say what they span, those of two levels."""
+        """Implement `EnvironmentForm.lobes`; where points say what they span, those of two levels."""
         assert points.uv is not None
         spanned = None if points.spans is None else points.footprint
         count, rank, table, (sets, lobes) = len(points), self.palette.rank, self.table, self.field.axes.shape[3:5]

@@ -94,7 +94,7 @@ class LocalPca:
         return np.ascontiguousarray(found.transpose(0, 2, 3, 1, 4))
 
     def coarser(self) -> tuple[TexelLevel, ...]:
-        """See `ClusteredForm.coarser`."""
+        """Implement `ClusteredForm.coarser`."""
         return self._coarser
 
     @cached_property
@@ -106,7 +106,7 @@ class LocalPca:
         return coarser(self.number, self.weights, span)
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
-        """See `ClusteredForm.decoded`."""
+        """Implement `ClusteredForm.decoded`."""
         return decoded(self, texels)
 
     def stored(self) -> dict[str, Any]:

@@ -33,7 +33,7 @@ class MeanBtf(Brdf):
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """See `Brdf.eval`."""
+        """Implement `Brdf.eval`."""
         return eval_lit(self._lit, len(self.wavelengths_nm), wi, wo)
 
     @property

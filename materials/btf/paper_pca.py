@@ -51,7 +51,7 @@ class PaperPca:
     steps: Float[np.ndarray, "k c1"]
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
-        """See `ClusteredForm.table`."""
+        """Implement `ClusteredForm.table`."""
         return np.ascontiguousarray(self._scaled.transpose(0, 2, 3, 1, 4))
 
     @property
@@ -59,7 +59,7 @@ class PaperPca:
         return self.brdfs * self.steps[:, :, None, None, None].astype(np.float32)
 
     def coarser(self) -> tuple[TexelLevel, ...]:
-        """See `ClusteredForm.coarser`."""
+        """Implement `ClusteredForm.coarser`."""
         return self._coarser
 
     @cached_property
@@ -87,7 +87,7 @@ class PaperPca:
         return Span((turn * lengths).astype(np.float32).reshape(count, shape[0], -1), tabled)
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
-        """See `ClusteredForm.decoded`."""
+        """Implement `ClusteredForm.decoded`."""
         return decoded(self, texels)
 
     def stored(self) -> dict[str, Any]:

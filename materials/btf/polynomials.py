@@ -81,7 +81,7 @@ class Polynomials(ReflectanceField):
         column: Int[np.ndarray, " N"],
         light: Float[np.ndarray, "N 3"],
     ) -> Float[np.ndarray, "N J"]:
-        """See `ReflectanceField.at`."""
+        """Implement `ReflectanceField.at`."""
         return np.einsum("nm,nmj->nj", monomials(light), self.gathered(view, row, column))
 
     @cached_property
@@ -96,7 +96,7 @@ class Polynomials(ReflectanceField):
         return self.codes[view, row, column] * self.steps[view] + self.lowest[view]
 
     def coarser(self) -> tuple[Polynomials, ...]:
-        """See `ReflectanceField.coarser`: the mean of polynomials is the polynomial of their means."""
+        """Implement `ReflectanceField.coarser`: the mean of polynomials is the polynomial of their means."""
         return self._coarser
 
     @cached_property
@@ -113,11 +113,11 @@ class Polynomials(ReflectanceField):
         ]
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """See `ReflectanceField.shader`; codes are whole numbers in half precision."""
+        """Implement `ReflectanceField.shader`; codes are whole numbers in half precision."""
         return self._shader("polynomial_texels.glsl", filtered)
 
     def gathering_shader(self, filtered: bool = False) -> TermShader:
-        """See `ReflectanceField.gathering_shader`."""
+        """Implement `ReflectanceField.gathering_shader`."""
         return self._shader("polynomial_gathering.glsl", filtered)
 
     def _shader(self, file: str, filtered: bool) -> TermShader:
@@ -137,13 +137,13 @@ class Polynomials(ReflectanceField):
         }
 
     def stored(self) -> dict[str, Any]:
-        """See `ReflectanceField.stored`."""
+        """Implement `ReflectanceField.stored`."""
         arrays = {name: getattr(self, name) for name in ("codes", "steps", "lowest")}
         return arrays | {"views": self.views.directions, "lights": self.lights.directions}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> Polynomials:
-        """See `ReflectanceField.from_stored`."""
+        """Implement `ReflectanceField.from_stored`."""
         arrays = {name: np.asarray(kept[name]) for name in ("codes", "steps", "lowest")}
         views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
         return cls(views, lights, basis, **arrays)

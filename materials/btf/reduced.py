@@ -67,7 +67,7 @@ class InBasis(BtfImages):
         return (self.images.basis.synthesis.T @ self.basis.analysis).astype(np.float32)
 
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W K"]:
-        """See `BtfImages.image`."""
+        """Implement `BtfImages.image`."""
         return np.asarray(self.images.image(view, light), dtype=np.float32) @ self._turned
 
 

@@ -108,7 +108,7 @@ class ReflectanceField(Field):
         return found
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """See `Field.reconstruct`."""
+        """Implement `Field.reconstruct`."""
         row, column = (axis.ravel() for axis in np.indices((self.height, self.width)))
         to_light = np.broadcast_to(self.lights.directions[light], (len(row), 3))
         return self.at(np.full(len(row), view), row, column, to_light).reshape(self.height, self.width, -1)

@@ -69,11 +69,11 @@ class MeasuredBtf(Surface):
         return self.images.basis.wavelengths_nm
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """See `Surface.at`. Images are taken one after the other, each once, however many points there are."""
+        """Implement `Surface.at`. Images are taken one after the other, each once, however many points there are."""
         return self.images.basis.reconstruct(self._coefficients(points))
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """See `Surface.xyz`; no spectra are made of the points."""
+        """Implement `Surface.xyz`; no spectra are made of the points."""
         basis = self.images.basis
         weights = folding.weights(self.wavelengths_nm)
         return self._coefficients(points) @ (weights if basis.is_sampled else basis.synthesis.T @ weights)
@@ -114,7 +114,7 @@ class MeasuredBtf(Surface):
         return MeanBtf(self.images.views, self.images.lights, self.means, self.images.basis)
 
     def own_form(self, budget: float = 0.5) -> Fast | None:
-        """See `form.btf_form`."""
+        """Make the form by `form.btf_form`."""
         from .form import btf_form
 
         return btf_form(self.images, budget, name=self.form) if self.form else btf_form(self.images, budget)

@@ -53,7 +53,7 @@ class BtfTexels(Summand):
 
     @cached_property
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
-        """See `LocalPca.table`, with components for weights of whole numbers."""
+        """Implement `LocalPca.table`, with components for weights of whole numbers."""
         return self.form.table()
 
     @property
@@ -88,7 +88,7 @@ class BtfTexels(Summand):
         return largest if number else largest.max(axis=0, keepdims=True)
 
     def terms(self, points: Points) -> Terms:
-        """See `Summand.terms`; where points say what they span, the mean over that."""
+        """Implement `Summand.terms`; where points say what they span, the mean over that."""
         assert points.uv is not None
         value = np.zeros((len(points), self.palette.rank))
         scale = points.angles(self.frame).scale
@@ -126,7 +126,7 @@ class BtfTexels(Summand):
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """See `Summand.shader`; components are in half precision, relative to the largest of each."""
+        """Implement `Summand.shader`; components are in half precision, relative to the largest of each."""
         scaled = [
             in_fours(level.table / self.tallest(number)[:, None, None, :, None])
             for number, level in enumerate(self.levels(filtered))

@@ -200,7 +200,7 @@ class HeadIndex:
         return self._ask(f"{_ROWS} heads{where} ORDER BY {by} LIMIT {query.limit}", values)
 
     def _conditions(self, query: Query) -> tuple[list[str], list[Any], bool]:
-        """What a row has to be, in SQL, with its values; and whether nothing else is asked of it."""
+        """Return what a row has to be, in SQL, with its values; and whether nothing else is asked of it."""
         wanted, values, exact = [], [], True
         for name in WORDS:
             there = self.words(name)

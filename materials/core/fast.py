@@ -128,7 +128,7 @@ class Fast(Surface):
         return "+".join(dict.fromkeys(summand.precision for summand in self.summands))
 
     def average(self) -> Fast:
-        """See `Surface.average`; a fast form again."""
+        """Implement `Surface.average`; a fast form again."""
         return self
 
     def without_holes(self) -> Fast:

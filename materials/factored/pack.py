@@ -101,7 +101,7 @@ class FactorPack(Summand):
         return replace(self, palette=replace(self.palette, values=spectra[None]))
 
     def terms(self, points: Points) -> Terms:
-        """See `Summand.terms`; where points say what they span, each factor is its mean over that (`pyramids`)."""
+        """Implement `Summand.terms`; each factor is its mean over what points span (`pyramids`)."""
         at = points.angles(self.frame, self.anisotropic)
         if points.spans is None:
             return Terms(self.values_at(at))
@@ -138,7 +138,7 @@ class FactorPack(Summand):
         return self.values(wi, wo) @ self.palette.values[0]
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """See `Summand.shader`."""
+        """Implement `Summand.shader`."""
         return factor_shader(self.frame, self.axes, self.factors, self.precision == "half", filtered)
 
     @property
@@ -229,12 +229,12 @@ class FactoredBrdf(Brdf, Fast):
         return replace(self, packs=tuple(pack.in_basis(basis) for pack in self.packs), _whole=self._whole or self)
 
     def environment_form(self) -> ViewSlices:
-        """See `Fast.environment_form`; of the packs' sum, worked out when first asked for."""
+        """Implement `Fast.environment_form`; of the packs' sum, worked out when first asked for."""
         return self._slices
 
     @property
     def environment_error(self) -> FitError | None:
-        """See `Fast.environment_error`."""
+        """Implement `Fast.environment_error`."""
         return None if self.slices is None else self.slices.error
 
     @cached_property
@@ -270,7 +270,7 @@ class FactoredBrdf(Brdf, Fast):
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> FactoredBrdf:
-        """See `Fast.from_stored`."""
+        """Implement `Fast.from_stored`."""
         packs = (FactorPack.from_stored(kept[str(number)]) for number in range(len(kept) - (_SLICES in kept)))
         return cls(tuple(packs), error, ViewSlices.from_stored(kept[_SLICES]) if _SLICES in kept else None)
 

@@ -131,7 +131,7 @@ class MerlBrdf(Brdf):
         return eval_lit(lambda i, o: make.spectra(self._looked_up(i, o)), len(self.wavelengths_nm), wi, wo)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """See `Surface.xyz`; the made-up spectra are folded before they are mixed."""
+        """Implement `Surface.xyz`; the made-up spectra are folded before they are mixed."""
         weights = folding.weights(self.wavelengths_nm)
         folded = partial(upsampling(self.method).folded, weights=weights)
         return eval_lit(lambda i, o: folded(self._looked_up(i, o)), weights.shape[1], points.wi, points.wo)

@@ -31,7 +31,7 @@ class VariedCatalogue(Catalogue):
         return cls(catalogue.folder, {**before, **{one.id: one for one in made}})
 
     def load(self, material_id: str) -> Material:
-        """See `Catalogue.load`."""
+        """Implement `Catalogue.load`."""
         return self.made[material_id] if material_id in self.made else super().load(material_id)
 
     def state(self, material_id: str) -> tuple:

@@ -83,7 +83,7 @@ class ViewSlices(EnvironmentForm):
         return self.sharpness.shape[1] == 1
 
     def lobes(self, points: Points) -> Lobes:
-        """See `EnvironmentForm.lobes`."""
+        """Implement `EnvironmentForm.lobes`."""
         wo = points.wo
         flat = np.hypot(wo[:, 0], wo[:, 1])
         place = places_of(np.arctan2(flat, wo[:, 2]), len(self.value))

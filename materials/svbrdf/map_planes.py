@@ -153,7 +153,7 @@ class MapPlanes(Summand):
         return levels, replace(layout, columns=tuple(columns), constants=tuple(constants))
 
     def terms(self, points: Points) -> Terms:
-        """See `Summand.terms`; where points say what they span, the mean over that."""
+        """Implement `Summand.terms`; where points say what they span, the mean over that."""
         lit = points.angles("io").scale
         some = np.flatnonzero(lit)
         here = points.chosen(some)
@@ -248,7 +248,7 @@ class MapPlanes(Summand):
         return out
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """See `texels.packed`."""
+        """Make the shader by `texels.packed`."""
         levels, layout = self.levels if filtered and self.uses_uv else ([self.planes], self.layout)
         texels, sizes, places = packed(levels, self.planes.dtype == np.float16 and not filtered)
         wraps = dict(zip(("WRAP_U", "WRAP_V"), map(WRAPS.index, self.placement.wrap), strict=True))

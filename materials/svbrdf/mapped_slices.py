@@ -70,7 +70,7 @@ class MappedSlices(EnvironmentForm):
         return self.maps.palette
 
     def lobes(self, points: Points) -> Lobes:
-        """See `EnvironmentForm.lobes`."""
+        """Implement `EnvironmentForm.lobes`."""
         numbers, layout, filtered, more = self._numbers(points)
 
         def kind(name: str, count: int = 1) -> np.ndarray:

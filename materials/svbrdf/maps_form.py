@@ -76,7 +76,7 @@ class MapsForm(Fast):
         return replace(self, maps=replace(self.maps, cut=True))
 
     def without_holes(self) -> MapsForm:
-        """See `Fast.without_holes`."""
+        """Implement `Fast.without_holes`."""
         return self if self.cutout is None else self._whole
 
     def average(self) -> MapsForm:
@@ -105,20 +105,20 @@ class MapsForm(Fast):
         return replace(self, maps=planes)
 
     def in_basis(self, basis: SpectralBasis) -> MapsForm:
-        """See `Fast.in_basis`; the planes are shared."""
+        """Implement `Fast.in_basis`; the planes are shared."""
         return replace(self, maps=self.maps.in_basis(basis))
 
     def environment_form(self) -> MappedSlices:
-        """See `Fast.environment_form`; its slices are worked out when first asked for."""
+        """Implement `Fast.environment_form`; its slices are worked out when first asked for."""
         return MappedSlices(self.maps)
 
     def stored(self) -> dict[str, Any]:
-        """See `MapPlanes.stored`."""
+        """Implement `MapPlanes.stored`."""
         return self.maps.stored()
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> MapsForm:
-        """See `Fast.from_stored`."""
+        """Implement `Fast.from_stored`."""
         return cls(MapPlanes.from_stored(kept), error)
 
 

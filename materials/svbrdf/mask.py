@@ -25,6 +25,6 @@ class Mask(Cutout):
     placement: Placement
 
     def holes(self, uv: Float[np.ndarray, "N 2"]) -> Bool[np.ndarray, " N"]:
-        """See `Cutout.holes`."""
+        """Implement `Cutout.holes`."""
         found = look_up(self.opacity, self.placement.of(uv), self.placement.wrap)[:, 0]
         return found < self.cutoff - ROUNDING

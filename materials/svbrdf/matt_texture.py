@@ -30,7 +30,7 @@ class MattTexture(EnvironmentForm):
         return self.texture.palette
 
     def lobes(self, points: Points) -> Lobes:
-        """See `EnvironmentForm.lobes`."""
+        """Implement `EnvironmentForm.lobes`."""
         matt = np.pi * self.texture.coefficients(points)
         count, rank = matt.shape
         return Lobes(np.zeros((count, 0, 3)), np.zeros((count, 0)), np.zeros((count, 0, rank)), matt[:, None])

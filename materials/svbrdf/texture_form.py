@@ -58,11 +58,11 @@ class TextureForm(Fast):
         return replace(matt_brdf(mean, texture.palette), error=self.error)
 
     def in_basis(self, basis: SpectralBasis) -> TextureForm:
-        """See `Fast.in_basis`; the planes are shared."""
+        """Implement `Fast.in_basis`; the planes are shared."""
         return replace(self, texture=self.texture.in_basis(basis))
 
     def environment_form(self) -> MattTexture:
-        """See `Fast.environment_form`."""
+        """Implement `Fast.environment_form`."""
         return MattTexture(self.texture)
 
     def stored(self) -> dict[str, Any]:
@@ -72,7 +72,7 @@ class TextureForm(Fast):
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> TextureForm:
-        """See `Fast.from_stored`."""
+        """Implement `Fast.from_stored`."""
         palette = Palette.from_stored(kept["palette"])
         return cls(TexturePlanes(np.asarray(kept["planes"]), palette, kept["precision"]), error)
 

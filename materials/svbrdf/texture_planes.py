@@ -41,11 +41,11 @@ class TexturePlanes(Summand):
 
     @cached_property
     def levels(self) -> list[np.ndarray]:
-        """See `texels.levels_of`."""
+        """Make the levels by `texels.levels_of`."""
         return levels_of(self.planes)
 
     def terms(self, points: Points) -> Terms:
-        """See `Summand.terms`; where points say what they span, each plane is its mean over that."""
+        """Implement `Summand.terms`; where points say what they span, each plane is its mean over that."""
         return Terms(self.coefficients(points) * points.angles(self.frame).scale[:, None])
 
     def coefficients(self, points: Points) -> Float[np.ndarray, "N R"]:
@@ -56,7 +56,7 @@ class TexturePlanes(Summand):
         return filtered(self.levels, points.uv, points.footprint)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """See `texels.packed`."""
+        """Make the shader by `texels.packed`."""
         levels = self.levels if filtered else [self.planes]
         # Means of halves are no halves.
         texels, sizes, places = packed(levels, self.planes.dtype == np.float16 and not filtered)

@@ -69,7 +69,7 @@ class Tuned(Brdf):
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """See `Brdf.eval`."""
+        """Implement `Brdf.eval`."""
         return eval_lit(self._lit, len(self.wavelengths_nm), wi, wo)
 
     def _lit(self, wi: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n L"]:

@@ -41,7 +41,7 @@ class ClusteredHarmonicTransfer:
         return np.einsum("kcjab,nb->kcnja", self.matrices, light, optimize=True)
 
     def lit(self, light: Float[np.ndarray, "K B"]) -> Float[np.ndarray, "S K J B"]:
-        """See `HarmonicTransfer.lit`."""
+        """Implement `HarmonicTransfer.lit`."""
         folded = self.folded(light)
         found = np.empty((len(self.number), *folded.shape[2:]))
         for cluster, each in enumerate(folded):
