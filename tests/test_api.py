@@ -289,11 +289,24 @@ def test_an_analytic_brdf_becomes_a_material_that_is_drawn_within_its_budget(sce
     assert str(off) == f"mean {off.mean:.3f}, p95 {off.p95:.3f}, p99 {off.p99:.3f}, max {off.max:.3f} over {off.pixels} pixels"  # fmt: skip  # noqa: E501
 
 
-def test_samples_by_name_keep_their_names():
+def test_samples_by_name_keep_their_names(tmp_path):
     nm = np.arange(380.0, 781.0, 10.0)
     red = metamer.Spectrum((nm, np.linspace(0.05, 0.8, 41)))
     report = metamer.match(red, {"lot 7": red * 0.98, 8: (nm, red.samples * 0.9)}, "CIE 2000 0.8")
     assert [one.sample.name for one in report.samples] == ["lot 7", "8"]
+    # A file's, too; of one with several, each has its own behind it.
+    np.savetxt(
+        tmp_path / "two.csv",
+        np.c_[nm, red.samples * 90, red.samples * 80],
+        header="nm,p R%,q R%",
+        delimiter=",",
+        comments="",
+    )
+    found = metamer.match(red, {"lot 9": tmp_path / "two.csv"}, "CIE 2000 0.8")
+    assert [one.sample.name.partition(":")[0] for one in found.samples] == ["lot 9", "lot 9"]
+    for wrong in (None, 0.5, red.samples):
+        with pytest.raises(InputError, match="lot 7: no sample"):
+            metamer.match(red, {"lot 7": wrong}, "CIE 2000 0.8")
     # Wavelengths and values, of one sample and of two, are no names.
     for values, names in ((red.samples, ["sample 1"]), (np.c_[red.samples, red.samples] * 0.95, ["1", "2"])):
         found = metamer.match(red * 0.9, dict(zip(nm, values, strict=True)), "CIE 2000 0.8")

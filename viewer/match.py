@@ -107,7 +107,7 @@ def match(
         )
     found: list[Sample] = []
     taken_out: list[str] = []
-    asked_for = _asked_for(samples)
+    asked_for, by_name = _asked_for(samples), _is_named(samples)
     for done, (name, one) in enumerate(asked_for):
         told = str(one) if isinstance(one, str | Path) else getattr(one, "name", "")
         progress(done, len(asked_for), told or name)
@@ -115,7 +115,10 @@ def match(
         others = [sample for sample in held if not _is_same(sample, first)]
         # One that is named alone is refused as its own standard.
         taken_out += [str(one)] if 0 < len(others) < len(held) else []
-        found += others or held
+        kept = others or held
+        if by_name:
+            kept = [replace(each, name=name if len(kept) == 1 else f"{name}: {each.name}") for each in kept]
+        found += kept
     names = Counter(one.name for one in found)
     found = [replace(one, name=f"{one.name} ({one.source})") if names[one.name] > 1 else one for one in found]
     known = _known(repeatability, repeated, answer)
@@ -145,11 +148,18 @@ def match(
 
 def _asked_for(samples: Any) -> list[tuple[str, Any]]:
     """Return samples one by one, each with the name of one that has none."""
-    if isinstance(samples, Mapping) and any(map(_is_sample, samples.values())):
+    if _is_named(samples):
         return [(str(name), one) for name, one in samples.items()]
     if _is_sample(samples):
         return [("sample 1", samples)]
     return [(f"sample {number}", one) for number, one in enumerate(samples, 1)]
+
+
+def _is_named(samples: Any) -> bool:
+    """Return whether these are samples by their names, and not the values of one at wavelengths."""
+    if not isinstance(samples, Mapping):
+        return False
+    return any(map(_is_sample, samples.values())) or foreign_curves(samples) is None
 
 
 def _is_sample(value: Any) -> bool:

@@ -32,7 +32,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         "proof",
         help="what of a picture or a scene a display cannot show, and where",
         description="Count the pixels of a picture, or of a scene that is rendered for it, which the display cannot "
-        "show, say how far off what it shows is, and mark them. Exit code 1 where there are any.",
+        "show to within ΔE94 0.5, say how far off what it shows is, and mark them. Exit code 1 where there are any.",
     )
     verb.add_argument(
         "display",
@@ -72,6 +72,8 @@ def run(args: argparse.Namespace) -> int:
         if is_profile and getattr(args, option) is not None:
             raise UsageError(f"--{option} is of DISPLAY.json: a profile says its white and black itself")
     if args.out is not None:
+        if args.out.suffix.lower() != ".png":
+            raise UsageError(f"{args.out}: the marked picture is written as .png")
         check_outputs([args.out], [Path(args.display.removeprefix(PREFIX)), args.picture])
     words, prove = _profile(args.display) if is_profile else _characterised(args)
     if is_scene:

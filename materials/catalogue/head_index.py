@@ -14,7 +14,6 @@ folders whose times are others are listed again. Lost, damaged or of another ver
 from __future__ import annotations
 
 import hashlib
-import importlib.util
 import itertools
 import json
 import math
@@ -93,10 +92,11 @@ def index_of(folder: Path, say: Callable[[str], None] = lambda line: None) -> He
         few = sum(1 for _ in itertools.islice(material_files(folder, SUFFIX), WORTH))
         if few < WORTH:
             return None
-    if importlib.util.find_spec("duckdb") is None:
+    try:
+        from duckdb import Error
+    except ImportError:
         say(f"{folder}: the heads are read one by one; with the extra `index` (DuckDB) they are kept in a table")
         return None
-    from duckdb import Error
 
     name = os.path.realpath(folder)
     with _opening:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
@@ -36,7 +38,7 @@ def read_picture(
     try:
         with Image.open(path) as image:
             profile = image.info.get("icc_profile")
-            stated = stated_colours(image, path.read_bytes())
+            stated = (*stated_colours(image, path.read_bytes()), *_dropped(image))
             pixels = np.asarray(image.convert("RGB"))
     except (UnidentifiedImageError, OSError, Image.DecompressionBombError) as reason:
         raise InputError(
@@ -53,3 +55,11 @@ def read_picture(
         except InputError as reason:
             stated = (f"a profile that cannot be used ({reason.problem})", *stated)
     return pixels, xyz(codes).reshape(pixels.shape), stated
+
+
+def _dropped(image: Any) -> Iterator[str]:
+    """Yield what a picture of red, green and blue has not."""
+    if image.mode in ("CMYK", "LAB"):
+        yield f"colours in {image.mode}"
+    if image.mode in ("RGBA", "LA", "PA") or "transparency" in image.info:
+        yield "transparency"

@@ -1,8 +1,8 @@
 """`metamer catalogue list`: filters, order, what a person and what a program reads."""
 
-import importlib.util
 import json
 import re
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -96,10 +96,7 @@ def test_by_an_index_a_list_says_the_same(metamer, folder, monkeypatch, words):
 
 def test_without_duckdb_a_list_of_many_says_once_what_would_be_faster(metamer, folder, monkeypatch):
     plain = metamer("catalogue", "list", folder)
-    found = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *more: None if name == "duckdb" else found(name, *more)
-    )
+    monkeypatch.setitem(sys.modules, "duckdb", None)
     monkeypatch.setattr(head_index, "WORTH", 2)
     for words in (("list", folder), ("like", "paint/dark", folder)):
         code, out, err = metamer("catalogue", *words)

@@ -96,6 +96,9 @@ def test_the_profile_of_a_picture_is_applied(metamer, tmp_path):
     assert (code, err) == (0, "") and "0 of 64 pixels" in said
     Image.fromarray(codes).save(tmp_path / "plain.png")
     assert metamer("display", "proof", f"icc:{tmp_path / 'desk.icc'}", tmp_path / "plain.png")[0] == 1
+    for mode, name, said in (("CMYK", "ink.jpg", "colours in CMYK"), ("RGBA", "glass.png", "transparency")):
+        Image.fromarray(codes).convert(mode).save(tmp_path / name)
+        assert said in metamer("display", "proof", tmp_path / "desk.icc", tmp_path / name)[2]
     Image.fromarray(codes).save(tmp_path / "odd.png", icc_profile=profile({}, kind=b"prtr"))
     _, _, err = metamer("display", "proof", tmp_path / "desk.icc", tmp_path / "odd.png")
     assert "a profile that cannot be used" in err and "taken as sRGB" in err

@@ -1,6 +1,5 @@
 """The index of a catalogue's heads: it answers as every head read does, whatever happened to it or to the files."""
 
-import importlib.util
 import json
 import os
 import random
@@ -382,10 +381,7 @@ def test_two_processes_that_index_at_once_both_answer(tmp_path):
 
 
 def test_without_duckdb_every_head_is_read_with_a_word(folder, monkeypatch):
-    found = importlib.util.find_spec
-    monkeypatch.setattr(
-        importlib.util, "find_spec", lambda name, *more: None if name == "duckdb" else found(name, *more)
-    )
+    monkeypatch.setitem(sys.modules, "duckdb", None)
     said = []
     heads = Catalogue(folder).heads(said.append)
     assert heads.select(NEAR) == every_head(folder).select(NEAR) and not (folder / FOLDER).exists()
