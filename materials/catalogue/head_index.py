@@ -418,7 +418,9 @@ class HeadIndex:
             beside = self._ask("SELECT * FROM heads WHERE number >= ?", [_BEYOND])
             self._insert(connection, (row[:-1] for row in beside if row[-1] not in lost))
             self._insert(connection, self._rows(unread))
-            connection.execute("INSERT INTO gone SELECT unnest(?::BIGINT[])", [[*self._known.gone, *lost]])
+            # Beside the table, what is lost was left out above, and its numbers are other rows' here.
+            gone = [*self._known.gone, *(number for number in lost if number < _BEYOND)]
+            connection.execute("INSERT INTO gone SELECT unnest(?::BIGINT[])", [gone])
             table = None if self._place is None else self._place / f"{self._known.table}.parquet"
             how = f"FORMAT parquet, COMPRESSION zstd, ROW_GROUP_SIZE {_GROUP}"
             _view(connection, table)

@@ -296,6 +296,17 @@ def test_what_is_too_young_to_tell_is_read_again(folder, monkeypatch):
     check(folder)
 
 
+@pytest.mark.parametrize("tick_ns", [0, 10**12], ids=["nothing is too young", "all is too young"])
+def test_a_table_that_is_written_anew_loses_no_row(folder, monkeypatch, tick_ns):
+    """Rows beside the table that hold no more leave their numbers to others."""
+    monkeypatch.setattr(head_index, "TICK_NS", tick_ns)
+    monkeypatch.setattr(head_index, "_FEW", 4)
+    check(folder)
+    for number in (1, 2, 30, 14, 1, 5, 5, 31, 2, 100, 101, 30):
+        write(folder, number)
+        check(folder)
+
+
 @pytest.mark.parametrize("changes", [{"model": "\ud800"}, {"terms": [[10**30, "hd"]]}, lab(float("nan"), 1.0, 2.0)])
 def test_what_no_table_holds_is_found_all_the_same(folder, changes):
     path = write(folder, 20)
