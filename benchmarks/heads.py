@@ -32,7 +32,7 @@ from .importing import peak_bytes
 
 # Materials of a folder.
 _FAMILY = 1_000
-# Where there are more, reading every head takes minutes and gigabytes.
+# Most materials whose heads are read one by one: more take minutes and gigabytes.
 _ONE_BY_ONE = 100_000
 _HUES = ("red", "orange", "yellow", "green", "blue", "violet", "grey")
 QUERIES = {
@@ -138,7 +138,7 @@ def run(materials: int, say: Callable[[str], None] = print) -> dict[str, Any]:
         folder = generated(Path(private) / "catalogue", materials)
         made = time.perf_counter() - begin
         say(f"{materials} heads made in {made:.1f} s")
-        # What is younger may change again at the same time, and is read again.
+        # A younger file may change again at the same time, and is read again.
         time.sleep(head_index.TICK_NS / 1e9)
         begin = time.perf_counter()
         if head_index.index_of(folder, say) is None:

@@ -170,7 +170,8 @@ EPSILON: Mapping[str, tuple[float, float, float, float]] = {
     "corduroy": (0.1114, 0.0859, 0.0513, 0.0537),
     "aluminium": (0.0572, 0.0558, 0.0846, 0.0479),
 }
-# Of the same paper (section 5.3) and of Mueller, Meseth and Klein 2004 (section 5.3): neither states another error.
+# Figures of the same paper (section 5.3) and of Mueller, Meseth and Klein 2004 (section 5.3), which state no other
+# error.
 _NOTES = (
     "Meseth 2003: 365 MB for 256 x 256 texels and 81 fields in 32 bits; 21 fps under a point light and 14 fps in an "
     "environment, GeForce FX 5800",

@@ -357,9 +357,9 @@ def uv_footprints(
     width, height = camera.sample_size
     right, up, back = camera.axes
     steps = width * right, -height * up
-    # Where the step is one of the ray's direction, it is at unit depth; a parallel view's is one of place.
+    # A step of the ray's direction is at unit depth; that of a parallel view is one of place.
     scale = -distance * (directions @ back) if camera.projection == "perspective" else np.ones_like(distance)
-    # What a step leaves of the plane is made up for along the ray.
+    # A step leaves the plane, and comes back to it along the ray.
     along = np.einsum("nci,ni->nc", gradients, directions) / dot(normals, directions)[:, None]
     rows = [scale[:, None] * (gradients @ step - along * (normals @ step)[:, None]) for step in steps]
     return np.stack(rows, axis=1)

@@ -26,8 +26,8 @@ from ...runtime.errors import InputError
 LARGEST_ERROR = 0.0015
 # Below this sharpness the share is linear in the angle to 1e-6, and E(u) / E(u) would lose its digits.
 _LEAST_SHARPNESS = 1e-6
-# Where the axis is farther below the shading normal's horizon, in sigmas, there is next to no light to share: less than
-# a hundredth of it. There `error_function`, good to 4e-4, would be divided by numbers as small.
+# Lowest axis below the shading normal's horizon, in sigmas: farther down there is next to no light to share, less than
+# a hundredth, and `error_function`, good to 4e-4, would be divided by numbers as small.
 _LOWEST = -2.0
 
 

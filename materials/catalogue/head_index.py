@@ -44,9 +44,9 @@ from ..records.record import SUFFIX
 FOLDER = ".index"
 _STATE = "state"
 _VERSION = 1
-#: So many heads are read in a tenth of a second, and take no index.
+#: Fewest heads that take an index: fewer are read in a tenth of a second.
 WORTH = 2_000
-# So many rows at most are changes beside the table, or this share of it; beyond, the table is written anew.
+# Most rows that are changes beside the table, or this share of it; beyond, the table is written anew.
 _FEW, _SHARE = 5_000, 50
 #: The coarsest clock of a file system, FAT's, ticks every other second: what is younger may yet change unseen.
 TICK_NS = 2_000_000_000
@@ -71,7 +71,7 @@ _COLUMNS = {
 _SAID = [name for name in _COLUMNS if name in SORTED_BY]
 _TYPES = ", ".join(f'"{name}" {kind}' for name, kind in _COLUMNS.items())
 _ROWS = "SELECT id, size, time FROM"
-# What rounding may do to a distance, as a share of it.
+# Rounding of a distance, as a share of it.
 _SLACK = 1e-9
 _ELSEWHERE = "another process writes its index"
 
@@ -135,7 +135,7 @@ class HeadIndex:
         self._doubted: set[str] = set()
         self._count: int | None = None
         self._words: dict[str, frozenset[str]] = {}
-        # Of the rows of the table, in their order.
+        # Colours of the table's rows, in their order.
         self._colours: Float[np.ndarray, "N 3"] | None = None
 
     def move(self, folder: Path, places: tuple[Path, ...]) -> None:
@@ -246,7 +246,7 @@ class HeadIndex:
         elif query.limit is not None and len(far) - np.count_nonzero(np.isnan(far)) < query.limit:
             return None
         if order == "near" and query.limit is not None and query.limit <= len(far):
-            # What has no distance comes last, also where the farthest are wanted.
+            # Materials without a distance come last, also where the farthest are wanted.
             far = -far if query.reverse else far
             last = np.partition(far, query.limit - 1)[query.limit - 1]
             numbers = numbers[far <= last + abs(last) * _SLACK]

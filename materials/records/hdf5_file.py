@@ -21,7 +21,7 @@ from .hdf5_tree import Node, read_tree, tree_from_text, tree_text, write_tree
 
 # The data set that holds a small tree.
 _PACKED = "packed"
-# Of so many bytes of numbers in all.
+# Most bytes of numbers in such a tree.
 _SMALL_BYTES = 8 << 10
 
 
