@@ -20,15 +20,13 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .disk_cache import cache_folder
+from .disk_cache import cache_folder, keep_newest
 from .errors import InputError
 from .files import made_folder, written_whole
 
 # Fields of syntax that say nothing more: how a name is used stands in where it is.
 _IMPLIED = {"ctx", "kind", "type_comment"}
 _BODIES = ("body", "orelse", "finalbody")
-# Hashes that are kept, of as many states of the code: 64 bytes each.
-_MOST_KEPT = 200
 # Modules whose syntax is kept, some 400 bytes each.
 _MOST_MODULES = 4000
 
@@ -80,8 +78,7 @@ def syntax_hash(sources: Mapping[str, bytes]) -> str:
         made_folder(kept.parent)
         with written_whole(kept) as beside:
             beside.write_text(found, "ascii")
-        for old in sorted(kept.parent.iterdir(), key=lambda file: file.stat().st_mtime)[:-_MOST_KEPT]:
-            old.unlink()
+        keep_newest(kept.parent)
     return found
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .disk_cache import keep_newest
 from .errors import InputError
 from .files import made_folder, written_whole
 from .fingerprint import fingerprint
@@ -16,14 +17,12 @@ from .fingerprint import fingerprint
 #: What reading a file that is damaged raises, and one that is none.
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
 _DIGEST = "digest"
-# Files in a folder of small results.
-_MOST_KEPT = 200
 
 
 def kept(file: Path, make: Callable[[], Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
     """Read arrays from a file, or make them and keep them there, where that can be done.
 
-    For what is small and a pure function of the file's name: the folder keeps the 200 that were made last.
+    For small results that are a pure function of the file's name: the folder keeps the newest (`keep_newest`).
     """
     with suppress(*UNREADABLE):
         return read_arrays(file)
@@ -31,8 +30,7 @@ def kept(file: Path, make: Callable[[], Mapping[str, np.ndarray]]) -> dict[str, 
     with suppress(InputError, OSError):
         made_folder(file.parent)
         write_arrays(file, found)
-        for old in sorted(file.parent.iterdir(), key=lambda each: each.stat().st_mtime)[:-_MOST_KEPT]:
-            old.unlink()
+        keep_newest(file.parent)
     return found
 
 

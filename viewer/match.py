@@ -107,7 +107,8 @@ def match(
         )
     found: list[Sample] = []
     taken_out: list[str] = []
-    asked_for, by_name = _asked_for(samples), _is_named(samples)
+    by_name = _is_named(samples)
+    asked_for = [(str(name), one) for name, one in samples.items()] if by_name else _numbered(samples)
     for done, (name, one) in enumerate(asked_for):
         told = str(one) if isinstance(one, str | Path) else getattr(one, "name", "")
         progress(done, len(asked_for), told or name)
@@ -146,13 +147,10 @@ def match(
     return MatchReport(first, pairs, asked, batches, filled, installed_version())
 
 
-def _asked_for(samples: Any) -> list[tuple[str, Any]]:
-    """Return samples one by one, each with the name of one that has none."""
-    if _is_named(samples):
-        return [(str(name), one) for name, one in samples.items()]
-    if _is_sample(samples):
-        return [("sample 1", samples)]
-    return [(f"sample {number}", one) for number, one in enumerate(samples, 1)]
+def _numbered(samples: Any) -> list[tuple[str, Any]]:
+    """Return one sample or several, each with the name of one that has none."""
+    several = [samples] if _is_sample(samples) else samples
+    return [(f"sample {number}", one) for number, one in enumerate(several, 1)]
 
 
 def _is_named(samples: Any) -> bool:

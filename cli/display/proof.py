@@ -130,10 +130,13 @@ def _rendered(args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
     """Render a scene: codes of its display, and XYZ-D65."""
     from ...lighting.scene_file.files import load_scene, scene_file
     from ...viewer.picture import lit_by, picture
+    from ...viewer.render.picture_cost import picture_cost
 
     scene_file(args.picture)
     catalogue = catalogue_for(args.catalogue, 1)
     scene = lit_by(load_scene(args.picture, catalogue, say), args.illuminant)
+    view = scene.camera(args.camera)
+    picture_cost(scene, view, "picture").check_room(scene, view)
     with renderer_for(args.renderer) as renderer, progress_bar("Rendering", after=2.0) as progress:
         renderer.configure(on_progress=progress, on_message=say)
         made = picture(scene, catalogue, args.camera, renderer, warn)

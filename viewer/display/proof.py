@@ -40,9 +40,10 @@ class Proof:
         ------
         InputError : its transform cannot be turned round.
         """
-        below, above = self.of.out_of_range(xyz_d65, self.of.apply(xyz_d65))
-        wanted, shown = (np.asarray(xyz, dtype=np.float64) for xyz in (xyz_d65, self.apply(xyz_d65)))
-        apart = delta_e_xyz(wanted, shown, DISPLAY_WHITE_XYZ)
+        codes = self.of.apply(xyz_d65)
+        below, above = self.of.out_of_range(xyz_d65, codes)
+        shown = self.of.decode(np.clip(codes, 0.0, 1.0)).astype(np.float64)
+        apart = delta_e_xyz(np.asarray(xyz_d65, dtype=np.float64), shown, DISPLAY_WHITE_XYZ)
         return ProofStatistics((below | above) & (apart > VISIBLE_DELTA_E), apart)
 
 

@@ -12,7 +12,6 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -68,11 +67,11 @@ class DisplayTransform:
     config: str | None = None
     adaptation: Method = "Bradford"
     # A profile that is written anew is another display.
-    _written: object = field(default=None, init=False, repr=False)
+    _written: bytes | tuple[int, int] | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.display.startswith(PREFIX) and self.display != SCREEN:
-            object.__setattr__(self, "_written", _written(existing_file(self.display.removeprefix(PREFIX))))
+        if self.display.startswith(PREFIX):
+            object.__setattr__(self, "_written", _written(self.display))
         if not self.display:
             object.__setattr__(self, "display", self._loaded.getDefaultDisplay())
         adaptation_matrix(DISPLAY_WHITE_XYZ, DISPLAY_WHITE_XYZ, self.adaptation)
@@ -81,7 +80,7 @@ class DisplayTransform:
     @cached_property
     def profile(self) -> DisplayProfile | None:
         """ICC profile of the display; None of a display of a configuration."""
-        if not self.display.startswith(PREFIX):
+        if self._written is None:
             return None
         if self.config:
             raise InputError(
@@ -91,7 +90,7 @@ class DisplayTransform:
                 expected="one of the two",
                 hint="leave ocio_config out: a profile says itself what its display shows",
             )
-        return _profile_of(self.display)
+        return _read_profile(self.display, self._written)
 
     @cached_property
     def name(self) -> str:
@@ -386,23 +385,20 @@ class DisplayTransform:
         return values
 
 
-def _profile_of(display: str) -> DisplayProfile:
-    """Read the profile that a display is named by; once, as long as its file is the same."""
+def _written(display: str) -> bytes | tuple[int, int]:
+    """Return what tells a profile from what it was before: the screen's itself, the time and size of a file."""
     if display == SCREEN:
-        return _read_profile(SCREEN, screen_profile())
-    path = existing_file(display.removeprefix(PREFIX))
-    return _read_profile(str(path), _written(path))
-
-
-def _written(path: Path) -> tuple[int, int]:
-    """Return what tells a file from what it was before."""
-    seen = path.stat()
+        return screen_profile()
+    seen = existing_file(display.removeprefix(PREFIX)).stat()
     return seen.st_mtime_ns, seen.st_size
 
 
 @lru_cache(maxsize=8)
-def _read_profile(path: str, held: bytes | tuple[int, int]) -> DisplayProfile:
-    return read_display_profile(path, held if isinstance(held, bytes) else None)
+def _read_profile(display: str, written: bytes | tuple[int, int]) -> DisplayProfile:
+    """Read the profile that a display is named by; once, as long as it is the same."""
+    if isinstance(written, bytes):
+        return read_display_profile(display, written)
+    return read_display_profile(existing_file(display.removeprefix(PREFIX)))
 
 
 def composite(
