@@ -133,8 +133,8 @@ class DisplayPass:
                 resource.release()
         return data.reshape(height, width, 3).copy()
 
-    def draw(self, xyz_d65_texture: Any, framebuffer: Any) -> None:
-        """Encode one float texture into a framebuffer of its size, texel for texel."""
+    def draw(self, xyz_d65_texture: Any, framebuffer: Any, box: tuple[int, int, int, int] | None = None) -> None:
+        """Encode one float texture into a framebuffer of its size, texel for texel, or a box (x, y, width, height)."""
         import moderngl
 
         xyz_d65_texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
@@ -146,6 +146,6 @@ class DisplayPass:
                 self._program[sampler].value = unit
         self._set_uniforms()
         framebuffer.use()
-        framebuffer.viewport = (0, 0, *framebuffer.size)
+        framebuffer.viewport = framebuffer.scissor = (0, 0, *framebuffer.size) if box is None else box
         self._context.disable(moderngl.DEPTH_TEST | moderngl.BLEND | moderngl.CULL_FACE)
         self._array.render(moderngl.TRIANGLES, vertices=3)

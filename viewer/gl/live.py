@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     import moderngl
 
 
+#: Pixels of a picture: left, top, width and height.
+Box = tuple[int, int, int, int]
 # Columns of a layer's colours: those of its one spectrum.
 _XYZ = slice(0, 3)
 # States whose indirect light is kept: a part as it is and black, of two sides.
@@ -124,26 +126,30 @@ class LiveSession:
             self._backend.passes.upload_shadows(light)
             yield
 
-    def drawing(self, prepared: PreparedSide, onto: Sequence[moderngl.Texture]) -> Iterator[tuple[int, int]]:
-        """Draw each side onto its canvas, of the camera's size; yields windows done and windows in all after each.
+    def drawing(self, prepared: PreparedSide, onto: Sequence[moderngl.Texture]) -> Iterator[tuple[int, int, Box]]:
+        """Draw each side onto its canvas, of the camera's size; yields after each window how many are done, how many
+        there are, and its pixels.
 
         Terms are kept for the whole picture once all of it is drawn: then they are folded at once.
         """
         if self.knows(prepared):
             self._cache.needs = prepared.needs
             self._fold(prepared, onto)
-            yield 1, 1
+            yield 1, 1, (0, 0, *onto[0].size)
             return
         # Room is made once the view is the camera's: with the first window.
         filled: dict[tuple, GLTerms] | None = None
+        box: Box = (0, 0, 0, 0)
 
         def draw(piece: Piece) -> None:
-            nonlocal filled
+            nonlocal filled, box
             filled = self._room(prepared) if filled is None else filled
             self._draw_piece(prepared, onto, filled, piece)
+            box = (piece.left, piece.top, *piece.size)
 
         try:
-            yield from self.session.in_windows(prepared.scene, prepared.camera, prepared.needs, draw)
+            for done, total in self.session.in_windows(prepared.scene, prepared.camera, prepared.needs, draw):
+                yield done, total, box
             self._whole |= filled or {}
             filled = None
             self._keep_coverage(onto[0])
@@ -173,8 +179,8 @@ class LiveSession:
                 used += size
         return found
 
-    def _box(self, part: int) -> tuple[int, int, int, int]:
-        """Return the pixels that a part may touch, one at least: left, top, width and height."""
+    def _box(self, part: int) -> Box:
+        """Return the pixels that a part may touch, one at least."""
         view = self._cache.view
         assert view is not None
         faces = slice(*view.scene.first_face[part : part + 2])

@@ -21,7 +21,7 @@ from jaxtyping import Float
 from ...lighting.camera import Camera
 from ...runtime.errors import MetamerError
 from ..gl.backend import GLBackend
-from ..gl.live import LiveSession
+from ..gl.live import Box, LiveSession
 from ..gl.resources import Owner
 from ..gl.side import CanvasSide
 from ..gl.side_layers import PreparedSide
@@ -105,8 +105,8 @@ class CanvasRenderer:
         # Held while points that are seen become those whose shadows are found first, or none do.
         self._seeing = threading.Lock()
         self._failed: tuple[object, MetamerError] | None = None
-        # Whether what is on the canvases is still to be shown; and a count of what has been drawn.
-        self._to_show, self._drawn = False, 0
+        # What of the canvases is still to be shown, all or windows; and a count of what has been drawn.
+        self._to_show, self._redrawn, self._drawn = False, list[Box](), 0
         self.sides: tuple[CanvasSide, CanvasSide] | None = None
         self.quality, self.reached = Quality.NONE, 0.0
         self.noise, self.shadowed = 0.0, 0.0
@@ -271,7 +271,9 @@ class CanvasRenderer:
                 seen, begun = True, self._clock()
                 for renderer, prepared, onto in self._prepared(Quality.STILL, whole=False):
                     yield from (0.0 for _ in renderer.beginning(prepared))
-                    yield from (0.0 for _ in renderer.drawing(prepared, onto))
+                    for *_, box in renderer.drawing(prepared, onto):
+                        self._changed(box)
+                        yield 0.0
                 self.quality = Quality.STILL
                 self.seconds["seen"] = self._clock() - begun
         for quality in (Quality.STILL, Quality.EXACT):
@@ -295,9 +297,10 @@ class CanvasRenderer:
                 yield 0.0
             took: list[float] = []
             begun = self._clock()
-            for done, total in renderer.drawing(prepared, onto):
+            for done, total, box in renderer.drawing(prepared, onto):
                 self._context.finish()
                 took.append(self._clock() - begun)
+                self._changed(box)
                 yield done / total
                 if done == _TRIED and total > _TRIED * (1 + _MORE):
                     fitting = _fitting_side(side, took)
@@ -327,6 +330,7 @@ class CanvasRenderer:
             yield 0.0
         if self.quality == Quality.NONE:
             self._draw_moving()
+            self._changed()
             self.quality = Quality.MOVING
 
     def _put_first(self, pictures: list[FirstPicture], canvases: list[moderngl.Texture]) -> None:
@@ -444,9 +448,13 @@ class CanvasRenderer:
             self._renderers[quality, number] = LiveSession(GLBackend(self._context), settings, like)
         return self._renderers[quality, number]
 
-    def _changed(self) -> None:
+    def _changed(self, box: Box | None = None) -> None:
+        """Have what was drawn shown; None: on all of the canvases."""
         self._drawn += 1
-        self._to_show = True
+        if box is None:
+            self._to_show = True
+        else:
+            self._redrawn.append(box)
 
     def _resize(self, size: tuple[int, int]) -> None:
         if size == self._size:

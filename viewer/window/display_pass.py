@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ from ..display.proof import proof_of
 from ..display.transform import CLIP_TOLERANCE, DEFAULT_VIEW, DISPLAY_WHITE_XYZ, DisplayTransform
 from ..gl.difference_map import column_major
 from ..gl.full_screen import FullScreen
+from ..gl.live import Box
 from ..gl.programs import Programs
 from ..gl.resources import Owner, release_target
 from .state import MODES, Adaptation, Session
@@ -70,15 +72,20 @@ class Showing:
         session: Session,
         display: DisplayTransform,
         beyond: UInt8[np.ndarray, "h w"] | None = None,
+        boxes: Sequence[Box] | None = None,
     ) -> moderngl.Texture:
         """Draw what is sent to the display, rows from the top; good until the next call.
 
         differences : as `DifferencePass` makes them; asked for where the session shows their map alone.
         beyond : of a display that `needs_beyond`, what `queries.beyond` finds of `compared`; None: nothing is marked.
+        boxes : pixels of the canvases that alone are others since the last call, where all else is as it was; None:
+        everything is drawn.
         """
         size = canvases[0].size
         xyz_d65, shown = self._targets(size)
         compare = session.compare
+        # A pixel of these is made of others of the canvases, too.
+        boxes = [(0, 0, *size)] if boxes is None or session.seen in ("difference", "side by side") else boxes
         kind = {"A": "ONE", "B": "ONE", "difference": "MAP"}.get(session.seen, "TWO")
         only = int(session.seen == "B")
         seen = {"first": canvases[only], "second": canvases[1], "differences": differences, "scale": self._scale}
@@ -94,25 +101,38 @@ class Showing:
             "tolerance": compare.tolerance if compare.contour else -1.0,
             "contour": _contour_xyz(compare.tolerance / compare.scale),
         }
-        self._compare[kind].draw(xyz_d65, seen, values)
-        proof = proof_of(display, session.shown.proof)
+        tabled = needs_beyond(session, display)
+        sides = self._sides(size, beyond) if tabled else None
+        for box in boxes:
+            self._compare[kind].draw(xyz_d65, seen, values, box)
+            self._send(xyz_d65, session, display, sides, shown, box)
+        return shown
+
+    def _send(
+        self,
+        xyz_d65: moderngl.Texture,
+        session: Session,
+        display: DisplayTransform,
+        sides: moderngl.Texture | None,
+        shown: moderngl.Texture,
+        box: Box,
+    ) -> None:
+        """Encode some pixels, proofed and marked as a session asks. sides : of the gamut, by tables."""
+        size = xyz_d65.size
         # A map's colours are no colours of the scene.
-        proof = None if session.seen == "difference" else proof
-        warned = session.shown.gamut_warning and session.seen != "difference"
+        coloured = session.seen != "difference"
+        proof = proof_of(display, session.shown.proof) if coloured else None
         limited = None
         if proof is not None:
-            limited = self._encoded(xyz_d65, proof.of, self._float(0, size))
-            xyz_d65 = self._encoded(limited, proof.of, self._float(1, size), back=True)
-        if not warned:
-            return self._encoded(xyz_d65, display, shown)
-        sent = self._encoded(xyz_d65, display, self._float(2, size))
-        tabled = needs_beyond(session, display)
-        numbers = {"tolerance": CLIP_TOLERANCE, "stripe": STRIPE, "tabled": tabled}
-        samplers = {"sent": sent, "limited": limited or sent}
-        if tabled:
-            samplers["beyond"] = self._sides(size, beyond)
-        self._marked.draw(shown, samplers, numbers)
-        return shown
+            limited = self._encoded(xyz_d65, proof.of, self._float(0, size), box)
+            xyz_d65 = self._encoded(limited, proof.of, self._float(1, size), box, back=True)
+        if not (session.shown.gamut_warning and coloured):
+            self._encoded(xyz_d65, display, shown, box)
+            return
+        sent = self._encoded(xyz_d65, display, self._float(2, size), box)
+        numbers = {"tolerance": CLIP_TOLERANCE, "stripe": STRIPE, "tabled": sides is not None}
+        samplers = {"sent": sent, "limited": limited or sent} | ({} if sides is None else {"beyond": sides})
+        self._marked.draw(shown, samplers, numbers, box)
 
     def _sides(self, size: tuple[int, int], beyond: UInt8[np.ndarray, "h w"] | None) -> moderngl.Texture:
         if self._beyond is None:
@@ -121,13 +141,13 @@ class Showing:
         return self._beyond
 
     def _encoded(
-        self, taken: moderngl.Texture, display: DisplayTransform, onto: moderngl.Texture, back: bool = False
+        self, taken: moderngl.Texture, display: DisplayTransform, onto: moderngl.Texture, box: Box, back: bool = False
     ) -> moderngl.Texture:
         if (display, back) not in self._passes:
             self._passes[display, back] = DisplayPass(self._context, display, back)
         target = self._context.framebuffer([onto])
         try:
-            self._passes[display, back].draw(taken, target)
+            self._passes[display, back].draw(taken, target, box)
         finally:
             release_target(target)
         return onto

@@ -144,7 +144,6 @@ class Frame(CanvasRenderer):
             try:
                 for reached in self._settling:
                     self.reached = reached
-                    self._changed()
                     if self._clock() >= end:
                         break
                 else:
@@ -153,7 +152,7 @@ class Frame(CanvasRenderer):
             except MetamerError as reason:
                 # Of what is worked out before an exact picture: bounces between surfaces that take no light.
                 self.problem, self._settling = str(reason), None
-        if self._to_show and self._session is not None:
+        if (self._to_show or self._redrawn) and self._session is not None:
             begun = self._clock()
             self._show_now(self._session)
             self.seconds["display"] = self._clock() - begun
@@ -277,5 +276,8 @@ class Frame(CanvasRenderer):
 
     def _show_now(self, session: Session) -> None:
         differences = self._differ() if session.seen == "difference" else self._differences
-        self.texture = self._showing.draw(self.canvases, differences, self.whites, session, self.display, self._beyond)
-        self._to_show = False
+        boxes = None if self._to_show else self._redrawn
+        self.texture = self._showing.draw(
+            self.canvases, differences, self.whites, session, self.display, self._beyond, boxes
+        )
+        self._to_show, self._redrawn = False, []

@@ -63,7 +63,7 @@ def test_canvases_hold_the_pictures_of_both_sides(scenes, gl, live, owner, tile)
     sides = [CanvasSide(scene, scenes.SURFACES), CanvasSide(other, scenes.SURFACES, illuminant("FL11"))]
     canvases = [owner.texture((40, 40), 4) for _ in sides]
     done = list(live.drawing(live.sides.prepared(sides, scene.camera()), canvases))
-    assert done == [(number, len(done)) for number in range(1, len(done) + 1)]
+    assert [one[:2] for one in done] == [(number, len(done)) for number in range(1, len(done) + 1)]
     assert len(done) == (1 if tile is None else 16)
     with gl_session(gl) as once:
         for side, canvas in zip(sides, canvases, strict=True):

@@ -266,6 +266,40 @@ def test_sizes_of_one_pixel_and_others_follow_each_other(frame, session):
         assert frame.texture.size == size and np.isfinite(read(frame.canvases[0])).all()
 
 
+@pytest.mark.parametrize("mode", ["B", "wipe", "side by side", "checkerboard", "difference", "A, proofed"])
+def test_pixels_that_are_sent_alone_are_those_of_the_whole_picture(frame, session, monkeypatch, mode):
+    """After every window of a picture that settles."""
+    monkeypatch.setattr(canvas_renderer, "_SIDES", (24, 24))
+    frame._side = dict.fromkeys(frame._side, 24)
+    mode, _, proofed = mode.partition(", ")
+    shown = DisplaySettings(proof="Rec.1886 Rec.709 - Display", gamut_warning=True) if proofed else DisplaySettings()
+    frame.show(replace(session, other=Other(material="brushed"), compare=Compare(mode), shown=shown), SIZE)
+    assert frame.problem is None
+    steps = 0
+    while frame.step(0.0):
+        steps += 1
+        alone = read_codes(frame.texture)
+        frame._to_show = True
+        frame._show_now(frame.session)
+        np.testing.assert_array_equal(read_codes(frame.texture), alone)
+    assert steps > 20
+
+
+def test_a_window_sends_its_own_pixels_alone(frame, session, monkeypatch):
+    sent = []
+    compare, real = frame._showing._compare["ONE"], frame._showing._compare["ONE"].draw
+    monkeypatch.setattr(compare, "draw", lambda *words: sent.append(words[-1]) or real(*words))
+    monkeypatch.setattr(canvas_renderer, "_SIDES", (24, 24))
+    frame._side = dict.fromkeys(frame._side, 24)
+    frame.show(session, SIZE)
+    frame.step(0.0)
+    first = sent.copy()
+    frame.settle()
+    assert first == [(0, 0, *SIZE)] and max(width * height for *_, width, height in sent[1:]) == 24**2
+    # Each pixel of a still picture once, then each of the exact one.
+    assert sum(width * height for *_, width, height in sent[1:]) == 2 * SIZE[0] * SIZE[1]
+
+
 def test_statistics_wait_for_the_exact_picture_and_are_those_of_the_map(gl, frame, session):
     session = replace(session, other=Other(material="brushed"), compare=Compare("difference", tolerance=2.0))
     frame.show(session, SIZE)
