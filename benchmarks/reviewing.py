@@ -233,7 +233,7 @@ def _off(frame: Frame, session: Session, size: tuple[int, int]) -> float:
     exact = read(frame.canvases[0])
     both = np.minimum(moving[..., 3], exact[..., 3])
     found = delta_e_map(exact[..., :3].astype(np.float64), moving[..., :3].astype(np.float64), frame.whites[0], both)
-    frame.show(replace(session, view=orbited(session.view, _STEP_DEG)), size, moving=True)
+    _shown(frame, replace(session, view=orbited(session.view, _STEP_DEG)), size, moving=True)
     return float(np.nanpercentile(found, 95.0))
 
 
