@@ -123,6 +123,7 @@ def _compared(
         _two_files(one, other, label)
         pixels, now[kind] = one.load(), other.load()
         first = first or pixels
+        notes += dict.fromkeys(layer.remark for layer in (one, other) if layer.remark)
         moved = change(pixels, now[kind], criteria.formulas, label, largest=criteria.largest)
         noise = (one.noise, other.noise)
         layers[kind] = _figures(moved, noise, kind)

@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file
+from ...spectral.formats.picture_header import is_srgb, names_srgb, other_than_srgb, profile_of
 from ...spectral.srgb import srgb_to_linear
 from ...spectral.upsampling import xyz_from_rgb
 from .row import PixelLayer, Pixels, Row, RowName
@@ -29,24 +30,33 @@ def png_rows(path: Path, material: str | None, display: str | None) -> list[Row]
 
     Raises
     ------
-    InputError : no PNG, or no display that is stated.
+    InputError : no PNG, no display that is stated, or a header that states something else, and `display` does not say
+        which of them holds.
     """
     path = existing_file(path)
     if display is not None and display not in DISPLAYS:
         raise UnknownNameError("display", display, DISPLAYS, field="--display")
     with _opened(path) as picture:
-        said, tagged = _said(picture), "srgb" in picture.info
-    if display is None and not tagged:
+        data = path.read_bytes()
+        said, named, other = _said(picture), names_srgb(picture, data), list(other_than_srgb(picture, data))
+        if (profile := profile_of(picture, data)) and not is_srgb(profile):
+            other.append("an ICC profile of other colours")
+    states = ", ".join(other)
+    if display is None and (other or not named):
         raise InputError(
-            "the picture does not say which display its numbers are for",
+            f"the picture says that its numbers are for {'two displays' if named else 'another display'}"
+            if other
+            else "the picture does not say which display its numbers are for",
             file=path,
-            expected="an sRGB chunk",
-            hint="state it: --display sRGB",
+            found=states or None,
+            expected="sRGB, by a chunk sRGB or cICP or an ICC profile",
+            hint="where its numbers are those of sRGB, state it: --display sRGB",
         )
+    remark = f"{path.name} states {states}; read as {display}, as --display says." if other else ""
     name = RowName(material or said.get("material", ""), said.get("illuminant", ""), said.get("observer", ""))
     if material is None:
         name = name._replace(scene=said.get("scene", ""), view=said.get("camera", ""))
-    return [Row(name, {"picture": PixelLayer(partial(_pixels, path), path, said)})]
+    return [Row(name, {"picture": PixelLayer(partial(_pixels, path), path, said, remark=remark)})]
 
 
 def _opened(path: Path) -> Any:

@@ -94,7 +94,7 @@ class PixelLayer:
     """Pixels that are loaded when they are asked for.
 
     file : that they come from, None where there is none. said : what the file says of itself.
-    spectrum : of its pixels, where it holds spectra.
+    spectrum : of its pixels, where it holds spectra. remark : what is taken otherwise than the file says.
     """
 
     load: Callable[[], Pixels]
@@ -102,6 +102,7 @@ class PixelLayer:
     said: Mapping[str, str] = field(default_factory=dict)
     noise: LayerNoise | None = None
     spectrum: PixelSpectrum | None = None
+    remark: str = ""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...runtime.errors import InputError
 from ...spectral.formats.exr import check_size
-from ..svbrdf.stated_colours import exr_colours, stated_colours
+from ...spectral.formats.picture_header import exr_colours, other_than_srgb
 
 # Of EXIF: how a picture is to be turned; 1 is not at all.
 _ORIENTATION, _UPRIGHT = 0x0112, 1
@@ -30,7 +30,7 @@ def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
                 orientation, profile = picture.getexif().get(_ORIENTATION, _UPRIGHT), picture.info.get("icc_profile")
                 # Of other formats Pillow has read the header.
                 data = file.read_bytes() if picture.format in ("PNG", "AVIF", "BMP") else b""
-                stated = ", ".join(stated_colours(picture, data))
+                stated = ", ".join(other_than_srgb(picture, data))
         except Exception:  # OpenEXR, or damaged
             continue
         if orientation != _UPRIGHT:

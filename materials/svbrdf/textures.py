@@ -20,8 +20,8 @@ from ...runtime.errors import InputError
 from ...runtime.private_folder import file_of
 from ...spectral.formats.exr import MAGIC as EXR_MAGIC
 from ...spectral.formats.exr import ExrPicture, read_picture
+from ...spectral.formats.picture_header import exr_colours, is_srgb, other_than_srgb, profile_of
 from ...spectral.srgb import srgb_to_linear
-from .stated_colours import exr_colours, is_srgb, stated_colours
 
 Encoding = Literal["sRGB", "linear"]
 
@@ -178,11 +178,10 @@ class Texture:
 
         with _guarded(self), Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
             width, height = picture.size
-            profile = picture.info.get("icc_profile")
-            profile = profile if isinstance(profile, bytes) else b""
+            profile = profile_of(picture, self.data)
             halved = _raw_mode(picture).startswith("LA;16")
             mode, mime = picture.mode, Image.MIME.get(str(picture.format), "image/x-tga")
-            stated = stated_colours(picture, self.data)
+            stated = other_than_srgb(picture, self.data)
         if width * height > MOST_TEXELS:
             expected = f"at most {MOST_TEXELS} texels, such as 8192 x 8192"
             self._refuse(_TOO_LARGE, f"{width} x {height}", expected, _SMALLER)

@@ -13,9 +13,9 @@ from jaxtyping import Float, UInt8
 from ...calibration.display.aim import PICTURE_WHITE_XYZ
 from ...calibration.display.claims import CLAIMS
 from ...calibration.display.icc_profile import read_display_profile
-from ...materials.svbrdf.stated_colours import is_srgb, stated_colours
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
+from ...spectral.formats.picture_header import is_srgb, other_than_srgb, profile_of
 
 # Words of a header whose codes are those of Display P3 (H.273).
 _P3 = "primaries of Display P3 (cICP)"
@@ -37,19 +37,18 @@ def read_picture(
     path = existing_file(path)
     try:
         with Image.open(path) as image:
-            profile = image.info.get("icc_profile")
-            stated = (*stated_colours(image, path.read_bytes()), *_dropped(image))
+            data = path.read_bytes()
+            profile, stated = profile_of(image, data), (*other_than_srgb(image, data), *_dropped(image))
             pixels = np.asarray(image.convert("RGB"))
     except (UnidentifiedImageError, OSError, Image.DecompressionBombError) as reason:
         raise InputError(
             "not a picture that can be read", file=path, found=str(reason)[:120], expected="a PNG or JPEG file"
         ) from None
     codes = pixels.reshape(-1, 3) / 255.0
-    xyz, coded = CLAIMS["sRGB"].xyz, any("cICP" in words for words in stated)
+    xyz = CLAIMS["sRGB"].xyz
     if stated == (_P3,):
         xyz, stated = CLAIMS["P3"].xyz, ()
-    # A PNG's cICP stands above its profile (PNG 3, 12.1).
-    elif profile and not coded and not is_srgb(profile):
+    elif profile and not is_srgb(profile):
         try:
             xyz, stated = partial(read_display_profile(path, profile).xyz, white_xyz=PICTURE_WHITE_XYZ), ()
         except InputError as reason:

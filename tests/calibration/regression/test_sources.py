@@ -1,9 +1,13 @@
 """Files and folders as sides: what is read of them, and how damage is refused."""
 
+import io
 import json
+import struct
+import zlib
 
 import numpy as np
 import pytest
+from icc_profiles import DULL, matrix_profile
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import default_criteria
 from metamer.calibration.regression.picture_files import SeenSpectra
@@ -202,6 +206,52 @@ def test_a_png_needs_a_display(tmp_path):
     far = compared(tmp_path / "a.png", tmp_path / "c.png", "sRGB").rows[0]
     assert near.layers["picture"].floor_mean > 0.1
     assert far.state == "changed" and far.layers["picture"].mean > 5 * near.layers["picture"].mean
+
+
+def chunked(*chunks):
+    """A PNG of greys with these chunks before its pixels."""
+    data = io.BytesIO()
+    Image.new("RGB", (8, 8), (90, 120, 60)).save(data, "PNG")
+    told = b"".join(struct.pack(">I", len(c)) + k + c + struct.pack(">I", zlib.crc32(k + c)) for k, c in chunks)
+    return data.getvalue()[:33] + told + data.getvalue()[33:]
+
+
+SRGB, LINEAR, PQ = (b"sRGB", b"\0"), (b"gAMA", struct.pack(">I", 100_000)), (b"cICP", bytes([9, 16, 0, 1]))
+DULLER = (b"iCCP", b"dull\0\0" + zlib.compress(matrix_profile(columns=DULL)))
+
+
+@pytest.mark.parametrize(
+    "chunks, problem, found",
+    [
+        ((SRGB, LINEAR), "two displays", "linear (gAMA 1) beside sRGB"),
+        ((LINEAR,), "another display", "linear (gAMA 1)"),
+        ((PQ, SRGB), "another display", "PQ (cICP)"),
+        ((SRGB, DULLER), "another display", "an ICC profile of other colours"),
+        ((), "does not say", "--display sRGB"),
+    ],
+)
+def test_a_png_whose_header_says_another_display_is_asked_about(tmp_path, chunks, problem, found):
+    plain, stated = tmp_path / "a.png", tmp_path / "b.png"
+    plain.write_bytes(chunked(SRGB))
+    stated.write_bytes(chunked(*chunks))
+    with pytest.raises(InputError, match=problem) as refused:
+        compared(plain, stated)
+    assert found in str(refused.value) and "b.png" in str(refused.value)
+    # An answer holds, and stands beside the figures.
+    (row,) = compared(plain, stated, "sRGB").rows
+    assert row.state == "identical" and row.layers["picture"].mean == 0.0
+    assert [note for note in row.notes if "b.png states" in note and "as --display says" in note] == list(row.notes)
+    assert bool(row.notes) == bool(chunks)
+
+
+@pytest.mark.parametrize(
+    "chunks", [(SRGB,), ((b"cICP", bytes([1, 13, 0, 1])), LINEAR), ((b"cICP", bytes([1, 13, 0, 1])), DULLER)]
+)
+def test_a_png_says_that_it_is_of_srgb_in_several_ways(tmp_path, chunks):
+    for name in "ab":
+        (tmp_path / f"{name}.png").write_bytes(chunked(*chunks))
+    (row,) = compared(tmp_path / "a.png", tmp_path / "b.png").rows
+    assert row.state == "identical" and not row.notes
 
 
 def test_other_whites_are_refused_whatever_the_names(tmp_path):

@@ -7,9 +7,9 @@ import zlib
 import numpy as np
 import pytest
 from metamer.materials.formats.btf_headers import header_notes
-from metamer.materials.svbrdf.stated_colours import SRGB_XY
 from metamer.materials.svbrdf.textures import Texture
 from metamer.spectral.formats.exr import write_exr
+from metamer.spectral.formats.picture_header import SRGB_XY
 from metamer.viewer.display.received_picture import read_picture
 from PIL import Image, ImageCms, features
 

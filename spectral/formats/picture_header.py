@@ -1,4 +1,4 @@
-"""Colours that a picture's header states beside an ICC profile: curves and primaries that are not sRGB's."""
+"""Colours that the header of a picture states: curves and primaries that are not sRGB's, and its ICC profile."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...spectral.srgb import srgb_to_linear
+from ..srgb import srgb_to_linear
 
 # ITU-T H.273, tables 2 and 3; those of sRGB, and "unspecified", need no words.
 _PRIMARIES = {4: "BT.470 M", 5: "BT.470 B/G", 6: "BT.601", 7: "SMPTE 240M", 8: "film", 9: "BT.2020", 10: "XYZ"}
@@ -32,7 +32,7 @@ _EXIF, _INTEROPERABILITY = 0x8769, 0xA005
 _COLOUR_SPACE, _GAMMA, _WHITE, _PRIMARIES_TAG, _TRANSFER = 0xA001, 0xA500, 318, 319, 301
 
 
-def stated_colours(picture: Any, data: bytes) -> tuple[str, ...]:
+def other_than_srgb(picture: Any, data: bytes) -> tuple[str, ...]:
     """Words for each thing that the header of a picture states and that is not sRGB.
 
     Parameters
@@ -56,6 +56,31 @@ def stated_colours(picture: Any, data: bytes) -> tuple[str, ...]:
     with suppress(Exception):  # Exif that is damaged is no reason not to read the picture
         found += _of_tags(picture, data)
     return tuple(dict.fromkeys(found))
+
+
+def profile_of(picture: Any, data: bytes) -> bytes:
+    """Return the ICC profile that a picture's colours are by; empty where it has none, or cICP stands above it (PNG 3,
+    section 12.1).
+    """
+    profile = picture.info.get("icc_profile")
+    return profile if isinstance(profile, bytes) and _UNSAID in _code_points(data) else b""
+
+
+def names_srgb(picture: Any, data: bytes) -> bool:
+    """Return whether the header of a PNG says that its codes are sRGB's: by cICP, a profile or the chunk of that name.
+
+    What else it says is not asked: see `other_than_srgb`.
+    """
+    if _UNSAID not in (codes := _code_points(data)):
+        return codes == (_SRGB_PRIMARIES, _SRGB_CURVE)
+    profile = profile_of(picture, data)
+    return is_srgb(profile) if profile else "srgb" in picture.info
+
+
+def _code_points(data: bytes) -> tuple[int, int]:
+    """Return the numbers of primaries and curve that a PNG's cICP states."""
+    coded = dict(_png_chunks(data)).get(b"cICP", b"") if data.startswith(b"\x89PNG") else b""
+    return (coded[0], coded[1]) if len(coded) == 4 else (_UNSAID, _UNSAID)
 
 
 @lru_cache(maxsize=64)
