@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...lighting.transfer.precomputation import Precomputation
-from ...lighting.transfer.relighting import Relighting
+from ..papers.site_relighting.relighting import Relighting
 from ..timing import best_ms
 from .build_cost import balls
 from .scenes import gloss, low_sun_sky, matt, ramp

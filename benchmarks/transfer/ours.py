@@ -14,13 +14,13 @@ from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.reference.bounces import BounceSum
 from ...lighting.reference.geometry import Tracer, VisibleGeometry, visible_geometry
 from ...lighting.transfer.edge_refinement import between_sites
-from ...lighting.transfer.interpolation import SurfacePoints, exits_between
 from ...lighting.transfer.precomputation import Precomputation
-from ...lighting.transfer.relighting import Relighting
 from ...lighting.vectors import dot, unit
 from ...materials.core.scattering import Scattering
 from ...spectral.difference import delta_e_xyz
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+from ..papers.site_relighting.interpolation import SurfacePoints, exits_between
+from ..papers.site_relighting.relighting import Relighting
 from ..timing import best_ms
 from .pixels import ALL, Seen, Truths, figures_of, pixel_differences, seen_sites
 from .scenes import TransferScene

@@ -21,10 +21,10 @@ from jaxtyping import Float, Int
 
 from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.scene import Scene
-from ...lighting.transfer.relighting import Relighting
 from ...runtime.distribution import install_hint
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
+from ..papers.site_relighting.relighting import Relighting
 from ..timing import best_ms, timed
 from .ours import TracedGeometry
 from .pixels import ALL, Seen, figures_of, pixel_differences, truth_of

@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.transfer.relighting import Relighting
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
+from ..papers.site_relighting.relighting import Relighting
 from ..timing import timed
 from .ours import TracedGeometry
 from .pixels import figures_of

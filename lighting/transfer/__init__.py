@@ -1,5 +1,5 @@
 """Interreflection between the parts of a scene, found once for its geometry.
 
 Begin with `edge_refinement.py` and `hits.py`, sites and rays; `transport.py` and `indirect.py` serve pictures,
-`relighting.py` relights sites, `influence.py` says what parts put on each other.
+`influence.py` says what parts put on each other.
 """

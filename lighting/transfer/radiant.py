@@ -1,4 +1,4 @@
-"""A small basis of radiances for light between surfaces of which some fluoresce, planned as `transport_basis` is."""
+"""A small basis of radiances for light between surfaces of which some fluoresce, by balanced truncation."""
 
 from __future__ import annotations
 

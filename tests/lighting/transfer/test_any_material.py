@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from btf_samples import bumps
+from metamer.benchmarks.papers.site_relighting.relighting import Relighting
 from metamer.lighting.camera import Camera
 from metamer.lighting.mesh import shapes
 from metamer.lighting.reference.reference import reference_images
 from metamer.lighting.scene import Scene
 from metamer.lighting.transfer import transport
 from metamer.lighting.transfer.diffuse_albedo import even_albedo
-from metamer.lighting.transfer.relighting import Relighting
 from metamer.materials.analytic import AshikhminShirley
 from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.btf.form import btf_form

@@ -14,11 +14,11 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.basis import SpectralBasis
-from ...spectral.difference import delta_e_xyz
-from ...spectral.illuminants import illuminant
-from ...spectral.observers import Observer
-from ...spectral.spectrum import Spectrum
+from ....spectral.basis import SpectralBasis
+from ....spectral.difference import delta_e_xyz
+from ....spectral.illuminants import illuminant
+from ....spectral.observers import Observer
+from ....spectral.spectrum import Spectrum
 
 #: ΔE94 that a basis may be off along any path, and lights that it is good under whatever a scene is lit by.
 ENOUGH = 0.1

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...spectral.spectrum import Spectrum
-from ..vectors import LEAST_COSINE, unit
+from ....lighting.vectors import LEAST_COSINE, unit
+from ....spectral.spectrum import Spectrum
 from .relighting import Relighting
 
 # Points at once.

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..vectors import LEAST_COSINE, unit
-from .first_bounce import CellLight
-from .glossy_part import GlossyPart
-from .glossy_rays import GlossyRays
-from .operator import columns_times
-from .precomputation import Precomputation
-from .reflection import Reflection
+from ....lighting.transfer.first_bounce import CellLight
+from ....lighting.transfer.glossy_part import GlossyPart
+from ....lighting.transfer.glossy_rays import GlossyRays
+from ....lighting.transfer.operator import columns_times
+from ....lighting.transfer.precomputation import Precomputation
+from ....lighting.transfer.reflection import Reflection
+from ....lighting.vectors import LEAST_COSINE, unit
 
 # Terms up to which each has an operator of its own.
 _FEW = 2

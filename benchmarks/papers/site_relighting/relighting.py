@@ -22,27 +22,27 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...materials.core.surface import Surface
-from ...runtime.errors import InputError
-from ...spectral.basis import SpectralBasis
-from ...spectral.bispectral import Bispectral
-from ...spectral.spectrum import Spectrum
-from ...spectral.wavelengths import common_wavelengths
-from ..camera import Camera
-from ..lights import Light
-from ..scene import Scene
-from ..vectors import VectorLike, finite_vector
-from .bounces import ENOUGH, MOST, Interreflection, passed_on
-from .coefficients import Coefficients
-from .direct_irradiance import Received, received
+from ....lighting.camera import Camera
+from ....lighting.lights import Light
+from ....lighting.scene import Scene
+from ....lighting.transfer.bounces import ENOUGH, MOST, Interreflection, passed_on
+from ....lighting.transfer.coefficients import Coefficients
+from ....lighting.transfer.direct_irradiance import Received, received
+from ....lighting.transfer.first_bounce import CellLight, cell_radiosity, ray_radiosity
+from ....lighting.transfer.glossy_rays import GlossyRays
+from ....lighting.transfer.precomputation import Precomputation
+from ....lighting.transfer.radiant import planned_basis
+from ....lighting.transfer.reflection import Reflection
+from ....lighting.transfer.regions import RadiantRegions, Regions
+from ....lighting.vectors import VectorLike, finite_vector
+from ....materials.core.surface import Surface
+from ....runtime.errors import InputError
+from ....spectral.basis import SpectralBasis
+from ....spectral.bispectral import Bispectral
+from ....spectral.spectrum import Spectrum
+from ....spectral.wavelengths import common_wavelengths
 from .extrapolation import settled
 from .final_gather import GatherSources, SeenTexels, glossy_exits
-from .first_bounce import CellLight, cell_radiosity, ray_radiosity
-from .glossy_rays import GlossyRays
-from .precomputation import Precomputation
-from .radiant import planned_basis
-from .reflection import Reflection
-from .regions import RadiantRegions, Regions
 from .transport_basis import transport_basis
 
 

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.site_relighting.extrapolation import settled
 from metamer.lighting.transfer.bounces import interreflected
 from metamer.lighting.transfer.coefficients import Coefficients
 from metamer.lighting.transfer.edge_refinement import placed
-from metamer.lighting.transfer.extrapolation import settled
 from metamer.lighting.transfer.operator import ByPart, irradiance_operator
 from metamer.lighting.transfer.regions import Regions
 from metamer.runtime.errors import InputError

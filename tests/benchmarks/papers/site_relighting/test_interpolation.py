@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.site_relighting.interpolation import SurfacePoints, exits_between
+from metamer.benchmarks.papers.site_relighting.relighting import Relighting
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import sphere
-from metamer.lighting.transfer.interpolation import SurfacePoints, exits_between
 from metamer.lighting.transfer.precomputation import Precomputation
-from metamer.lighting.transfer.relighting import Relighting
 from metamer.lighting.vectors import unit
 from metamer.materials.tensors.families import cook_torrance
 from metamer.materials.tensors.parametric import Tuned

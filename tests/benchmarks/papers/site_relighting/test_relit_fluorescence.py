@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.site_relighting.relighting import Relighting
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.transfer.indirect import indirect_light
 from metamer.lighting.transfer.precomputation import Precomputation
-from metamer.lighting.transfer.relighting import Relighting
 from metamer.lighting.transfer.transport import Transport
 from metamer.materials.analytic import Lambert
 from metamer.materials.analytic.fluorescent import FluorescentLambert

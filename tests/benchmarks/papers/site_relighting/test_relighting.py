@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.site_relighting import final_gather
+from metamer.benchmarks.papers.site_relighting.relighting import Relighting
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.scene import framing_camera
-from metamer.lighting.transfer import final_gather
 from metamer.lighting.transfer.precomputation import Precomputation
-from metamer.lighting.transfer.relighting import Relighting
 from metamer.materials.core.points import Points
 from metamer.materials.tensors.families import cook_torrance
 from metamer.materials.tensors.parametric import Tuned

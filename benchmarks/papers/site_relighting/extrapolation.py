@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
-from .bounces import ENOUGH, MOST, Interreflection, largest_difference
-from .regions import RadiantRegions, Regions
+from ....lighting.transfer.bounces import ENOUGH, MOST, Interreflection, largest_difference
+from ....lighting.transfer.regions import RadiantRegions, Regions
+from ....runtime.errors import InputError
 
 # Bounces that are mixed; then it begins anew with what they leave.
 _DEPTH = 12
