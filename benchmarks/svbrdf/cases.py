@@ -15,12 +15,12 @@ from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.environment.map_light import load_environment
 from ...lighting.lights import DeltaLight, DirectionalLight, PointLight
 from ...materials.analytic.cook_torrance import beckmann, ggx, smith_beckmann, smith_ggx
-from ...materials.gaussians import ndf
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..papers.gaussian_lobes import ndf
 from .gold import real_gold
 from .surface import GlossySurface, masked_by
 

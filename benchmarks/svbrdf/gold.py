@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ...materials.analytic.cook_torrance import fresnel, ggx, smith_ggx
-from ...materials.gaussians import ndf
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..papers.gaussian_lobes import ndf
 from .surface import GlossySurface, masked_by
 
 # Photon energy, eV, with n and k: Johnson and Christy, "Optical constants of the noble metals", Physical Review B 6,

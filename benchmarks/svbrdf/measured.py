@@ -11,8 +11,8 @@ import numpy as np
 
 from ...materials.core.brdf import Brdf
 from ...materials.core.protocol import sphere_protocol
-from ...materials.gaussians.fit import fit_gaussians
 from ..factor.measured import material_of_file, written_surface
+from ..papers.gaussian_lobes.fit import fit_gaussians
 from .rows import svbrdf_row
 
 #: What a fit may have, and the pixels across the sphere that it is judged on, whose light is the protocol's.

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...lighting.environment.harmonics import cosine_factors, harmonics
-from ...materials.gaussians.ndf import slice_of
+from ..papers.gaussian_lobes.ndf import slice_of
 from . import paper
 from .hiding import Hiding
 from .light import Gamma, PreparedLight

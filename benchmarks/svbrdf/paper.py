@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from ...lighting.environment.brights import BrightParts
 from ...materials.core.spherical_gaussian import Gaussians
-from ...materials.gaussians.warp import warped
+from ..papers.gaussian_lobes.warp import warped
 from .light import Gamma
 from .surface import GlossySurface, ShadedPoints
 

@@ -9,9 +9,9 @@ from itertools import groupby
 from pathlib import Path
 
 from ...calibration.report.text_tables import columns
-from ...materials.tensors.brdf_tensor import BrdfTensor
-from ...materials.tensors.components import Components
 from ...runtime.errors import InputError
+from ..papers.transfer_tensors.brdf_tensor import BrdfTensor
+from ..papers.transfer_tensors.components import Components
 from . import draped_btf, growth, path_tracing, spectral
 from .bars import bars
 from .ours import OurMethod, TracedGeometry

@@ -19,11 +19,11 @@ from ...lighting.mesh.mesh import Mesh
 from ...lighting.mesh.shapes import sphere
 from ...lighting.scene import Part, Scene
 from ...lighting.vectors import Number
-from ...materials.tensors.families import Family, cook_torrance
-from ...materials.tensors.parametric import Tuned
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+from ..papers.transfer_tensors.families import Family, cook_torrance
+from ..papers.transfer_tensors.parametric import Tuned
 
 #: Pixels along a side of a picture, each of one sample in its middle.
 SIDE = 48

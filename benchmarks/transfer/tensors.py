@@ -13,9 +13,9 @@ from ...lighting.environment.environment import EnvironmentLight
 from ...lighting.transfer.edge_refinement import placed
 from ...lighting.transfer.hits import Hits
 from ...lighting.visibility.occluders import Occluders
-from ...materials.tensors.brdf_tensor import BrdfTensor, brdf_tensor
-from ...materials.tensors.components import Components, components_of
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+from ..papers.transfer_tensors.brdf_tensor import BrdfTensor, brdf_tensor
+from ..papers.transfer_tensors.components import Components, components_of
 from ..papers.transfer_tensors.precomputed import bytes_of_site, transfer_tensors
 from ..papers.transfer_tensors.relighting import Arriving, TensorTransfer
 from ..timing import best_ms

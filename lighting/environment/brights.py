@@ -13,7 +13,6 @@ import numpy as np
 from jaxtyping import Float
 
 from ...materials.core.spherical_gaussian import sphere_integral
-from ...materials.gaussians.mixture import expected_mixture
 from ...runtime.errors import InputError
 from . import convolution, latlong
 from .environment import EnvironmentLight
@@ -22,6 +21,8 @@ from .environment import EnvironmentLight
 SHARE = 0.03
 #: Rows of the map that Gaussians are fitted on: finer texels move them by less than they are wide.
 ROWS = 128
+# Steps of expectation maximisation; a lobe of less than this share of the whole is let go.
+_STEPS, _LEAST_SHARE = 40, 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,5 +89,45 @@ def _fitted(bright: np.ndarray, world_from_map: np.ndarray, count: int) -> Brigh
         return BrightParts(np.zeros((0, 3)), np.zeros(0), np.zeros((0, len(bright))))
     # A texel's own width: nothing is known to be narrower (the variance of a tent as wide as two of them).
     sharpest = 6.0 / (np.pi / height) ** 2
-    axis, sharpness, member = expected_mixture(to, weight, count, sharpest)
+    axis, sharpness, member = _expected_mixture(to, weight, count, sharpest)
     return BrightParts(axis, sharpness, (power @ member).T / sphere_integral(sharpness)[:, None])
+
+
+def _expected_mixture(
+    to: Float[np.ndarray, "m 3"], weight: Float[np.ndarray, " m"], count: int, sharpest: float
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, "m n"]]:
+    """Axes, sharpness and memberships of at most `count` lobes by expectation maximisation.
+
+    A von Mises-Fisher mixture: Banerjee, Dhillon, Ghosh and Sra 2005. to : unit directions, of which each counts by
+    its weight > 0. sharpest : that a lobe may become. A membership (m, n) is the share of a direction's weight that a
+    lobe holds; they sum to 1.
+    """
+    axis, sharpness = _starts(to, weight, count, sharpest)
+    shares, member = np.full(len(axis), 1.0 / len(axis)), np.ones((len(to), len(axis)))
+    for _ in range(_STEPS):
+        apart = np.sum((to[:, None] - axis) ** 2, axis=-1)
+        # ln of the normalised Gaussian, so that nothing far off underflows to nowhere.
+        density = np.log(shares * sharpness / -np.expm1(-2.0 * sharpness)) - 0.5 * sharpness * apart
+        member = np.exp(density - density.max(axis=1, keepdims=True))
+        member /= member.sum(axis=1, keepdims=True)
+        held = member * weight[:, None]
+        sums = held.T @ to
+        amount, length = held.sum(axis=0), np.linalg.norm(sums, axis=1)
+        alive = (amount > _LEAST_SHARE * weight.sum()) & (length > 0.0)
+        axis, mean = sums[alive] / length[alive, None], length[alive] / amount[alive]
+        shares, member = amount[alive] / amount[alive].sum(), member[:, alive]
+        # Banerjee et al. 2005, eq. 4.4.
+        sharpness = np.clip(mean * (3.0 - mean**2) / np.maximum(1.0 - mean**2, 1e-12), 1e-3, sharpest)
+    return axis, sharpness, member / member.sum(axis=1, keepdims=True)
+
+
+def _starts(to: np.ndarray, weight: np.ndarray, count: int, sharpest: float) -> tuple[np.ndarray, np.ndarray]:
+    """Directions to begin from, each where the most weight is farthest from those before."""
+    chosen = [int(np.argmax(weight))]
+    away = np.full(len(to), np.inf)
+    while len(chosen) < min(count, len(to)):
+        away = np.minimum(away, np.sum((to - to[chosen[-1]]) ** 2, axis=1))
+        if not (weight * away).max() > 0.0:
+            break
+        chosen.append(int(np.argmax(weight * away)))
+    return to[chosen], np.full(len(chosen), min(30.0, sharpest))

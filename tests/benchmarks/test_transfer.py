@@ -7,6 +7,10 @@ from functools import partial
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.transfer_tensors.brdf_tensor import brdf_tensor
+from metamer.benchmarks.papers.transfer_tensors.components import components_of
+from metamer.benchmarks.papers.transfer_tensors.disc import Disc
+from metamer.benchmarks.papers.transfer_tensors.parametric import Tuned
 from metamer.benchmarks.timing import best_ms
 from metamer.benchmarks.transfer import (
     bars,
@@ -25,10 +29,6 @@ from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.visibility import precompute, refinement
 from metamer.materials.fitting.fit import fit
-from metamer.materials.tensors.brdf_tensor import brdf_tensor
-from metamer.materials.tensors.components import components_of
-from metamer.materials.tensors.disc import Disc
-from metamer.materials.tensors.parametric import Tuned
 from metamer.runtime.errors import InputError
 
 pytestmark = pytest.mark.slow

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ....lighting.environment.cube import CubeMap
-from ....materials.tensors.brdf_tensor import BrdfTensor
+from .brdf_tensor import BrdfTensor
 from .precomputed import TransferTensors, local, unpack_visibility
 
 #: Wavelets of each factor.

@@ -19,8 +19,8 @@ from ....lighting.environment.harmonics import harmonics
 from ....lighting.transfer.hits import Hits, tangents
 from ....lighting.vectors import unit
 from ....lighting.visibility.occluders import Occluders
-from ....materials.tensors.components import Components
 from ....runtime.memory import check_room, gigabytes
+from .components import Components
 
 #: Texels across a face: of visibility; of the lights of one bounce and of two; and the harmonics of one bounce.
 VISIBLE, ONE_BOUNCE, TWO_BOUNCES, BANDS = 64, 8, 2, 4

@@ -18,12 +18,12 @@ from ....lighting.environment.cube import CubeMap
 from ....lighting.environment.environment import EnvironmentLight
 from ....lighting.environment.harmonics import gaussian_factors, harmonics
 from ....lighting.environment.pyramid import Pyramid
-from ....materials.tensors.brdf_tensor import BrdfTensor
-from ....materials.tensors.components import Components
-from ....materials.tensors.families import Family
-from ....materials.tensors.parametric import Tuned
+from .brdf_tensor import BrdfTensor
 from .clustered import ClusteredTensor, clustered_tensor
+from .components import Components
 from .direct import DirectTensor, direct_tensor
+from .families import Family
+from .parametric import Tuned
 from .precomputed import BANDS, ONE_BOUNCE, TWO_BOUNCES, TransferTensors, local, unpack_visibility
 
 # Texels of a cube map, each way, that factors of the light are projected onto harmonics over.

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.transfer_tensors.families import cook_torrance
+from metamer.benchmarks.papers.transfer_tensors.parametric import Tuned
 from metamer.lighting.transfer.cells import HemisphereCells
 from metamer.lighting.transfer.reflection import Reflection
 from metamer.materials.analytic.cook_torrance import CookTorrance
@@ -9,8 +11,6 @@ from metamer.materials.analytic.lambert import Lambert
 from metamer.materials.core.points import Points
 from metamer.materials.factored.pack import FactoredBrdf
 from metamer.materials.fitting.fit import fit
-from metamer.materials.tensors.families import cook_torrance
-from metamer.materials.tensors.parametric import Tuned
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from metamer.benchmarks.papers.site_relighting.interpolation import SurfacePoints, exits_between
 from metamer.benchmarks.papers.site_relighting.relighting import Relighting
+from metamer.benchmarks.papers.transfer_tensors.families import cook_torrance
+from metamer.benchmarks.papers.transfer_tensors.parametric import Tuned
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import sphere
 from metamer.lighting.transfer.precomputation import Precomputation
 from metamer.lighting.vectors import unit
-from metamer.materials.tensors.families import cook_torrance
-from metamer.materials.tensors.parametric import Tuned
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 FAMILY = cook_torrance()

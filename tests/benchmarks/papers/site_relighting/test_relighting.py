@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from metamer.benchmarks.papers.site_relighting import final_gather
 from metamer.benchmarks.papers.site_relighting.relighting import Relighting
+from metamer.benchmarks.papers.transfer_tensors.families import cook_torrance
+from metamer.benchmarks.papers.transfer_tensors.parametric import Tuned
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.scene import framing_camera
 from metamer.lighting.transfer.precomputation import Precomputation
 from metamer.materials.core.points import Points
-from metamer.materials.tensors.families import cook_torrance
-from metamer.materials.tensors.parametric import Tuned
 from metamer.runtime import memory
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis

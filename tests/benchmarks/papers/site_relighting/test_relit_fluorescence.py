@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from metamer.benchmarks.papers.site_relighting.relighting import Relighting
+from metamer.benchmarks.papers.transfer_tensors.families import cook_torrance
+from metamer.benchmarks.papers.transfer_tensors.parametric import Tuned
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.transfer.indirect import indirect_light
 from metamer.lighting.transfer.precomputation import Precomputation
@@ -12,8 +14,6 @@ from metamer.lighting.transfer.transport import Transport
 from metamer.materials.analytic import Lambert
 from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.factored.pack import matt_brdf
-from metamer.materials.tensors.families import cook_torrance
-from metamer.materials.tensors.parametric import Tuned
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.bispectral import Bispectral, fluorophore

@@ -2,7 +2,12 @@
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.transfer_tensors.brdf_tensor import brdf_tensor
 from metamer.benchmarks.papers.transfer_tensors.clustered import clustered_tensor
+from metamer.benchmarks.papers.transfer_tensors.components import components_of
+from metamer.benchmarks.papers.transfer_tensors.disc import Disc
+from metamer.benchmarks.papers.transfer_tensors.families import blinn_phong
+from metamer.benchmarks.papers.transfer_tensors.parametric import Tuned
 from metamer.benchmarks.papers.transfer_tensors.precomputed import ONE_BOUNCE, local, transfer_tensors
 from metamer.benchmarks.papers.transfer_tensors.relighting import TensorTransfer
 from metamer.lighting.environment.cube import CubeMap
@@ -16,11 +21,6 @@ from metamer.lighting.transfer.operator import irradiance_operator
 from metamer.lighting.visibility import refinement
 from metamer.lighting.visibility.occluders import Occluders
 from metamer.lighting.visibility.sites import scaled_triangles
-from metamer.materials.tensors.brdf_tensor import brdf_tensor
-from metamer.materials.tensors.components import components_of
-from metamer.materials.tensors.disc import Disc
-from metamer.materials.tensors.families import blinn_phong
-from metamer.materials.tensors.parametric import Tuned
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from ..core.spherical_gaussian import Gaussians
+from ....materials.core.spherical_gaussian import Gaussians
 
 #: The least cosine between half vector and viewer that the warp is taken at: at 90 degrees the mirrored lobe has no
 #: width across at all, and one isotropic lobe of it would be infinitely sharp.

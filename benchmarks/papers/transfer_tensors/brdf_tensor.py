@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..fitting.tucker import compressed
+from ....materials.fitting.tucker import compressed
 from .disc import Disc, raised
 from .families import Family
 from .separation import Separated, separated

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
-from ..core.brdf import Brdf, Lobe, eval_lit
-from ..core.points import Points
+from ....materials.core.brdf import Brdf, Lobe, eval_lit
+from ....materials.core.points import Points
+from ....runtime.errors import InputError
 from .families import Family
 
 

@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
-from ..analytic.cook_torrance import beckmann, v_cavity
+from ....materials.analytic.cook_torrance import beckmann, v_cavity
+from ....runtime.errors import InputError
 
 #: Widest and narrowest of Cook-Torrance's members, root mean square slopes, and reflectances at normal incidence.
 ROUGHNESS, F0 = (0.08, 0.5), (0.04, 0.2, 0.6, 0.95)

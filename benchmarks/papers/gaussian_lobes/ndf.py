@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
-from ..analytic.cook_torrance import ggx as ggx_density
-from ..core.spherical_gaussian import Gaussians
+from ....materials.analytic.cook_torrance import ggx as ggx_density
+from ....materials.core.spherical_gaussian import Gaussians
+from ....runtime.errors import InputError
 
 #: The numbers of lobes that GGX is known in.
 GGX_COUNTS = (1, 2, 3, 4, 6)

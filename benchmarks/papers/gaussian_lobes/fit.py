@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
-from ...spectral.difference import lab_from_xyz, lightness_slope
-from ..core.brdf import Brdf
-from ..core.protocol import sphere_protocol
+from ....materials.core.brdf import Brdf
+from ....materials.core.protocol import sphere_protocol
+from ....runtime.errors import InputError
+from ....spectral.difference import lab_from_xyz, lightness_slope
 from .brdf import SHADOWING_DEG, GaussianBrdf, HalfGeometry
 
 #: More lobes than this are a table, and seven is the most that the paper uses.

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from metamer.materials.tensors.brdf_tensor import brdf_tensor
-from metamer.materials.tensors.disc import Disc, raised
-from metamer.materials.tensors.families import blinn_phong, cook_torrance
-from metamer.materials.tensors.separation import separated
+from metamer.benchmarks.papers.transfer_tensors.brdf_tensor import brdf_tensor
+from metamer.benchmarks.papers.transfer_tensors.disc import Disc, raised
+from metamer.benchmarks.papers.transfer_tensors.families import blinn_phong, cook_torrance
+from metamer.benchmarks.papers.transfer_tensors.separation import separated
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import InputError
-from ..core.brdf import Brdf, Lobe, eval_lit
+from ....materials.core.brdf import Brdf, Lobe, eval_lit
+from ....runtime.errors import InputError
 
 #: Angles from the normal between which the shadowing is linear in the cosine; it is 1 at the first.
 SHADOWING_DEG = (0.0, 30.0, 50.0, 65.0, 75.0, 82.0, 87.0, 90.0)

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.gaussian_lobes import ndf
 from metamer.materials.analytic.cook_torrance import beckmann, ggx, smith_ggx
 from metamer.materials.core.directions import spherical
 from metamer.materials.core.protocol import sphere_protocol
-from metamer.materials.gaussians import ndf
-from metamer.materials.gaussians.mixture import fit_tabulated
 from metamer.runtime.errors import InputError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
@@ -111,28 +110,8 @@ def test_ggx_of_any_roughness_has_its_top_and_sums_to_about_one():
         (lambda: ndf.ggx(0.2, 5), "count"),
         (lambda: ndf.ashikhmin_shirley(10.0, 100.0, 8), "count"),
         (lambda: ndf.ward(0.2, 0.1, 0), "count"),
-        (lambda: fit_tabulated(HALF, 0.0 * SOLID, SOLID, 2), "density"),
-        (lambda: fit_tabulated(HALF, -SOLID, SOLID, 2), "density"),
-        (lambda: fit_tabulated(HALF, SOLID, SOLID, 0), "count"),
     ],
 )
 def test_what_has_no_lobes_is_refused(make, field):
     with pytest.raises(InputError, match=field):
         make()
-
-
-def test_lobes_with_free_axes_are_found_again():
-    """A cloth: two tilted lobes of threads over a broad one."""
-    made = [(60.0, 2.0, spherical(0.3, 0.4)), (200.0, 1.0, spherical(0.5, 2.0)), (8.0, 0.3, spherical(0.0, 0.0))]
-    table = sum(top * np.exp(sharpness * (HALF @ axis - 1.0)) for sharpness, top, axis in made)
-    found = fit_tabulated(HALF, table, SOLID, 3)
-    assert _apart(ndf.slice_of(found, HALF), table) < 0.01
-    np.testing.assert_allclose(found.sharpness, [8.0, 60.0, 200.0], rtol=0.02)
-    np.testing.assert_allclose(found.amplitude, [0.3, 2.0, 1.0], rtol=0.02)
-    assert (np.sum(found.axis[1:] * [made[0][2], made[1][2]], axis=1) > np.cos(np.radians(0.2))).all()
-
-
-def test_free_axes_fit_a_brushed_metal_better_than_equal_distances():
-    expected = _brushed(75.0, 300.0)
-    free = _apart(ndf.slice_of(fit_tabulated(HALF, expected, SOLID, 3), HALF), expected)
-    assert free < _apart(ndf.slice_of(ndf.ashikhmin_shirley(75.0, 300.0, 3), HALF), expected)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from metamer.materials.tensors.components import components_of
-from metamer.materials.tensors.families import blinn_phong, cook_torrance, half_cosine
+from metamer.benchmarks.papers.transfer_tensors.components import components_of
+from metamer.benchmarks.papers.transfer_tensors.families import blinn_phong, cook_torrance, half_cosine
 from metamer.runtime.errors import InputError
 
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.gaussian_lobes.brdf import SHADOWING_DEG, GaussianBrdf
+from metamer.benchmarks.papers.gaussian_lobes.fit import colour_difference_slope, fit_gaussians
 from metamer.materials.analytic.ashikhmin_shirley import AshikhminShirley
 from metamer.materials.analytic.lambert import Lambert
 from metamer.materials.core.protocol import LIGHTS, sphere_protocol
-from metamer.materials.gaussians.brdf import SHADOWING_DEG, GaussianBrdf
-from metamer.materials.gaussians.fit import colour_difference_slope, fit_gaussians
 from metamer.materials.measured.merl import MerlBrdf
 from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
