@@ -40,12 +40,12 @@ from ..materials.records.source import MaterialSource
 from ..runtime.errors import ComparisonError, InputError
 from ..runtime.worker_pool import in_order, usable_cores
 from ..spectral.difference import lab_from_xyz, xyz_from_lab
-from ..spectral.flip import flip
 from ..spectral.formula import Formula
 from ..spectral.illuminants import illuminant
 from ..spectral.observers import observer
 from ..viewer.software.backend import software_session
 from ..viewer.suite_run import environment, run_suite
+from .flip import flip
 from .timing import command, write_json
 
 # ΔE94 that edited materials are fitted to, as an import does.

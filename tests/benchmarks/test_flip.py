@@ -5,9 +5,9 @@ from inspect import unwrap
 
 import numpy as np
 import pytest
+from metamer.benchmarks.flip import flip
 from metamer.runtime.errors import InputError
 from metamer.spectral.difference import lab_from_xyz
-from metamer.spectral.flip import flip
 
 # Linear sRGB to XYZ of IEC 61966-2-1; its rows add up to D65.
 XYZ_FROM_RGB = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
