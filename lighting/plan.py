@@ -116,13 +116,12 @@ def bounce_basis(
     lights: Sequence[Spectrum],
     observer: Observer,
     wavelengths_nm: Float[np.ndarray, "L"],
-    budget_delta_e94: float = 1.0,
 ) -> SpectralBasis:
     """Return the smallest balanced basis for light that goes from surface to surface.
 
     What arrives at a surface is a product of reflectances of those before, up to three here, and is seen as one more
-    surface reflects it: the basis keeps what lights and observer make of that product, within `SPECTRAL_SHARE` of the
-    budget for each of the reflectances, and for white.
+    surface reflects it: the basis keeps what lights and observer make of that product, within ΔE94
+    `SPECTRAL_SHARE` for each of the reflectances, and for white.
     """
     distinct = np.unique(reflectances, axis=0)
     seen, last = [distinct], distinct
@@ -142,7 +141,7 @@ def bounce_basis(
             for w in weights
             for one in receivers
         )
-        if worst <= SPECTRAL_SHARE * budget_delta_e94:
+        if worst <= SPECTRAL_SHARE:
             return basis
     return full
 

@@ -20,8 +20,6 @@ _GREYS, _RAMP = 0.13, 0.07
 _NEARLY_WHITE = 0.95
 # Nodes along an edge of the grid that the farthest point is looked for on, and where verification looks: between them.
 _GRID, _BETWEEN = 17, 12
-# Places of a uniformity set: rows and columns.
-_PLACES = 5
 
 
 def patches(count: int, purpose: Purpose = "characterise", white_every: int = 8) -> Float[np.ndarray, "N 3"]:

@@ -90,8 +90,8 @@ def shown_rows(result: Result) -> tuple[RowResult, ...]:
     return tuple(row for row in result.worst_first if row.state not in ("identical", "same") or row.tier != "pass")
 
 
-def as_text(result: Result, most: int = MOST_ROWS) -> str:
-    """Return all of it for a terminal; `most` rows are listed."""
+def as_text(result: Result) -> str:
+    """Return all of it for a terminal; `MOST_ROWS` rows are listed."""
     sides = (("before: ", result.before), ("after:  ", result.after))
     lines = [f"{label}{side.path} ({side.kind})" for label, side in sides]
     shown, said_once = shown_rows(result), common_parts(result.rows)
@@ -100,12 +100,12 @@ def as_text(result: Result, most: int = MOST_ROWS) -> str:
     if shown:
         headings = ("row", "", "", "mean", "p95", "p99", "max", "ΔL*", "Δa*", "Δb*", "of")
         names = readable_names(result.rows)
-        cells = [line for row in shown[:most] for line in _cells(row, names[row.name])]
+        cells = [line for row in shown[:MOST_ROWS] for line in _cells(row, names[row.name])]
         lines += ["", columns(headings, cells, left=3, words=True)]
-        if len(shown) > most:
-            lines.append(f"... and {len(shown) - most} more")
+        if len(shown) > MOST_ROWS:
+            lines.append(f"... and {len(shown) - MOST_ROWS} more")
         said = Counter(note for row in shown for note in row.notes)
-        lines += [f"{note} ({count} rows)" if count > 1 else note for note, count in said.most_common(most)]
+        lines += [f"{note} ({count} rows)" if count > 1 else note for note, count in said.most_common(MOST_ROWS)]
     lines += ["", *result.notes]
     for one in result.pooled:
         lines.append(f"{one.criterion.label} ({one.of}): {one.value:.3f}: {one.tier}; {one.criterion.words}")

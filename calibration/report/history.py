@@ -107,6 +107,6 @@ def trend_plot(runs: Sequence[Run], label: str) -> dict[str, Any] | None:
     }
 
 
-def earlier_figures(runs: Sequence[Run], row: str, most: int = 5) -> tuple[float, ...]:
-    """Return a row's figures in up to `most` runs before the last, the oldest first."""
-    return tuple(run.rows[row] for run in runs[:-1] if row in run.rows)[-most:]
+def earlier_figures(runs: Sequence[Run], row: str) -> tuple[float, ...]:
+    """Return a row's figures in up to five runs before the last, the oldest first."""
+    return tuple(run.rows[row] for run in runs[:-1] if row in run.rows)[-5:]

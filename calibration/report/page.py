@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
 TEMPLATES = Path(__file__).with_name("templates")
-SHOWN_WORST = 6
 
 _STATUS_ICONS = {"pass": "i-ok", "near": "i-near", "over": "i-warn", "invalid": "i-warn"}
 

@@ -96,7 +96,7 @@ class ReviewRow:
     full_size : height and width of the pictures before they were reduced to be shown.
     seconds : how long each step took, by its name.
     files : further files beside the page by their label, relative to its folder.
-    wavelengths_nm, reflectance : (L,) curve of the material, or None; `reflectance_label` says what was measured.
+    wavelengths_nm, reflectance : (L,) curve of the material, or None.
     colour : of the original data under this light, or None; `swatch` is the same, display-encoded.
     white_xyz : white of this light for this observer.
     histogram : pixels by their ΔE94, as of `histogram`. shift : mean ΔL*, Δa*, Δb* of picture less reference.
@@ -123,7 +123,6 @@ class ReviewRow:
     files: Mapping[str, str] = field(default_factory=dict)
     wavelengths_nm: Float[np.ndarray, "L"] | None = None
     reflectance: Float[np.ndarray, "L"] | None = None
-    reflectance_label: str = "Reflectance"
     swatch: tuple[int, int, int] | None = None
     colour: RowColour | None = None
     white_xyz: Float[np.ndarray, "3"] | None = None

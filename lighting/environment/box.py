@@ -20,7 +20,7 @@ PATCHES = 10
 RIM = 1
 #: The faces of a box by axis and side: left, right, floor, ceiling, back, front.
 FACES = ((0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1))
-_FLOOR, _CEILING, _FRONT = 2, 3, 5
+_CEILING, _FRONT = 3, 5
 
 
 @dataclass(frozen=True, eq=False)

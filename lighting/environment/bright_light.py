@@ -91,9 +91,9 @@ class BrightLight:
         inner = -2.0 * np.pi * np.expm1(-2.0 * length) / length * np.exp(-2.0 * product / (length + both))
         return inner / _integrals(sharpness)[..., None]
 
-    def on_surfaces(self, normals: Float[np.ndarray, "N 3"], count: int | None = None) -> Float[np.ndarray, "N n"]:
-        """Lux that each bright part of amplitude 1, or the first `count`, gives surfaces of unit normals, world."""
-        axis, lux = self.parts.axis[:count], self.lux[:count]
+    def on_surfaces(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N n"]:
+        """Lux that each bright part of amplitude 1 gives surfaces of unit normals, world."""
+        axis, lux = self.parts.axis, self.lux
         place = (np.clip(normals @ axis.T, -1.0, 1.0) + 1.0) * (0.5 * (_COSINES - 1))
         below = np.minimum(place.astype(np.int64), _COSINES - 2)
         share = place - below

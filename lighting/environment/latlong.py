@@ -7,7 +7,7 @@ its left and right edge -z, and +x lies a quarter from the left.
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 
 def directions(rows: Float[np.ndarray, "*#n"], columns: Float[np.ndarray, "*#n"]) -> Float[np.ndarray, "*n 3"]:
@@ -33,15 +33,6 @@ def solid_angles(height: int, width: int) -> Float[np.ndarray, " height"]:
     """Solid angle of a texel in each row, sr; exact."""
     edges = np.cos(np.pi * np.arange(height + 1) / height)
     return (edges[:-1] - edges[1:]) * 2.0 * np.pi / width
-
-
-def texel_at(to: Float[np.ndarray, "*n 3"], height: int, width: int) -> tuple[Int[np.ndarray, "*n"], ...]:
-    """Return the row and the column of the texel in which each direction lies."""
-    rows, columns = places(to)
-    return (
-        np.minimum((rows * height).astype(np.int64), height - 1),
-        np.minimum((columns * width).astype(np.int64), width - 1),
-    )
 
 
 class TexelWeights:

@@ -57,12 +57,9 @@ def reference_image(
     camera: Camera | None,
     surfaces: Mapping[str, Surface],
     illuminant: Spectrum | None = None,
-    *,
-    geometry: VisibleGeometry | None = None,
-    progress: Callable[[int, int, str], None] | None = None,
 ) -> tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]:
     """XYZ (H, W, 3) and coverage (H, W) of one picture; see `reference_images`."""
-    pictures = reference_images(scene, camera, surfaces, (illuminant,), geometry=geometry, progress=progress)
+    pictures = reference_images(scene, camera, surfaces, (illuminant,))
     return pictures.xyz[0], pictures.coverage
 
 

@@ -33,13 +33,12 @@ def basis_for(
     lights: Sequence[Spectrum],
     observer: Observer,
     size: int | None = None,
-    bounces: int = BOUNCES,
 ) -> SpectralBasis:
     """Return the basis of radiances that some surfaces make of some lights: see `radiance_basis`."""
     nm = _wavelengths(surfaces, observer)
     matrices = [surface.narrow(nm) for surface in surfaces]
     powers = np.stack([light.averaged(nm).samples for light in lights])
-    return radiance_basis(matrices, powers, observer.sensitivity(nm), nm, bounces=bounces, size=size)
+    return radiance_basis(matrices, powers, observer.sensitivity(nm), nm, bounces=BOUNCES, size=size)
 
 
 def planned_basis(

@@ -40,17 +40,6 @@ def texel_at(to: Float[np.ndarray, "*n 3"], size: int) -> Int[np.ndarray, "*n"]:
     return row * size + column
 
 
-def adjacent_texels(size: int) -> Int[np.ndarray, "pairs 2"]:
-    """Return every pair of texels that share an edge, once, those over the fold of the square's rim among them."""
-    number = np.arange(size * size).reshape(size, size)
-    half = size // 2
-    beside = [(number[:, 1:], number[:, :-1]), (number[1:], number[:-1])]
-    # The two in the middle of each rim are beside each other already.
-    for rim in (number[0], number[-1], number[:, 0], number[:, -1]):
-        beside.append((rim[: half - 1], rim[::-1][: half - 1]))
-    return np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in beside])
-
-
 def around(to: Float[np.ndarray, "*n 3"], size: int) -> tuple[Int[np.ndarray, "*n 4"], Float[np.ndarray, "*n 4"]]:
     """Return the four texels around each direction and the weights that make a map linear between their middles.
 

@@ -48,19 +48,13 @@ class HeldCodes:
     An image is held when it is asked for a second time, until `most` bytes are: who goes through all of them once keeps
     none, and who goes through more than there is room for, time and again, reads the rest from their files each time.
 
-    most : bytes. spilt : how many images there was no room for.
+    most : bytes.
     """
 
     def __init__(self, most: int = HELD_BYTES) -> None:
         self.most, self.nbytes = most, 0
         self._codes: dict[tuple[int, int], list[np.ndarray]] = {}
         self._asked: set[tuple[int, int]] = set()
-        self._spilt: set[tuple[int, int]] = set()
-
-    @property
-    def spilt(self) -> int:
-        """Images that are read from their files each time, since there is no room."""
-        return len(self._spilt)
 
     def of(self, key: tuple[int, int], read: Callable[[], list[np.ndarray]]) -> list[np.ndarray]:
         """Return the numbers of one image."""
@@ -71,8 +65,6 @@ class HeldCodes:
         if key in self._asked and self.nbytes + size <= self.most:
             self._codes[key] = codes
             self.nbytes += size
-        elif key in self._asked:
-            self._spilt.add(key)
         self._asked.add(key)
         return codes
 

@@ -6,7 +6,7 @@ sinh(x): no sharpness overflows, and none loses its digits (lambda from 1e-6 to 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -70,14 +70,6 @@ class Gaussians:
             np.sum(self.axis * normal, axis=-1), np.linalg.norm(np.cross(self.axis, normal), axis=-1)
         )
         return np.asarray(self.integral * share_in_hemisphere(np.asarray(elevation), self.sharpness))
-
-    def inner_over_hemisphere(self, other: Gaussians, normal: Vectors) -> Scalars:
-        """Return the integral of G1 G2 over the directions with v . normal > 0, exact."""
-        return self.product(other).over_hemisphere(normal)
-
-    def rotated(self, rotation: Float[np.ndarray, "... 3 3"]) -> Gaussians:
-        """Return the same lobes turned (eq. 7)."""
-        return replace(self, axis=np.einsum("...ij,...j->...i", rotation, self.axis))
 
 
 def sphere_integral(sharpness: Scalars) -> Scalars:

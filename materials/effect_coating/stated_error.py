@@ -67,13 +67,13 @@ class StatedError:
         return cls(tuple(str(kept["expected.lights"]).split()), *figures)
 
 
-def stated_error(readings: AngleReadings, brdf: FlakeTilt, lights: Sequence[str] = LIGHTS) -> StatedError:
+def stated_error(readings: AngleReadings, brdf: FlakeTilt) -> StatedError:
     """Return the error that is expected of `brdf` on the sphere protocol, under each light."""
     sphere = sphere_protocol(_PIXELS)
     seen = aspecular(sphere.wi, sphere.wo) > np.radians(FLARE)
-    mean, bound = expected_errors(readings, brdf, sphere.wi[seen], sphere.wo[seen], lights)
+    mean, bound = expected_errors(readings, brdf, sphere.wi[seen], sphere.wo[seen], LIGHTS)
     return StatedError(
-        tuple(lights),
+        LIGHTS,
         tuple(float(one) for one in mean.mean(axis=1)),
         tuple(float(one) for one in bound.mean(axis=1)),
     )

@@ -138,10 +138,10 @@ class CompressedTable:
         form = compressed(scaled, _ENERGY_LOST)
         return cls(form.core, form.bases, roots)
 
-    def decomposed(self, rank: int, seed: int | tuple[int, ...], sweeps: int = 120, ridge: float = 1e-6) -> CPTensor:
+    def decomposed(self, rank: int, seed: int | tuple[int, ...], sweeps: int = 120) -> CPTensor:
         """`rank` terms, expanded to the table; found by `cp_als` from a random start, which `seed` decides."""
         start = random_start(self.core, rank, np.random.default_rng(seed))
-        found, _ = cp_als(self.core, start, sweeps, ridge, 1e-14)
+        found, _ = cp_als(self.core, start, sweeps, 1e-6, 1e-14)
         factors = [basis @ factor for basis, factor in zip(self.bases, absorbed(found), strict=True)]
         roots = (*self.roots, np.ones(len(factors[-1])))
         return CPTensor((None, [factor / root[:, None] for factor, root in zip(factors, roots, strict=True)]))
@@ -196,22 +196,20 @@ class WeightedTable:
         return factors, left
 
 
-def weighted_cp(
-    table: WeightedTable, start: CPTensor, sweeps: int, ridge: float = 1e-9, tolerance: float = 1e-12
-) -> tuple[CPTensor, float]:
+def weighted_cp(table: WeightedTable, start: CPTensor, sweeps: int) -> tuple[CPTensor, float]:
     """Alternating least squares with the true weights, from a given start.
 
     Parameters
     ----------
     sweeps : over all modes, at most.
-    ridge : pull of every row of a factor towards zero, as a share of the mean curvature there.
-    tolerance : share of the table's weighted energy at which sweeps end.
 
     Returns
     -------
     The decomposition, longest term first, and the weighted sum of squares that is left.
     """
-    enough = tolerance * table.energy
+    # Every row of a factor is pulled towards zero by a share of the mean curvature there; sweeps end at a share of the
+    # table's weighted energy.
+    ridge, enough = 1e-9, 1e-12 * table.energy
     factors, left = extrapolated_sweeps(lambda now: table.sweep(now, ridge), absorbed(start), sweeps, enough)
     return longest_first(factors), left
 

@@ -72,9 +72,7 @@ def decompose(
     *,
     method: Method = "refitted",
     seed: int = 0,
-    starts: int = _STARTS,
     sweeps: int = _SWEEPS,
-    ridge: float = _RIDGE,
 ) -> Decomposition:
     """Sum of `rank` outer products of vectors that is close to `table` in the sense of least squares.
 
@@ -83,8 +81,7 @@ def decompose(
     table : at least two modes; only read, if it is C-contiguous and float64.
     method : see the module's text.
     seed : of the random starts; the same seed gives the same bits on the same machine.
-    starts, sweeps : how many starts are tried, and the most sweeps that the best of them is given.
-    ridge : pull towards zero, as a share of the table's energy.
+    sweeps : that the best start is given at most.
 
     Raises
     ------
@@ -97,7 +94,7 @@ def decompose(
     if table.ndim < 2 or table.size == 0:
         raise InputError("not a table", field="table", found=table.shape, expected="two modes or more, none empty")
     form = compressed(table, _LOST, 2 * rank + _MARGIN)
-    return decompose_compressed(form, rank, method=method, seed=seed, starts=starts, sweeps=sweeps, ridge=ridge)
+    return decompose_compressed(form, rank, method=method, seed=seed, sweeps=sweeps)
 
 
 def decompose_compressed(
@@ -106,9 +103,7 @@ def decompose_compressed(
     *,
     method: Method = "refitted",
     seed: int = 0,
-    starts: int = _STARTS,
     sweeps: int = _SWEEPS,
-    ridge: float = _RIDGE,
 ) -> Decomposition:
     """`decompose` of a table that is already compressed: for several ranks or methods of the same table."""
     generator = np.random.default_rng(seed)
@@ -119,9 +114,9 @@ def decompose_compressed(
     norm = np.sqrt(form.energy)
     unit = form.core / norm
     if method == "joint":
-        core = _best(unit, rank, generator, starts, sweeps, ridge)
+        core = _best(unit, rank, generator, sweeps)
     else:
-        core = _packs(unit, rank, generator, starts, sweeps, ridge, refit=method == "refitted")
+        core = _packs(unit, rank, generator, sweeps, refit=method == "refitted")
     left = float(np.sum((unit - cp_to_tensor(core)) ** 2)) + form.lost / form.energy
     factors = absorbed(core)
     share = norm ** (1.0 / len(factors))
@@ -129,19 +124,15 @@ def decompose_compressed(
     return Decomposition(whole, float(np.sqrt(left)), float(term_lengths(factors).max()), form.core.shape)
 
 
-def _best(
-    core: np.ndarray, rank: int, generator: np.random.Generator, starts: int, sweeps: int, ridge: float
-) -> CPTensor:
+def _best(core: np.ndarray, rank: int, generator: np.random.Generator, sweeps: int) -> CPTensor:
     """Return all terms at once: the most promising of several short runs, continued."""
     short = max(sweeps // 4, 1)
-    tried = [cp_als(core, random_start(core, rank, generator), short, ridge, 1e-14) for _ in range(starts)]
+    tried = [cp_als(core, random_start(core, rank, generator), short, _RIDGE, 1e-14) for _ in range(_STARTS)]
     begun, _ = min(tried, key=lambda run: run[1])
-    return cp_als(core, begun, sweeps, ridge, 1e-14)[0]
+    return cp_als(core, begun, sweeps, _RIDGE, 1e-14)[0]
 
 
-def _packs(
-    core: np.ndarray, rank: int, generator: np.random.Generator, starts: int, sweeps: int, ridge: float, *, refit: bool
-) -> CPTensor:
+def _packs(core: np.ndarray, rank: int, generator: np.random.Generator, sweeps: int, *, refit: bool) -> CPTensor:
     """Four terms at a time, fitted to the residual; jointly refitted after each where `refit`."""
     factors: Factors = [np.zeros((size, 0)) for size in core.shape]
     while (have := factors[0].shape[1]) < rank:
@@ -149,8 +140,8 @@ def _packs(
         if not np.any(residual):
             pack = [np.zeros((size, rank - have)) for size in core.shape]
         else:
-            pack = absorbed(_best(residual, min(PACK, rank - have), generator, starts, sweeps, ridge))
+            pack = absorbed(_best(residual, min(PACK, rank - have), generator, sweeps))
         factors = [np.hstack(pair) for pair in zip(factors, pack, strict=True)]
         if refit and have:
-            factors = absorbed(cp_als(core, CPTensor((None, factors)), sweeps, ridge, 1e-14)[0])
+            factors = absorbed(cp_als(core, CPTensor((None, factors)), sweeps, _RIDGE, 1e-14)[0])
     return longest_first(factors)

@@ -73,7 +73,6 @@ def write_review_row(
         seconds=seconds,
         wavelengths_nm=reading.wavelengths_nm,
         reflectance=reading.factor,
-        reflectance_label="Radiance factor, light at 45°, seen from 0°",
         swatch=display_swatch(display, xyz, drawing.white),
         colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY, around),
         white_xyz=drawing.white,

@@ -27,15 +27,6 @@ def test_solid_angles_are_those_of_the_sphere():
     assert (angles[to[:, 2] > 0.0]).sum() == pytest.approx(2.0 * np.pi, rel=1e-3)
 
 
-def test_every_texel_has_four_neighbours_that_are_near():
-    pairs, to = octahedral.adjacent_texels(64), octahedral.directions(64)
-    counts = np.bincount(pairs.ravel())
-    # The two in the middle of each rim share two edges.
-    assert (counts == 4).sum() == 64**2 - 8 and counts.min() == 3
-    assert len(np.unique(np.sort(pairs, axis=1), axis=0)) == len(pairs)
-    assert np.degrees(np.arccos((to[pairs[:, 0]] * to[pairs[:, 1]]).sum(axis=1).min())) < 4.5
-
-
 @pytest.mark.parametrize("size", [8, 32])
 def test_what_is_between_texels_is_continuous_over_the_folds(size):
     """Along great circles through poles, corners and rims no step of a random map is larger than the way allows."""

@@ -14,7 +14,7 @@ from ..state import Interface
 #: L* of panels, of text, of what is said less loudly, and the sign of steps that stand out.
 DARK, LIGHT = (20.0, 88.0, 62.0, 1.0), (88.0, 12.0, 38.0, -1.0)
 #: Size of text, and of headings.
-TEXT, SMALL, LARGE = 15.0, 12.5, 17.0
+TEXT, SMALL = 15.0, 12.5
 # Symbols that the font for text lacks.
 _SYMBOLS = "fonts/Inconsolata-Medium.ttf"
 

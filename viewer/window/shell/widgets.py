@@ -74,14 +74,14 @@ def combo(name: str, options: Sequence[tuple[str, str]], chosen: str, width: flo
     return clicked
 
 
-def dial_slider(desk: Desk, dial: Dial, form: str, label: str = "") -> None:
+def dial_slider(desk: Desk, dial: Dial, form: str) -> None:
     """A dial: dragged, or typed after Ctrl+click."""
     flags = imgui.SliderFlags_.always_clamp
     if dial.logarithmic:
         flags |= imgui.SliderFlags_.logarithmic
     imgui.set_next_item_width(-1.0)
     value = dial.value(desk.session)
-    changed, value = imgui.slider_float(f"##{label or dial.name}", value, dial.low, dial.high, form, flags)
+    changed, value = imgui.slider_float(f"##{dial.name}", value, dial.low, dial.high, form, flags)
     if changed:
         desk.turn(dial, value)
     tooltip(f"{dial.words}. Ctrl+click to type a number.")
