@@ -18,9 +18,10 @@ from ..calibration.regression.page import render_page
 from ..calibration.regression.row import FLOAT32_ROUNDOFF, ComparedSide, LayerKind, PixelLayer, Pixels, Row, RowName
 from ..calibration.regression.row_pictures import srgb
 from ..calibration.report.history import Run
-from ..calibration.report.preview_page import PreviewCard, render_preview_page
+from ..calibration.report.preview_page import PreviewCard, write_preview_page
 from ..calibration.report.report import write_report
 from ..calibration.report.row import ReviewRow, RowColour, WorstPixel, review_row
+from ..calibration.report.sprite_sheets import SpriteSheets
 from ..calibration.report.statistics import DeltaEStatistics, SelfCheck
 from ..spectral.difference import delta_e_lab, lab_from_xyz
 from ..spectral.illuminants import illuminant
@@ -70,16 +71,17 @@ def match_page(folder: Path, rows: int) -> Path:
 
 def catalogue_page(folder: Path, rows: int) -> Path:
     """Write the page of `metamer catalogue preview`: so many materials."""
-    cards = []
+    cards, sheets = [], SpriteSheets()
     for number in range(rows):
         name = _named(len(LIGHTS) * number)[0]
         xyz, white = _sphere(number, "D65"), _white("D65")
-        picture, _ = srgb(Pixels(xyz, np.ones(xyz.shape[:2]), white))
-        lab, facts = lab_from_xyz(_colour(number, "D65"), white), {"Licence": "CC0", "Source": "made up"}
+        sheets.add(srgb(Pixels(xyz, np.ones(xyz.shape[:2]), white))[0])
+        lab, facts = tuple(lab_from_xyz(_colour(number, "D65"), white)), {"Licence": "CC0", "Source": "made up"}
         family, p99 = name.split("/")[0], 0.1 + 0.001 * (number * 37 % rows)
         caption = f"fit: p99 {p99:.2f}"
-        cards.append(PreviewCard(name, family, "analytic", "reflectance", caption, picture, facts, lab, p99))
-    return _written(folder / "catalogue.html", render_preview_page(cards, "Made up", "Spheres under D65."))
+        cards.append(PreviewCard(name, family, "analytic", "reflectance", caption, facts, lab, p99))
+    write_preview_page(folder / "catalogue.html", cards, sheets, "Made up", "Spheres under D65.")
+    return folder / "catalogue.html"
 
 
 #: By the name of the page, what writes one of so many rows into a folder.

@@ -130,7 +130,7 @@ def _steps(page: Any) -> Iterator[Step]:
         yield from pressed(f"choose in #{choice}", ["ArrowDown"] * others + ["Home"])
     page.evaluate("document.activeElement.blur()")
     yield from pressed("change the grey", ["b"] * 3)
-    for place, key in (("[data-line] a", "ArrowDown"), (".card", "ArrowRight")):
+    for place, key in (("[data-line] a, .thumbnail a", "ArrowDown"), (".card", "ArrowRight")):
         if there(place):
             yield from pressed(f"press {key}", [key] * 4)
     if page.evaluate("!!document.querySelector('.compare')"):
@@ -141,7 +141,7 @@ def _steps(page: Any) -> Iterator[Step]:
         if box is not None:
             yield f"point at {place}", lambda box=box: page.mouse.move(*box)
             yield f"click {place}", lambda box=box: page.mouse.click(*box)
-    last = page.evaluate("[...document.querySelectorAll('[data-line] a')].at(-1).getAttribute('href')")
+    last = page.evaluate("[...document.querySelectorAll('[data-line] a, .thumbnail a')].at(-1).getAttribute('href')")
     yield "follow a link to the last row", lambda: page.evaluate("(to) => { location.hash = to; }", last)
 
 

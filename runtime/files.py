@@ -49,7 +49,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
         The folder is missing or cannot be written to; it has no room for the file.
     """
     path = Path(path)
-    if _takes_bytes(path):
+    if takes_bytes(path):
         with private_folder() as folder:
             whole = folder / path.name
             whole.touch()
@@ -82,7 +82,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
             ) from None
 
 
-def _takes_bytes(path: Path) -> bool:
+def takes_bytes(path: Path) -> bool:
     """Return whether something stands at `path` that takes what it is sent, and is no file that another could stand
     for.
     """
@@ -150,7 +150,7 @@ def check_writable(path: str | Path) -> None:
     path = Path(path)
     if path.is_dir():
         raise InputError("a folder, where a file is to be written", file=path, hint="name a file")
-    if _takes_bytes(path):
+    if takes_bytes(path):
         if not os.access(path, os.W_OK):
             hint = "name a file, or a device or pipe that takes what is written to it"
             raise InputError("cannot be written to", file=path, found="no permission to write", hint=hint)
@@ -173,7 +173,7 @@ def check_outputs(outputs: Iterable[str | Path], read: Iterable[str | Path] = ()
     inputs = {os.path.realpath(one) for path in read for one in _files_in(Path(path))}
     for path in outputs:
         check_writable(path)
-        if _takes_bytes(Path(path)):
+        if takes_bytes(Path(path)):
             continue
         place = os.path.realpath(path)
         if place in inputs:

@@ -81,8 +81,8 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
         title=title,
         heading=data["title"],
         document=document,
-        data=_script(data),
-        embedded=_script(embedded),
+        data=script_json(data),
+        embedded=script_json(embedded),
         status_icon=_STATUS_ICONS[document["status"]],
         # The keys of the first nine.
         pictured=[
@@ -113,7 +113,7 @@ def _light_words(title: str, name: str) -> Markup:
     return escape(title) if name in title else Markup('{}<span class="long"> {}</span>').format(title, name)
 
 
-def _script(value: Any) -> Markup:
+def script_json(value: Any) -> Markup:
     """JSON for a script element: nothing in it ends the element."""
     from markupsafe import Markup
 

@@ -1,17 +1,25 @@
-"""The page of a catalogue: every material as a picture, to be searched, filtered and sorted in the browser."""
+"""The page of a catalogue: every material as a picture, to be searched, filtered and sorted in the browser.
+
+The page holds figures and words of all materials, and makes elements of those on the screen alone.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote, unquote
 
-import numpy as np
-from jaxtyping import Float, UInt8
-
-from . import plots
-from .page import breakable, html_environment, row_id
+from ...runtime.files import takes_bytes, written_whole
+from .page import html_environment, script_json
 from .review_data import BADGES
+from .row_name import row_id
+from .sprite_sheets import SIDE, SpriteSheets, forget_other_sheets, write_sheets
+
+# Bytes of pictures up to which they are in the page: with the words of as many materials it takes 8 MB at most.
+_MOST_IN_THE_PAGE = 7_000_000
 
 # By standing of the colour: its word in the page's sentence, and what it means for judging; those to look at first.
 _MEANING = {
@@ -34,9 +42,8 @@ class PreviewCard:
     """One material on the page.
 
     title : name for people. colour : standing of its colour, one of `BADGES`. kind : of its provenance.
-    picture : display-encoded sRGB, square; alpha is its coverage. caption : of its error. facts : words that a search
-    finds, by label. lab : CIELAB that the page sorts by, or None. p99 : ΔE94, or None. words : why it has no picture,
-    or "".
+    caption : of its error. facts : words that a search finds, by label. lab : CIELAB that the page sorts by, or None.
+    p99 : ΔE94, or None. words : why it has no picture, or "".
     """
 
     id: str
@@ -44,23 +51,12 @@ class PreviewCard:
     kind: str
     quantity: str
     caption: str
-    picture: UInt8[np.ndarray, "H W c"]
     facts: dict[str, str]
-    lab: Float[np.ndarray, "3"] | None = None
+    lab: tuple[float, float, float] | None = None
     p99: float | None = None
     words: str = ""
     title: str = ""
     colour: str = "unknown"
-
-    @property
-    def chroma(self) -> float:
-        """C*ab, -1 where there is no colour."""
-        return -1.0 if self.lab is None else float(np.hypot(self.lab[1], self.lab[2]))
-
-    @property
-    def hue(self) -> float:
-        """h_ab in degrees, -1 where there is no colour."""
-        return -1.0 if self.lab is None else float(np.degrees(np.arctan2(self.lab[2], self.lab[1])) % 360.0)
 
     @property
     def attention(self) -> int:
@@ -84,18 +80,68 @@ def catalogue_sentence(cards: Sequence[PreviewCard]) -> str:
     return f"{total} material{'' if total == 1 else 's'}: {', '.join(parts)}."
 
 
-def render_preview_page(cards: Sequence[PreviewCard], title: str, words: str) -> str:
-    """One self-contained HTML page; `words` says how the pictures were made."""
-    environment = html_environment(uri=plots.data_uri, lossless=plots.lossless, row_id=row_id, breakable=breakable)
+def write_preview_page(path: Path, cards: Sequence[PreviewCard], sheets: SpriteSheets, title: str, words: str) -> None:
+    """Write the page; pictures that would make it slow to open go into a folder beside it, `STEM_pictures`.
+
+    Sheets are named after what they hold, and the page comes last: one that was there before keeps its own until then.
+    """
+    files, folder = sheets.files(), path.with_name(f"{path.stem}_pictures")
+    names: list[str] = []
+    # A device or a pipe has nothing beside it.
+    if sum(map(len, files)) * 4 // 3 > _MOST_IN_THE_PAGE and not takes_bytes(path):
+        names = write_sheets(folder, files)
+    addresses = [f"{quote(folder.name)}/{name}" for name in names] or sheets.embedded()
+    with written_whole(path) as beside:
+        beside.write_text(render_preview_page(cards, addresses, sheets.pixels, title, words), encoding="utf-8")
+    forget_other_sheets(folder, names)
+
+
+def render_preview_page(
+    cards: Sequence[PreviewCard], sheets: Sequence[str], pixels: int, title: str, words: str
+) -> str:
+    """Render the page as HTML.
+
+    sheets : addresses of sprite sheets with a picture of `pixels` across for each card. words : how they were made.
+    """
     counts = Counter(card.colour for card in cards if not card.words)
-    return environment.get_template("preview.html").render(
-        cards=cards,
-        title=title,
-        words=words,
-        sentence=catalogue_sentence(cards),
-        status_icon="i-warn" if any(card.words for card in cards) else "i-near" if counts["uplifted"] else "i-ok",
-        badges=BADGES,
-        standings=[(one, BADGES[one], counts[one], _MEANING[one][1]) for one in reversed(_MEANING) if counts[one]],
-        families=sorted({card.family for card in cards}),
-        quantities=sorted({card.quantity for card in cards}),
+    return (
+        html_environment()
+        .get_template("preview.html")
+        .render(
+            data=script_json(_data(cards, pixels)),
+            sheets=script_json(list(sheets)),
+            count=len(cards),
+            title=title,
+            words=words,
+            sentence=catalogue_sentence(cards),
+            status_icon="i-warn" if any(card.words for card in cards) else "i-near" if counts["uplifted"] else "i-ok",
+            badges=BADGES,
+            standings=[(one, BADGES[one], counts[one], _MEANING[one][1]) for one in reversed(_MEANING) if counts[one]],
+            families=sorted({card.family for card in cards}),
+            quantities=sorted({card.quantity for card in cards}),
+            beside=next((unquote(one.rpartition("/")[0]) for one in sheets if not one.startswith("data:")), ""),
+        )
     )
+
+
+def _data(cards: Sequence[PreviewCard], pixels: int) -> dict[str, Any]:
+    """Return what the page's script reads: a list a material, in which texts that may repeat are numbers of `texts`."""
+    texts: dict[str, int] = {}
+
+    def text(words: str) -> int:
+        return texts.setdefault(words, len(texts))
+
+    rows = [
+        [
+            card.id,
+            card.title or card.id,
+            *map(text, (card.family, card.quantity, card.colour, card.caption, card.words)),
+            card.attention,
+            None if card.p99 is None else float(card.p99),
+            None if card.lab is None else [round(float(value), 4) for value in card.lab],
+            [text(words) for fact in card.facts.items() for words in fact],
+            *([row_id(card.id)] if row_id(card.id) != card.id else []),
+        ]
+        for card in cards
+    ]
+    return {"side": SIDE, "pixels": pixels, "badges": BADGES, "texts": list(texts), "cards": rows}

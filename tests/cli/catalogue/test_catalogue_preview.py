@@ -2,11 +2,14 @@
 
 import base64
 import io
+import json
 import re
 
 import numpy as np
 import pytest
+from metamer.calibration.report import preview_page
 from metamer.calibration.report.review_data import BADGES
+from metamer.cli.catalogue import preview
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from metamer.viewer.sheets.preview import contact_sheet, thumbnail_scene, thumbnails
@@ -24,11 +27,21 @@ def folder(tmp_path, write_matt, write_spectrum):
     return where
 
 
+def data(page, name="data"):
+    return json.loads(re.search(f'id="{name}">(.*)</script>', page)[1])
+
+
 def pictures(page):
-    return [
-        np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB"))
-        for data in re.findall(r'src="data:image/webp;base64,([^"]+)"', page)
-    ]
+    """The pictures of a page, cut out of its sheets."""
+    side, pixels = data(page)["side"], data(page)["pixels"]
+    cells = []
+    for address in data(page, "sheets"):
+        sheet = Image.open(io.BytesIO(base64.b64decode(address.partition(",")[2]))).convert("RGB")
+        across, down = (length // (pixels + 2) for length in sheet.size)
+        assert across <= side and sheet.size == (across * (pixels + 2), down * (pixels + 2))
+        lines = np.asarray(sheet).reshape(down, pixels + 2, across, pixels + 2, 3).swapaxes(1, 2)
+        cells += list(lines[:, :, 1:-1, 1:-1].reshape(-1, pixels, pixels, 3))
+    return cells[: len(data(page)["cards"])]
 
 
 def test_a_sheet_and_a_page(metamer, folder, tmp_path):
@@ -53,7 +66,37 @@ def test_filters_choose_and_order(metamer, folder, tmp_path):
     chosen = ("--family", "paint", "--sort", "lightness", "--reverse", "--limit", "1")
     drawn = ("--html", html, "--size", 16, "--renderer", "software")
     code, _, _ = metamer("catalogue", "preview", folder, *drawn, *chosen)
-    assert code == 0 and re.findall(r'data-name="([^"]+)"', html.read_text("utf-8")) == ["paint/light"]
+    assert code == 0 and [card[0] for card in data(html.read_text("utf-8"))["cards"]] == ["paint/light"]
+
+
+def test_pictures_that_are_many_lie_beside_the_page(metamer, folder, tmp_path, monkeypatch):
+    """And only those: sheets of another page go once it has been replaced, whatever else is there stays."""
+    html, beside = tmp_path / "my page.html", tmp_path / "my page_pictures"
+    drawn = ("--html", html, "--size", 16, "--renderer", "software")
+    assert metamer("catalogue", "preview", folder, *drawn)[0] == 0 and not beside.exists()
+    inside = data(html.read_text("utf-8"), "sheets")
+    monkeypatch.setattr(preview_page, "_MOST_IN_THE_PAGE", 100)
+    assert metamer("catalogue", "preview", folder, *drawn)[0] == 0
+    (address,) = data(html.read_text("utf-8"), "sheets")
+    (file,) = beside.iterdir()
+    assert address == f"my%20page_pictures/{file.name}"
+    assert file.read_bytes() == base64.b64decode(inside[0].partition(",")[2]), "the same picture, wherever it is"
+    (beside / "notes.webp").write_text("mine")
+    assert metamer("catalogue", "preview", folder, *drawn, "--match", "paint/*")[0] == 0
+    assert not file.exists() and len(list(beside.glob("*.webp"))) == 2
+    monkeypatch.undo()
+    assert metamer("catalogue", "preview", folder, *drawn)[0] == 0
+    assert [one.name for one in beside.iterdir()] == ["notes.webp"]
+    code, out, _ = metamer("catalogue", "preview", folder, "--html", "-", *drawn[2:])
+    assert code == 0 and data(out, "sheets") == inside
+
+
+def test_a_contact_sheet_of_many_is_drawn_only_where_it_is_asked_for(metamer, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(preview, "_SHEET", 2)
+    monkeypatch.chdir(tmp_path)
+    words = ("catalogue", "preview", folder, "--size", 8, "--renderer", "software")
+    assert metamer(*words)[0] == 0 and {"catalogue.html"} == {one.name for one in tmp_path.glob("catalogue.*")}
+    assert metamer(*words, "--png", "catalogue.png")[0] == 0 and (tmp_path / "catalogue.png").exists()
 
 
 def test_nothing_fits(metamer, folder, tmp_path):
@@ -70,7 +113,8 @@ def test_a_damaged_file_is_shown_as_one(metamer, folder, tmp_path):
     code, out, _ = metamer("catalogue", "preview", folder, "--html", html, "--size", 16, "--renderer", "software")
     page = html.read_text("utf-8")
     assert code == 4 and "dark.h5" in out
-    assert len(pictures(page)) == 3 and page.count("</svg>cannot be used") == 1 and ", 1 cannot be used." in page
+    assert len(pictures(page)) == 3 and ", 1 cannot be used." in page
+    assert [card[0] for card in data(page)["cards"] if data(page)["texts"][card[6]]] == ["paint/dark"]
 
 
 @pytest.mark.slow
@@ -184,7 +228,9 @@ def test_every_place_that_shows_a_material_shows_its_standing(metamer, tmp_path,
     options = ("--html", page, "--size", 16, "--renderer", "software")
     assert metamer("catalogue", "preview", cat, *options)[0] == 0
     html = page.read_text("utf-8")
-    badge = re.search('<span class="(badge[^"]*)">.*?</svg>([^<]+)</span>\n<button', html)
+    (card,) = data(html)["cards"]
+    colour = data(html)["texts"][card[4]]
+    badge = re.search(f'<template id="badge-{colour}"><span class="(badge[^"]*)">.*?</svg>([^<]+)</span>', html)
     assert badge[2] == BADGES[standing] and ("guess" in badge[1]) == (standing in ("uplifted", "unknown"))
     _, out, _ = metamer("catalogue", "list", cat)
     assert kind in out and "fit ΔE94 p99" in out
