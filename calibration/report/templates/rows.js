@@ -2,8 +2,7 @@
 //
 // Each line of the table (`data-line`, the id of its card where it has one) is one thing. Its rows are the card's, or the
 // line itself: they say what is searched (`data-words`), shown (`data-status`, one or more; `data-...` by the name of a
-// `.choice`) and sorted (`data-...` by the values of #sort, the largest first, or the smallest where an option says
-// `data-rising`; `data-undefined` before all).
+// `.choice`) and sorted (`data-...` by the values of #sort, the largest first; `data-undefined` before all).
 (function () {
   "use strict";
   document.documentElement.classList.add("scripted");
@@ -19,7 +18,7 @@
     const texts = rows.map(function (row) {
       return " " + wordsOf([name, row.dataset.light, row.dataset.words, row.dataset.status].join(" ")).join(" ");
     });
-    return { card: card, line: line, link: line.querySelector("th a, .name a"), rows: rows, texts: texts, cells: cells, name: name, order: Number(said.dataset.order || index) };
+    return { card: card, line: line, link: line.querySelector("th a"), rows: rows, texts: texts, cells: cells, name: name, order: Number(said.dataset.order || index) };
   });
   const lights = new Set(all.flatMap(function (one) { return one.rows.map(function (row) { return (row.dataset.light || "").toLowerCase(); }); }));
   const things = shown.dataset.things || "materials";
@@ -45,9 +44,7 @@
     const chosen = sort.selectedOptions[0], light = chosen.dataset.light;
     const rows = one.rows.filter(function (row) { return !row.hidden && (!light || row.dataset.light === light); });
     const largest = function (key) { return Math.max.apply(null, [-1].concat(rows.map(function (row) { return Number(row.dataset[key] || 0); }))); };
-    const figure = largest(sort.value);
-    // What has no number comes last, whichever way the others run.
-    return [Math.min(largest("undefined"), 1), "rising" in chosen.dataset ? (figure < 0 ? -Infinity : -figure) : figure];
+    return [Math.min(largest("undefined"), 1), largest(sort.value)];
   }
 
   function before(a, b) {
@@ -144,7 +141,6 @@
 
   function open(group, one, tabIndex) {
     group.of(one).tabIndex = tabIndex;
-    if (group === links && !one.card) one.line.querySelectorAll("button").forEach(function (each) { each.tabIndex = tabIndex; });
     if (group === pages) one.card.querySelectorAll("a, button, input, summary, .scroll").forEach(function (each) { each.tabIndex = tabIndex; });
   }
 
