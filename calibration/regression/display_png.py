@@ -80,9 +80,12 @@ def _said(picture: Any) -> dict[str, str]:
 
 def _pixels(path: Path) -> Pixels:
     with _opened(path) as picture:
-        if picture.mode not in ("RGB", "RGBA", "L"):
-            expected = "RGB, RGBA or L"
-            raise InputError("not 8 bits a channel", file=path, field="mode", found=picture.mode, expected=expected)
+        # Of 16 bits Pillow keeps the first byte, and calls the mode RGB.
+        fine = "16" in str(picture.tile[0].args)
+        if fine or picture.mode not in ("RGB", "RGBA", "L"):
+            found, expected = f"{picture.mode}{', 16 bits' if fine else ''}", "RGB, RGBA or L"
+            hint = "write it with 8 bits, or as .exr"
+            raise InputError("not 8 bits a channel", file=path, field="mode", found=found, expected=expected, hint=hint)
         try:
             codes = np.asarray(picture.convert("RGBA"))
         except (OSError, SyntaxError, ValueError) as reason:

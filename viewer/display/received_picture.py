@@ -39,7 +39,7 @@ def read_picture(
         with Image.open(path) as image:
             data = path.read_bytes()
             profile, stated = profile_of(image, data), (*other_than_srgb(image, data), *_dropped(image))
-            pixels = np.asarray(image.convert("RGB"))
+            pixels = _codes(image, path)
     except (UnidentifiedImageError, OSError, Image.DecompressionBombError) as reason:
         raise InputError(
             "not a picture that can be read", file=path, found=str(reason)[:120], expected="a PNG or JPEG file"
@@ -54,6 +54,18 @@ def read_picture(
         except InputError as reason:
             stated = (f"a profile that cannot be used ({reason.problem})", *stated)
     return pixels, xyz(codes).reshape(pixels.shape), stated
+
+
+def _codes(image: Any, path: Path) -> UInt8[np.ndarray, "H W 3"]:
+    """Decode 8 bits a channel; grey of 16 bits is scaled here, since Pillow cuts it off at 255."""
+    if image.mode.startswith("I;16"):
+        grey = np.round(np.asarray(image) / 257.0).astype(np.uint8)
+        return np.repeat(grey[..., None], 3, axis=-1)
+    if image.mode in ("I", "F"):
+        raise InputError(
+            "whole numbers or floats on no scale", file=path, found=image.mode, expected="8 or 16 bits a channel"
+        )
+    return np.asarray(image.convert("RGB"))
 
 
 def _dropped(image: Any) -> Iterator[str]:

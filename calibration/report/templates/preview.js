@@ -21,7 +21,7 @@ const CARDS = DATA.cards.map((row, number) => {
 const BY_ANCHOR = new Map(CARDS.map((card) => [card.anchor, card]));
 
 // The words that a search looks for, made when somebody first searches.
-function foundIn(card) {
+function searched(card) {
   if (card.found === null) {
     const said = [card.id, card.title, DATA.badges[card.colour], card.family, card.quantity, ...card.facts.map((fact) => fact[1]), card.words && "cannot be used"];
     card.found = ` ${wordsOf(said.join(" ")).join(" ")}`;
@@ -41,7 +41,7 @@ function update() {
   const words = wordsOf(find.value);
   order = inOrder(CARDS.filter((card) => (!colour || (!card.words && card.colour === colour))
     && choices.every((choice) => !choice.value || card[choice.name] === choice.value)
-    && words.every((word) => foundIn(card).includes(` ${word}`))));
+    && words.every((word) => searched(card).includes(` ${word}`))));
   const total = `${CARDS.length} ${CARDS.length === 1 ? "material" : "materials"}`, says = `${order.length} of ${total}`;
   document.getElementById("shown").textContent = order.length === CARDS.length ? total : order.length ? says : "No matches.";
   document.getElementById("left-out").textContent = order.length < CARDS.length ? `Only a part is shown: ${says}.` : "";

@@ -23,6 +23,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from metamer.viewer.display.png import png_bytes
 from PIL import Image
 
 WHITE = observer("1931_2").white(illuminant("D65"))
@@ -252,6 +253,14 @@ def test_a_png_says_that_it_is_of_srgb_in_several_ways(tmp_path, chunks):
         (tmp_path / f"{name}.png").write_bytes(chunked(*chunks))
     (row,) = compared(tmp_path / "a.png", tmp_path / "b.png").rows
     assert row.state == "identical" and not row.notes
+
+
+def test_a_png_of_16_bits_is_refused_rather_than_cut_off(tmp_path):
+    for name, low in (("a", 0), ("b", 200)):
+        codes = np.full((4, 4, 3), (90 << 8) + low, np.uint16)
+        (tmp_path / f"{name}.png").write_bytes(png_bytes(codes, [SRGB]))
+    with pytest.raises(InputError, match=r"16 bits[^~]*as \.exr"):
+        compared(tmp_path / "a.png", tmp_path / "b.png")
 
 
 def test_other_whites_are_refused_whatever_the_names(tmp_path):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from metamer.materials.formats.btf_headers import header_notes
 from metamer.materials.svbrdf.textures import Texture
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.formats.picture_header import SRGB_XY
 from metamer.viewer.display.received_picture import read_picture
@@ -277,3 +278,18 @@ def test_images_of_a_btf_and_pictures_that_somebody_sends_say_so_too(tmp_path):
     ]
     assert read_picture(files[0])[2] == ("primaries of BT.2020 (cICP)", "PQ (cICP)")
     assert read_picture(files[2])[2] == ()
+
+
+def test_code_points_of_srgb_stand_above_a_profile_of_other_colours(tmp_path):
+    for name, data in (("a.png", png(codes(1, 13), icc=profile(1.0))), ("b.png", PLAIN["sRGB"])):
+        (tmp_path / name).write_bytes(data)
+    ours, plain = (read_picture(tmp_path / name) for name in ("a.png", "b.png"))
+    assert ours[2] == () and np.array_equal(ours[1], plain[1])
+
+
+def test_grey_of_16_bits_that_somebody_sends_is_scaled_and_not_cut_off(tmp_path):
+    Image.fromarray(np.array([[0, 257, 128 * 257, 65535]], np.uint16)).save(tmp_path / "a.png")
+    assert read_picture(tmp_path / "a.png")[0][0, :, 1].tolist() == [0, 1, 128, 255]
+    Image.fromarray(np.ones((2, 2), np.float32)).save(tmp_path / "a.tif")
+    with pytest.raises(InputError, match="on no scale"):
+        read_picture(tmp_path / "a.tif")
