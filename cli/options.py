@@ -157,6 +157,12 @@ def _crossings(text: str) -> tuple[str, ...]:
     return names
 
 
+def add_scheduler_option(command: argparse.ArgumentParser, does: str) -> None:
+    """`--scheduler`; `does` says in one word what the workers do."""
+    words = f"let the workers of this Dask scheduler {does} (extra: cluster)"
+    command.add_argument("--scheduler", metavar="ADDRESS", help=words)
+
+
 def add_renderer_option(command: argparse.ArgumentParser) -> None:
     """`--renderer`."""
     command.add_argument(

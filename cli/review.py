@@ -13,6 +13,7 @@ from .options import (
     add_display_option,
     add_output_option,
     add_renderer_option,
+    add_scheduler_option,
     catalogue_for,
     check_display_option,
     comma_separated,
@@ -78,6 +79,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     )
     command.add_argument("--markdown", type=Path, metavar="FILE", help="write a short summary for a merge request, too")
     command.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
+    add_scheduler_option(command, "draw")
     add_display_option(command)
     add_catalogue_option(command)
     add_renderer_option(command)
@@ -133,6 +135,7 @@ def run(args: argparse.Namespace) -> int:
             size=args.size,
             reference_size=args.reference_size,
             jobs=jobs,
+            scheduler=args.scheduler,
             version=installed_version(),
             progress=progress,
             warn=warn,

@@ -9,18 +9,20 @@ from __future__ import annotations
 import ast
 import hashlib
 import json
+import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from graphlib import TopologicalSorter
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from .disk_cache import cache_folder, keep_newest
+from .distribution import DISTRIBUTION
 from .errors import InputError
 from .files import made_folder, written_whole
 
@@ -44,6 +46,15 @@ def files_hash(root: Path, files: Iterable[Path], libraries: Iterable[str] = ())
         else:
             others.append(hashlib.sha256(file.read_bytes()).hexdigest())
     return _sha("\n".join([syntax_hash(modules), *sorted(others), *map(release, libraries)]))
+
+
+@cache
+def product_hash(folders: tuple[str, ...], suffixes: tuple[str, ...] = (".py",)) -> str:
+    """Compute the SHA-256 of the code in some of our folders, and of the versions of all libraries that we need."""
+    root = Path(__file__).parents[1]
+    files = [path for name in folders for path in (root / name).rglob("*") if path.suffix in suffixes]
+    lines = (line for line in requires(DISTRIBUTION) or () if "extra ==" not in line)
+    return files_hash(root, files, sorted(re.split(r"[^\w.-]", line)[0] for line in lines))
 
 
 def release(library: str, parts: int | None = None) -> str:

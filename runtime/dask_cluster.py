@@ -1,13 +1,22 @@
-"""A Dask cluster that is already there: reached, and known to have the same code as here, before any work goes out."""
+"""Work on a Dask cluster that is already there, as `worker_pool` does it in processes of this machine.
+
+Each worker needs the same metamer as here: data go out with each task, results come back, and only this process writes,
+so that no common file system is needed. A worker that dies costs what it was doing: the scheduler gives that to another
+one, a few times at most.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+import threading
+import uuid
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 from .distribution import install_hint
-from .errors import InputError
+from .errors import InputError, MetamerError
+from .worker_pool import Lost, Result, Start, Task
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -70,15 +79,155 @@ def check_workers(client: Client, scheduler: str, code: Callable[[], str]) -> No
             )
 
 
-def scheduler_lost(client: Client, future: Any) -> bool:
-    """Return whether a future gave no result because its scheduler is gone."""
-    return client.status != "running" or future.status in ("lost", "cancelled")
+def clustered(
+    work: Callable[..., Any],
+    tasks: Iterator[Task],
+    scheduler: str,
+    code: Callable[[], str],
+    start: Start | None = None,
+) -> Generator[tuple[Any, Any], None, None]:
+    """Do `work(*arguments)` for each task on the workers of a scheduler: (key, result) as they come, perhaps `Lost`.
+
+    `tasks` is asked for the next one when a worker has room for it. Closing the iterator cancels the rest. `work`,
+    `code` and `start` are of modules that workers can import.
+
+    Parameters
+    ----------
+    code : what has to give the same here and at each worker. start : what each thread of a worker calls before its
+        first task, and with what; it goes out once a worker, and what it keeps has to be the thread's own.
+
+    Raises
+    ------
+    InputError : Dask is not installed; no scheduler at the address; it has no workers; theirs is another metamer or
+        Python; the scheduler is lost on the way. And what `work` raises of `MetamerError`.
+    """
+    client = connected(scheduler)
+    try:
+        check_workers(client, scheduler, code)
+        key = None
+        if start is not None:
+            key = uuid.uuid4().hex
+            client.run(_keep, key, start)
+        yield from _drained(client, work, tasks, scheduler, (code(), code), key, start)
+    finally:
+        # Work in progress is nobody's any more: closing releases every future, and the scheduler forgets it.
+        client.close(timeout=5)
 
 
-def lost(scheduler: str) -> InputError:
-    """Make the error of a lost scheduler."""
-    hint = "start it again, and repeat the command: it goes on from here"
-    return InputError("the scheduler was lost on the way", file=scheduler, hint=hint)
+def numbered_on_cluster(
+    work: Callable[..., Result],
+    tasks: Iterable[tuple[Any, ...]],
+    scheduler: str,
+    code: Callable[[], str],
+    start: Start | None = None,
+) -> Generator[tuple[int, Result], None, None]:
+    """Yield the place and the result of each task as it is done, as `worker_pool.numbered` does; see `clustered`.
+
+    Raises
+    ------
+    MetamerError : a task that no worker has a result for. And what `clustered` raises.
+    """
+    with closing(clustered(work, (Task(*each) for each in enumerate(tasks)), scheduler, code, start)) as results:
+        for number, result in results:
+            if isinstance(result, Lost):
+                raise MetamerError(result.reason)
+            yield number, result
+
+
+def _drained(
+    client: Client,
+    work: Callable[..., Any],
+    tasks: Iterator[Task],
+    scheduler: str,
+    code: tuple[str, Callable[[], str]],
+    key: str | None,
+    start: Start | None,
+) -> Iterator[tuple[Any, Any]]:
+    from distributed import as_completed
+
+    sent: dict[Any, Task] = {}
+    finished = as_completed(loop=client.loop)
+
+    def send(task: Task, more: Start | None = None) -> None:
+        # A key of its own each time: what another command left on the scheduler is not taken for this one's result.
+        future = client.submit(_served, code, key, more, work, task.arguments, pure=False, retries=1)
+        sent[future] = task
+        finished.add(future)
+
+    while True:
+        room = AHEAD * max(1, sum(client.nthreads().values()))
+        while len(sent) < room and (task := next(tasks, None)) is not None:
+            send(task)
+        if not sent:
+            return
+        future = next(finished)
+        task, result = sent.pop(future), _result(future, client, scheduler)
+        future.release()
+        if isinstance(result, _Unprepared):
+            send(task, start)
+        else:
+            yield task.key, result
+
+
+def _result(future: Any, client: Client, scheduler: str) -> Any:
+    from distributed import KilledWorker
+
+    try:
+        return future.result()
+    except MetamerError:
+        raise
+    except KilledWorker as reason:
+        said = f"{reason.allowed_failures + 1} workers of the cluster died over it, as when memory runs out"
+        return Lost(f"{said}; give each worker more memory, or fewer threads")
+    except Exception as reason:
+        if client.status != "running" or future.status in ("lost", "cancelled"):
+            raise InputError(
+                "the scheduler was lost on the way",
+                file=scheduler,
+                hint="start it again, and repeat the command: it goes on from here",
+            ) from None
+        return Lost(f"the cluster gave no result: {type(reason).__name__}: {reason}")
+
+
+class _Unprepared:
+    """Answer of a worker that joined after `start` went out."""
+
+
+# Of a worker: what its threads have to call, by the key of a command; the last one's alone.
+_starts: dict[str, Start] = {}
+
+
+class _Thread(threading.local):
+    """Key of the command whose `start` a thread has called last."""
+
+    ready: str | None = None
+
+
+_thread = _Thread()
+
+
+def _keep(key: str, start: Start) -> None:
+    _starts.clear()
+    _starts[key] = start
+
+
+def _served(
+    code: tuple[str, Callable[[], str]], key: str | None, start: Start | None, work: Callable[..., Any], given: tuple
+) -> Any:
+    """Do a task on a worker, which may have joined after the first look at all of them."""
+    ours, of_this_worker = code
+    if of_this_worker() != ours:
+        return Lost("a worker of the cluster has another version of metamer; install the same one")
+    if key is not None and _thread.ready != key:
+        if start is not None:
+            _keep(key, start)
+        start = _starts.get(key)
+        if start is None:
+            return _Unprepared()
+        _thread.ready = None
+        start[0](*start[1])
+        _thread.ready = key
+    return work(*given)
 
 
 def _environment(code: Callable[[], str]) -> tuple[str, str]:

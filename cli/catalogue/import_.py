@@ -12,7 +12,7 @@ from ...calibration.report.text_tables import columns
 from ...materials.catalogue.shipped import shipped_sources
 from ...materials.records.standing import missed_words, misses_budget
 from ...runtime.errors import InputError, UsageError, visible
-from ..options import CATALOGUE_HELP, add_json_option, positive_count, positive_delta_e
+from ..options import CATALOGUE_HELP, add_json_option, add_scheduler_option, positive_count, positive_delta_e
 from ..output import figures_file, say_paragraph, write_json
 from ..progress.imports import import_shown
 
@@ -48,9 +48,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     bring.add_argument("--dry-run", action="store_true", help="say what is what and what is new; write nothing")
     bring.add_argument("--verbose", action="store_true", help="also name each material and each file not recognised")
     bring.add_argument("--jobs", type=positive_count, metavar="N", help="processes (default: one a core)")
-    bring.add_argument(
-        "--scheduler", metavar="ADDRESS", help="let the workers of this Dask scheduler fit (extra: cluster)"
-    )
+    add_scheduler_option(bring, "fit")
     bring.add_argument(
         "--budget", type=positive_delta_e, default=0.5, metavar="D", help="ΔE94 that a fit aims at (default: 0.5)"
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from ..options import add_catalogue_argument, add_json_option, open_catalogue, positive_count
+from ..options import add_catalogue_argument, add_json_option, add_scheduler_option, open_catalogue, positive_count
 from ..output import counted, on_standard_output, write_json
 from ..progress.lines import progress_bar
 
@@ -26,6 +26,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     add_catalogue_argument(verify)
     verify.add_argument("--quick", action="store_true", help="checksums and heads only")
     verify.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
+    add_scheduler_option(verify, "verify")
     add_json_option(verify)
     verify.set_defaults(run=run)
 
@@ -36,7 +37,9 @@ def run(args: argparse.Namespace) -> int:
 
     catalogue = open_catalogue(args.catalogue)
     with progress_bar("Verifying", quiet=on_standard_output(args.json)) as progress:
-        found = verify_catalogue(catalogue.folder, quick=args.quick, jobs=args.jobs, progress=progress)
+        found = verify_catalogue(
+            catalogue.folder, quick=args.quick, jobs=args.jobs, scheduler=args.scheduler, progress=progress
+        )
     if args.json is not None:
         write_json(args.json, _document(found))
     if not on_standard_output(args.json):

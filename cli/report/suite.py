@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..options import add_catalogue_option, add_renderer_option, catalogue_for, positive_count
+from ..options import add_catalogue_option, add_renderer_option, add_scheduler_option, catalogue_for, positive_count
 from ..output import on_standard_output, say, warn
 from ..progress.lines import progress_bar
 
@@ -23,6 +23,7 @@ def add_suite_options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--again", action="store_true", help="also render the rows that an earlier run has left")
     command.add_argument("--jobs", type=positive_count, metavar="N", help="processes; default: one a core")
+    add_scheduler_option(command, "draw")
     add_catalogue_option(command)
     add_renderer_option(command)
 
@@ -63,6 +64,7 @@ def render_suite_side(
             work,
             renderer,
             jobs=jobs,
+            scheduler=args.scheduler,
             again=args.again,
             progress=progress,
             warn=warn,

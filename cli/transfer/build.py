@@ -6,7 +6,7 @@ import argparse
 import time
 from pathlib import Path
 
-from ..options import add_catalogue_option, add_output_option, catalogue_for, positive_count
+from ..options import add_catalogue_option, add_output_option, add_scheduler_option, catalogue_for, positive_count
 from ..output import counted, say
 from ..progress.lines import progress_bar
 
@@ -25,9 +25,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     add_output_option(
         build, "folder to keep them in, for good (default: the user's cache)", metavar="DIR", old="--into"
     )
-    build.add_argument(
-        "--scheduler", metavar="ADDRESS", help="let the workers of this Dask scheduler trace (extra: cluster)"
-    )
+    add_scheduler_option(build, "trace")
     add_catalogue_option(build)
     build.set_defaults(run=run)
 

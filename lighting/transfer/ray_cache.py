@@ -9,6 +9,7 @@ that is damaged is traced anew, and that is said.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ import numpy as np
 from jaxtyping import Float, Int, UInt16
 
 from ...runtime.code_hash import files_hash
+from ...runtime.dask_cluster import numbered_on_cluster
 from ...runtime.files import check_writable, made_folder
 from ...runtime.fingerprint import fingerprint
 from ...runtime.kept_arrays import UNREADABLE, read_arrays, write_arrays
@@ -27,7 +29,6 @@ from ..scene import Scene
 from ..visibility.cache_limits import most_bytes, pruned, used
 from .edge_refinement import PlacedSites, placed
 from .hits import RAYS, Hits, RayTracer, check_rays_fit, hits_of, ray_blocks
-from .on_cluster import traced_on_cluster
 
 Progress = Callable[[int, int, str], None]
 # Where rays end is Embree's; their directions are numpy's.
@@ -86,8 +87,8 @@ def build_rays(
 
     Raises
     ------
-    InputError : the folder cannot be made or written to; see `traced_on_cluster`. NoRoomError : its disk is full; what
-    is there stays.
+    InputError : the folder cannot be made or written to; see `numbered_on_cluster`. NoRoomError : its disk is full;
+    what is there stays.
     """
     bodies = placed(scene, longest_edge)
     key = ray_key(bodies, rays)
@@ -192,7 +193,7 @@ def _blocks(
     held = bodies.triangles, bodies.corners.face_normals
     jobs = max(1, min(jobs, len(missing) // _A_PROCESS))
     if scheduler is not None:
-        traced = traced_on_cluster(tasks, key, held, scheduler, tracing_code)
+        traced = numbered_on_cluster(_traced, tasks, scheduler, tracing_code, (_start_worker, held))
     elif jobs > 1:
         traced = numbered(_traced, tasks, jobs, (_start_worker, held))
     else:
@@ -236,11 +237,15 @@ def _traced_here(
 
 
 # What a process that does nothing else holds: the triangles are the same for every block.
-_worker: dict[str, RayTracer] = {}
+class _Worker(threading.local):
+    tracer: RayTracer
+
+
+_worker = _Worker()
 
 
 def _start_worker(triangles: Float[np.ndarray, "F 3 3"], face_normals: Float[np.ndarray, "F 3"]) -> None:
-    _worker["tracer"] = RayTracer(triangles, face_normals)
+    _worker.tracer = RayTracer(triangles, face_normals)
 
 
 def _traced(
@@ -250,5 +255,5 @@ def _traced(
     rays: int,
     tracer: RayTracer | None = None,
 ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
-    """tracer : None is the one that this process was started with."""
-    return (_worker["tracer"] if tracer is None else tracer).ends(starts, normals, first, rays)
+    """tracer : None is the one that this thread of a worker was started with."""
+    return (_worker.tracer if tracer is None else tracer).ends(starts, normals, first, rays)

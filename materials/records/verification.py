@@ -7,16 +7,20 @@ maximum; and its environment form likewise, by the protocol of `slices.error`.
 
 from __future__ import annotations
 
+import platform
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
+from ...runtime.code_hash import product_hash
+from ...runtime.dask_cluster import clustered
 from ...runtime.errors import InputError, MetamerError
-from ...runtime.files import half_written
+from ...runtime.files import half_written, of_the_system
 from ...runtime.memory import gigabytes
 from ...runtime.worker_pool import Lost, Task, supervised, usable_cores
 from ..core.brdf import Brdf
@@ -90,6 +94,7 @@ def verify_catalogue(
     *,
     quick: bool = False,
     jobs: int | None = None,
+    scheduler: str | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, material_id: None,
 ) -> CatalogueVerification:
     """Verify every material file below `folder`.
@@ -98,7 +103,12 @@ def verify_catalogue(
     ----------
     quick : checksums and heads (but for their colour) only; errors are not measured again.
     jobs : processes; default one a core.
+    scheduler : address of a Dask scheduler whose workers verify instead; they find the files where they are here.
     progress : called with (done, total, id) after each material; while large arrays are read, also with the bytes.
+
+    Raises
+    ------
+    InputError : as `dask_cluster.clustered` does; a worker that does not find the files that are here.
     """
     files = sorted((material_id, Path(path)) for material_id, path in material_files(folder, SUFFIX))
     found: list[Verified] = []
@@ -110,7 +120,11 @@ def verify_catalogue(
 
     # A process takes a second to start.
     enough = max(1, len(files) // (200 if quick else 8))
-    for one in _each(files, quick, min(jobs or usable_cores(), enough), reading):
+    if scheduler is None:
+        verified = _each(files, quick, min(jobs or usable_cores(), enough), reading)
+    else:
+        verified = _each_on_cluster(files, quick, scheduler)
+    for one in verified:
         found.append(one)
         progress(len(found), len(files), one.id)
     return CatalogueVerification(folder, tuple(sorted(found, key=lambda one: one.id)), half_written(folder))
@@ -124,13 +138,48 @@ def _each(
             yield verify_material(material_id, path, quick, say=partial(reading, material_id))
         return
     tasks = (Task(file[0], (*file, quick)) for file in files)
-    with closing(supervised(verify_material, tasks, jobs, reading)) as results:
+    yield from _found(supervised(verify_material, tasks, jobs, reading))
+
+
+def _each_on_cluster(files: list[tuple[str, Path]], quick: bool, scheduler: str) -> Iterator[Verified]:
+    tasks = (Task(file[0], (*file, quick, _state(file[1]))) for file in files)
+    yield from _found(clustered(_verify_the_same, tasks, scheduler, _code))
+
+
+def _code() -> str:
+    """Hash the code that has to be equal here and there."""
+    return product_hash(("runtime", "spectral", "materials"))
+
+
+def _found(results: Generator[tuple[str, Any], None, None]) -> Iterator[Verified]:
+    with closing(results):
         for material_id, result in results:
             yield (
                 Verified(material_id, InputError(result.reason, field=material_id))
                 if isinstance(result, Lost)
                 else result
             )
+
+
+def _state(path: Path) -> tuple[int, int]:
+    """Return size and time of a file, by which a worker knows that it reads the one that is here."""
+    try:
+        found = path.stat()
+    except OSError as reason:
+        raise of_the_system(reason, path) from None
+    return found.st_size, found.st_mtime_ns
+
+
+def _verify_the_same(material_id: str, path: Path, quick: bool, state: tuple[int, int]) -> Verified:
+    """Verify a file on a worker, where it has to be what it is for whoever asked."""
+    if not path.is_file() or _state(path) != state:
+        raise InputError(
+            "a worker does not find the file that is here",
+            file=path,
+            found=f"another file on {platform.node()}" if path.is_file() else f"none on {platform.node()}",
+            expected="the catalogue on a file system that all workers have in the same place",
+        )
+    return verify_material(material_id, path, quick)
 
 
 def verify_material(

@@ -135,15 +135,12 @@ def prepare_review(
     _check_materials(pictured, records, surfaces)
     # The picture and its reference have as many bounces.
     shown_in = [one for one in spectra if one is not None]
-    bounced = scene.bounces != 0
     lights = _distinct_lights(scene, spectra)
     cases = []
     for one, judged in pictured:
-        worn = {name: surfaces[name] for name in one.material_ids}
-        planned = plan_scene(list(worn.values()), lights, scene.observer, budget)
-        # The plan's basis is for light that comes straight from the lights.
-        shown = worn if bounced else {name: surface.in_basis(planned.basis) for name, surface in worn.items()}
-        cases.append(ReviewCase(with_counted_bounces(one, surfaces, shown_in), judged, planned, shown))
+        planned = plan_scene([surfaces[name] for name in one.material_ids], lights, scene.observer, budget)
+        counted = with_counted_bounces(one, surfaces, shown_in)
+        cases.append(ReviewCase(counted, judged, planned, shown_forms(one, surfaces, planned, scene.bounces != 0)))
     plan = _plan_of_all([case.plan for case in cases])
     display = display_for(scene.viewing)
     _check_whites(scene, names, spectra, display)
@@ -168,6 +165,15 @@ def prepare_review(
         version=version,
     )
     return setting, cases
+
+
+def shown_forms(scene: Scene, surfaces: Mapping[str, Fast], plan: ScenePlan, bounced: bool) -> dict[str, Fast]:
+    """Return the fast forms of a scene's materials; without bounces in the plan's basis, which is for light straight
+    from the lights.
+    """
+    if bounced:
+        return {name: surfaces[name] for name in scene.material_ids}
+    return {name: surfaces[name].in_basis(plan.basis) for name in scene.material_ids}
 
 
 def _plan_of_all(plans: Sequence[ScenePlan]) -> ScenePlan:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from ...lighting.reference.noise import ReferenceNoiseEstimate
 from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
+from ...materials.core.surface import Surface
 from ...runtime.worker_pool import in_order
 from ...spectral.spectrum import Spectrum
 
@@ -74,8 +75,21 @@ def _start_worker(
 
 
 def _reference(number: int) -> Reference:
-    start, scene = time.perf_counter(), _worker["scenes"][number]
+    scene = _worker["scenes"][number]
     surfaces = {name: _worker["catalogue"].load(name).surface() for name in scene.material_ids}
-    seen = {name: _worker[name] for name in ("geometry", "budget")}
-    found = reference_images(scene, _worker["view"], surfaces, _worker["spectra"], **seen, bounces=int(scene.bounces))
+    return reference_of(scene, surfaces, *(_worker[name] for name in ("view", "spectra", "geometry", "budget")))
+
+
+def reference_of(
+    scene: Scene,
+    surfaces: Mapping[str, Surface],
+    view: Camera,
+    spectra: Sequence[Spectrum | None],
+    geometry: VisibleGeometry,
+    budget: float,
+) -> Reference:
+    """Compute the reference of one scene, as `reference_pictures` does."""
+    start = time.perf_counter()
+    seen = {"geometry": geometry, "budget": budget}
+    found = reference_images(scene, view, surfaces, spectra, **seen, bounces=int(scene.bounces))
     return Reference(found.xyz, time.perf_counter() - start, found.noise)

@@ -20,7 +20,6 @@ from ...calibration.report.history import HISTORY, read_history
 from ...calibration.report.rating import Rating
 from ...calibration.report.report import status, verdict_of, write_report
 from ...calibration.report.row import ReviewRow
-from ...calibration.report.statistics import self_check
 from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
@@ -29,16 +28,14 @@ from ...runtime.notebook import data_frame, html_table, new_axes
 from ...runtime.shutdown import clearing, saying
 from ..picture import Warn, unheard
 from ..render.session import RenderSession
+from .case_rows import Warnings, drawn_case
 from .cases import OWN_LIGHT, ReviewCase, Setting, prepare_review, review_views
-from .compare import compare_pictures
-from .draw import draw
+from .cluster import drawn_on_cluster
 from .facts import reviewed_lights, reviewed_materials
 from .folder import REPORT, UNFINISHED, DrawnRows, drawing_into, drawn_rows, found_rows, put_in_place
-from .references import Reference, reference_pictures
-from .row_key import row_key
+from .references import reference_pictures
+from .row_key import case_key
 from .words import colour_chain
-from .worst_pixel import pixel_spectra
-from .write import write_review_row
 
 __all__ = ["OWN_LIGHT", "ReviewResult", "review"]
 
@@ -112,6 +109,7 @@ def review(
     size: int | None = None,
     reference_size: int | None = None,
     jobs: int = 1,
+    scheduler: str | None = None,
     version: str,
     progress: Progress | None = None,
     warn: Warn = unheard,
@@ -138,6 +136,7 @@ def review(
     size, reference_size : pixels on the longer side of pictures, by default as the camera has it, and of references, by
         default as large as the pictures. Figures, maps and the EXRs are of the size of the references.
     jobs : processes that compute references.
+    scheduler : address of a Dask scheduler, whose workers draw all rows instead (`cluster`); this process writes them.
     progress : called with (rows done, rows in all, material) for each row that is drawn.
     again : draw every row, also those that are there.
     ratings : a reviewer's protocol (`calibration.report.protocol`), for the report.
@@ -147,11 +146,11 @@ def review(
     Raises
     ------
     InputError : the camera sees no surface, not the part that is reviewed, or nothing that light reaches; a file or a
-        name that cannot be used.
+        name that cannot be used; a cluster that cannot be, or would draw something else.
     """
     out = Path(out)
     with drawing_into(out):
-        warnings = _Warnings(warn)
+        warnings = Warnings(warn)
         setting, cases = prepare_review(
             scene,
             catalogue,
@@ -163,7 +162,7 @@ def review(
             version=version,
             warn=warnings,
         )
-        keys = [_key(setting, catalogue, case, case is cases[0]) for case in cases]
+        keys = [case_key(setting, catalogue, case, case is cases[0]) for case in cases]
         drawn: list[DrawnRows | None] = [None if again else found_rows(out, key) for key in keys]
         there = _rows_in(drawn)
         if there:
@@ -175,7 +174,9 @@ def review(
 
         with saying(reached):
             reading_of = cache(lambda material: InstrumentReading.of(setting.records[material].brdf()))
-            _draw_missing(out, catalogue, setting, cases, keys, drawn, jobs, progress, warnings, reading_of)
+            _draw_missing(
+                out, catalogue, setting, cases, keys, drawn, (jobs, scheduler), progress, warnings, reading_of
+            )
             result = _report(out, setting, keys, [one for one in drawn if one], warnings, ratings, reading_of)
     return replace(result, resumed=there)
 
@@ -189,7 +190,7 @@ def _report(
     setting: Setting,
     keys: Sequence[str],
     drawn: Sequence[DrawnRows],
-    warnings: _Warnings,
+    warnings: Warnings,
     ratings: Sequence[Rating],
     reading_of: ReadingOf,
 ) -> ReviewResult:
@@ -227,17 +228,6 @@ def _report(
     return ReviewResult(page, figures, found, rows, it.plan, *said, tuple(warnings.said))
 
 
-def _key(setting: Setting, catalogue: Catalogue, case: ReviewCase, checked: bool) -> str:
-    """Return the hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with
-    them.
-    """
-    it = setting
-    lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
-    if it.shown_view is not None:
-        more = (*more, f"shown in {it.shown_view.width} x {it.shown_view.height_px}")
-    return row_key(case.scene, it.view, catalogue, *lit, case.plan, it.display, it.budget, it.total, more)
-
-
 def _draw_missing(
     out: Path,
     catalogue: Catalogue,
@@ -245,12 +235,16 @@ def _draw_missing(
     cases: Sequence[ReviewCase],
     keys: Sequence[str],
     drawn: list[DrawnRows | None],
-    jobs: int,
+    workers: tuple[int, str | None],
     progress: Progress | None,
     warn: Warn,
     reading_of: ReadingOf,
 ) -> None:
-    """Fill in `drawn` where it is None; each entry is kept in the folder before it stands there."""
+    """Fill in `drawn` where it is None; each entry is kept in the folder before it stands there.
+
+    workers : processes that compute references; address of a scheduler whose workers do all of it.
+    """
+    jobs, scheduler = workers
     missing = _dearest_first(setting, cases, [index for index, found in enumerate(drawn) if found is None])
     done = setting.total - sum(len(cases[index].judged) for index in missing) * len(setting.names)
 
@@ -260,6 +254,20 @@ def _draw_missing(
         if progress is not None:
             progress(done, setting.total, row.material)
 
+    if scheduler is not None:
+        orders = ((index, cases[index], keys[index], index == 0) for index in missing)
+        with closing(drawn_on_cluster(setting, catalogue, orders, scheduler)) as results:
+            for index, found, files in results:
+                with drawn_rows(out, keys[index]) as (folder, kept):
+                    for name, content in files.items():
+                        (folder / name).write_bytes(content)
+                    kept.append(found)
+                drawn[index] = found
+                for line in found.warnings:
+                    warn(line)
+                for row in found.rows:
+                    finished(row)
+        return
     scenes = [cases[index].scene for index in missing]
     truths = reference_pictures(
         scenes, catalogue, setting.view, setting.spectra, setting.geometry, jobs, setting.budget
@@ -267,7 +275,7 @@ def _draw_missing(
     with closing(truths):
         for index, truth in zip(missing, truths, strict=True):
             with drawn_rows(out, keys[index]) as (folder, kept):
-                kept.append(_drawn(setting, cases[index], truth, folder, index == 0, finished, warn, reading_of))
+                kept.append(drawn_case(setting, cases[index], truth, folder, index == 0, finished, warn, reading_of))
             drawn[index] = kept[0]
 
 
@@ -278,38 +286,3 @@ def _dearest_first(setting: Setting, cases: Sequence[ReviewCase], some: Sequence
     models = [[setting.records[name].model for name in case.judged] for case in cases]
     alike = Counter(model for index in some for model in models[index])
     return sorted(some, key=lambda index: min(alike[model] for model in models[index]))
-
-
-def _drawn(
-    setting: Setting,
-    case: ReviewCase,
-    truth: Reference,
-    folder: Path,
-    checked: bool,
-    finished: Callable[[ReviewRow], None],
-    warn: Warn,
-    reading_of: ReadingOf,
-) -> DrawnRows:
-    """Return the rows of one case, their pictures below `folder`; with `checked` also the report's checks of itself."""
-    heard, rows, checks = _Warnings(warn), [], ()
-    spectra = pixel_spectra(setting, case)
-    for drawing in draw(setting, case, truth, heard):
-        for found in compare_pictures(setting, case, drawing):
-            if checked and not checks:
-                checks = tuple(self_check(drawing.truth_xyz, drawing.white, found.share))
-            rows.append(write_review_row(setting, drawing, found, reading_of(found.material), folder, spectra))
-            finished(rows[-1])
-    return DrawnRows(tuple(rows), checks, tuple(heard.said))
-
-
-class _Warnings:
-    """Warnings as they are said, each once."""
-
-    def __init__(self, warn: Warn) -> None:
-        self._warn = warn
-        self.said: list[str] = []
-
-    def __call__(self, line: str) -> None:
-        if line not in self.said:
-            self.said.append(line)
-            self._warn(line)

@@ -4,12 +4,8 @@ drawn again.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
-from importlib.metadata import requires
-from pathlib import Path
 
 from ...calibration.report.plots import embedded_side
 from ...lighting.camera import Camera
@@ -17,11 +13,11 @@ from ...lighting.plan import ScenePlan
 from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.records.record_head import read_head
-from ...runtime.code_hash import files_hash
-from ...runtime.distribution import DISTRIBUTION
+from ...runtime.code_hash import product_hash
 from ...runtime.fingerprint import fingerprint
 from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
+from .cases import ReviewCase, Setting
 
 # Folders of code that draws or compares; pages and commands change no row.
 _CODE = ("runtime", "spectral", "materials", "lighting", "calibration", "viewer")
@@ -49,10 +45,17 @@ def row_key(
     return fingerprint(shown, checksums, lights, shows, float(budget), embedded_side(total), tuple(more), _code_hash())
 
 
-@cache
+def case_key(setting: Setting, catalogue: Catalogue, case: ReviewCase, checked: bool) -> str:
+    """Return the hash of what the rows of a case depend on; `checked`: the report's checks of itself are made with
+    them.
+    """
+    it = setting
+    lit, more = (it.names, it.spectra), (it.renderer.made_by, it.version, *case.judged, checked)
+    if it.shown_view is not None:
+        more = (*more, f"shown in {it.shown_view.width} x {it.shown_view.height_px}")
+    return row_key(case.scene, it.view, catalogue, *lit, case.plan, it.display, it.budget, it.total, more)
+
+
 def _code_hash() -> str:
     """Hash the code that draws and compares, and the versions of what it calls."""
-    root = Path(__file__).parents[2]
-    files = [path for name in _CODE for path in (root / name).rglob("*") if path.suffix in _KINDS]
-    lines = (line for line in requires(DISTRIBUTION) or () if "extra ==" not in line)
-    return files_hash(root, files, sorted(re.split(r"[^\w.-]", line)[0] for line in lines))
+    return product_hash(_CODE, _KINDS)

@@ -5,10 +5,9 @@ import os
 import signal
 from importlib.util import find_spec
 
-import numpy as np
 import pytest
 from metamer.lighting.mesh.shapes import plane, sphere
-from metamer.lighting.transfer import hits, on_cluster
+from metamer.lighting.transfer import hits
 from metamer.lighting.transfer.ray_cache import build_rays
 from metamer.runtime.errors import InputError
 
@@ -58,17 +57,6 @@ def test_the_bytes_are_those_of_home_also_when_a_worker_is_killed(workers, scene
     build_rays(scene, tmp_path / "away", RAYS, progress=strike, scheduler=workers.scheduler_address)
     assert struck
     assert contents(tmp_path / "away") == contents(tmp_path / "home")
-
-
-def test_a_worker_without_the_triangles_says_so_and_gets_them():
-    on_cluster._held.clear()
-    bodies = np.array([[[0.0, 1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 1.0]]], np.float32), np.array([[0.0, -1.0, 0.0]])
-    block = np.array([[0.2, 0.0, 0.2]]), np.array([[0.0, 1.0, 0.0]]), 0, 8
-    assert on_cluster._traced("a", None, *block) is None
-    triangle, _ = on_cluster._traced("a", bodies, *block)
-    assert np.array_equal(on_cluster._traced("a", None, *block)[0], triangle)
-    assert on_cluster._traced("b", None, *block) is None
-    on_cluster._held.clear()
 
 
 def test_without_an_address_nothing_is_sent(scene, tmp_path):

@@ -1,5 +1,6 @@
 """A catalogue holds what it says, or `verify` says what does not."""
 
+import os
 from dataclasses import replace
 
 import h5py
@@ -7,8 +8,10 @@ import numpy as np
 import pytest
 from metamer.materials.analytic.fluorescent import FluorescentLambert
 from metamer.materials.core.protocol import measured
+from metamer.materials.records import verification
 from metamer.materials.records.record import read_record, write_record
 from metamer.materials.records.verification import TOLERANCE, verify_catalogue, verify_material
+from metamer.runtime.errors import InputError
 from metamer.spectral.bispectral import Bispectral
 
 
@@ -115,3 +118,32 @@ def test_fluorescent_surface_is_measured_with_its_emission(tmp_path, write_matt)
     dimmer = replace(fast, packs=(pack.recoloured(0.9 * pack.palette.values[0]),))
     one = verify_material("x/f", write_matt(tmp_path, "x/f", **(changes | {"fast": dimmer})))
     assert "does not hold" in str(one.problem)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+def test_workers_of_a_cluster_find_the_same(tmp_path, write_matt):
+    distributed = pytest.importorskip("distributed")
+    write_matt(tmp_path / "cat", "paint/dark", 0.1)
+    damaged = write_matt(tmp_path / "cat", "paint/light", 0.8)
+    damaged.write_bytes(damaged.read_bytes()[:-200] + bytes(200))
+    here = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, **here) as workers:
+        away = verify_catalogue(tmp_path / "cat", scheduler=workers.scheduler_address)
+    home = verify_catalogue(tmp_path / "cat", jobs=1)
+    assert [one.id for one in away.damaged] == ["paint/light"] and [one.id for one in away.intact] == ["paint/dark"]
+    assert [replace(one, problem=None) for one in away.results] == [replace(one, problem=None) for one in home.results]
+    assert str(away.damaged[0].problem) == str(home.damaged[0].problem)
+
+
+def test_a_worker_that_sees_another_file_is_refused(tmp_path, write_matt):
+    """A catalogue of its own in the same place would be found intact."""
+    path = write_matt(tmp_path / "cat", "paint/dark", 0.1)
+    state = verification._state(path)
+    assert verification._verify_the_same("paint/dark", path, True, state).problem is None
+    os.utime(path, ns=(state[1] + 1, state[1] + 1))
+    with pytest.raises(InputError, match=r"(?s)does not find the file that is here.*another file on .*file system"):
+        verification._verify_the_same("paint/dark", path, True, state)
+    path.unlink()
+    with pytest.raises(InputError, match="none on "):
+        verification._verify_the_same("paint/dark", path, True, state)

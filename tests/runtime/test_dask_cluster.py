@@ -1,0 +1,61 @@
+"""What a worker of a cluster does with a task, without a cluster: code, what it has to hold, threads."""
+
+import threading
+
+import pytest
+from metamer.runtime import dask_cluster
+from metamer.runtime.dask_cluster import _keep, _served, _Unprepared
+from metamer.runtime.worker_pool import Lost
+
+CODE = "today", lambda: "today"
+
+
+@pytest.fixture(autouse=True)
+def fresh_worker(monkeypatch):
+    monkeypatch.setattr(dask_cluster, "_starts", {})
+    monkeypatch.setattr(dask_cluster, "_thread", dask_cluster._Thread())
+
+
+def test_a_worker_that_joined_late_says_so_and_gets_what_it_needs():
+    held = []
+    start = held.append, ("triangles",)
+    assert isinstance(_served(CODE, "a", None, len, (held,)), _Unprepared) and not held
+    assert _served(CODE, "a", start, len, (held,)) == 1
+    assert _served(CODE, "a", None, len, (held,)) == 1, "once for all of its tasks"
+    assert isinstance(_served(CODE, "b", None, len, (held,)), _Unprepared), "another command's"
+
+
+def test_each_thread_of_a_worker_begins_for_itself():
+    """Contexts of OpenGL and what is held belong to a thread."""
+    begun = []
+    _keep("a", (lambda: begun.append(threading.current_thread().name), ()))
+
+    def two_tasks():
+        for _ in range(2):
+            _served(CODE, "a", None, len, ("",))
+
+    for name in ("one", "other"):
+        thread = threading.Thread(target=two_tasks, name=name)
+        thread.start()
+        thread.join(timeout=30)
+    assert begun == ["one", "other"]
+
+
+def test_a_start_that_fails_is_tried_again_with_the_next_task():
+    tries = []
+
+    def start():
+        tries.append(len(tries))
+        if len(tries) == 1:
+            raise ValueError("no room")
+
+    _keep("a", (start, ()))
+    with pytest.raises(ValueError, match="no room"):
+        _served(CODE, "a", None, len, ("",))
+    assert _served(CODE, "a", None, len, ("four",)) == 4 and len(tries) == 2
+
+
+def test_a_worker_with_other_code_does_nothing():
+    done = []
+    result = _served(("another day", lambda: "today"), None, None, done.append, (1,))
+    assert isinstance(result, Lost) and "another version of metamer" in result.reason and not done
