@@ -23,7 +23,8 @@ from ...spectral.palette import Palette
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import interpolation_matrix
 from .cache import Backend, Needs, Piece, RenderCache
-from .layers import AnyLayer
+from .layers import AnyLayer, SpreadLayer
+from .matt_forms import MattForm
 from .scene_layers import DRAWING, Colours, LayerBuilder, RenderSettings
 from .view import window_count
 
@@ -209,6 +210,41 @@ class RenderSession:
         self.set_illuminant(None)
         target = ReadPictures(self.camera, len(illuminants))
         self._draw(target, illuminants)
+        return [target.read(number) for number in range(target.count)]
+
+    def render_matt(self, scene: Scene, part: str, forms: Sequence[MattForm]) -> list[XyzPicture]:
+        """Render one picture for each form on a part, for little more than the cost of one: all of one shape.
+
+        Raises
+        ------
+        UnknownNameError : the scene has no part of that name.
+        InputError : the scene has light between surfaces, which hangs on the colour of each.
+        """
+        if scene.bounces != 0:
+            raise InputError("light between surfaces", field="bounces", found=str(scene.bounces), expected="none")
+        built = []
+        for one in forms:
+            self.set_scene(scene.with_material(part, part), {part: one.form})
+            colours = self.layers.colours(self.scene, (None,))
+            built.append(self.layers.build(self.settings, self.scene, self.camera, self._surfaces, colours))
+        layers = [
+            # Of light from all around the shape leaves a factor out.
+            replace(
+                same[0],
+                colours=np.concatenate(
+                    [
+                        layer.colours * (one.scale / forms[0].scale if isinstance(layer, SpreadLayer) else 1.0)
+                        for one, layer in zip(forms, same, strict=True)
+                    ],
+                    axis=-1,
+                ),
+            )
+            for same in zip(*(one.layers for one in built), strict=True)
+        ]
+        target = ReadPictures(self.camera, len(forms))
+        draw = partial(self._draw_piece, target, layers)
+        for _ in self.in_windows(built[0].scene, self.camera, built[0].needs, draw):
+            pass
         return [target.read(number) for number in range(target.count)]
 
     def render_spectra(

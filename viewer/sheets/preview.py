@@ -19,8 +19,10 @@ from ...materials.records.material import MaterialRecord
 from ...materials.records.query import Summary
 from ...runtime.errors import InputError
 from ...runtime.files import written_whole
+from ...spectral.image import ColourImage
 from ...spectral.sample import title_from_id
-from ..picture import display_for, display_pass, material_cut_out
+from ..picture import cut_out, display_for, display_pass, material_cut_out
+from ..render.matt_forms import MattForm, by_shape, matt_form
 from ..render.session import RenderSession
 from .sheet_text import fitted_line, sheet_font, write_line
 
@@ -29,6 +31,8 @@ _LINES = 4
 _GAP = 12
 # The model of records that are worn on a cloth.
 _BTF = "btf"
+# Materials that are read before matt ones among them, whose pictures differ in colour alone, are drawn at once.
+_AT_ONCE = 50
 _PAGE, _INK, _SOFT = (241, 241, 241), (26, 26, 26), (93, 93, 93)
 # Behind pictures: L* 50.
 _STAGE = (119, 119, 119)
@@ -72,20 +76,35 @@ def thumbnails(
     )
     display = display_for(scene.viewing)
     on = display_pass(renderer, display)
-    for number, summary in enumerate(summaries, start=1):
-        try:
-            record = catalogue.load(summary.id)
-            picture = (
-                material_cut_out(record, cloth if record.model == _BTF else scene, renderer, display, on)
-                if record.is_surface
-                else _curve(record, pixels)
-            )
-            yield Thumbnail(summary, picture, title=title_of(record), colour=colour_standing(record))
-        except InputError as reason:
-            yield Thumbnail(
-                summary, np.full((pixels, pixels, 3), _PAGE, dtype=np.uint8), str(reason), title_from_id(summary.id)
-            )
-        progress(number, len(summaries), summary.id)
+    done = 0
+    for start in range(0, len(summaries), _AT_ONCE):
+        found: list[Thumbnail] = []
+        matt: list[tuple[int, MattForm]] = []
+        for summary in summaries[start : start + _AT_ONCE]:
+            blank = np.full((pixels, pixels, 3), _PAGE, dtype=np.uint8)
+            try:
+                record = catalogue.load(summary.id)
+                drawn = record.drawn() if record.is_surface else None
+                form = None if drawn is None or scene.bounces else matt_form(drawn)
+                if form is not None:
+                    matt.append((len(found), form))
+                    picture = blank
+                elif drawn is not None:
+                    picture = material_cut_out(record, cloth if record.model == _BTF else scene, renderer, display, on)
+                else:
+                    picture = _curve(record, pixels)
+                found.append(Thumbnail(summary, picture, title=title_of(record), colour=colour_standing(record)))
+            except InputError as reason:
+                found.append(Thumbnail(summary, blank, str(reason), title_from_id(summary.id)))
+        for alike in by_shape(matt):
+            pictures = renderer.render_matt(scene, scene.reviewed_part, [form for _, form in alike])
+            for (number, _), (xyz, coverage) in zip(alike, pictures, strict=True):
+                shown = cut_out(ColourImage(xyz, "xyz", scene.adopted_white()), coverage, display, on)
+                found[number] = replace(found[number], picture=shown)
+        for one in found:
+            yield one
+            done += 1
+            progress(done, len(summaries), one.summary.id)
 
 
 def without_picture(thumbnail: Thumbnail) -> Thumbnail:
