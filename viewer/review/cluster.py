@@ -10,13 +10,12 @@ from __future__ import annotations
 import platform
 import threading
 from collections.abc import Generator, Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 from ...calibration.report.row_files import DrawnRows
 from ...lighting.plan import ScenePlan
-from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.catalogue.instrument_reading import InstrumentReading
 from ...runtime.code_hash import product_hash
@@ -57,7 +56,8 @@ def drawn_on_cluster(
     def tasks() -> Iterator[tuple[Any, ...]]:
         for number, case, key, checked in orders:
             numbers.append(number)
-            yield case.scene, case.judged, case.plan, key, checked
+            worn = tuple(part.material for part in case.scene.parts)
+            yield worn, case.scene.bounces, case.judged, case.plan, key, checked
 
     for at, (rows, files) in numbered_on_cluster(_drawn_there, tasks(), scheduler, _code, begin):
         yield numbers[at], rows, files
@@ -96,14 +96,17 @@ def _begin(folder: Path, shared: dict[str, Any], kind: str, filtering: Any) -> N
 
 
 def _drawn_there(
-    scene: Scene, judged: tuple[str, ...], plan: ScenePlan, key: str, checked: bool
+    worn: tuple[str, ...], bounces: Any, judged: tuple[str, ...], plan: ScenePlan, key: str, checked: bool
 ) -> tuple[DrawnRows, dict[str, bytes]]:
-    """Draw a case on a worker."""
-    catalogue, renderer = _held.catalogue, _held.renderer
+    """Draw a case on a worker; `worn` are the materials of its parts."""
+    catalogue, renderer, scene = _held.catalogue, _held.renderer, _held.shared["scene"]
     assert renderer is not None
+    # Of one scene, whose meshes and lights are those by which sums over directions are known again.
+    parts = tuple(replace(part, material=name) for part, name in zip(scene.parts, worn, strict=True))
+    scene = replace(scene, parts=parts, bounces=bounces)
     records = {name: catalogue.surface(name) for name in scene.material_ids}
     surfaces = {name: record.drawn() for name, record in records.items()}
-    display = display_for(_held.shared["scene"].viewing)
+    display = display_for(scene.viewing)
     setting = Setting(
         **_held.shared,
         records=records,

@@ -133,7 +133,7 @@ def test_a_worker_gives_rows_and_files_and_leaves_nothing(on_a_worker):
     begin(*given)
     drawn, files = cluster._drawn_there(*task)
     (row,) = drawn.rows
-    assert row.material == task[1][0] and drawn.checks
+    assert row.material == task[2][0] and drawn.checks
     assert all(name.startswith("pictures/") and content for name, content in files.items()) and len(files) > 3
 
 
