@@ -12,8 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..materials.core.cutout import Cutout
-from ..materials.core.surface import Surface
+from ..materials.core.surface import Cutout, Surface
 from ..runtime.errors import InputError, UnknownNameError
 from ..spectral.adaptation import Method
 from ..spectral.observers import Observer

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...materials.core.cutout import Cutout
+from ...materials.core.surface import Cutout
 from ..camera import Camera
 from ..lights import DeltaLight
 from ..mesh.ray_index import NumpyIndex, has_embree

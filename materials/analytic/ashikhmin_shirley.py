@@ -9,9 +9,8 @@ import numpy as np
 
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
-from ..core.domain import in_domain
 from ..core.surface import SumOfTerms
-from .model import AnalyticBrdf, ModelPart
+from .model import AnalyticBrdf, ModelPart, in_domain
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,10 @@ import numpy as np
 from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
-from ..core.domain import in_domain
 from ..core.surface import SumOfTerms
 from .cook_torrance import beckmann, smith_beckmann
 from .instrument import Instrument, ReadBrdf, not_stated
-from .model import AnalyticBrdf, ModelPart
+from .model import AnalyticBrdf, ModelPart, in_domain
 
 # Nodes of the albedo of the coat: polar and azimuth of the half vector.
 _TILTS, _TURNS = 64, 64

@@ -12,9 +12,8 @@ from jaxtyping import Float
 
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
-from ..core.domain import in_domain
 from ..core.surface import Directed, constant_term
-from .model import AnalyticBrdf, ModelPart
+from .model import AnalyticBrdf, ModelPart, in_domain
 
 # Cells of a folded Fresnel term along the cosine, and how far off a straight line in one may be: as float32 rounds.
 _FOLDED_CELLS, _FOLDED_OFF = 16384, 6e-8

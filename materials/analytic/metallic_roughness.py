@@ -9,10 +9,9 @@ import numpy as np
 
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import Lobe
-from ..core.domain import in_domain
 from ..core.surface import SumOfTerms
 from .cook_torrance import ggx, smith_ggx
-from .model import AnalyticBrdf, ModelPart
+from .model import AnalyticBrdf, ModelPart, in_domain
 
 # Of the coat, whose refractive index is 1.5.
 _COAT_F0 = 0.04

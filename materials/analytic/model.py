@@ -15,7 +15,6 @@ from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum, check_values
 from ...spectral.wavelengths import validated_wavelengths
 from ..core.brdf import Brdf, eval_lit
-from ..core.domain import Domain
 from ..core.points import Points
 from ..core.surface import Directed, SumOfTerms
 
@@ -226,3 +225,30 @@ def _misfit(name: str, values: np.ndarray, grid: np.ndarray) -> InputError:
 
 def _range(grid: np.ndarray) -> str:
     return f"{len(grid)} from {grid[0]:g} to {grid[-1]:g} nm"
+
+
+@dataclass(frozen=True)
+class Domain:
+    """Finite numbers from `low` (excluded with `open_low`) to `high`; `unit` is "" for what has none."""
+
+    low: float
+    high: float = np.inf
+    open_low: bool = False
+    unit: str = ""
+
+    def holds(self, number: float) -> bool:
+        """Return whether the number is one of them."""
+        above = number > self.low if self.open_low else number >= self.low
+        return bool(np.isfinite(number) and above and number <= self.high)
+
+    @property
+    def words(self) -> str:
+        """Describe the domain for a message: "a number > 0 and <= 1"."""
+        upper = f" and <= {self.high:g}" if np.isfinite(self.high) else ""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"a number {'>' if self.open_low else '>='} {self.low:g}{upper}{unit}"
+
+
+def in_domain(low: float, high: float = np.inf, *, open_low: bool = False, unit: str = "") -> dict[str, Domain]:
+    """Metadata of a dataclass field that is such a number."""
+    return {"domain": Domain(low, high, open_low, unit)}

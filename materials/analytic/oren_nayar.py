@@ -14,11 +14,10 @@ from ...spectral.folding import Folding
 from ...spectral.spectrum import Spectrum
 from ..core.brdf import eval_lit
 from ..core.directions import spherical
-from ..core.domain import in_domain
 from ..core.points import Points
 from ..core.surface import SumOfTerms
 from .instrument import Instrument, ReadBrdf
-from .model import AnalyticBrdf
+from .model import AnalyticBrdf, in_domain
 
 # Nodes of a reading by a sphere, in each of the pieces between which the formula has kinks.
 _NODES = 24

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from .batched_cholesky import solved
+from .lobe_amplitudes import solved
 from .quantisation import LEAST, MOST
 
 # Exponents to begin at.

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .axes import Frame
-from .frame_angles import FrameAngles, frame_angles
+from .axes import Frame, FrameAngles, frame_angles
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,11 +9,10 @@ from functools import partial
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ...spectral.bispectral import Bispectral
 from ...spectral.folding import Folding
-from .cutout import Cutout
 from .points import Points
 
 #: A function of N directions to the light and N to the viewer.
@@ -106,3 +105,11 @@ class Surface(abc.ABC):
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
         """Return all that leaves in colour, at every wavelength, under each of M lights; 1/sr, without the cosine."""
         return self.at(points) @ folding.weights(self.wavelengths_nm)
+
+
+class Cutout(abc.ABC):
+    """Opacity mask of a surface: what is there is seen, casts shadows and stops rays, a hole does none of these."""
+
+    @abc.abstractmethod
+    def holes(self, uv: Float[np.ndarray, "N 2"]) -> Bool[np.ndarray, " N"]:
+        """Return whether nothing is there, at texture coordinates of the mesh."""

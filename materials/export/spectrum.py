@@ -10,9 +10,9 @@ from ...spectral.formats.registry import SpectralEntry, StatedColour
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.spectrum import Quantity, Spectrum
+from ..records.description import stated_colours
 from ..records.material import MaterialRecord
 from ..records.record_colour import radiance_factor_45_0
-from ..records.stated_colours import stated_colours
 
 #: The tristimulus values that are written beside a spectrum.
 LIGHT, OBSERVER = "D50", "1931_2"

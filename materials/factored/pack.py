@@ -18,11 +18,10 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
 from ...spectral.palette import Palette
-from ..core.axes import AXIS_NAMES, Axis, Frame
+from ..core.axes import AXIS_NAMES, Axis, Direction, Frame, FrameAngles, frame_angles
 from ..core.brdf import Brdf
 from ..core.fast import Fast, Summand, TermShader, check_summands
 from ..core.fit_error import FitError
-from ..core.frame_angles import Direction, FrameAngles, frame_angles
 from ..core.points import Points
 from ..core.surface import Surface
 from ..core.terms import Terms

@@ -25,8 +25,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..core.axes import Axis
-from ..core.frame_angles import FrameAngles
+from ..core.axes import Axis, FrameAngles
 
 Factors = tuple[Float[np.ndarray, "_ R"], ...]
 

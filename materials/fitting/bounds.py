@@ -16,10 +16,9 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ..core.axes import Axis, Frame
+from ..core.axes import Axis, Frame, FrameAngles, frame_angles
 from ..core.brdf import Brdf
 from ..core.directions import angles, azimuth_difference, io_angles, io_from_half_difference, spherical
-from ..core.frame_angles import FrameAngles, frame_angles
 from ..factored.pack import FactorPack
 from .visible_pairs import everywhere_angles
 from .visible_samples import working_spectra

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..core.frame_angles import frame_angles
+from ..core.axes import frame_angles
 from ..factored.pack import FactorPack
 from .axis_samples import BLOCK, AxisSamples
 from .cp import Factors

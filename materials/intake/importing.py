@@ -10,22 +10,27 @@ from pathlib import Path
 from typing import Literal
 
 from ...runtime.errors import InputError, NoRoomError
+from ...runtime.files import half_written, made_folder
+from ...runtime.locks import remove_abandoned
 from ...runtime.shutdown import saying
 from ...runtime.worker_pool import Lost, Task, supervised
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.upsampling import DEFAULT_METHOD
 from ..core.fit_error import DEFAULT_BUDGET, FitError
 from ..records.material import MaterialRecord
-from ..records.record import material_path, write_record
+from ..records.record import MARKER, SUFFIX, check_marker, material_path, write_marker, write_record
 from ..records.source import MaterialSource
+from . import import_history
 from .import_cost import Jobs, fit_too_large, jobs_for
-from .import_folder import prepare_folder
 from .import_history import Known
 from .import_plan import PlannedFile, PlannedMaterial, Settings, planned
 from .inputs import inputs_of
 from .progress import Doing, Hears, in_bytes
 from .sources import check_uplift, nothing_to_import
 from .work import FitResult, fit_material
+
+# An import writes no other files: what else is there is not its own to clear away.
+_WRITTEN = (SUFFIX, Path(MARKER).suffix, Path(import_history.FILE).suffix)
 
 
 @dataclass(frozen=True)
@@ -320,3 +325,31 @@ def _stored(
     except InputError as reason:
         return ImportOutcome(material.id, "failed", str(reason), seconds=fitted.seconds)
     return ImportOutcome(material.id, "imported", "", record.error, fitted.seconds)
+
+
+def prepare_folder(folder: Path) -> None:
+    """Make the folder, say in it that it is a catalogue, and clear away what an import that was killed left half-done.
+
+    Several imports may write to one folder at once: each holds what it is writing, and nobody clears that away.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be made or written to, or holds something else.
+    """
+    made_folder(folder)
+    _mark(folder)
+    for stray in half_written(folder, _WRITTEN):
+        remove_abandoned(stray)
+
+
+def _mark(folder: Path) -> None:
+    if (folder / MARKER).exists():
+        check_marker(folder)
+        return
+    # Hidden files may be another import's, at work or broken off.
+    strangers = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
+    if strangers:
+        hint = "name an empty or a new folder: --catalogue FOLDER"
+        raise InputError("not a catalogue", file=folder, found=f"other files, such as {strangers[0]}", hint=hint)
+    write_marker(folder)

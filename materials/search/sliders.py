@@ -15,8 +15,7 @@ import numpy as np
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.spectrum import Spectrum
-from ..analytic.model import AnalyticBrdf
-from ..core.domain import Domain
+from ..analytic.model import AnalyticBrdf, Domain
 from ..core.surface import Surface
 
 _SCALE = "_scale"

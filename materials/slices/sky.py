@@ -16,8 +16,7 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
-from ..core.hemisphere_share import share_in_hemisphere
-from ..core.spherical_gaussian import Gaussians, sphere_integral
+from ..core.spherical_gaussian import Gaussians, share_in_hemisphere, sphere_integral
 
 GROUND = 0.3
 #: Sharpness of what blurs the horizon.

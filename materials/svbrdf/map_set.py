@@ -8,14 +8,15 @@ from functools import cached_property
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from ...runtime.errors import InputError
 from ...spectral.upsampling import upsampling
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM, interpolation_matrix
+from ..core.surface import Cutout
 from .facets import spread_of
 from .texel_map import TexelMap
-from .texels import REPEATED, WRAPS, Wrap
+from .texels import REPEATED, WRAPS, Wrap, look_up
 
 #: Below, highlights are narrower than any picture shows; a perfect mirror has no BRDF at all.
 LEAST_ALPHA = 0.002
@@ -281,3 +282,21 @@ def spectra_of(
     if np.array_equal(wavelengths_nm, WORKING_WAVELENGTHS_NM):
         return made
     return made @ interpolation_matrix(WORKING_WAVELENGTHS_NM, wavelengths_nm).T
+
+
+@dataclass(frozen=True, eq=False)
+class Mask(Cutout):
+    """Holes where the opacity of a mask is below its cutoff (glTF's alphaMode MASK).
+
+    opacity : (H,W,1) in [0, 1], linear between texels. cutoff : from where on something is there.
+    placement : of the mask on the mesh.
+    """
+
+    opacity: Float[np.ndarray, "H W 1"]
+    cutoff: float
+    placement: Placement
+
+    def holes(self, uv: Float[np.ndarray, "N 2"]) -> Bool[np.ndarray, " N"]:
+        """Implement `Cutout.holes`."""
+        found = look_up(self.opacity, self.placement.of(uv), self.placement.wrap)[:, 0]
+        return found < self.cutoff - ROUNDING

@@ -21,15 +21,13 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...spectral.spectrum import Spectrum
 from ..analytic.metallic_roughness import MetallicRoughness, schlick
-from ..core.cutout import Cutout
 from ..core.fast import Fast
 from ..core.points import Points
-from ..core.surface import Surface
+from ..core.surface import Cutout, Surface
 from .coat import alike, coat_over
 from .facets import facets, turned_to, upright
-from .map_set import ROUNDING, MapSet
+from .map_set import ROUNDING, MapSet, Mask
 from .maps_form import maps_form
-from .mask import Mask
 from .texels import between
 
 # Points that are worked on at once: spectra of four texels of each are held.

@@ -15,14 +15,13 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
-from ..core.cutout import Cutout
 from ..core.fast import Fast, Summand
 from ..core.fit_error import FitError
 from ..core.protocol import LIGHTS, sphere_protocol
+from ..core.surface import Cutout
 from .map_planes import MapPlanes, PlaneLayout
-from .map_set import ROUNDING, MapSet
+from .map_set import ROUNDING, MapSet, Mask
 from .mapped_slices import MappedSlices
-from .mask import Mask
 from .texture_form import differences
 
 # Texels that the number of coefficients is judged on.

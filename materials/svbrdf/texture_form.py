@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,11 +21,13 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.palette import Palette
+from ..core.environment_form import EnvironmentForm, Lobes
 from ..core.fast import Fast, Summand
 from ..core.fit_error import FitError
+from ..core.points import Points
 from ..core.protocol import LIGHTS
+from ..core.term_shader import TermShader
 from ..factored.pack import FactoredBrdf, matt_brdf
-from .matt_texture import MattTexture
 from .texture_planes import TexturePlanes
 
 # Texels that the number of terms is judged on.
@@ -120,3 +123,33 @@ def differences(
     """ΔE94 of each texel under each light."""
     each = (slice(start, start + 3) for start in range(0, len(whites), 3))
     return np.stack([delta_e_xyz(reference[:, at], sample[:, at], whites[at]) for at in each])
+
+
+@dataclass(frozen=True, eq=False)
+class MattTexture(EnvironmentForm):
+    """Environment form of matt textures: no Gaussians; the integral of a coefficient over the cosine is pi times it."""
+
+    uses_uv: ClassVar[bool] = True
+    count = 0
+
+    texture: TexturePlanes
+
+    @property
+    def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The texture's."""
+        return self.texture.palette
+
+    def lobes(self, points: Points) -> Lobes:
+        """Implement `EnvironmentForm.lobes`."""
+        matt = np.pi * self.texture.coefficients(points)
+        count, rank = matt.shape
+        return Lobes(np.zeros((count, 0, 3)), np.zeros((count, 0)), np.zeros((count, 0, rank)), matt[:, None])
+
+    def shader(self, filtered: bool = False) -> TermShader:
+        """Return the texture's own look-up, with a cosine in place of its term."""
+        return replace(self.texture.shader(filtered), file=Path(__file__).with_name("matt_texture.glsl"))
+
+    @property
+    def key(self) -> tuple:
+        """The texture's."""
+        return self.texture.key

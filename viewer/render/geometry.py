@@ -18,7 +18,7 @@ from ...lighting.mesh.mesh import Mesh
 from ...lighting.reference.geometry import Tracer
 from ...lighting.scene import Scene
 from ...lighting.vectors import dot
-from ...materials.core.cutout import Cutout
+from ...materials.core.surface import Cutout
 from .shadows import ShadowGrid, SortedTriangles, shadow_grid, sorted_triangles
 
 

@@ -19,8 +19,7 @@ from ...lighting.mesh.mesh import Mesh
 from ...lighting.reference.geometry import Tracer, visible_geometry
 from ...lighting.reference.reference import reference_images
 from ...lighting.scene import Scene
-from ...materials.core.cutout import Cutout
-from ...materials.core.surface import Surface
+from ...materials.core.surface import Cutout, Surface
 
 #: Rows are this far apart in the first round.
 FIRST_STEP = 16

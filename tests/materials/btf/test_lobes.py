@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from btf_sets import UBO
 from metamer.materials.btf import quantisation
-from metamer.materials.btf.batched_cholesky import solved
+from metamer.materials.btf.lobe_amplitudes import solved
 from metamer.materials.btf.lobes import fitted_lobes, lobe_values
 from metamer.materials.formats.btf_names import directions_of
 

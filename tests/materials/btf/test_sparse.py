@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from metamer.materials.btf.decoding import uplifted_basis
+from metamer.materials.btf.dictionary import dense, sparse
 from metamer.materials.btf.metric import seen
 from metamer.materials.btf.rounded_mean import RoundedMean, rounded_mean
-from metamer.materials.btf.sparse import dense, sparse
 
 
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.01, 0.5, 1.0])

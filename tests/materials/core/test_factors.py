@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.materials.core.axes import AXIS_NAMES, Axis
+from metamer.materials.core.axes import AXIS_NAMES, Axis, frame_angles
 from metamer.materials.core.directions import half_difference, io_angles, spherical
-from metamer.materials.core.frame_angles import frame_angles
 from metamer.materials.factored.pack import FactoredBrdf, FactorPack
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from metamer.materials.core.axes import Axis
-from metamer.materials.core.frame_angles import frame_angles
+from metamer.materials.core.axes import Axis, frame_angles
 from metamer.materials.core.points import Points
 from metamer.materials.factored.pyramids import MOST_LEVELS, axis_levels, filtered_values, level_of, pyramid, width_of
 from metamer.materials.fitting.half_precision import rounded_to_half

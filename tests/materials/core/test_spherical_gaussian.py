@@ -5,8 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from metamer.materials.core.directions import spherical
-from metamer.materials.core.hemisphere_share import share_in_hemisphere
-from metamer.materials.core.spherical_gaussian import Gaussians, area, sharpness_of_area
+from metamer.materials.core.spherical_gaussian import Gaussians, area, share_in_hemisphere, sharpness_of_area
 from scipy.integrate import quad
 
 UP = np.array([0.0, 0.0, 1.0])

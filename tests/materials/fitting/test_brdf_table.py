@@ -7,10 +7,9 @@ from itertools import product
 import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, CoatedDiffuse, CookTorrance, Lambert
-from metamer.materials.core.axes import Axis
+from metamer.materials.core.axes import Axis, frame_angles
 from metamer.materials.core.brdf import Brdf
 from metamer.materials.core.directions import io_from_half_difference, spherical
-from metamer.materials.core.frame_angles import frame_angles
 from metamer.materials.fitting.brdf_table import BrdfTable, node_directions, tabulate
 from metamer.materials.fitting.lobe_table import LobeTable
 from metamer.runtime.errors import InputError

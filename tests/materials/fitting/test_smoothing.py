@@ -3,7 +3,7 @@
 import numpy as np
 from metamer.materials.core.axes import Axis
 from metamer.materials.factored.pack import FactorPack
-from metamer.materials.fitting.smoothing import smoothed, smoothed_pack
+from metamer.materials.fitting.lobe_table import smoothed, smoothed_pack
 from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.palette import Palette
 

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 from metamer.materials.catalogue.catalogue import Catalogue
-from metamer.materials.intake.import_folder import prepare_folder
-from metamer.materials.intake.importing import import_sources
+from metamer.materials.intake.importing import import_sources, prepare_folder
 from metamer.materials.records.verification import verify_catalogue
 from metamer.runtime.files import half_written, written_whole
 

@@ -6,8 +6,7 @@ from metamer.benchmarks.papers.gaussian_lobes import ndf
 from metamer.benchmarks.papers.gaussian_lobes.warp import LEAST_COSINE, mirrored, stretch, warped
 from metamer.lighting.visibility.free_share import free_share
 from metamer.materials.core.directions import spherical
-from metamer.materials.core.hemisphere_share import share_in_hemisphere
-from metamer.materials.core.spherical_gaussian import Gaussians
+from metamer.materials.core.spherical_gaussian import Gaussians, share_in_hemisphere
 
 UP = np.array([0.0, 0.0, 1.0])
 
