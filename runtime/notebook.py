@@ -9,8 +9,8 @@ from typing import Any
 from .distribution import install_hint
 from .errors import InputError
 
-# Lines of a table that a notebook shows.
-_MOST_LINES = 60
+#: Lines of a table that a notebook shows.
+MOST_LINES = 60
 
 
 def new_axes() -> Any:
@@ -41,12 +41,15 @@ def data_frame(headings: Sequence[str], lines: Iterable[Sequence[object]]) -> An
     return pandas.DataFrame([list(line) for line in lines], columns=list(headings))
 
 
-def html_table(headings: Sequence[str], lines: Iterable[Sequence[object]]) -> str:
-    """Write lines under headings as HTML, numbers with two decimals; of many lines the first, and how many more."""
-    shown = list(lines)
+def html_table(headings: Sequence[str], lines: Sequence[Sequence[object]], count: int | None = None) -> str:
+    """Write lines under headings as HTML, numbers with two decimals; of many lines the first, and how many more.
+
+    count : of all lines, where only the first were made.
+    """
     rows = [f"<tr>{''.join(f'<th>{html.escape(name)}</th>' for name in headings)}</tr>"]
-    for line in shown[:_MOST_LINES]:
+    for line in lines[:MOST_LINES]:
         cells = (f"{cell:.2f}" if isinstance(cell, float) else html.escape(str(cell)) for cell in line)
         rows.append(f"<tr>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
-    more = f"<p>and {len(shown) - _MOST_LINES} more</p>" if len(shown) > _MOST_LINES else ""
+    left = (len(lines) if count is None else count) - MOST_LINES
+    more = f"<p>and {left} more</p>" if left > 0 else ""
     return f"<table>{''.join(rows)}</table>{more}"

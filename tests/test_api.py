@@ -332,7 +332,23 @@ def test_every_material_has_a_spectrum(catalogue):
         assert name in material._repr_html_() and "<svg" in material._repr_html_()
     copper = catalogue["tiny/copper"].spectrum()
     assert copper.quantity == "radiance factor"
-    assert "4 materials" in catalogue._repr_html_() and "tiny/copper" in catalogue._repr_html_()
+    shown = catalogue._repr_html_()
+    assert "4 materials" in shown
+    for name in catalogue:
+        assert f"<td>{name}</td><td>{catalogue[name].provenance.kind}</td>" in shown
+
+
+def test_a_catalogue_in_a_notebook_shows_many_materials_in_part_and_says_which_are_damaged(catalogue, tmp_path):
+    (tmp_path / MARKER).write_bytes((catalogue.folder / MARKER).read_bytes())
+    (tmp_path / "many").mkdir()
+    kept = catalogue.path("tiny/copper").read_bytes()
+    for number in range(63):
+        (tmp_path / "many" / f"{number:02}{catalogue.path('tiny/copper').suffix}").write_bytes(
+            kept if number else b"torn"
+        )
+    shown = metamer.Catalogue.open(tmp_path)._repr_html_()
+    assert "63 materials" in shown and "and 3 more" in shown and "many/59" in shown and "many/60" not in shown
+    assert not re.search("<td>many/00</td><td>(measured|analytic)", shown) and "<td>many/00</td>" in shown
 
 
 def test_figures_of_a_match_are_a_table_and_a_drawing(catalogue):
@@ -384,6 +400,8 @@ def test_review_of_a_script_is_that_of_the_command(scene, catalogue, tmp_path):
     frame = found.to_pandas()
     assert list(frame["p99"]) == [row.statistics.p99 for row in found.rows]
     assert "tiny/satin-green" in found._repr_html_() and found.verdict.split("<")[0][:20] in found._repr_html_()
+    standing = catalogue["tiny/satin-green"].provenance.kind
+    assert list(frame["standing"]) == [standing] and f"<td>{standing}</td>" in found._repr_html_()
     assert found.verdict in said and re.search(r"1 picture in \d+ s\.", said)
 
 

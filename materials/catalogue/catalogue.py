@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import made_folder
-from ...runtime.notebook import html_table
+from ...runtime.notebook import MOST_LINES, html_table
 from ..records.material import MaterialRecord
 from ..records.models import SPECTRA, no_surface
 from ..records.query import Heads, Query, Summary, material_files, read_heads, summary
@@ -65,7 +65,13 @@ class Catalogue:
         families = Counter(material_id.partition("/")[0] for material_id in known)
         words = ", ".join(f"{count} {family}" for family, count in families.items())
         told = f"<p><b>{html.escape(str(self.folder))}</b>: {len(known)} materials ({html.escape(words)})</p>"
-        return told + html_table(["id"], [[material_id] for material_id in known])
+        shown = []
+        for material_id in known[:MOST_LINES]:
+            try:
+                shown.append([material_id, self.summary(material_id).kind])
+            except InputError as reason:
+                shown.append([material_id, reason.problem])
+        return told + html_table(["id", "standing"], shown, len(known))
 
     def ids(self) -> tuple[str, ...]:
         """Return every material's id, sorted; files are not opened."""

@@ -41,7 +41,7 @@ __all__ = ["OWN_LIGHT", "ReviewResult", "review"]
 
 Progress = Callable[[int, int, str], None]
 # Columns of a review as a table.
-_HEADINGS = ("material", "illuminant", "observer", "mean", "p95", "p99", "maximum")
+_HEADINGS = ("material", "illuminant", "observer", "mean", "p95", "p99", "maximum", "standing")
 ReadingOf = Callable[[str], InstrumentReading]
 
 
@@ -63,7 +63,8 @@ class ReviewResult:
     resumed: int = 0
 
     def to_pandas(self) -> Any:
-        """Make a `pandas.DataFrame`, a line a row of the report: names, and ΔE94 of the fast picture.
+        """Make a `pandas.DataFrame`, a line a row of the report: names, ΔE94 of the fast picture, and how well the
+        material is known.
 
         Raises
         ------
@@ -86,14 +87,14 @@ class ReviewResult:
 
     def _lines(self) -> Iterator[list[object]]:
         for one in self.rows:
-            found = one.statistics
-            yield [one.material, one.illuminant, one.observer, found.mean, found.p95, found.p99, found.max]
+            found, standing = one.statistics, one.provenance.get("Standing", "unknown")
+            yield [one.material, one.illuminant, one.observer, found.mean, found.p95, found.p99, found.max, standing]
 
     def _repr_html_(self) -> str:
         words = (
             f"<p><b>{html.escape(self.verdict)}</b><br>{html.escape(self.facts)}<br>{html.escape(str(self.page))}</p>"
         )
-        return words + html_table(_HEADINGS, self._lines())
+        return words + html_table(_HEADINGS, list(self._lines()))
 
 
 def review(
