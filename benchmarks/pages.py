@@ -143,6 +143,8 @@ def _steps(page: Any) -> Iterator[Step]:
             yield f"click {place}", lambda box=box: page.mouse.click(*box)
     last = page.evaluate("[...document.querySelectorAll('[data-line] a, .thumbnail a')].at(-1).getAttribute('href')")
     yield "follow a link to the last row", lambda: page.evaluate("(to) => { location.hash = to; }", last)
+    page.evaluate("document.activeElement.blur()")
+    yield from pressed("scroll by a screen", ["PageUp"] * 2 + ["PageDown"] * 2 + ["End", "Home"])
 
 
 def _review_steps(
@@ -168,6 +170,8 @@ def _review_steps(
     yield from pressed("press the colour shift", ["s", "g"])
     last = page.evaluate("Object.values(MATERIALS.at(-1).rows).at(-1).anchor")
     yield "follow a link to the last row", lambda: page.evaluate("(to) => { location.hash = to; }", last)
+    page.evaluate("document.activeElement.blur()")
+    yield from pressed("scroll by a screen", ["PageUp"] * 2 + ["PageDown"] * 2 + ["End", "Home"])
 
 
 def report(figures: dict) -> str:
