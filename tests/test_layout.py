@@ -2,6 +2,7 @@
 
 import ast
 import fnmatch
+import json
 import os
 import re
 import shutil
@@ -347,3 +348,39 @@ def test_no_two_public_classes_have_one_name(definitions):
         if one.kind is ast.ClassDef and len(one.names) == 1 and not one.names[0].startswith("_"):
             places.setdefault(one.names[0], []).append(one.where)
     assert not {name: where for name, where in places.items() if len(where) > 1}
+
+
+def _prose(page):
+    """Markdown of a page or a notebook, without code."""
+    text = page.read_text(encoding="utf-8")
+    if page.suffix == ".ipynb":
+        cells = json.loads(text)["cells"]
+        text = "\n\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
+    return re.sub(
+        r"^```.*?^```|`[^`\n]*`", lambda code: code[0] if "\n" not in code[0] else "", text, flags=re.M | re.S
+    )
+
+
+def _anchors(page):
+    """Names of headings as the site makes them, and those of the reference."""
+    headings = re.findall(r"^#+ (.*?)\s*$", _prose(page), re.MULTILINE)
+    words = (re.sub(r"[^\w\s-]", "", re.sub(r"\]\([^)]*\)", "", heading)).strip().lower() for heading in headings)
+    return {re.sub(r"[-\s]+", "-", one) for one in words} | set(re.findall(r"^::: (\S+)", _prose(page), re.MULTILINE))
+
+
+def test_links_of_the_documentation_lead_to_pages_and_headings_that_are_there():
+    site, broken = ROOT / "docs", []
+    for page in (ROOT / "README.md", *site.rglob("*.md"), *site.rglob("*.ipynb")):
+        for text, target in re.findall(r"\[([^]]*)\]\(([^)\s]+)\)", _prose(page)):
+            if re.match(r"[a-z]+:", target):
+                continue
+            file, _, anchor = target.partition("#")
+            found = (page.parent / file).resolve() if file else page
+            # The site has no file beside its own; the README is read where the tree is.
+            inside = page.parent == ROOT or found.is_relative_to(site)
+            known = (
+                not anchor or found.suffix not in (".md", ".ipynb") or not found.is_file() or anchor in _anchors(found)
+            )
+            if not (found.exists() and inside and known):
+                broken.append(f"{page.relative_to(ROOT)}: [{text}]({target})")
+    assert not broken
