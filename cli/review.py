@@ -88,7 +88,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Review; 0 where every row is within the budget, 1 where some are near it, 2 where some are over it."""
-    from ..calibration.report.protocol import read_protocol
+    from ..calibration.report.rating import read_protocol
     from ..calibration.report.review_words import as_markdown, row_words
     from ..lighting.scene_file.files import load_scene, scene_file, shipped_scene
     from ..runtime.distribution import installed_version

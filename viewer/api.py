@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
-from ..calibration.report.protocol import read_protocol
+from ..calibration.report.rating import read_protocol
 from ..lighting.scene import Scene
 from ..materials.catalogue.catalogue import Catalogue
 from ..runtime.distribution import installed_version

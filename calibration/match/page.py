@@ -25,9 +25,8 @@ from ..report.review_data import LIGHT_ICONS
 from ..report.review_facts import light_title, light_words, within_sentence
 from ..report.row_name import short_observer
 from .batch import Batch
-from .notebook import as_html, plot
 from .pairs import WORST_FIRST, MatchedPairs, MatchOptions, PairDifference
-from .table import headings, lines
+from .table import as_html, headings, lines, plot
 from .tolerance import VERDICT_WORDS, Verdict
 
 #: What a person may fill in beforehand; what is left open is a line to write on.
@@ -91,7 +90,7 @@ class MatchReport:
         return data_frame(headings(self), lines(self))
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw where samples lie about their standard, as of `notebook.plot`."""
+        """Draw where samples lie about their standard, as of `table.plot`."""
         return plot(self, axes)
 
     def _repr_html_(self) -> str:

@@ -13,12 +13,13 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file
+from ...spectral.bispectral import ANTI_STOKES_TOLERANCE, band_widths
 from ...spectral.formats.exr import MOST_SAMPLES, channel_names, check_size, read_picture
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.spectral_exr import BISPECTRAL, RELATIVE_UNITS, SpectralImage, read_spectral_exr
 from ...spectral.illuminants import illuminant
-from ...spectral.observers import observer
-from .fluorescent import fluorescent_xyz
+from ...spectral.observers import Observer, observer
+from ...spectral.spectrum import Spectrum
 from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, PixelLayer, Pixels, Row, RowName
 
 # What a header says of a picture that is a part of its name or worth a line.
@@ -189,3 +190,28 @@ def _folded(image: SpectralImage, xyz: Float[np.ndarray, "H W 3"], white: Float[
     """Sums of spectra are as fine at least as what they are stored in."""
     stored = HALF_ROUNDOFF if image.half else FLOAT32_ROUNDOFF
     return Pixels(xyz, np.ones(xyz.shape[:2], np.float32), white, stored)
+
+
+def fluorescent_xyz(image: SpectralImage, light: Spectrum, observer: Observer) -> Float[np.ndarray, "H W 3"]:
+    """XYZ of what leaves each pixel under `light`; Y of the perfect diffuser is 1, and a pixel may exceed it.
+
+    Raises
+    ------
+    InputError : a pixel sends out more power than it takes in, or light at shorter wavelengths.
+    """
+    assert image.reradiation is not None
+    height, width, bands, _ = image.reradiation.shape
+    matrices = image.reradiation.reshape(-1, bands, bands)
+    widths = band_widths(image.spectrum.wavelengths_nm)
+    power = np.einsum("noi,o->ni", matrices, widths) / widths
+    upward = np.max([matrices[:, out, out + 1 :].max(axis=1) for out in range(bands - 1)], axis=0)
+    # A matrix is checked as it is made: those of the pixels that are likeliest to be refused.
+    surface = image.bispectral(*divmod(int(power.max(axis=1).argmax()), width))
+    if upward.max() > ANTI_STOKES_TOLERANCE:
+        image.bispectral(*divmod(int(upward.argmax()), width))
+    # All matrices have the axes of this one, and so what its bands take of the light, and what is seen of them.
+    weights = observer.sensitivity(surface.wavelengths_out_nm)[:, :, None] * surface.excitation(light)
+    weights /= observer.luminous(light)
+    diagonal = np.arange(bands)
+    weights[:, diagonal, diagonal] = observer.weights(light, surface.wavelengths_out_nm)
+    return (matrices.reshape(len(matrices), -1) @ weights.reshape(3, -1).T).reshape(height, width, 3)

@@ -1,12 +1,16 @@
-"""Rating of a material by a reviewer under a light: a verdict, a score, a note, and the probe's values."""
+"""Rating of a material by a reviewer under a light: a verdict, a score, a note, and the probe's
+values; and the reviewer's protocol, the file of all of them."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Literal, get_args
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
 
 from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.toml_records import RecordFile
 
 Verdict = Literal["approved", "rejected", "open"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
@@ -72,3 +76,44 @@ class Rating:
     def key(self) -> tuple[str, str, str]:
         """Key of the rating: a later one of the same key takes its place."""
         return self.material, self.light, self.observer
+
+
+@dataclass(frozen=True)
+class _Protocol:
+    """All that is in the file."""
+
+    ratings: tuple[Rating, ...] = ()
+
+    def __post_init__(self) -> None:
+        keys = [one.key for one in self.ratings]
+        if twice := [key for key in keys if keys.count(key) > 1]:
+            raise InputError("rated twice", field="ratings", found=" under ".join(twice[0][:2]), expected="once")
+
+
+_FILE = RecordFile(_Protocol, "metamer_protocol", 1, "reviewer's protocol", "the review window")
+
+
+def write_protocol(path: str | Path, ratings: Iterable[Rating]) -> None:
+    """Write ratings as TOML. Of two of the same material, light and observer the later one stays.
+
+    Raises
+    ------
+    InputError, NoRoomError : as of `RecordFile.write`.
+    """
+    latest = {one.key: one for one in ratings}
+    _FILE.write(path, _Protocol(tuple(latest.values())))
+
+
+def read_protocol(path: str | Path) -> tuple[Rating, ...]:
+    """Read what `write_protocol` wrote; errors as of `RecordFile.read`, and something that is rated twice."""
+    return _FILE.read(path).ratings
+
+
+def as_json(ratings: Sequence[Rating]) -> list[dict[str, Any]]:
+    """Ratings for `review.json`; a score of 0 is null, and so is what was not said."""
+    listed = []
+    for one in ratings:
+        fields = asdict(one) | {"score": one.score or None}
+        fields["probed"] = {probed.name: probed.value for probed in one.probed}
+        listed.append({key: None if value == "" else value for key, value in fields.items()})
+    return listed

@@ -14,8 +14,7 @@ from ...runtime.errors import InputError
 from ...runtime.files import made_folder, written_whole
 from .history import HISTORY, Run, history_text, with_run
 from .page import render_page
-from .protocol import as_json
-from .rating import Rating
+from .rating import Rating, as_json
 from .review_facts import (
     ADAPTED,
     LitColour,

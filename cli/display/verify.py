@@ -62,11 +62,11 @@ def run(args: argparse.Namespace) -> int:
         for note in found.notes:
             print(note)
     if args.html is not None:
-        from ...calibration.display.verification_page import verification_page
+        from ...calibration.display.verification_outputs import verification_page
 
         write_text(args.html, verification_page(found))
     if args.junit is not None:
-        from ...calibration.display.verification_junit import verification_junit
+        from ...calibration.display.verification_outputs import verification_junit
 
         write_text(args.junit, verification_junit(found))
     if not args.not_kept:

@@ -10,8 +10,7 @@ from metamer.calibration.display.patches import patches
 from metamer.calibration.display.primaries import apart_for, read_primaries
 from metamer.calibration.display.readings import Readings
 from metamer.calibration.display.verification import verify
-from metamer.calibration.display.verification_junit import verification_junit
-from metamer.calibration.display.verification_page import verification_page
+from metamer.calibration.display.verification_outputs import verification_junit, verification_page
 from metamer.runtime.errors import ComparisonError, InputError
 from metamer.spectral.difference import delta_e_xyz, lab_from_xyz, xyz_from_lab
 

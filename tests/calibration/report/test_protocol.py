@@ -3,8 +3,7 @@
 import json
 
 import pytest
-from metamer.calibration.report.protocol import as_json, read_protocol, write_protocol
-from metamer.calibration.report.rating import Probed, Rating
+from metamer.calibration.report.rating import Probed, Rating, as_json, read_protocol, write_protocol
 from metamer.runtime.errors import InputError, UnknownNameError
 
 SEEN = ("paint/red", "FL11", "1931_2")

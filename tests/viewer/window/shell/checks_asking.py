@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-from metamer.calibration.report.protocol import read_protocol
+from metamer.calibration.report.rating import read_protocol
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.spectral.formula import Formula
 from metamer.viewer.window.metamerism import metamerism

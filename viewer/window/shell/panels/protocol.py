@@ -6,8 +6,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
-from .....calibration.report.protocol import write_protocol
-from .....calibration.report.rating import MOST, Rating, Verdict
+from .....calibration.report.rating import MOST, Rating, Verdict, write_protocol
 from ..actions import rate
 from ..widgets import em, quiet, tooltip
 from ..window import Window

@@ -1,15 +1,20 @@
-"""A comparison as JUnit XML: a test case a row, so that a build server lists what failed."""
+"""A comparison as JUnit XML, a test case a row, for build servers; and as a few lines of Markdown."""
 
 from __future__ import annotations
 
 from xml.etree import ElementTree
 
 from ..report.junit_xml import Outcome, case_of, junit_text
+from ..report.text_tables import escaped
+from .causes import what_changed
 from .criteria import Tier
 from .result import Result, RowResult
-from .words import verdict_words
+from .words import readable_names, shown_rows, verdict_words
 
 _OUTCOMES: dict[Tier, Outcome] = {"pass": "passed", "warn": "warned", "fail": "failed"}
+# So many rows are read in a merge request.
+_MOST = 15
+_SIGNS = {"pass": "✅", "warn": "⚠️", "fail": "❌"}
 
 
 def as_junit(result: Result) -> str:
@@ -36,3 +41,25 @@ def _row_case(row: RowResult) -> ElementTree.Element:
     over = [one for one in row.asked if one.tier != "pass"]
     lines += [f"{one.tier}: {one.criterion.label} ({one.of}) is {one.value:.4g}; {one.criterion.words}" for one in over]
     return case_of(row.name.material or "row", str(row.name), _OUTCOMES[row.tier], "\n".join([*lines, *row.notes]))
+
+
+def as_markdown(result: Result) -> str:
+    """Return the sentence of the page, and the worst rows with what changed."""
+    lines = [f"### {_SIGNS[result.tier]} Did any colour move?", "", f"{escaped(verdict_words(result))}.", ""]
+    shown, names = shown_rows(result), readable_names(result.rows)
+    if shown:
+        lines += ["ΔE94 of after against before:", ""]
+        lines += ["| | | on average | 99 % within | at most | what changed |", "|---|---|--:|--:|--:|---|"]
+    for row in shown[:_MOST]:
+        # The layer that moved most tells of the row.
+        moved = max(row.layers.values(), key=lambda one: one.mean, default=None)
+        figures = ("", "", "") if moved is None else (f"{value:.2f}" for value in (moved.mean, moved.p99, moved.max))
+        cells = (escaped(names[row.name]), _SIGNS[row.tier], *figures, what_changed(row)[0])
+        lines.append(f"| {' | '.join(cells)} |")
+    if len(shown) > _MOST:
+        lines += ["", f"... and {len(shown) - _MOST} more."]
+    for one in result.pooled:
+        lines += ["", f"{_SIGNS[one.tier]} {escaped(one.criterion.label)} ({one.of}), over all: {one.value:.3f}"]
+    if result.notes:
+        lines += ["", *(f"- {escaped(note)}" for note in result.notes)]
+    return "\n".join([*lines, ""])
