@@ -58,7 +58,7 @@ def run(materials: int = 24) -> dict[str, Any]:
         import_sources([generated(folder / "source", materials, ("matt", "satin"))], folder / "catalogue")
         catalogue = Catalogue.open(folder / "catalogue")
         own = [_reviewed(catalogue, folder / "here", None)]
-        # Of all rows of a material, in the order of the report.
+        # Seconds of all rows of a material, in the order of the report.
         costs = [sum(sum(row.seconds.values()) for row in rows) for rows in own[0][1]]
         few, busy = catalogue.ids()[: max(1, len(costs) // 4)], 0.0
         for workers in (1, 2):
@@ -69,7 +69,7 @@ def run(materials: int = 24) -> dict[str, Any]:
                     busy = _reviewed(catalogue, folder / "part", cluster.scheduler_address, few)[2]
     usual = statistics.median(costs)
     first = sum(max(0.0, cost - 2.0 * usual) for cost in costs)
-    # What the client does beside waiting, by how its processor time grows with the materials.
+    # Work of the client beside waiting, by how its processor time grows with the materials.
     client = (own[1][2] - busy) / (len(costs) - len(few))
     return {
         "materials": len(costs),

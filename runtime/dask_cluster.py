@@ -193,7 +193,7 @@ class _Unprepared:
     """Answer of a worker that joined after `start` went out."""
 
 
-# Of a worker: what its threads have to call, by the key of a command; the last one's alone.
+# Calls that a worker's threads have to make first, by the key of a command; the last one's alone.
 _starts: dict[str, Start] = {}
 
 

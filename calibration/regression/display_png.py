@@ -80,7 +80,7 @@ def _said(picture: Any) -> dict[str, str]:
 
 def _pixels(path: Path) -> Pixels:
     with _opened(path) as picture:
-        # Of 16 bits Pillow keeps the first byte, and calls the mode RGB.
+        # Pillow keeps the first byte of 16 bits, and calls the mode RGB.
         fine = "16" in str(picture.tile[0].args)
         if fine or picture.mode not in ("RGB", "RGBA", "L"):
             found, expected = f"{picture.mode}{', 16 bits' if fine else ''}", "RGB, RGBA or L"

@@ -12,7 +12,7 @@ from .result import Result, RowResult
 from .words import readable_names, shown_rows, verdict_words
 
 _OUTCOMES: dict[Tier, Outcome] = {"pass": "passed", "warn": "warned", "fail": "failed"}
-# So many rows are read in a merge request.
+# Most rows that are read in a merge request.
 _MOST = 15
 _SIGNS = {"pass": "✅", "warn": "⚠️", "fail": "❌"}
 

@@ -20,7 +20,7 @@ from . import plots
 # Pictures along a side of a sheet: few enough that any order on the screen needs little more than what it shows.
 SIDE = 5
 _PER_SHEET = SIDE * SIDE
-# Of a hash in a name.
+# Digits of a hash in a name.
 _DIGITS = 20
 
 

@@ -26,7 +26,7 @@ _WIDE = np.iinfo(np.int16)
 _COLOURS = 3
 # A run of so many zeros that no number ends.
 _ON = 255
-# What stands for a number that no byte holds.
+# Sign of a number that no byte holds.
 _LARGE = np.iinfo(np.int8).min
 
 

@@ -1,4 +1,4 @@
-"""What a worker of a cluster does with a task, without a cluster: code, what it has to hold, threads."""
+"""Tasks on a worker of a cluster, without a cluster: code, what it has to hold, threads."""
 
 import threading
 

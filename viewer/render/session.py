@@ -228,7 +228,7 @@ class RenderSession:
             colours = self.layers.colours(self.scene, (None,))
             built.append(self.layers.build(self.settings, self.scene, self.camera, self._surfaces, colours))
         layers = [
-            # Of light from all around the shape leaves a factor out.
+            # The shape leaves a factor out of light from all around.
             replace(
                 same[0],
                 colours=np.concatenate(

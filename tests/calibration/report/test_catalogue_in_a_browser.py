@@ -212,7 +212,7 @@ def test_what_is_opened_pushes_the_rows_below_it_and_stays_open(large, opened):
         }"""
     )
     assert 0 < below < 40
-    # What has the focus would stay there.
+    # A focused name would stay there.
     found.evaluate("document.activeElement.blur()")
     found.evaluate("scrollTo(0, 30000)")
     row.wait_for(state="detached")
@@ -222,7 +222,7 @@ def test_what_is_opened_pushes_the_rows_below_it_and_stays_open(large, opened):
 
 
 def test_the_keyboard_goes_beyond_what_is_there(large, opened):
-    """Whoever scrolls away keeps the focus; the last name is on the screen when End has led to it."""
+    """Scrolling away keeps the focus; the last name is on the screen when End has led to it."""
     found = opened(large)
     found.select_option("#sort", "name")
     found.locator(".name a").first.focus()

@@ -1,6 +1,5 @@
 """A review on a Dask cluster: the same as at home, also when a worker is killed, when it is broken off, and resumed."""
 
-import json
 import os
 import signal
 from dataclasses import replace
@@ -15,6 +14,7 @@ from metamer.viewer.review.cases import prepare_review
 from metamer.viewer.review.review import review
 from metamer.viewer.review.row_key import case_key
 from metamer.viewer.software.backend import software_session
+from review_folder import pictures_of, results_of
 
 pytestmark = [
     # Imported where it is needed: whoever collects these tests need not wait for it.
@@ -47,18 +47,6 @@ def sphere(scenes):
 def reviewed(scene, catalogue, out, **options):
     with software_session() as renderer:
         return review(scene, catalogue, out, renderer=renderer, version="test", **options)
-
-
-def pictures_of(folder):
-    return {path.name: path.read_bytes() for path in (folder / "pictures").iterdir()}
-
-
-def results_of(folder):
-    """All that is said, but for the hour and how long it took."""
-    document = json.loads((folder / "review.json").read_text(encoding="utf-8"))
-    for row in document["results"]:
-        del row["seconds"]
-    return {key: value for key, value in document.items() if key != "created"}
 
 
 @pytest.mark.slow
@@ -138,7 +126,7 @@ def test_a_worker_gives_rows_and_files_and_leaves_nothing(on_a_worker):
 
 
 def test_a_worker_that_would_draw_something_else_is_refused(on_a_worker, monkeypatch):
-    """As with a display, a library or a catalogue of its own: the key is made of them."""
+    """Another display, library or catalogue does the same: the key is made of them."""
     (begin, given), task = on_a_worker
     begin(*given)
     monkeypatch.setattr("metamer.viewer.review.row_key._code_hash", lambda: "another")

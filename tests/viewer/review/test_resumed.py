@@ -1,6 +1,5 @@
 """A review that is broken off goes on from what it has drawn, and draws what depends on anything that has changed."""
 
-import json
 import shutil
 from dataclasses import replace
 
@@ -17,6 +16,7 @@ from metamer.runtime.fingerprint import fingerprint
 from metamer.viewer.review import row_key as review_key
 from metamer.viewer.review.review import review
 from metamer.viewer.software.backend import software_session
+from review_folder import pictures_of, results_of
 
 LIGHTS = ("D65", "A")
 NAMES = ("tiny/copper", "tiny/matt-red", "tiny/rough-blue")
@@ -75,17 +75,6 @@ def finished(drawn_before, tmp_path):
 
 def files_of(folder):
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-
-
-def pictures_of(folder):
-    return {path.name: path.read_bytes() for path in (folder / "pictures").iterdir()}
-
-
-def results_of(folder):
-    document = json.loads((folder / "review.json").read_text(encoding="utf-8"))
-    for row in document["results"]:
-        del row["seconds"]
-    return {key: value for key, value in document.items() if key != "created"}
 
 
 def test_a_review_that_was_broken_off_goes_on_and_ends_as_if_it_had_not_been(run, drawn_before, tmp_path):
