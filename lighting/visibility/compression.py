@@ -16,7 +16,7 @@ add little beside what the terms leave out.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
@@ -238,14 +238,26 @@ def _turned(basis: Basis, values: np.ndarray, weights: np.ndarray) -> Basis:
 
 
 def _products(known: Float[np.ndarray, "m K"]) -> Float[np.ndarray, "m P"]:
-    """Multiply every two columns, in the order of the upper triangle of a matrix, row by row."""
+    """Multiply every two columns, in the order of `_packing`."""
     across = np.ascontiguousarray(known.T)
-    count, at = len(across), 0
-    found = np.empty((count * (count + 1) // 2, len(known)), dtype=known.dtype)
-    for column in range(count):
-        np.multiply(across[column], across[column:], out=found[at : at + count - column])
-        at += count - column
+    row, column = _packing(len(across))
+    found = np.empty((len(row), len(known)), dtype=known.dtype)
+    for number, (one, other) in enumerate(zip(row, column, strict=True)):
+        np.multiply(across[one], across[other], out=found[number])
     return found.T
+
+
+@lru_cache(maxsize=4)
+def _packing(terms: int) -> tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]:
+    """Return the rows and columns of a symmetric matrix's lower triangle in rectangular full packed storage.
+
+    Source: Gustavson et al., ACM TOMS 37(2), 2010: a triangle's room, and level 3 BLAS in it.
+    """
+    from scipy.linalg.lapack import dtrttf
+
+    number = np.arange(float(terms * terms)).reshape(terms, terms)
+    packed, _ = dtrttf(number, uplo="L")
+    return tuple(np.divmod(packed.astype(np.int64), terms))
 
 
 def _descended(
@@ -277,21 +289,22 @@ def _solved(
     """Solve (known^T diag(w) known + ridge) x = right for each row w of weights.
 
     products : see `_products`. All rows' matrices come out of one multiplication, as triangles packed the way LAPACK
-    takes them: what is an upper one row by row is a lower one column by column.
+    takes them.
     """
-    from scipy.linalg.lapack import sppsv
+    from scipy.linalg.lapack import spftrf, spftrs
 
     terms = right.shape[1]
+    row, column = _packing(terms)
     triangles = weights @ products
-    diagonal = np.arange(terms)
-    triangles[:, diagonal * terms - diagonal * (diagonal - 1) // 2] += np.float32(_RIDGE + hold)
+    triangles[:, row == column] += np.float32(_RIDGE + hold)
     found = np.empty((len(weights), terms), dtype=np.float32)
     for number, (triangle, one) in enumerate(zip(triangles, right.astype(np.float32), strict=True)):
-        found[number], failed = sppsv(terms, triangle, one, lower=1)
+        factor, failed = spftrf(terms, triangle, uplo="L")
         if failed:
             # Too near to singular for a triangle in float32.
             whole = np.zeros((terms, terms))
-            whole[np.triu_indices(terms)] = triangle
-            whole += np.triu(whole, 1).T
+            whole[row, column] = whole[column, row] = triangle
             found[number] = np.linalg.lstsq(whole, one.astype(np.float64), rcond=None)[0]
+        else:
+            found[number] = spftrs(terms, factor, one, uplo="L")[0].ravel()
     return found

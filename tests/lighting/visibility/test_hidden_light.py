@@ -96,6 +96,27 @@ def test_codes_that_come_with_a_basis_are_those_that_it_finds():
     assert codes.shape == (5, 0) and basis.axes.shape == (1024, 0)
 
 
+@pytest.mark.parametrize("terms", [1, 7, 8])
+@pytest.mark.parametrize("ridge", [compression._RIDGE, 0.0])
+def test_codes_are_the_weighted_least_squares(terms, ridge, monkeypatch):
+    """Also where no weight determines them, and without a ridge the triangle has no factor: then the shortest."""
+    monkeypatch.setattr(compression, "_RIDGE", ridge)
+    rng = np.random.default_rng(terms)
+    axes = np.linalg.qr(rng.normal(size=(1024, terms)))[0].astype(np.float32)
+    basis = compression.Basis(rng.normal(size=1024).astype(np.float32), np.ascontiguousarray(axes))
+    values, weights = rng.normal(size=(5, 1024)).astype(np.float32), rng.uniform(0.2, 1.0, (5, 1024)).astype(np.float32)
+    # Nothing, and one texel.
+    weights[3:] = 0.0
+    weights[4, 5] = 1.0
+    codes = compression.encoded(basis, values, weights)
+    for code, value, weight in zip(codes[:3], values - basis.mean, weights.astype(np.float64), strict=False):
+        expected = np.linalg.solve((axes.T * weight) @ axes + ridge * np.eye(terms), axes.T @ (weight * value))
+        np.testing.assert_allclose(code, expected, atol=1e-4)
+    np.testing.assert_array_equal(codes[3], 0.0)
+    there = (basis.mean + codes[4] @ axes.T - values[4])[5]
+    assert abs(there) <= 1e-3 + ridge / np.square(axes[5]).sum() * np.abs(values[4] - basis.mean)[5]
+
+
 def test_a_quick_basis_leaves_out_as_much_as_a_fitted_one():
     """Sites between those that it was made of, beside a wall at any height, a slit of any width, a disc of any size."""
     rng, to = np.random.default_rng(2), tracing.texels()
