@@ -181,6 +181,27 @@ def refuse_even_reciprocals(values: Float[np.ndarray, "L"], field: str) -> None:
             )
 
 
+def refuse_angstroms(values: Float[np.ndarray, "L"], field: str) -> None:
+    """Refuse an axis without a unit whose values are of light as Å, and of none that anybody sees as nm; field : where
+    it stands.
+
+    Raises
+    ------
+    InputError
+        They are; for infrared in nm may be meant all the same.
+    """
+    lowest, highest = (10.0 * end for end in _SEEN_NM)
+    if values.size and values.min() >= lowest and values.max() <= highest:
+        raise InputError(
+            "wavelengths in nm, or in Å?",
+            field=field,
+            found=f"{values[0]:g}, {values[1 % values.size]:g} ... {values[-1]:g}: as Å {values[0] / 10.0:g} to "
+            f"{values[-1] / 10.0:g} nm",
+            expected="an axis whose heading gives its unit",
+            hint="write the unit into the heading of the axis: Å, or nm",
+        )
+
+
 def _unevenness(values: Float[np.ndarray, "L"]) -> float:
     """Return the most that a step differs from the mean step, as a share of it."""
     steps = np.diff(values)

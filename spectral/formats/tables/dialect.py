@@ -17,19 +17,25 @@ from ..shared.text import cell_number
 LONGEST_LINE = 4 * 2**20
 
 _COMMENT = re.compile(r"^\s*(?:#|//|!|%(?!\s*[RT]\b))\s?")
-# "380 nm", "S_380nm", "Spectral Data 380[nm]", "R400nm": the unit tells, whatever stands before.
+_NM = r"(?P<nm>\d{1,5}(?:[.,]\d{1,6})?)"
+# Behind a wavelength: a unit in brackets, what was measured, how.
+_BEHIND = r"(?:[_ ]{0,2}(?:[\[(][^\[\]()]{1,16}[\])]|%\s?[RT]?|[RT]\s?%?|refl\w{0,12}|trans\w{0,12}|SC[IE]))?"
+# "380 nm", "S_380nm", "Spectral Data 380[nm]", "R(400 nm)", "M0_400nm", "400 nm [%]": the unit tells.
 _WITH_UNIT = re.compile(
-    r"(?:[A-Za-zρτλ%][A-Za-z_ .%-]{0,30}?[_ .:-]{0,2})?(?P<nm>\d{1,5}(?:[.,]\d{1,6})?)\s{0,2}"
-    r"[\[(]?\s?(?P<unit>nm|µm|μm|um|[åÅ])\s?[\])]?\.?",
+    r"(?:(?:[A-Za-zρτλ%@]|\d{1,3}\s?°|\d{1,2}\s?(?:as|[:/]))"
+    r"(?:[\w .:/°%-]{0,30}?(?:\s?[\[(]%[\])])?[_ .:=@-]{1,3}|[A-Za-z_ .%-]{0,30}?[_ .:=@-]{0,2}))?"
+    rf"[\[(]?{_NM}\s{{0,2}}[\[(]?\s?(?P<unit>nm|µm|μm|um|[åÅ])\s?[\])]?\.?{_BEHIND}",
     re.I,
 )
-# "R_400", "SPECTRAL_NM380", "nm 380": without a unit, only words that mean spectra; S1, S2 ... are samples.
+# "R_400", "SPECTRAL_NM380", "R(400)": without a unit, only words that mean spectra; S1, S2 ... are samples.
 _WITH_WORD = re.compile(
-    r"(?:R|T|S_|SPD|rho|tau|ρ|τ|λ|lambda|wl|wavelength|nm|spec|spectral(?:[_ ]nm)?|spectrum|refl(?:ectance)?|%[RT])"
-    r"[_ .:-]{0,2}(?P<nm>\d{3,5}(?:[.,]\d{1,6})?)",
+    r"(?:R|T|S_|SPD|SC[IE]|rho|tau|ρ|τ|λ|lambda|wl|wavelength|nm|spec|spectral(?:[_ ]nm)?|spectrum|refl(?:ectance)?|"
+    r"transmittance|remission|(?:ir)?radiance|%\s?[RT]|[RT]\s?%)(?:\s?[\[(]%[\])])?"
+    rf"[_ .:=@-]{{0,2}}[\[(]?(?P<nm>\d{{3,5}}(?:[.,]\d{{1,6}})?)[\])]?{_BEHIND}",
     re.I,
 )
-
+# "400 (%)", "400 %R": percent at a wavelength.
+_WITH_PERCENT = re.compile(r"(?P<nm>\d{3,4}(?:[.,]\d{1,6})?)\s?(?:[\[(]\s?%\s?[RT]?\s?[\])]|%\s?[RT])", re.I)
 
 _DIGIT = re.compile(r"\d")
 # What two cells with a number each cannot do without.
@@ -76,13 +82,31 @@ def _wavelength(cell: str, decimal: str) -> tuple[float, bool] | None:
     plain = _number(cell, decimal)
     if plain == plain:
         return plain, False
-    cell = cell[:60]
-    match = _WITH_UNIT.fullmatch(cell) or _WITH_WORD.fullmatch(cell)
+    match = _named(cell)
     if match is None:
         return None
     unit = match.groupdict().get("unit") or "nm"
     nm = 1.0 if unit[0] in "nN" else 0.1 if unit in "åÅ" else 1000.0
     return float(match["nm"].replace(",", ".")) * nm, True
+
+
+def _named(cell: str) -> re.Match[str] | None:
+    cell = cell[:60]
+    return _WITH_UNIT.fullmatch(cell) or _WITH_WORD.fullmatch(cell) or _WITH_PERCENT.fullmatch(cell)
+
+
+def words_beside(cell: str) -> str:
+    """Return the words beside the wavelength that a heading names, "" where there are none.
+
+    >>> words_beside("SCI 400nm"), words_beside("R(400 nm) [%]"), words_beside("400")
+    ('SCI', 'R [%]', '')
+    """
+    match = _named(cell) if _DIGIT.search(cell) else None
+    if match is None:
+        return ""
+    end = match.end("unit") if match.groupdict().get("unit") else match.end("nm")
+    before, behind = cell[: match.start("nm")].rstrip("_ .:=@-[("), cell[end:].lstrip("_ .:])")
+    return f"{before} {behind}".strip()
 
 
 @dataclass(frozen=True)

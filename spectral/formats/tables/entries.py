@@ -29,7 +29,7 @@ from ..shared.words import (
     stated_colours,
     unit_in,
 )
-from .axis import NANOMETRE, refuse_even_reciprocals
+from .axis import NANOMETRE, refuse_angstroms, refuse_even_reciprocals
 from .makers import name_by_maker
 from .parsing import TextTable
 from .quantities import counts_removed, identifiers_removed, judge
@@ -185,8 +185,11 @@ def _grid(column: Column, gathering: Gathering) -> np.ndarray:
     if column.axis_by_line and values.size and _are_of_light(values) and values.min() > 0.0:
         # A line above may speak of something else.
         axis = axis if _are_of_light(axis.wavelengths_nm(values)) else NANOMETRE
-    if column.unsaid:
-        refuse_even_reciprocals(values, "first column" if column.place != (0, 0) else "header")
+    if column.unsaid or column.unit_open:
+        where = "first column" if column.place != (0, 0) else "header"
+        refuse_angstroms(values, where)
+        if column.unsaid:
+            refuse_even_reciprocals(values, where)
     grid = axis.wavelengths_nm(values)
     if axis.reciprocal:
         column.over = axis.name

@@ -11,7 +11,7 @@ from typing import Literal
 
 from ..shared.words import colour_axis
 from .axis import is_reciprocal_header
-from .dialect import Dialect
+from .dialect import Dialect, words_beside
 
 #: A row of a table: line number in the file, and stripped cells.
 Row = tuple[int, list[str]]
@@ -262,14 +262,25 @@ def _across(rows: Sequence[Row], dialect: Dialect, least: float = _SHORTEST) -> 
 
 def labelled_wavelengths(cells: Sequence[str], dialect: Dialect) -> tuple[int, ...]:
     """Columns of the wavelengths in a row that is a header of them, each with its unit or a word; () of any other."""
-    run = wavelengths_across(cells, dialect, labelled=True)
-    return run if 2 * len(run) >= max(4, sum(bool(cell) for cell in cells)) else ()
+    runs = wavelength_runs(cells, dialect, labelled=True)
+    count = sum(map(len, runs))
+    return max(runs, key=len) if 2 * count >= max(4, sum(bool(cell) for cell in cells)) else ()
 
 
 def wavelengths_across(
     cells: Sequence[str], dialect: Dialect, labelled: bool = False, least: float = _SHORTEST
 ) -> tuple[int, ...]:
-    """Columns of the longest stretch of neighbours that are wavelengths, strictly ascending or strictly descending.
+    """Columns of the longest of `wavelength_runs`, the first of equal ones."""
+    return max(wavelength_runs(cells, dialect, labelled, least), key=len, default=())
+
+
+def wavelength_runs(
+    cells: Sequence[str], dialect: Dialect, labelled: bool = False, least: float = _SHORTEST
+) -> list[tuple[int, ...]]:
+    """Columns of each stretch of neighbours that are wavelengths, strictly ascending or strictly descending.
+
+    Several spectra may stand in a row, one behind the other or in turns, as R400 T400 R410 T410: what stands beside
+    their wavelengths tells them apart. A stretch of less than half as many wavelengths as the longest is none.
 
     labelled : whether each must carry its unit or a word. least : the smallest number that may be one.
     """
@@ -277,16 +288,38 @@ def wavelengths_across(
     values = [
         pair[0] if pair and least <= pair[0] <= _LARGEST and (pair[1] or not labelled) else None for pair in found
     ]
-    best: list[int] = []
+    apart: dict[str, list[float | None]] = {}
+    for at, value in enumerate(values):
+        if value is not None:
+            words = re.sub(r"[^\w%]", "", words_beside(cells[at])).casefold()
+            apart.setdefault(words, [None if other is None else math.nan for other in values])[at] = value
+    together = _stretches(values)
+    each = [run for of_words in apart.values() for run in _stretches(of_words)]
+    longest = max(map(len, each), default=0)
+    if len(apart) < 2 or max(map(len, together)) > longest:
+        longest, each = max(map(len, together), default=0), together
+    return sorted(run for run in each if 2 * len(run) >= longest)
+
+
+def _stretches(values: Sequence[float | None]) -> list[tuple[int, ...]]:
+    """Places of the longest stretches in one direction, neither of which holds a place of another.
+
+    values : NaN where a neighbour is to be passed over, None where a stretch ends.
+    """
+    stretches: list[tuple[int, ...]] = []
     for sign in (1.0, -1.0):
         run: list[int] = []
-        last = None
-        for column, value in enumerate(values):
-            if value is None or (last is not None and sign * value <= sign * last):
+        for at, value in enumerate(values):
+            if value is None or (run and sign * value <= sign * (values[run[-1]] or 0.0)):
+                stretches.append(tuple(run))
                 run = []
-            if value is not None:
-                run.append(column)
-            last = value
-            if len(run) > len(best):
-                best = list(run)
-    return tuple(best)
+            if value is not None and value == value:
+                run.append(at)
+        stretches.append(tuple(run))
+    taken: set[int] = set()
+    chosen = []
+    for places in sorted(stretches, key=len, reverse=True):
+        if places and taken.isdisjoint(places):
+            taken.update(places)
+            chosen.append(places)
+    return chosen

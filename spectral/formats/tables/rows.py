@@ -6,6 +6,7 @@ import math
 import re
 from array import array
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 from ....runtime.errors import InputError
@@ -20,13 +21,14 @@ from ..shared.words import (
     unit_in,
 )
 from .axis import NANOMETRE, check_axis, is_reciprocal_header, stated_unit
-from .dialect import Dialect, in_percent
+from .dialect import Dialect, in_percent, words_beside
 from .layout import (
     Row,
     is_name_header,
     is_units_row,
     is_wavelength_header,
     labelled_wavelengths,
+    wavelength_runs,
 )
 from .one_reading import check_whole
 from .section import Column, Section, cell, ragged, trimmed
@@ -312,63 +314,107 @@ def _shape(cell: str) -> str:
 
 
 def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
-    """Read a spectrum a row, until a row is another header of wavelengths."""
+    """Read the spectra of each row, until a row is another header of wavelengths.
+
+    Raises
+    ------
+    InputError
+        Several spectra a row, and no words beside their wavelengths that tell them apart.
+    """
     heads, axes, dialect = table.heads, table.layout.axes, table.text.dialect
-    others = [at for at in range(len(heads)) if at not in set(axes)]
-    wavelengths = array("d", ((dialect.wavelength(heads[at]) or (math.nan,))[0] for at in axes))
-    lines = [] if dialect.names_wavelength(heads[axes[0]]) else table.words.splitlines()[:400]
-    before = " ".join(heads[: axes[0]])
-    axis, by_line = stated_unit(before, lines)
-    unsaid = axis is None and not dialect.names_wavelength(heads[axes[0]])
-    prefix = re.match(r"\s*([RT])[ _.:-]?\s*\d", heads[axes[0]])
+    found = wavelength_runs(heads, dialect)
+    runs = _told_apart(table, found) if axes in found else {axes: words_beside(heads[axes[0]])}
+    taken = {at for run in runs for at in run}
+    others = [at for at in range(len(heads)) if at not in taken]
+    named = dialect.names_wavelength(heads[axes[0]])
+    before = " ".join(heads[: min(taken)])
+    axis, by_line = stated_unit(before, [] if named else table.words.splitlines()[:400])
+    unsaid = axis is None and not named
     plain = [at for at in others if colour_axis(heads[at]) is None]
     words = " ".join(heads[at] for at in plain if not is_reciprocal_header(heads[at]))
-    words += {"R": " reflectance", "T": " transmittance"}[prefix[1]] if prefix else ""
     kinds = [at for at in others if OF_KINDS.search(heads[at])]
     # A name is better than a number; without either, whatever stands first.
     names = [at for at in plain if is_name_header(heads[at])]
     names = sorted(names, key=lambda at: bool(re.search(r"\bid\b|_id$|^no\b|^#", heads[at], re.I)))
     names += [at for at in plain if not names_condition(heads[at])]
-    columns: list[Column] = []
-    without = pending = 0
-    for line, cells in rows:
-        column = Column(
-            "",
-            "",
-            "%" if in_percent(cell(cells, axes[0])) else "",
-            wavelengths,
+    empty = [
+        Column(
+            label if len(runs) > 1 else "",
+            f"{words} {_spelt_out(label)}",
+            _unit_beside(label),
+            array("d", ((dialect.wavelength(heads[at]) or (math.nan,))[0] for at in run)),
             axis or NANOMETRE,
             by_line,
             unit_open=unsaid and is_wavelength_header(before),
             unsaid=unsaid and not is_wavelength_header(before),
         )
-        for at in axes:
-            column.take(line, cell(cells, at), dialect)
-        if _is_header(table, others, cells, column, line):
+        for run, label in runs.items()
+    ]
+    columns: list[Column] = []
+    without = pending = count = 0
+    for line, cells in rows:
+        of_row = [replace(column, values=array("d")) for column in empty]
+        for run, column in zip(runs, of_row, strict=True):
+            column.unit = "%" if in_percent(cell(cells, run[0])) else column.unit
+            for at in run:
+                column.take(line, cell(cells, at), dialect)
+        if _is_header(table, others, cells, of_row[0], line):
             if not pending and trimmed(cells) == heads:
                 continue  # repeated, as on each page of a print
             table.further = (line, "across")
             break
-        if column.is_empty:
+        if all(column.is_empty for column in of_row):
             pending += 1
             continue
-        if len(cells) <= axes[-1]:
+        if len(cells) <= max(taken):
             raise ragged(line, len(cells), len(heads))
         cells = trimmed(cells)
         if len(cells) > len(heads):
             raise ragged(line, len(cells), len(heads), cells)
         without, pending, table.last_line = without + pending, 0, line
-        table.count(len(axes))
+        table.count(len(taken))
+        count += 1
         called = next((at for at in names if cell(cells, at)), -1)
-        column.name = cells[called] if called >= 0 else f"row {len(columns) + 1}"
-        column.words = " ".join([words, *(cells[at] for at in kinds if at < len(cells))])
-        column.beside = {heads[at]: cells[at] for at in others if at != called and heads[at] and cell(cells, at)}
-        columns.append(column)
+        name = cells[called] if called >= 0 else f"row {count}"
+        for column in (column for column in of_row if not column.is_empty):
+            column.name = f"{name} {column.name}".strip()
+            column.words = " ".join([column.words, *(cells[at] for at in kinds if at < len(cells))])
+            column.beside = {heads[at]: cells[at] for at in others if at != called and heads[at] and cell(cells, at)}
+            columns.append(column)
     without += pending if table.further is None else 0
     if without:
         notes.append(f"{without} lines below the header have no values at wavelengths and are left out")
     check_columns(columns, dialect)
     table.blocks = [columns]
+
+
+def _told_apart(table: Section, runs: Sequence[tuple[int, ...]]) -> dict[tuple[int, ...], str]:
+    """Return each stretch of wavelengths across a header with the words beside them, or those in the row above."""
+    heads = table.heads
+    above = table.above[-1][1] if table.above else []
+    beside = [words_beside(heads[run[0]]) for run in runs]
+    for words in (beside, [f"{cell(above, run[0])} {own}".strip() for run, own in zip(runs, beside, strict=True)]):
+        if len({each.casefold() for each in words}) == len(runs):
+            return dict(zip(runs, words, strict=True))
+    raise InputError(
+        f"{len(runs)} spectra in a row, and no words that tell them apart",
+        field="header",
+        found=", ".join(f"{heads[run[0]]} to {heads[run[-1]]}" for run in runs),
+        expected="a word beside the wavelengths of each, such as SCI 400nm and SCE 400nm",
+        hint="write into the header what each of them is",
+    )
+
+
+def _spelt_out(label: str) -> str:
+    """Return words beside wavelengths with the quantity that a letter stands for."""
+    letter = re.match(r"(?:%\s?)?([RT])\b", label)
+    return f"{label} {'reflectance' if letter[1] == 'R' else 'transmittance'}" if letter else label
+
+
+def _unit_beside(label: str) -> str:
+    """Return the unit among words beside wavelengths."""
+    bracket = _UNIT_BRACKET.search(label)
+    return bracket[1] if bracket and unit_in(bracket[0]) else "%" if unit_in(label) == "percent" else ""
 
 
 def _is_header(table: Section, others: Sequence[int], cells: Sequence[str], row: Column, line: int) -> bool:

@@ -228,3 +228,14 @@ def test_an_uneven_axis_of_a_spectrometer_is_of_wavelengths(written, curved):
     rows = [f"{380 + 2 * at - curved * 0.01 * at**2:.2f},{20 + at / 10:.1f}" for at in range(150)]
     (entry,) = read_spectra(written("\n".join(["x,Reflectance (%)", *rows, ""]))).entries
     assert entry.spectrum.wavelengths_nm[0] == 380.0
+
+
+@pytest.mark.parametrize("head", ["wavelength", "A", ""])
+@pytest.mark.parametrize("turned", [1, -1])
+def test_an_axis_without_a_unit_that_is_of_light_as_angstroms_is_asked_about(written, head, turned):
+    path = written(table((10.0 * NM)[::turned], *([head] if head else []), values=RED[::turned]))
+    with pytest.raises(InputError, match="in nm, or in Å"):
+        read_spectra(path, ImportOptions("reflectance", "fraction"))
+    # What reaches into light as nm is in nm.
+    wide = np.linspace(350.0, 11000.0, len(NM))
+    assert read_csv(written(table(wide, "wavelength"))).entries[0].spectrum.wavelengths_nm[-1] == 11000.0

@@ -1,0 +1,130 @@
+"""Wavelengths across a header, with words beside them: the quantity, its unit, and which of several spectra it is."""
+
+import numpy as np
+import pytest
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.csv import read
+from metamer.spectral.formats.tables.dialect import words_beside
+from metamer.spectral.measurement import Measurement
+
+NM = np.arange(400, 701, 20)
+RED = np.round(0.062 + 0.57 / (1.0 + np.exp(-(NM - 583.0) / 13.0)), 4)
+
+
+def sheet(*headings, values=None, first=("Name",), above="", turns=False):
+    """A row of each sample: `headings` with their wavelengths, one behind the other or in turns."""
+    values = values or {"red": RED, "dark": 0.5 * RED}
+    places = [(head, nm) for head in headings for nm in NM]
+    if turns:
+        places.sort(key=lambda place: place[1])
+    head = [*first, *(head.replace("?", str(nm)) for head, nm in places)]
+    rows = [head]
+    for name, of_name in values.items():
+        share = {head: 1.0 - 0.3 * at for at, head in enumerate(headings)}
+        numbers = (share[head] * of_name[np.flatnonzero(nm == NM)[0]] for head, nm in places)
+        rows.append([name, *first[1:], *(f"{number:.6f}" for number in numbers)])
+    return above + "\n".join(",".join(row) for row in rows) + "\n"
+
+
+def found(path):
+    return {e.name: (e.spectrum.quantity, e.spectrum.samples.tolist()) for e in read(path).entries}
+
+
+@pytest.mark.parametrize(
+    ("heading", "quantity", "percent"),
+    [
+        ("Reflectance ?", "reflectance", False),
+        ("refl_?nm", "reflectance", False),
+        ("R?", "reflectance", False),
+        ("R(?)", "reflectance", False),
+        ("R[? nm]", "reflectance", False),
+        ("R@? nm", "reflectance", False),
+        ("T?", "transmittance", False),
+        ("Transmittance ? nm", "transmittance", False),
+        ("Radiance_?", "emission", False),
+        ("? nm [W/m2/nm]", "emission", False),
+        ("%R ?", "reflectance", True),
+        ("?nm %R", "reflectance", True),
+        ("Reflectance ?nm [%]", "reflectance", True),
+        ("Reflectance (%) ?nm", "reflectance", True),
+        ("R(? nm) [%]", "reflectance", True),
+        ("Remission ? nm [%]", "reflectance", True),
+        ("Transmission ?nm (%)", "transmittance", True),
+    ],
+)
+def test_words_beside_wavelengths_say_what_was_measured(written, heading, quantity, percent):
+    factor = 100.0 if percent else 1.0
+    read_ones = found(written(sheet(heading, values={"red": factor * RED, "dark": 0.5 * factor * RED})))
+    assert list(read_ones) == ["red", "dark"]
+    assert read_ones["red"][0] == quantity
+    np.testing.assert_allclose(read_ones["red"][1], RED, atol=1e-6)
+
+
+@pytest.mark.parametrize("heading", ["?", "?nm", "? [nm]", "nm?", "Spectral Data ?[nm]", "? (%)"])
+def test_wavelengths_alone_do_not_say_what_was_measured(written, heading):
+    with pytest.raises(InputError, match="what was measured"):
+        read(written(sheet(heading)))
+
+
+@pytest.mark.parametrize("turns", [False, True], ids=["behind each other", "in turns"])
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("SCI ?nm", "SCE ?nm"),
+        ("? nm SCI", "? nm SCE"),
+        ("M0_?nm R", "M1_?nm R"),
+        ("Standard ? nm (%R)", "Sample ? nm (%R)"),
+        ("R15 ?nm %R", "R45 ?nm %R"),
+        ("White ?nm refl", "Black ?nm refl"),
+    ],
+)
+def test_each_of_several_spectra_a_row_is_read(written, one, other, turns):
+    factor = 100.0 if "%" in one else 1.0
+    values = {"red": factor * RED, "dark": 0.5 * factor * RED}
+    read_ones = found(written(sheet(one, other, turns=turns, values=values)))
+    names = [words_beside(head.replace("?", "400")) for head in (one, other)]
+    assert list(read_ones) == [f"{name} {words}" for name in ("red", "dark") for words in names]
+    for (_, samples), share in zip(read_ones.values(), (1.0, 0.7, 0.5, 0.35), strict=True):
+        np.testing.assert_allclose(samples, share * RED, atol=1e-6)
+
+
+def test_several_spectra_a_row_measure_what_their_own_words_say(written):
+    read_ones = found(written(sheet("R?", "T?")))
+    assert [(name, quantity) for name, (quantity, _) in read_ones.items()] == [
+        ("red R", "reflectance"), ("red T", "transmittance"), ("dark R", "reflectance"), ("dark T", "transmittance"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("headings", "part"),
+    [(("SCI ?nm", "SCE ?nm"), "specular component"), (("M0 R ?nm", "M1 R ?nm"), "measurement condition")],
+)
+def test_a_condition_beside_wavelengths_goes_with_the_reading(written, headings, part):
+    one, other = (Measurement.of("reflectance", e.details, e.name) for e in read(written(sheet(*headings))).entries[:2])
+    assert any(part in unlike for unlike in one.unlike(other)), list(one.unlike(other))
+
+
+def test_what_stands_above_tells_spectra_apart(written):
+    above = ",".join(["", "before", *[""] * (len(NM) - 1), "after"]) + "\n"
+    read_ones = found(written(sheet("R? nm", "R?  nm", above=above)))
+    assert list(read_ones) == ["red before R", "red after R", "dark before R", "dark after R"]
+
+
+@pytest.mark.parametrize("headings", [("?nm", "?nm"), ("R?", "R? nm"), ("?", "?")])
+def test_spectra_that_nothing_tells_apart_are_asked_about(written, headings):
+    with pytest.raises(InputError, match="2 spectra in a row, and no words that tell them apart"):
+        read(written(sheet(*headings, above="reflectance\n")))
+
+
+def test_a_few_readings_beside_a_spectrum_are_none(written):
+    text = sheet("R? nm").splitlines()
+    text = [text[0] + ",Density 450nm,Density 530nm,Density 620nm", *(row + ",1.2,1.1,0.9" for row in text[1:])]
+    read_ones = found(written("\n".join(text) + "\n"))
+    assert list(read_ones) == ["red", "dark"]
+    np.testing.assert_allclose(read_ones["dark"][1], 0.5 * RED, atol=1e-6)
+
+
+def test_a_spectrum_that_is_missing_in_a_row_is_left_out_of_it(written):
+    rows = [row.split(",") for row in sheet("SCI ?nm", "SCE ?nm").splitlines()]
+    rows[1][1 + len(NM) :] = [""] * len(NM)
+    assert list(found(written("\n".join(map(",".join, rows)) + "\n"))) == ["red SCI", "dark SCI", "dark SCE"]
