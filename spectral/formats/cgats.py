@@ -17,7 +17,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ..measurement import at_an_angle, is_condition
-from .cgats_bands import BAND, bands, grid_of, keyword_number, wavelength_pairs
+from .cgats_bands import BAND, bands, further_bands, grid_of, keyword_number, wavelength_pairs
 from .cgats_quantity import StatedQuantity, check_agreement, said_quantity, signs_of_table
 from .cgats_tables import CgatsTable, read_tables
 from .import_options import NO_ANSWER, ImportOptions, Scale
@@ -139,6 +139,9 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
         gathering.note(f"the file leaves open which of {' and '.join(several)} the colours beside the spectra are for")
     spectral = {band.column for band in fields} | {column for pair in points for column in pair[:2]}
     beside = [(column, field) for column, field in enumerate(table.fields) if column not in spectral]
+    for row in further_bands(beside):
+        gathering.note(f"fields {row[0][1]} to {row[-1][1]} are another spectrum of each sample, and left out")
+        beside = [each for each in beside if each not in row]
     colours = [(column, field) for column, field in beside if _is_colour(field)]
     stated = [
         stated_colours({field: table.number(row[column]) for column, field in colours}, light, angle)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ BAND = re.compile(
 )
 # Names that mean a wavelength where many of them go up through a spectrum together, and might mean anything alone.
 _ROW = re.compile(r"(?P<word>%?[^\W\d_]*)[_ ]?(?P<nm>\d{3,4}(?:[.,]\d+)?)(?:[_ ]?NM)?", re.I)
+_FURTHER = re.compile(r"(?P<word>.*?)[_ ]?(?P<nm>\d{3,4}(?:[.,]\d+)?)(?:[_ ]?NM)?", re.I)
 _WORDS: dict[str, tuple[str, Quantity | None]] = {
     "": ("", None), "s": ("", None), "sp": ("", None), "λ": ("", None),
     "refl": ("", "reflectance"), "reflectance": ("", "reflectance"), "%r": ("PCT", "reflectance"),
@@ -60,6 +62,15 @@ def _bands_in_a_row(table: CgatsTable) -> list[Band]:
     steps = steps if steps[0] > 0 else -steps
     inside = all(_SPAN_NM[0] <= band.nm <= _SPAN_NM[1] for band in rows[0])
     return rows[0] if inside and (steps > 0).all() and (steps <= _WIDEST_STEP_NM).all() else []
+
+
+def further_bands(beside: Sequence[tuple[int, str]]) -> list[list[tuple[int, str]]]:
+    """Columns and names of further spectra among fields that are not taken for bands, such as T380 beside R380."""
+    alike: dict[str, list[tuple[int, str]]] = {}
+    for column, field in beside:
+        if (match := _FURTHER.fullmatch(field)) and _SPAN_NM[0] <= _nm(match["nm"]) <= _SPAN_NM[1]:
+            alike.setdefault(match["word"].casefold(), []).append((column, field))
+    return [row for row in alike.values() if len(row) >= _FEWEST]
 
 
 def _nm(text: str) -> float:

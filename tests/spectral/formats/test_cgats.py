@@ -416,3 +416,18 @@ def test_two_lights_of_one_table_are_left_open_beside_spectra(written, lines):
     (stated,) = file.entries[0].stated
     assert stated.illuminant is None and stated.observer == "1931_2"
     assert "the file leaves open which of D50, A the colours beside the spectra are for" in file.notes
+
+
+@pytest.mark.parametrize(("further", "left_out"), [("T_{}", True), ("REFL{}", True), ("D{}_FILTER", False)])
+def test_a_second_spectrum_of_each_sample_is_not_left_out_without_a_word(written, further, left_out):
+    nm = range(400, 500, 10)
+    fields = " ".join([*(f"R_{at}" for at in nm), *(further.format(at) for at in nm)])
+    row = " ".join([*(f"0.{at}" for at in nm), *["0.25"] * len(nm)])
+    file = read(written(
+        f"CGATS.17\nNUMBER_OF_FIELDS 21\nBEGIN_DATA_FORMAT\nSAMPLE_ID {fields}\nEND_DATA_FORMAT\n"
+        f"NUMBER_OF_SETS 1\nBEGIN_DATA\n1 {row}\nEND_DATA\n"
+    ), ImportOptions("reflectance", "fraction"))  # fmt: skip
+    (entry,) = file.entries
+    assert entry.spectrum.samples.tolist() == [at / 1000 for at in nm]
+    said = f"fields {further.format(400)} to {further.format(490)} are another spectrum of each sample, and left out"
+    assert (said in file.notes) == left_out and (further.format(400) in entry.details) != left_out
