@@ -44,6 +44,17 @@ _AN_ANGLE = re.compile(r"(?:^|[ _-])(?:angle|winkel)$", re.I)
 # Signs between an angle and a name.
 _JOINTS = " ,;:_-/@°|=(["
 _ANGLE_COLUMN = re.compile(r"(?!.*(?:hue|screen|raster|phase|contact)).*(?:angle|winkel|aspecular|geometr).*", re.I)
+# Columns of one direction alone, which call it no angle; whose numbers are steps of 5 degrees.
+_DIRECTION_COLUMN = re.compile(
+    r"(?:incid|detect|viewing|observation|illumination|einfall|einstrahl|ausfall|beobachtung)\w*", re.I
+)
+_DEGREES = r"[ _-]*(?:[\[(]?\s*(?:°|deg(?:rees?)?)\s*[\])]?)?"
+_LIGHT_COLUMN = re.compile(
+    r"(?:light|lamp|source|illuminat\w*|incid\w*|einstrahl\w*|einfall\w*|beleuchtung\w*)[ _-]*(?:angle|winkel)?"
+    rf"{_DEGREES}",
+    re.I,
+)
+_ASPECULAR_COLUMN = re.compile(rf"(?:aspecular|differenz)[ _-]*(?:angle|winkel)?{_DEGREES}", re.I)
 
 
 class Unlit(NamedTuple):
@@ -243,7 +254,8 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
         of_word = common_alone or set(FLOP_ANGLES) <= set(group.values())
         if degrees or (of_word if word else alone):
             found |= {at: Unlit(names[at], angle, degrees) for at, angle in group.items() if at not in found}
-    columns = dict.fromkeys(label for one in details for label in one if _ANGLE_COLUMN.fullmatch(label))
+    labels = dict.fromkeys(label for one in details for label in one)
+    columns = [label for label in labels if _ANGLE_COLUMN.fullmatch(label) or _is_direction(label, details)]
     for label in columns:
         rows: dict[str, dict[int, str]] = {}
         for at, (name, one) in enumerate(zip(names, details, strict=True)):
@@ -256,6 +268,29 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
                     assert number is not None
                     found.setdefault(at, Unlit(f"{names[at]} ({label} {value})", signed(number[2]), True))
     return dict(sorted(found.items()))
+
+
+def _is_direction(label: str, details: Sequence[Mapping[str, str]]) -> bool:
+    """Return whether a column is of a direction in degrees, and not of numbered readings."""
+    numbers = [_NUMBERED.fullmatch(one[label].strip()) for one in details if label in one]
+    steps = all(number is not None and signed(number[2]) % 5.0 == 0.0 for number in numbers)
+    return bool(_DIRECTION_COLUMN.fullmatch(label.strip())) and steps
+
+
+def geometry_of_columns(columns: Mapping[str, str]) -> str | None:
+    """Return the multi-angle geometry that two columns beside a reading state: the light's angle and the aspecular one.
+
+    >>> geometry_of_columns({"Light angle": "45°", "Aspecular": "-15"}), geometry_of_columns({"Light": "D65"})
+    ('45as-15', None)
+    """
+    stated = []
+    for pattern in (_LIGHT_COLUMN, _ASPECULAR_COLUMN):
+        angles = {value for head, value in columns.items() if pattern.fullmatch(head.strip())}
+        number = _NUMBERED.fullmatch(angles.pop().strip()) if len(angles) == 1 else None
+        if number is None or number[1]:
+            return None
+        stated.append(signed(number[2]))
+    return f"{stated[0]:g}as{stated[1]:g}" if stated[0] >= 0.0 else None
 
 
 def _mostly_usual(angles: set[float]) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
+from ..angles import geometry_of_columns
 from ..measurement import Measurement, conditions_in, is_condition
 from .cgats import conditions_of, illuminants_of, observers_of, recognises
 from .cgats_tables import read_tables
@@ -241,7 +242,9 @@ def _table(path: Path, answer: ImportOptions) -> list[Coloured]:
             own = " ".join(f"{head}: {cell}" for head, cell in others.items() if names_condition(head))
             named = next((head for head in others if not _is_about_a_reading(head)), None)
             name = others.pop(named) if named is not None else f"{path.stem} {at - place}"
-            of_row = _colours_of(name, numbers, illuminant_in(own), observer_in(own), details | others)
+            geometry = geometry_of_columns(others)
+            said = details | ({} if geometry is None else {"geometry": geometry}) | others
+            of_row = _colours_of(name, numbers, illuminant_in(own), observer_in(own), said)
             stated = [colour for one in of_row for colour in one.stated]
             light = _the_one(lights, "illuminant", answer) if any(one.illuminant is None for one in stated) else None
             eye = _the_one(eyes, "observer", answer) if any(one.observer is None for one in stated) else None

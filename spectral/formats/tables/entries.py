@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ....runtime.errors import InputError
+from ...angles import geometry_of_columns
 from ...measurement import at_an_angle, conditions_in
 from ..import_options import ImportOptions, Scale
 from ..registry import SpectralFile, StatedColour
@@ -104,6 +105,8 @@ def _details(column: Column, alone: bool) -> dict[str, str]:
     details = dict(column.preamble) if alone else {}
     others = {head: cell for head, cell in column.beside.items() if not colour_axis(head)}
     details |= {shortened(head, 60): shortened(cell) for head, cell in others.items()}
+    if geometry := geometry_of_columns(column.beside):
+        details.setdefault("geometry", geometry)
     if column.unit:
         details["units"] = column.unit
     if condition := condition_in(column.words) or condition_in(column.around):

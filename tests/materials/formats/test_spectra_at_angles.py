@@ -391,3 +391,43 @@ def test_the_fast_form_adds_little_to_what_is_stated(tmp_path, colours):
     drawn = fit(rebuild(found.model, found.parameters), ranks=(6,), pixels=32).error
     by_light = {one.light: one.mean for one in drawn.lights}
     assert all(by_light[light] <= 0.3 * mean for light, mean in zip(error.lights, error.mean, strict=True))
+
+
+def rows(path, heads, cells, names=("Blue",)):
+    """A table of radiance factors, a reading a row: `cells` gives those of each notation below `heads`."""
+    lines = ["Radiance factor, fraction", ",".join(["Name", *heads, *(f"{nm} nm" for nm in NM)])]
+    for name in names:
+        for one in SIX:
+            values = (f"{value:.5f}" for value in paint(one))
+            lines.append(",".join([name, *cells(geometry_in(one)), *values]))
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "heads",
+    [
+        ("Light", "Aspecular"),
+        ("Illumination angle (°)", "Aspecular angle (°)"),
+        ("Einstrahlwinkel", "Differenzwinkel"),
+    ],
+)
+@pytest.mark.parametrize("degrees", ["", "°"])
+def test_two_columns_of_angles_are_a_geometry(tmp_path, heads, degrees):
+    path = rows(tmp_path / "rows.csv", heads, lambda at: (f"{at.first:g}{degrees}", f"{at.second:g}{degrees}"))
+    assert one(path).provenance.geometry == one(table(tmp_path / "columns.csv")).provenance.geometry
+
+
+@pytest.mark.parametrize("heads", [("Incidence", "Detection"), ("Illumination", "Viewing"), ("Einfall", "Ausfall")])
+def test_a_column_of_directions_without_a_sign_convention_is_asked_about(tmp_path, heads):
+    path = rows(tmp_path / "rows.csv", heads, lambda at: ("45", f"{45 - at.second:g}"), ("Blue", "Red"))
+    (found,) = read_sources(path, answer=ImportOptions("reflectance", "fraction"))
+    assert isinstance(found, Rejected) and "no matt surfaces" in str(found.reason)
+
+
+@pytest.mark.parametrize("heads", [("Light", "Viewing"), ("Illumination", "Detection")])
+def test_columns_that_number_readings_are_no_angles(tmp_path, heads):
+    number = iter(range(1, 7))
+    path = rows(tmp_path / "rows.csv", heads, lambda at: ("D65", f"{next(number)}"))
+    found = list(read_sources(path, answer=ImportOptions("reflectance", "fraction")))
+    assert not any(isinstance(each, Rejected) for each in found) and len(found) == 6
