@@ -34,16 +34,16 @@ class DrawnRows:
 
 _KINDS = (DrawnRows, ReviewRow, RowColour, ReferenceNoise, Limits, WorstPixel, DeltaEStatistics, SelfCheck)
 _TYPES = {kind.__name__: kind for kind in _KINDS}
-_TREE = "tree"
+_TREE, _DATA = "tree", "data"
 
 
 def write_rows(path: Path, drawn: DrawnRows) -> None:
     """Write everything in `drawn` to one file."""
-    arrays: dict[str, np.ndarray] = {}
-    tree = json.dumps(_plain(drawn, arrays))
-    arrays[_TREE] = np.frombuffer(tree.encode(), dtype=np.uint8)
+    data = bytearray()
+    tree = json.dumps(_plain(drawn, data)).encode()
+    members = {name: np.frombuffer(content, dtype=np.uint8) for name, content in ((_TREE, tree), (_DATA, data))}
     with written_whole(path) as beside, beside.open("wb") as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]
+        np.savez(file, **members)  # type: ignore[arg-type]
 
 
 def read_rows(path: Path) -> DrawnRows:
@@ -55,39 +55,51 @@ def read_rows(path: Path) -> DrawnRows:
     """
     # Opened here: numpy leaves a damaged file open.
     with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
-        found = _whole(json.loads(held[_TREE].tobytes()), held)
+        found = _whole(json.loads(held[_TREE].tobytes()), held[_DATA].tobytes())
     if not isinstance(found, DrawnRows):
         raise TypeError("no rows")
     return found
 
 
-def _plain(value: Any, arrays: dict[str, np.ndarray]) -> Any:
-    """`value` as JSON has it; arrays and bytes go into `arrays`."""
+def read_file_names(path: Path) -> tuple[str, ...]:
+    """Return the names of the files of rows, `DrawnRows.files`, without reading the rows; raises as `read_rows`."""
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as held:
+        return tuple(_whole(json.loads(held[_TREE].tobytes())["of"]["files"], b""))
+
+
+def _plain(value: Any, data: bytearray) -> Any:
+    """`value` as JSON has it; the content of arrays and bytes goes behind what is in `data`."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, bytes | np.ndarray):
-        name = f"a{len(arrays)}"
-        arrays[name] = np.frombuffer(value, dtype=np.uint8) if isinstance(value, bytes) else value
-        return {"bytes" if isinstance(value, bytes) else "array": name}
+        start = len(data)
+        data += value if isinstance(value, bytes) else value.tobytes()
+        if isinstance(value, bytes):
+            return {"bytes": [start, len(value)]}
+        return {"array": [start, value.dtype.str, list(value.shape)]}
     kind = type(value).__name__
     if is_dataclass(value) and kind in _TYPES:
-        return {"a": kind, "of": {each.name: _plain(getattr(value, each.name), arrays) for each in fields(value)}}
+        return {"a": kind, "of": {each.name: _plain(getattr(value, each.name), data) for each in fields(value)}}
     if isinstance(value, Mapping):
-        return {"map": [[str(key), _plain(held, arrays)] for key, held in value.items()]}
+        return {"map": [[str(key), _plain(held, data)] for key, held in value.items()]}
     if isinstance(value, tuple | list):
-        return {kind: [_plain(held, arrays) for held in value]}
+        return {kind: [_plain(held, data) for held in value]}
     raise TypeError(f"a row cannot hold {kind}")
 
 
-def _whole(tree: Any, arrays: Mapping[str, np.ndarray]) -> Any:
+def _whole(tree: Any, data: bytes) -> Any:
     """Restore the tree that `_plain` was given."""
     if not isinstance(tree, dict):
         return tree
     if "a" in tree:
-        return _TYPES[tree["a"]](**{name: _whole(held, arrays) for name, held in tree["of"].items()})
+        return _TYPES[tree["a"]](**{name: _whole(held, data) for name, held in tree["of"].items()})
     ((kind, held),) = tree.items()
     if kind == "map":
-        return {key: _whole(each, arrays) for key, each in held}
+        return {key: _whole(each, data) for key, each in held}
     if kind in ("tuple", "list"):
-        return (tuple if kind == "tuple" else list)(_whole(each, arrays) for each in held)
-    return arrays[held].tobytes() if kind == "bytes" else arrays[held]
+        return (tuple if kind == "tuple" else list)(_whole(each, data) for each in held)
+    if kind == "bytes":
+        start, length = held
+        return data[start : start + length]
+    start, dtype, shape = held
+    return np.ndarray(shape, dtype, data, start).copy()

@@ -18,7 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ...calibration.report.history import HISTORY
-from ...calibration.report.row_files import DrawnRows, read_rows, write_rows
+from ...calibration.report.row_files import DrawnRows, read_file_names, read_rows, write_rows
 from ...runtime.files import check_writable, half_written, made_folder
 from ...runtime.locks import alone_at_work, remove_abandoned
 from ...runtime.shutdown import clearing, undisturbed
@@ -111,7 +111,8 @@ def _forget_all_but(out: Path, keys: Collection[str]) -> None:
     ours = {_place(out, key) for key in keys}
     others = [file for file in (out / ROWS).glob("*.npz") if file not in ours]
     stale = {name for file in others for name in _pictures_of(file)}
-    for name in stale - {name for file in ours for name in _pictures_of(file)}:
+    # Most often there are none, and what is ours need not be read.
+    for name in stale and stale - {name for file in ours for name in _pictures_of(file)}:
         (out / PICTURES / name).unlink(missing_ok=True)
     for file in others:
         file.unlink()
@@ -119,7 +120,7 @@ def _forget_all_but(out: Path, keys: Collection[str]) -> None:
 
 def _pictures_of(file: Path) -> list[str]:
     with suppress(*_UNREADABLE):
-        return [Path(name).name for name in read_rows(file).files]
+        return [Path(name).name for name in read_file_names(file)]
     return []
 
 

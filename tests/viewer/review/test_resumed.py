@@ -1,12 +1,13 @@
 """A review that is broken off goes on from what it has drawn, and draws what depends on anything that has changed."""
 
 import shutil
+import zipfile
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from metamer.calibration.report.row import ReviewRow, RowColour
-from metamer.calibration.report.row_files import DrawnRows, read_rows, write_rows
+from metamer.calibration.report.row_files import DrawnRows, read_file_names, read_rows, write_rows
 from metamer.calibration.report.statistics import DeltaEStatistics, SelfCheck
 from metamer.lighting.scene import Review
 from metamer.materials.catalogue.catalogue import Catalogue
@@ -205,13 +206,23 @@ def test_rows_come_back_from_a_file_as_they_were(tmp_path):
         material="a/b", illuminant="D65", observer="it", statistics=DeltaEStatistics(0.1, 0.2, 0.3, float("inf"), 4),
         image="pictures/a.png", picture=b"\0one", reference=b"", delta_e_map=b"three", width=2, height=3,
         full_size=(6, 4), seconds={"render": 1.5}, files={"XYZ EXR": "a.exr"}, wavelengths_nm=np.array([400.0, 500.0]),
-        swatch=(1, 2, 3), colour=RowColour(np.ones(3), np.zeros(3), "45a:0"),
+        swatch=(1, 2, 3), colour=RowColour(np.ones((1, 3), np.float32), np.zeros((0, 3)), "45a:0"),
         white_xyz=np.array([0.9, 1.0, 1.1]), notes=("said",), provenance={"Source": "a ‘test’"},
     )  # fmt: skip
     drawn = DrawnRows((row,), (SelfCheck("lighter", 1.0, 1.0),), ("said",), {"a.png": "00"})
     write_rows(tmp_path / "rows.npz", drawn)
     back = read_rows(tmp_path / "rows.npz")
     assert fingerprint(back) == fingerprint(drawn) and back.rows[0].reflectance is None
+    assert read_file_names(tmp_path / "rows.npz") == ("a.png",)
+    # However many arrays there are: a member each would take longer than all that is in it.
+    assert len(zipfile.ZipFile(tmp_path / "rows.npz").namelist()) == 2
+
+
+def test_rows_of_a_first_review_are_laid_in_their_place_without_being_read(run, monkeypatch, tmp_path):
+    read = []
+    monkeypatch.setattr("metamer.viewer.review.folder.read_file_names", lambda path: read.append(path) or ())
+    run()
+    assert not read and len(list((tmp_path / "out" / "rows").iterdir())) == len(NAMES)
 
 
 def test_a_fingerprint_tells_apart_what_differs():
