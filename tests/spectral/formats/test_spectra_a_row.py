@@ -76,6 +76,7 @@ def test_wavelengths_alone_do_not_say_what_was_measured(written, heading):
         ("Standard ? nm (%R)", "Sample ? nm (%R)"),
         ("R15 ?nm %R", "R45 ?nm %R"),
         ("White ?nm refl", "Black ?nm refl"),
+        ("M0 R?nm", "M2 R?nm"),
     ],
 )
 def test_each_of_several_spectra_a_row_is_read(written, one, other, turns):
