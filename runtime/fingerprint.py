@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -24,6 +25,18 @@ def fingerprint(*values: Any) -> str:
     found = hashlib.sha256()
     _feed(found.update, values)
     return found.hexdigest()
+
+
+# By identity: what is kept goes with its object.
+_kept: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
+
+
+def kept_fingerprint(value: Any) -> str:
+    """Return the `fingerprint` of an object that is equal to itself alone and is never changed; worked out once."""
+    found = _kept.get(value)
+    if found is None:
+        found = _kept[value] = fingerprint(value)
+    return found
 
 
 def _feed(take: Callable[[bytes], object], value: Any) -> None:

@@ -5,7 +5,8 @@ drawn again.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields
+from typing import Any
 
 from ...calibration.report.plots import embedded_side
 from ...lighting.camera import Camera
@@ -14,7 +15,7 @@ from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.records.record_head import read_head
 from ...runtime.code_hash import product_hash
-from ...runtime.fingerprint import fingerprint
+from ...runtime.fingerprint import fingerprint, kept_fingerprint
 from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
 from .cases import ReviewCase, Setting
@@ -22,6 +23,8 @@ from .cases import ReviewCase, Setting
 # Folders of code that draws or compares; pages and commands change no row.
 _CODE = ("runtime", "spectral", "materials", "lighting", "calibration", "viewer")
 _KINDS = (".py", ".glsl", ".vert", ".frag")
+# Of a scene: where it came from and what else could be seen of it changes no picture; its name stands in their headers.
+_UNSEEN = ("cameras", "path", "review", "notes")
 
 
 def row_key(
@@ -37,12 +40,15 @@ def row_key(
     more: Sequence[str | bool],
 ) -> str:
     """Return the hash of one scene's rows under all lights: `total` rows has the review, and `more` counts as it is."""
-    # Where the scene came from and what else could be seen of it changes no picture; its name stands in their headers.
-    shown = replace(scene, cameras=(view,), path=None, review=None, notes=())
+    shown = _told(scene, *_UNSEEN, "parts", "lights")
+    # Cases of a review share meshes and lights, which may be large.
+    parts = [(_told(part, "mesh"), kept_fingerprint(part.mesh)) for part in scene.parts]
+    lit = [kept_fingerprint(light) for light in scene.lights]
     checksums = [read_head(catalogue.path(material_id))["checksum"] for material_id in scene.material_ids]
     lights = [tuple(names), tuple(spectra), plan.basis, plan.precision]
     shows = (display.processor.getCacheID(), display.display, display.adaptation)
-    return fingerprint(shown, checksums, lights, shows, float(budget), embedded_side(total), tuple(more), _code_hash())
+    rest = (float(budget), embedded_side(total), tuple(more), _code_hash())
+    return fingerprint(shown, parts, lit, view, checksums, lights, shows, *rest)
 
 
 def case_key(setting: Setting, catalogue: Catalogue, case: ReviewCase, checked: bool) -> str:
@@ -54,6 +60,11 @@ def case_key(setting: Setting, catalogue: Catalogue, case: ReviewCase, checked: 
     if it.shown_view is not None:
         more = (*more, f"shown in {it.shown_view.width} x {it.shown_view.height_px}")
     return row_key(case.scene, it.view, catalogue, *lit, case.plan, it.display, it.budget, it.total, more)
+
+
+def _told(value: Any, *but: str) -> dict[str, Any]:
+    """Return the fields of a dataclass by name, all but some."""
+    return {each.name: getattr(value, each.name) for each in fields(value) if each.name not in but}
 
 
 def _code_hash() -> str:

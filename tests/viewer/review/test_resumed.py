@@ -2,18 +2,22 @@
 
 import shutil
 import zipfile
-from dataclasses import replace
+from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from metamer.calibration.report.row import ReviewRow, RowColour
 from metamer.calibration.report.row_files import DrawnRows, read_file_names, read_rows, write_rows
 from metamer.calibration.report.statistics import DeltaEStatistics, SelfCheck
-from metamer.lighting.scene import Review
+from metamer.lighting.scene import Part, Review
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.records.record import MARKER, write_record
+from metamer.materials.svbrdf.map_set import Mask, Placement
+from metamer.runtime import fingerprint as fingerprints
 from metamer.runtime.errors import InputError
 from metamer.runtime.fingerprint import fingerprint
+from metamer.viewer.picture import display_for
 from metamer.viewer.review import row_key as review_key
 from metamer.viewer.review.review import review
 from metamer.viewer.software.backend import software_session
@@ -134,6 +138,33 @@ def test_what_a_row_depends_on_has_it_drawn_again(run, sphere, finished, monkeyp
     else:
         options["renderer"] = software_session("mipmapped")
     assert run(**options, stop=1) == (["tiny/copper"], [])
+
+
+def test_meshes_and_lights_are_hashed_once_for_all_cases_of_a_review(run, sphere, monkeypatch):
+    hashed = []
+    monkeypatch.setattr(fingerprints, "fingerprint", lambda value: hashed.append(value) or fingerprint(value))
+    # Copies, which no other test has asked for.
+    parts = tuple(replace(part, mesh=replace(part.mesh)) for part in sphere.parts)
+    lights = tuple(replace(light) for light in sphere.lights)
+    run(scene=replace(sphere, parts=parts, lights=lights), stop=1)
+    assert [id(it) for it in hashed] == [id(it) for it in (*(part.mesh for part in parts), *lights)]
+
+
+def test_keys_hang_on_every_field_of_a_part(sphere, catalogue):
+    plan = SimpleNamespace(basis=np.eye(3), precision="float32")
+
+    def key_of(**changes):
+        changed = replace(sphere, review=None, parts=(replace(sphere.parts[0], **changes),))
+        shows = (plan, display_for(changed.viewing), 1.0, 6, ())
+        return review_key.row_key(changed, changed.camera(), catalogue, LIGHTS, (None, None), *shows)
+
+    mesh = sphere.parts[0].mesh
+    others = [
+        {"mesh": replace(mesh, vertices=mesh.vertices + 1e-3)}, {"cutout": Mask(np.ones((1, 2, 1)), 0.5, Placement())},
+        {"static": True}, {"name": "another"}, {"material": "tiny/copper"},
+    ]  # fmt: skip
+    assert {next(iter(one)) for one in others} == {each.name for each in fields(Part)}
+    assert len({key_of(), *(key_of(**one) for one in others)}) == 6 and key_of() == key_of()
 
 
 def test_a_changed_material_is_drawn_again_and_no_other(run, catalogue, tmp_path, sphere):
