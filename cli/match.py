@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..calibration.report.text_tables import columns
 from ..runtime.errors import UsageError
+from ..runtime.remote import place
 from .options import (
     Added,
     add_across_option,
@@ -94,7 +95,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="whiteness, with tint, of each; default CIE 2004",
     )
     match.add_argument("--yellowness", action="store_true", help="yellowness of each by ASTM E313")
-    match.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up")
+    match.add_argument("--catalogue", type=place, metavar="CAT", help="where ids are looked up")
     for name in _FILLED_IN:
         match.add_argument(f"--{name}", default="", metavar="WORDS", help=f"{name}, filled in at the head of the page")
     match.add_argument("--html", type=Path, metavar="FILE", help="a page to print and sign; - as of --json")

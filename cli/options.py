@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..runtime.errors import InputError, UnknownNameError
+from ..runtime.remote import is_remote, place
 from .output import say
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from ..viewer.render.session import RenderSession
 
 
-CATALOGUE_HELP = "catalogue folder (default: $METAMER_CATALOGUE, or ./metamer-catalogue)"
+CATALOGUE_HELP = "catalogue folder or URL (default: $METAMER_CATALOGUE, or ./metamer-catalogue)"
 
 
 def comma_separated(text: str) -> tuple[str, ...]:
@@ -244,8 +245,8 @@ class _Given(argparse.Action):
 def add_catalogue_argument(verb: argparse.ArgumentParser) -> None:
     """`[CAT]`, the last argument of every verb that reads; or `--catalogue`, as of every other command."""
     group = verb.add_mutually_exclusive_group()
-    group.add_argument("catalogue", nargs="?", type=Path, action=_Given, metavar="CAT", help=CATALOGUE_HELP)
-    group.add_argument("--catalogue", type=Path, metavar="CAT", default=argparse.SUPPRESS, help="the same")
+    group.add_argument("catalogue", nargs="?", type=place, action=_Given, metavar="CAT", help=CATALOGUE_HELP)
+    group.add_argument("--catalogue", type=place, metavar="CAT", default=argparse.SUPPRESS, help="the same")
 
 
 def open_catalogue(folder: Path | None) -> Catalogue:
@@ -259,7 +260,7 @@ def add_catalogue_option(command: argparse.ArgumentParser) -> None:
     """`--catalogue`."""
     command.add_argument(
         "--catalogue",
-        type=Path,
+        type=place,
         metavar="CAT",
         help="default: $METAMER_CATALOGUE, or ./metamer-catalogue, made from the shipped materials where missing",
     )
@@ -292,7 +293,7 @@ def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
 
     if folder is None:
         folder = default_catalogue()
-        if not folder.exists():
+        if not is_remote(folder) and not folder.exists():
             from ..materials.intake.importing import import_sources
             from ..runtime.shutdown import saying
 

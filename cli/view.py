@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ..runtime.distribution import install_hint, system_hint
 from ..runtime.errors import InputError
+from ..runtime.remote import local_folder
 from .options import add_catalogue_option, add_display_option, catalogue_for, check_display_option
 
 # What Debian's and Ubuntu's packages of these libraries are called.
@@ -39,6 +40,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Open it; 0 once it is closed."""
+    from ..materials.catalogue.catalogue import default_catalogue
     from ..runtime.errors import UsageError
     from ..viewer.window.session_loader import comparison_of, load, subject_of
     from ..viewer.window.state import SESSION_FILE, Session
@@ -46,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.last and args.what:
         raise UsageError("--last: it says what to look at, name nothing else")
+    local_folder(args.catalogue or default_catalogue(), "the window")
     check_display_option(args.display)
     shell = _shell()
     shell.check_screen()

@@ -16,6 +16,7 @@ from pathlib import Path
 from .errors import InputError, NoRoomError, UsageError
 from .locks import made_and_held, remove_abandoned
 from .private_folder import private_folder
+from .remote import local_folder
 from .shutdown import clearing
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
@@ -278,7 +279,7 @@ def read_text(path: str | Path, expected: str = "text with numbers in columns") 
 
 def made_folder(path: str | Path) -> Path:
     """Return the folder, made where it is missing; an `InputError` where it cannot be made or written to."""
-    path = Path(path)
+    path = local_folder(path, "what is written")
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as reason:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...calibration.report.text_tables import columns
+from ...runtime.remote import place
 from ..options import (
     Added,
     add_json_option,
@@ -39,7 +40,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     )
     for side in ("A", "B"):
         diff.add_argument(side.lower(), metavar=side, help="catalogue folder, material file, or id of a material")
-    diff.add_argument("--catalogue", type=Path, metavar="CAT", help="where ids are looked up (default: as for list)")
+    diff.add_argument("--catalogue", type=place, metavar="CAT", help="where ids are looked up (default: as for list)")
     diff.add_argument(
         "--illuminants",
         type=parse_illuminants,
@@ -79,13 +80,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _is_folder(text: str) -> bool:
-    return Path(text).is_dir()
+    return place(text).is_dir()
 
 
 def _catalogues(args: argparse.Namespace) -> CatalogueComparison:
     from ...materials.catalogue.compare import compare_catalogues
 
-    a, b = open_catalogue(Path(args.a)), open_catalogue(Path(args.b))
+    a, b = open_catalogue(place(args.a)), open_catalogue(place(args.b))
     with progress_bar("Comparing", quiet=on_standard_output(args.json)) as progress:
         return compare_catalogues(
             a,
@@ -113,7 +114,8 @@ def _materials(args: argparse.Namespace) -> CatalogueComparison:
 def _record(text: str, catalogue: Path | None) -> MaterialRecord:
     from ...materials.records.record import read_record
 
-    return read_record(Path(text)) if Path(text).is_file() else open_catalogue(catalogue).load(text)
+    path = place(text)
+    return read_record(path) if path.is_file() else open_catalogue(catalogue).load(text)
 
 
 def _print(found: CatalogueComparison) -> None:

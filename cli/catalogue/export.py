@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...runtime.remote import place
 from ..options import CATALOGUE_HELP, add_output_option, open_catalogue
 from ..output import say_paragraph
 from ..progress.lines import progress_bar
@@ -28,7 +28,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
         description="Write materials of a catalogue for other programs.",
     )
     export.add_argument("ids", nargs="+", metavar="ID", help='such as "colorchecker/red-gloss" or "colorchecker/*"')
-    export.add_argument("--catalogue", type=Path, metavar="CAT", help=CATALOGUE_HELP)
+    export.add_argument("--catalogue", type=place, metavar="CAT", help=CATALOGUE_HELP)
     export.add_argument("--format", required=True, metavar="FORMAT", help=_FORMATS)
     add_output_option(export, "file, or folder for a file a material", metavar="OUT", required=True)
     export.add_argument("--force", action="store_true", help="write over what is there")

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from contextlib import ExitStack
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...calibration.report.text_tables import columns
 from ...materials.catalogue.shipped import shipped_sources
 from ...materials.records.standing import missed_words, misses_budget
 from ...runtime.errors import InputError, UsageError, visible
+from ...runtime.remote import local_folder, place
 from ..options import CATALOGUE_HELP, add_json_option, add_scheduler_option, positive_count, positive_delta_e
 from ..output import figures_file, say_paragraph, write_json
 from ..progress.imports import import_shown
@@ -43,8 +43,8 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     # Text, not paths: a path would make one slash of the two in an address.
     bring.add_argument("sources", nargs="*", metavar="SRC", help=_SOURCES_HELP)
     into = bring.add_mutually_exclusive_group()
-    into.add_argument("--catalogue", type=Path, metavar="CAT", help=CATALOGUE_HELP)
-    into.add_argument("--into", dest="catalogue", type=Path, default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+    into.add_argument("--catalogue", type=place, metavar="CAT", help=CATALOGUE_HELP)
+    into.add_argument("--into", dest="catalogue", type=place, default=argparse.SUPPRESS, help=argparse.SUPPRESS)
     bring.add_argument("--dry-run", action="store_true", help="say what is what and what is new; write nothing")
     bring.add_argument("--verbose", action="store_true", help="also name each material and each file not recognised")
     bring.add_argument("--jobs", type=positive_count, metavar="N", help="processes (default: one a core)")
@@ -121,6 +121,8 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
 def run(args: argparse.Namespace) -> int:
     """Import; the exit code: 0, or 4 where something could not be used."""
     sources = args.sources or [shipped_sources()]
+    if args.catalogue is not None:
+        local_folder(args.catalogue, "an import")
     with ExitStack() as stack:
         # Before what takes a second to load: nobody waits for a first word.
         shown = import_shown(stack, sources)

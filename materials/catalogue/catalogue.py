@@ -13,6 +13,7 @@ from pathlib import Path
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import made_folder
 from ...runtime.notebook import MOST_LINES, html_table
+from ...runtime.remote import UnlistedError, is_remote, local_folder, open_anew, place
 from ..records.material import MaterialRecord
 from ..records.models import SPECTRA, no_surface
 from ..records.query import Heads, Query, Summary, material_files, read_heads, summary
@@ -26,7 +27,7 @@ __all__ = ["Catalogue", "Query", "Summary", "default_catalogue"]
 
 def default_catalogue() -> Path:
     """`$METAMER_CATALOGUE`, or `metamer-catalogue` in the current folder."""
-    return Path(os.environ.get("METAMER_CATALOGUE") or "metamer-catalogue")
+    return place(os.environ.get("METAMER_CATALOGUE") or "metamer-catalogue")
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,13 @@ class Catalogue:
 
         create : a folder that is not there, or is empty, becomes an empty catalogue.
         """
-        folder = default_catalogue() if folder is None else Path(folder)
+        folder = default_catalogue() if folder is None else place(folder)
+        if create:
+            folder = local_folder(folder, "a new catalogue")
+        if is_remote(folder):
+            open_anew(folder)
+            check_marker(folder)
+            return cls(folder)
         if create and (not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))):
             made_folder(folder)
             write_marker(folder)
@@ -102,6 +109,7 @@ class Catalogue:
         InputError : there is one of its id, or the id is none. NoRoomError : the disk is full.
         """
         check_id(material.id)
+        local_folder(self.folder, "a new material")
         path = self.folder / f"{material.id}{SUFFIX}"
         if path.exists():
             raise InputError("there is a material of this id", file=path, field=material.id, hint="take another name")
@@ -114,7 +122,12 @@ class Catalogue:
         plain = all(part and not part.startswith(".") for part in material_id.split("/"))
         # The names of all files are asked for only where a wrong one was given.
         if not (plain and path.is_file()):
-            raise UnknownNameError("material", material_id, self.ids(), file=self.folder)
+            try:
+                known = self.ids()
+            except UnlistedError:
+                hint = "check the id; this store lists none"
+                raise InputError("no such material", file=path, expected="the file of a material", hint=hint) from None
+            raise UnknownNameError("material", material_id, known, file=self.folder)
         return path
 
     def state(self, material_id: str) -> tuple:
@@ -171,7 +184,7 @@ class Catalogue:
 
         say : hears of an index that is made, and that one could be.
         """
-        index = index_of(self.folder, say)
+        index = None if is_remote(self.folder) else index_of(self.folder, say)
         return read_heads(self.folder, SUFFIX) if index is None else index
 
     def verify(self) -> dict[str, InputError | None]:

@@ -12,6 +12,7 @@ from typing import Literal
 from ...runtime.errors import InputError, NoRoomError
 from ...runtime.files import half_written, made_folder
 from ...runtime.locks import remove_abandoned
+from ...runtime.remote import local_folder
 from ...runtime.shutdown import saying
 from ...runtime.worker_pool import Lost, Task, supervised
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
@@ -149,7 +150,8 @@ def import_sources(
     ImportInterrupted
         Ctrl-C: finished materials stay, no half-written file does.
     """
-    sources, folder, settings = list(sources), Path(into), Settings(budget, uplift, family, again, answer, copy)
+    sources, folder = list(sources), local_folder(into, "an import")
+    settings = Settings(budget, uplift, family, again, answer, copy)
     check_uplift(uplift)
     with ExitStack() as stack:
         known = Known.of(folder)

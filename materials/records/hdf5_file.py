@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from .hdf5_tree import Node, read_tree, tree_from_text, tree_text, write_tree
+from .stored_array import hdf5_content
 
 # The data set that holds a small tree.
 _PACKED = "packed"
@@ -48,16 +49,14 @@ def read_behind(path: Path, check: Callable[[Mapping[str, Any]], None]) -> Node:
     ------
     OSError, KeyError, ValueError, TypeError, RuntimeError : there is no such file, or none that can be read.
     """
-    import h5py
-
-    with h5py.File(path, "r") as file:
+    with hdf5_content(path) as file:
         packed: Any = file.get(_PACKED)
         if packed is not None:
             tree = tree_from_text(packed[()])
             check(tree.attributes)
             return tree
         check(file.attrs)
-        return read_tree(file)
+        return read_tree(file, path)
 
 
 def _image(tree: Node, room: int) -> bytes:

@@ -206,8 +206,8 @@ def _write_blocks(group: Any, name: str, array: Any, written: Callable[[], None]
         written()
 
 
-def read_tree(group: Any) -> Node:
-    """Everything in an open h5py group or file but large arrays, which are read when they are asked for.
+def read_tree(group: Any, path: Path) -> Node:
+    """Everything in an open h5py group of the file at `path` but large arrays, which are read when they are asked for.
 
     KeyError where a link leads nowhere.
     """
@@ -215,11 +215,11 @@ def read_tree(group: Any) -> Node:
         raise KeyError("a link that leads nowhere")
     node = Node({name: _plain(value) for name, value in group.attrs.items()})
     if hasattr(group, "shape") and _IN_BLOCKS in node.attributes:
-        node.value = StoredArray(Path(group.file.filename).absolute(), group.name, group.shape, group.dtype)
+        node.value = StoredArray(path.absolute(), group.name, group.shape, group.dtype)
     elif hasattr(group, "shape"):
         node.value = np.asarray(group[()])
     else:
-        node.children = {name: read_tree(child) for name, child in group.items()}
+        node.children = {name: read_tree(child, path) for name, child in group.items()}
     return node
 
 

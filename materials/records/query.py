@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from ...runtime.errors import InputError, UnknownNameError
-from .record_head import IMPORT_AGAIN, other_material, read_head
+from ...runtime.remote import RemotePath, place
+from .record_head import HEAD_BYTES, IMPORT_AGAIN, head_from, no_such_file, other_material, read_head
 from .standing import standing_of
 
 if TYPE_CHECKING:
@@ -80,7 +81,7 @@ class Summary:
     @property
     def file(self) -> Path:
         """The material's file."""
-        return Path(self.path)
+        return place(self.path)
 
     @property
     def rank(self) -> int:
@@ -111,16 +112,31 @@ def read_heads(folder: Path, suffix: str) -> Heads:
     """Read the head of every material file below `folder`."""
     found: list[Summary] = []
     unusable: list[InputError] = []
-    for material_id, file in material_files(folder, suffix):
+    for material_id, file, head in _heads(folder, suffix):
         try:
-            found.append(summary(material_id, file))
+            found.append(summary(material_id, file, head))
         except InputError as reason:
             unusable.append(reason)
     return Heads(tuple(found), tuple(unusable))
 
 
+def _heads(folder: Path, suffix: str) -> Iterator[tuple[str, str, bytes | Exception | None]]:
+    """Id and file of every material below `folder`; behind a URL, where many are asked for at once, its head, too."""
+    if not isinstance(folder, RemotePath):
+        yield from ((material_id, file, None) for material_id, file in material_files(folder, suffix))
+        return
+    files = [file for file in folder.files() if _is_material(file.name, suffix)]
+    for file, head in folder.beginnings(files, HEAD_BYTES):
+        yield file.name[: -len(suffix)], str(folder / file.name), head
+
+
 def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, str]]:
     """Id and path of every material below `folder`; hidden files and folders are none."""
+    if isinstance(folder, RemotePath):
+        for file in folder.files():
+            if _is_material(file.name, suffix):
+                yield file.name[: -len(suffix)], str(folder / file.name)
+        return
     top = os.fspath(folder)
     for where, folders, files in os.walk(top):
         folders[:] = [name for name in folders if not name.startswith(".")]
@@ -131,11 +147,19 @@ def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, str]]:
                 yield (f"{inside}/{stem}" if inside else stem), f"{where}{os.sep}{name}"
 
 
-def summary(material_id: str, file: str | Path) -> Summary:
+def _is_material(name: str, suffix: str) -> bool:
+    return name.endswith(suffix) and not any(part.startswith(".") for part in name.split("/"))
+
+
+def summary(material_id: str, file: str | Path, begins: bytes | Exception | None = None) -> Summary:
     """Return the summary of one file; raises `InputError` where it has no head that can be used, or is another
     material.
+
+    begins : its first bytes, or what reading them met; None: they are read.
     """
-    head = read_head(file)
+    if isinstance(begins, Exception):
+        raise no_such_file(file) if isinstance(begins, FileNotFoundError) else begins
+    head = read_head(file) if begins is None else head_from(begins, file)
     if head.get("id") != material_id:
         raise other_material(file, head.get("id"), material_id)
     try:
@@ -152,7 +176,7 @@ def _summary(head: dict[str, Any], file: str | Path) -> Summary:
     figures = ("mean", "p95", "p99", "maximum", "budget", "score", "more_terms", "more_score")
     fields |= {name: _number(error.get(name)) for name in figures}
     return Summary(
-        path=os.fspath(file),
+        path=str(file),
         terms=tuple((int(count), _text(frame)) for count, frame in head["terms"]),
         lab=_three(colour.get("Lab")),
         xyz=_three(colour.get("XYZ")),

@@ -81,6 +81,10 @@ def check_marker(folder: Path) -> None:
     """Raises `InputError` where the catalogue in `folder` is of a schema that this version does not know."""
     try:
         schema = tomllib.loads((folder / MARKER).read_text(encoding="utf-8")).get("schema")
+    except FileNotFoundError:
+        hint = "name the folder that an import has made: metamer catalogue import --catalogue FOLDER"
+        expected = f"a folder that holds {MARKER}"
+        raise InputError("not a catalogue", file=folder, expected=expected, hint=hint) from None
     except (OSError, ValueError) as reason:
         found, hint = str(reason), "import into a new folder: metamer catalogue import SOURCE --catalogue FOLDER"
         raise InputError(

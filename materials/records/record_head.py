@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...runtime.errors import InputError
+from ...runtime.remote import RemotePath
 
 if TYPE_CHECKING:
     from .material import MaterialRecord
@@ -90,13 +91,21 @@ def read_head(path: str | Path) -> dict[str, Any]:
     InputError : no such file, one of an older schema, or one that is none.
     """
     try:
-        with open(path, "rb", buffering=0) as file:  # noqa: PTH123  pathlib's takes half as long again
-            block = file.read(HEAD_BYTES)
+        if isinstance(path, RemotePath):
+            block = path.first_bytes(HEAD_BYTES)
+        else:
+            with open(path, "rb", buffering=0) as file:  # noqa: PTH123  pathlib's takes half as long again
+                block = file.read(HEAD_BYTES)
     except FileNotFoundError:
         raise no_such_file(path) from None
     except OSError as reason:
         found, expected = reason.strerror or str(reason), "a file that this user may read"
         raise InputError("cannot be read", file=path, found=found, expected=expected, hint=NAME_A_MATERIAL) from None
+    return head_from(block, path)
+
+
+def head_from(block: bytes, path: str | Path) -> dict[str, Any]:
+    """Return the head that a file begins with; raises `InputError` as of `read_head`. block : its first bytes."""
     try:
         head = json.loads(block.partition(b"\n")[0])
         if head["format"] != FORMAT:

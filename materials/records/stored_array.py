@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import product
 from pathlib import Path
@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...runtime.errors import InputError
+from ...runtime.remote import is_remote
 
 #: A block: large enough that a disk reads it in one go, small enough that a few of them are nothing.
 BLOCK_BYTES = 4 << 20
@@ -167,9 +168,7 @@ class StoredArray:
                 self._check_length(self.place + self.nbytes)
                 file = stack.enter_context(self.file.open("rb"))
                 return lambda where: self._numbers(file, where)
-            import h5py
-
-            values: Any = stack.enter_context(h5py.File(self.file, "r"))[self.place]
+            values: Any = stack.enter_context(hdf5_content(self.file))[self.place]
             if (values.shape, values.dtype) != (self.shape, self.dtype):
                 raise self._changed(f"{values.dtype} {values.shape}", f"{self.dtype} {self.shape}")
             return values.__getitem__
@@ -237,6 +236,26 @@ class StoredArray:
             expected=expected,
             hint=_AGAIN,
         )
+
+
+@contextmanager
+def hdf5_content(path: Path) -> Iterator[Any]:
+    """Open an HDF5 file to be read; of one behind a URL, what the store answered is raised, not what HDF5 makes of
+    it."""
+    import h5py
+
+    if not is_remote(path):
+        with h5py.File(path, "r") as file:
+            yield file
+        return
+    source: Any = path.open("rb")
+    try:
+        with h5py.File(source, "r") as file:
+            yield file
+    except Exception:
+        if source.refused is not None:
+            raise source.refused from None
+        raise
 
 
 def blocks_of(shape: tuple[int, ...], dtype: np.dtype) -> list[Block]:

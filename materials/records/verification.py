@@ -30,7 +30,7 @@ from ..factored.pack import FactoredBrdf
 from ..slices.error import measured_form, text_of
 from .material import MaterialRecord
 from .query import material_files
-from .record import SUFFIX, read_record, stored_arrays
+from .record import SUFFIX, material_path, read_record, stored_arrays
 from .record_head import IMPORT_AGAIN, other_material
 from .texel_verification import check_decodes, gone_words, texels_measured_again
 
@@ -110,7 +110,7 @@ def verify_catalogue(
     ------
     InputError : as `dask_cluster.clustered` does; a worker that does not find the files that are here.
     """
-    files = sorted((material_id, Path(path)) for material_id, path in material_files(folder, SUFFIX))
+    files = [(name, material_path(folder, name)) for name in sorted(name for name, _ in material_files(folder, SUFFIX))]
     found: list[Verified] = []
     read = Counter[str]()
 

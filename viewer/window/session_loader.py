@@ -16,6 +16,7 @@ from ...materials.catalogue.catalogue import Catalogue, default_catalogue
 from ...materials.records.models import SPECTRA
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
+from ...runtime.remote import local_folder
 from ..display.transform import PINNED_CONFIG
 from .choices import Choices
 from .file_watcher import files_of_materials, files_of_scene
@@ -67,7 +68,8 @@ def load(subject: Subject, catalogue_name: str | None = None) -> Loaded:
     ------
     InputError, UnknownNameError, NoRoomError : a file that is missing or unusable, a material that is not there.
     """
-    catalogue = Catalogue.open(default_catalogue() if catalogue_name is None else Path(catalogue_name))
+    folder = default_catalogue() if catalogue_name is None else catalogue_name
+    catalogue = Catalogue.open(local_folder(folder, "the window"))
     views = display_views()
     if subject.kind == "image":
         assert subject.path is not None

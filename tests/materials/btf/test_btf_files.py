@@ -129,7 +129,7 @@ def test_a_copy_is_heard_of_once_and_is_the_same_bytes(tmp_path):
         write_tree(file, copied)
     assert sum(heard) == stored.nbytes
     with h5py.File(tmp_path / "a.h5") as file:
-        back = mapping_from(read_tree(file))["images"]
+        back = mapping_from(read_tree(file, tmp_path / "a.h5"))["images"]
     assert type(back) is StoredArray and np.asarray(back).tobytes() == np.asarray(stored).tobytes()
 
 

@@ -1,0 +1,246 @@
+"""Catalogues behind a URL: what is read of them, how often the store is asked, and what its faults come to."""
+
+import pickle
+import shutil
+import zipfile
+from pathlib import Path
+
+import fsspec
+import numpy as np
+import pytest
+from faulty_store import served
+from metamer.materials.catalogue.catalogue import Catalogue
+from metamer.materials.intake.importing import import_sources
+from metamer.materials.records import hdf5_tree, stored_array
+from metamer.materials.records.query import Query
+from metamer.materials.records.record import write_record
+from metamer.materials.records.record_head import HEAD_BYTES
+from metamer.materials.records.verification import verify_catalogue
+from metamer.runtime import remote
+from metamer.runtime.errors import InputError, UnknownNameError
+from metamer.runtime.remote import RemotePath, UnlistedError, place
+
+IDS = ("paint/grey", "paint/red", "wall/white")
+
+
+@pytest.fixture
+def folder(tmp_path, write_matt):
+    for number, name in enumerate(IDS):
+        write_matt(tmp_path / "cat", name, 0.2 + 0.3 * number)
+    return tmp_path / "cat"
+
+
+@pytest.fixture
+def in_memory(folder):
+    """The catalogue in fsspec's memory."""
+    system = fsspec.filesystem("memory")
+    system.put(f"{folder}/", "/shelf/cat/", recursive=True)
+    yield "memory://shelf/cat"
+    system.rm("/shelf", recursive=True)
+
+
+def zipped(folder, path, below=""):
+    with zipfile.ZipFile(path, "w") as packed:
+        for file in sorted(folder.rglob("*.*")):
+            packed.write(file, f"{below}{file.relative_to(folder).as_posix()}")
+    return path
+
+
+def same(there, here):
+    """Two catalogues answer alike: ids, heads and contents."""
+    assert there.ids() == here.ids() == IDS and "paint/red" in list(there)
+    for query in (Query(), Query(families=("paint",), near=(50.0, 0.0, 0.0), limit=1)):
+        both = [[vars(one) | {"path": ""} for one in catalogue.query(query)] for catalogue in (there, here)]
+        assert both[0] == both[1]
+    for name in IDS:
+        assert np.array_equal(there[name].spectrum().samples, here[name].spectrum().samples)
+        assert there.state(name) == there.state(name)
+    assert set(there.verify().values()) == {None} and there.summary("wall/white").id == "wall/white"
+
+
+def test_a_catalogue_in_memory_and_one_in_a_zip_file_answer_as_the_folder_does(folder, in_memory, tmp_path):
+    here = Catalogue.open(folder)
+    same(Catalogue.open(in_memory), here)
+    flat, below = zipped(folder, tmp_path / "flat.zip"), zipped(folder, tmp_path / "below.zip", "lib/cat/")
+    for url in (f"zip://::{flat}", f"zip::{flat}", f"zip://lib/cat::{below}", f"zip://lib/cat::file://{below}"):
+        same(Catalogue.open(url), here)
+
+
+def test_every_declared_error_is_measured_again(in_memory):
+    found = verify_catalogue(Catalogue.open(in_memory).folder)
+    assert [one.id for one in found.intact] == list(IDS) and found.strays == ()
+    assert all(one.measured is not None for one in found.results)
+
+
+def test_a_change_is_seen_at_once(folder, in_memory, write_matt, tmp_path):
+    catalogue = Catalogue.open(in_memory)
+    before, state = catalogue.summary("paint/red").lab, catalogue.state("paint/red")
+    changed = write_matt(tmp_path / "other", "paint/red", 0.9)
+    system = fsspec.filesystem("memory")
+    system.pipe("/shelf/cat/paint/red.h5", changed.read_bytes())
+    system.rm("/shelf/cat/paint/grey.h5")
+    assert catalogue.ids() == IDS[1:] and catalogue.state("paint/red") != state
+    assert {one.id: one.lab for one in catalogue.query()}["paint/red"] != before
+    with pytest.raises(UnknownNameError, match="paint/grey"):
+        catalogue.load("paint/grey")
+
+
+def test_a_damaged_record_is_named_by_its_url(in_memory):
+    system = fsspec.filesystem("memory")
+    data = bytearray(system.cat("/shelf/cat/paint/red.h5"))
+    middle = len(data) * 2 // 3
+    data[middle : middle + 50] = bytes(50)
+    system.pipe("/shelf/cat/paint/red.h5", bytes(data))
+    system.pipe("/shelf/cat/wall/white.h5", system.cat("/shelf/cat/wall/white.h5")[:1500])
+    system.pipe("/shelf/cat/paint/grey.h5", b"")
+    found = Catalogue.open(in_memory).verify()
+    assert all(isinstance(found[name], InputError) for name in IDS)
+    assert all(f"memory://shelf/cat/{name}.h5" in str(found[name]) for name in IDS)
+    unusable = []
+    assert [one.id for one in Catalogue.open(in_memory).query(unusable=unusable)] == ["paint/red", "wall/white"]
+    assert "memory://shelf/cat/paint/grey.h5" in str(unusable[0])
+
+
+def test_nothing_is_written_behind_a_url(in_memory, folder, tmp_path):
+    catalogue = Catalogue.open(in_memory)
+    before = dict(fsspec.filesystem("memory").find("/shelf", detail=True))
+    material = Catalogue.open(folder).load("paint/red")
+    for write in (
+        lambda: catalogue.add(material),
+        lambda: write_record(material, catalogue.folder / "paint/new.h5"),
+        lambda: Catalogue.open("memory://shelf/new", create=True),
+        lambda: import_sources([tmp_path / "nothing"], in_memory),
+        lambda: catalogue.path("paint/red").unlink(),
+        lambda: (catalogue.folder / "catalogue.toml").write_text("schema = 2"),
+        lambda: shutil.copy(folder / "paint/red.h5", catalogue.folder),
+    ):
+        with pytest.raises(InputError, match="memory://shelf") as refused:
+            write()
+        assert "copy it with the store's own tool" in str(refused.value)
+    with pytest.raises(ValueError, match="null"):
+        Path(catalogue.folder).mkdir()
+    assert dict(fsspec.filesystem("memory").find("/shelf", detail=True)) == before
+
+
+def test_a_url_is_told_from_a_path():
+    for url in ("s3://bucket/paints", "memory://shelf", "zip::s3://bucket/cat.zip", "zip://::cat.zip", "sftp://host/x"):
+        assert isinstance(place(url), RemotePath) and str(place(url)).endswith(url.rpartition("::")[2])
+    for path in ("cat", "C:/cat", "C:\\cat", "./s3", Path("a/b"), "a:b"):
+        assert place(path) == Path(path) and not isinstance(place(path), RemotePath)
+    root = place("zip://lib::s3://bucket/cat.zip")
+    file = root / "paint/red.h5"
+    assert str(file) == "zip://lib/paint/red.h5::s3://bucket/cat.zip" and file.name == "red.h5" and file.suffix == ".h5"
+    assert pickle.loads(pickle.dumps(file)) == file and file.parent == root / "paint" and hash(file.parent.parent)
+    assert file != root / "paint/grey.h5" and file != Path("red.h5") and Path("red.h5") != file
+    for secret in ("ftp://me:word@host/x", "https://host/x?key=word"):
+        with pytest.raises(InputError, match="credentials") as refused:
+            place(secret)
+        assert "word" not in str(refused.value).replace("a password", "")
+
+
+def test_what_is_missing_is_said(tmp_path):
+    with pytest.raises(InputError, match="not a catalogue"):
+        Catalogue.open("memory://nowhere")
+    with pytest.raises(InputError, match="cannot be reached or read"):
+        Catalogue.open("nosuch://host/cat")
+    with pytest.raises(InputError, match=r"metamer-colour\[remote\]"):
+        raise RemotePath("s3://b")._refusal("its size", ImportError("Install s3fs to access S3"))
+
+
+# Over HTTP.
+
+
+@pytest.fixture
+def store(folder):
+    pytest.importorskip("aiohttp", reason="aiohttp, which fsspec asks web servers by, is in the extra `remote`")
+    with served(folder) as store:
+        yield store
+
+
+def opened(store):
+    catalogue = Catalogue.open(f"http://{store.address}")
+    store.asked.clear()
+    return catalogue
+
+
+def test_a_head_is_one_range_and_a_small_record_another(store, folder):
+    catalogue = opened(store)
+    size = (folder / "paint/red.h5").stat().st_size
+    assert (catalogue.folder / "paint/red.h5").first_bytes(HEAD_BYTES)[:1] == b"{"
+    assert store.asked == [("GET", "/paint/red.h5", min(HEAD_BYTES, size))]
+    store.asked.clear()
+    catalogue.load("paint/red")
+    ranges = [one for one in store.asked if one[0] == "GET"]
+    assert ranges == [("GET", "/paint/red.h5", size)] and len(store.asked) <= 3
+
+
+def test_a_web_server_lists_nothing_and_gives_what_is_named(store, folder):
+    catalogue = opened(store)
+    same_spectrum = catalogue["paint/red"].spectrum().samples
+    assert np.array_equal(same_spectrum, Catalogue.open(folder)["paint/red"].spectrum().samples)
+    with pytest.raises(UnlistedError, match=r"zip://::https://HOST/FILE\.zip"):
+        catalogue.query()
+    with pytest.raises(InputError, match="no such material") as refused:
+        catalogue.load("paint/blue")
+    assert f"http://{store.address}/paint/blue.h5" in str(refused.value)
+
+
+def test_a_zip_file_on_a_web_server_is_a_whole_catalogue(store, folder):
+    zipped(folder, folder / "cat.zip")
+    same(Catalogue.open(f"zip://::http://{store.address}/cat.zip"), Catalogue.open(folder))
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        ("cut", "cannot be reached or read"),
+        ("short", "the answer is cut short"),
+        ("slow", "nothing in 0.5 s"),
+        ("whole", "the store gives whole files"),
+        ("403", "access is denied"),
+        ("404", "the file is gone"),
+        ("500", "cannot be reached or read"),
+        ("larger", "the answer is cut short"),
+    ],
+)
+def test_a_fault_of_the_store_is_a_refusal_that_names_the_file(store, monkeypatch, fault, words):
+    catalogue = opened(store)
+    monkeypatch.setattr(remote, "ANSWER_S", 0.5 if fault == "slow" else 20.0)
+    if fault == "whole":
+        monkeypatch.setattr(remote, "BLOCK_BYTES", 1024)
+    store.fault = fault
+    with pytest.raises(InputError, match=words) as refused:
+        catalogue.load("paint/red")
+    text = str(refused.value)
+    assert f"http://{store.address}/paint/red.h5" in text and "expected: " in text and "try: " in text
+    store.fault = ""
+    store.go_on.set()
+    assert catalogue.load("paint/red").id == "paint/red"
+
+
+def test_large_arrays_are_read_block_by_block_and_held_to_their_digests(store, folder, monkeypatch):
+    monkeypatch.setattr(stored_array, "BLOCK_BYTES", 64 << 10)
+    monkeypatch.setattr(hdf5_tree, "LARGE_BYTES", 1 << 18)
+    monkeypatch.setattr(remote, "BLOCK_BYTES", 1 << 14)
+    here = Catalogue.open(folder)
+    stack = np.random.default_rng(0).random((64, 1 << 13)).astype(np.float32)
+    record = here.load("paint/red")
+    here.add(type(record)(**{**vars(record), "id": "paint/cloth", "original": {"stack": stack}}))
+    size = (folder / "paint/cloth.h5").stat().st_size
+    catalogue = opened(store)
+    found = catalogue.load("paint/cloth").original["stack"]
+    read = sum(one[2] for one in store.asked)
+    assert read < size // 4, (read, size)
+    store.asked.clear()
+    assert np.array_equal(found.read(slice(40, 42)), stack[40:42])
+    assert sum(one[2] for one in store.asked) < size // 4 and len(store.asked) < 20
+    assert np.array_equal(np.asarray(found), stack)
+    # Numbers of one block are not what they were.
+    data = bytearray((folder / "paint/cloth.h5").read_bytes())
+    data[size // 2 : size // 2 + 64] = bytes(64)
+    (folder / "paint/cloth.h5").write_bytes(data)
+    with pytest.raises(InputError, match=r"paint/cloth\.h5"):
+        np.asarray(catalogue.load("paint/cloth").original["stack"])
+    store.fault = "short"
+    with pytest.raises(InputError, match="the answer is cut short"):
+        found.read(slice(0, 2))
