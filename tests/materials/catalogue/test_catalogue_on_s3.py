@@ -16,7 +16,7 @@ from metamer.materials.records.record_head import HEAD_BYTES
 from metamer.runtime import remote
 from metamer.runtime.errors import InputError, UnknownNameError
 
-pytest.importorskip("moto", reason="moto, an S3 server, is in the extra `test`")
+pytest.importorskip("moto", reason="moto, an S3 server, is not installed: make test installs it")
 s3fs = pytest.importorskip("s3fs", reason="s3fs is in the extra `remote`")
 
 pytestmark = pytest.mark.slow
