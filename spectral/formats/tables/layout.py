@@ -151,6 +151,8 @@ def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> TableLayout
         # A row of values holds two numbers or more: a wavelength, and what was measured there.
         if width < 2 or sum(dialect.wavelength(cell) is not None for cell in run[0]) < 2:
             continue
+        if colour_axis(run[0][0]):
+            continue  # L* of each spectrum, above its wavelengths
         header = header_above(rows, first, dialect)
         heads = rows[header][1] if header is not None else []
         # Frequencies and energies are an axis where no wavelengths stand beside them.

@@ -10,6 +10,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from ....runtime.errors import InputError
+from ...measurement import conditions_in
 from ..shared.decisions import NO_COUNTS
 from ..shared.text import shortened
 from ..shared.words import (
@@ -263,6 +264,7 @@ def empty_columns(
         )
     if aside:
         notes.append(f"columns beside the measurement are left out: {', '.join(aside[:6])}")
+    _hear_rows_above(table, columns)
     if not columns:
         if raw:
             raise InputError(
@@ -278,6 +280,35 @@ def empty_columns(
             expected="a column of reflectance, transmittance or emission",
         )
     return columns
+
+
+def _hear_rows_above(table: Section, columns: Sequence[Column]) -> None:
+    """Put beside each column what rows above the header say of it; where columns share a name, it is a part of theirs.
+
+    A cell above several columns is of all of them, where each has as many.
+    """
+    if not table.text.dialect.delimiter or table.layout.header is None or len(columns) < 2:
+        return
+    axis, parts = min(column.place[1] for column in columns), [list[str]() for _ in columns]
+    for _, cells in table.above:
+        label = cell(cells, axis) or cell(cells, 0)
+        starts = [at for at in range(axis + 1, len(table.heads)) if cell(cells, at)]
+        each, left = divmod(len(table.heads) - axis - 1, max(len(starts), 1))
+        whole = len(starts) > 1 and not left and starts == [axis + 1 + each * at for at in range(len(starts))]
+        if not whole or len(trimmed(cells)) > len(table.heads) or colour_axis(label):
+            continue
+        names = not label or is_name_header(label) or is_wavelength_header(label)
+        for column, part in zip(columns, parts, strict=True):
+            said = cell(cells, starts[(column.place[0] - axis - 1) // each])
+            if label:
+                column.beside.setdefault(label, said)
+            elif conditions_in(said):
+                column.words = f"{column.words} {said}"
+            part += [said] if names and said not in part else []
+    names = [column.name for column in columns]
+    if len(set(names)) < len(names):
+        for column, part in zip(columns, parts, strict=True):
+            column.name = " ".join(dict.fromkeys([*part, column.name])).strip()
 
 
 def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:

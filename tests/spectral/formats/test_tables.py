@@ -7,6 +7,7 @@ from metamer.runtime.errors import InputError
 from metamer.spectral.formats.csv import read, recognises
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
+from metamer.spectral.measurement import Measurement
 
 DOWN = "nm,Red,Grey\n400,0.05,0.2\n410,0.06,0.2\n420,0.07,0.2\n"
 ACROSS = "name,400,410,420\nRed,0.05,0.06,0.07\nGrey,0.2,0.2,0.2\n"
@@ -548,3 +549,32 @@ def test_values_before_their_wavelengths_are_read_where_a_heading_says_so(writte
     assert [(entry.name, entry.spectrum.samples[0]) for entry in file.entries] == [("red R", 0.1), ("blue R", 0.11)]
     rows = "".join(f"{at},{nm},{at + 1}\n" for at, nm in enumerate(range(400, 500, 10)))
     assert [entry.name for entry in read(written("pixel,nm,R (%)\n" + rows, "red.csv")).entries] == ["R"]
+
+
+ABOVE = {
+    "Sample,red,red,blue,blue\nMode,SCI,SCE,SCI,SCE\nnm,%R,%R,%R,%R": ("red SCI", "red SCE", "blue SCI", "blue SCE"),
+    "nm,red,red,blue,blue\n,SCI,SCE,SCI,SCE": ("red SCI", "red SCE", "blue SCI", "blue SCE"),
+    ",SCI,SCE,SCI,SCE\nnm,red (%R),red (%R),blue (%R),blue (%R)": ("SCI red", "SCE red", "SCI blue", "SCE blue"),
+    ",SCI,,SCE,\nnm,red (%R),blue (%R),red (%R),blue (%R)": ("SCI red", "SCI blue", "SCE red", "SCE blue"),
+    ",red,,blue,\nnm,R SCI (%),R SCE (%),R SCI (%),R SCE (%)": ("red R SCI", "red R SCE", "blue R SCI", "blue R SCE"),
+    "Mode,SCI,SCE,SCI,SCE\nnm,a (%R),b (%R),c (%R),d (%R)": ("a", "b", "c", "d"),
+}
+
+
+@pytest.mark.parametrize("head", ABOVE)
+def test_rows_above_a_header_are_about_the_columns_below(written, head):
+    rows = "".join(f"{nm},{10 + nm / 100},20.0,30.0,40.0\n" for nm in range(400, 701, 20))
+    entries = read(written(f"{head}\n{rows}"), ImportOptions("reflectance", "percent")).entries
+    assert tuple(entry.name for entry in entries) == ABOVE[head]
+    assert [entry.spectrum.samples[0] for entry in entries] == [0.14, 0.2, 0.3, 0.4]
+    told = [Measurement.of("reflectance", entry.details, entry.name) for entry in entries]
+    unlike = (1, 2) if ",SCI,," in head else (0, 1)
+    assert "specular component" in told[unlike[0]].unlike(told[unlike[1]])
+
+
+def test_colours_of_each_spectrum_below_its_name_are_no_wavelengths(written):
+    head = "nm,a,b,c\nL*,49.6,44.1,40.5\na*,46.0,31.0,20.0\nb*,31.0,20.0,12.0\n"
+    rows = "".join(f"{nm},0.{nm},0.2,0.3\n" for nm in range(400, 701, 20))
+    entries = read(written(head + rows), ImportOptions("reflectance", "fraction")).entries
+    assert [entry.name for entry in entries] == ["a", "b", "c"]
+    assert entries[0].spectrum.wavelengths_nm[0] == 400.0 and entries[0].stated[0].values.tolist() == [49.6, 46.0, 31.0]
