@@ -9,6 +9,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ...runtime.json_text import indented_json
+
 HISTORY, SCHEMA = "history.json", "metamer.history/1"
 #: Runs that are kept.
 MOST = 30
@@ -76,7 +78,7 @@ def with_run(runs: Sequence[Run], run: Run) -> tuple[Run, ...]:
 def history_text(runs: Sequence[Run]) -> str:
     """Write a history as text."""
     document = {"schema": SCHEMA, "runs": [asdict(run) for run in runs]}
-    return json.dumps(document, ensure_ascii=False, indent=0, allow_nan=False) + "\n"
+    return indented_json(document, indent=0) + "\n"
 
 
 def trend_plot(runs: Sequence[Run], label: str) -> dict[str, Any] | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -12,6 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 from ...runtime.errors import InputError
 from ...runtime.files import made_folder, written_whole
+from ...runtime.json_text import indented_json
 from .history import HISTORY, Run, history_text, with_run
 from .page import render_page
 from .rating import Rating, as_json
@@ -118,7 +118,7 @@ def write_report(
         "results": [_result(row, budget, by_id[row.material].under(row.illuminant, row.observer)) for row in rows],
     }
     folder = made_folder(folder)
-    figures = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    figures = indented_json(document) + "\n"
     p99 = {row.name: row.statistics.p99 for row in rows}
     runs = with_run(history, Run(document["created"], version, document["status"], p99))
     for path, text in (
