@@ -1,14 +1,17 @@
 """Reading by a 45:0 instrument of a material, in the light of a scene."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from metamer.materials.analytic.fluorescent import FluorescentLambert
+from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.catalogue.instrument_reading import InstrumentReading
 from metamer.spectral.bispectral import Bispectral
+from metamer.spectral.illuminants import illuminant
 from metamer.viewer.display.transform import DisplayTransform
-from metamer.viewer.review.facts import display_swatch, xyz_in
+from metamer.viewer.review.facts import display_swatches, reviewed_materials, xyz_in
 
 
 def test_colour_of_a_fluorescent_material_counts_what_it_sends_out(scenes):
@@ -33,4 +36,27 @@ def test_swatch_of_the_perfect_diffuser_is_display_white_however_near_a_lamp_is(
     nm = scene.observer.wavelengths_nm
     white = xyz_in(scene, InstrumentReading(nm, np.ones(nm.size)))
     np.testing.assert_allclose(white, scene.adopted_white(), rtol=1e-9)
-    assert display_swatch(DisplayTransform(), white, scene.adopted_white()) == (255, 255, 255)
+    assert display_swatches(DisplayTransform(), white[None], scene.adopted_white()) == [(255, 255, 255)]
+
+
+def test_colours_of_materials_are_encoded_once_a_light_and_are_those_of_each(scenes, tiny_catalogue, monkeypatch):
+    catalogue, encode, encoded = Catalogue.open(tiny_catalogue), DisplayTransform.encode, []
+    records = {name: catalogue.load(name) for name in catalogue}
+    spectra = {"names": ("A", "as lit"), "spectra": (illuminant("A"), None)}
+    setting = SimpleNamespace(scene=scenes.sphere_scene(), display=DisplayTransform(), records=records, **spectra)
+
+    def reviewed(*names):
+        return reviewed_materials(setting, names, lambda name: InstrumentReading.of(records[name].brdf()))
+
+    monkeypatch.setattr(DisplayTransform, "encode", lambda *given: encoded.append(given) or encode(*given))
+    found = reviewed(*records)
+    # Two observers; two lights of pictures and the four others that figures are given for.
+    assert len(found) == len(records) > 2 and len(encoded) == 2 * 6
+    for one in found:
+        (alone,) = reviewed(one.id)
+        for colour, by_itself in zip(one.colours, alone.colours, strict=True):
+            assert (colour.light, colour.observer) == (by_itself.light, by_itself.observer)
+            assert colour.shift.words == by_itself.shift.words and colour.swatch == by_itself.swatch
+            assert colour.shift.delta_e == pytest.approx(by_itself.shift.delta_e, rel=1e-9, abs=1e-9)
+            for name in ("xyz", "lab", "adapted_lab"):
+                np.testing.assert_allclose(getattr(colour, name), getattr(by_itself, name), rtol=1e-12, atol=1e-12)

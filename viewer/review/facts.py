@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,8 +33,8 @@ from ...materials.records.colour_standing import (
 )
 from ...runtime.errors import InputError
 from ...spectral.adaptation import adaptation_matrix
-from ...spectral.axis_letters import Lab, White
-from ...spectral.difference import delta_e_lab, differences, lab_from_xyz
+from ...spectral.axis_letters import XYZ, Lab, White
+from ...spectral.difference import Differences, delta_e_lab, differences, lab_from_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.image import ColourImage
 from ...spectral.observers import Observer, observer
@@ -65,10 +65,11 @@ def reviewed_materials(
 ) -> tuple[ReviewedMaterial, ...]:
     """Materials by id, with their colours under every light for every observer."""
     eyes = {eye.name: eye for eye in (setting.scene.observer, *(observer(name) for name in _OBSERVERS))}
-    lights, found = _lights(setting), []
-    for name in names:
-        record, reading = setting.records[name], reading_of(name)
-        colours = tuple(one for eye in eyes.values() for one in _colours(setting, lights, reading, eye))
+    lights, readings, found = _lights(setting), [reading_of(name) for name in names], []
+    # Of a light, all materials at once: what a few numbers take is not the numbers.
+    columns = [column for eye in eyes.values() for column in _colours(setting, lights, readings, eye)]
+    for name, reading, *colours in zip(names, readings, *columns, strict=True):
+        record = setting.records[name]
         found.append(
             ReviewedMaterial(
                 name,
@@ -83,7 +84,7 @@ def reviewed_materials(
                 measured_range(record),
                 record.provenance.source,
                 record.provenance.licence,
-                colours,
+                tuple(colours),
             )
         )
     return told_apart(found)
@@ -97,28 +98,31 @@ def _lights(setting: Setting) -> list[_NamedLight]:
 
 
 def _colours(
-    setting: Setting, lights: Sequence[_NamedLight], reading: InstrumentReading, eye: Observer
-) -> list[LitColour]:
+    setting: Setting, lights: Sequence[_NamedLight], readings: Sequence[InstrumentReading], eye: Observer
+) -> Iterator[list[LitColour]]:
+    """Yield the colours of all readings under each light."""
     daylight = eye.white(illuminant(SHIFT_FROM))
-    start = corresponding_lab(reading.xyz(illuminant(SHIFT_FROM), eye), daylight, daylight)
-    found = []
+    at_first = np.stack([reading.xyz(illuminant(SHIFT_FROM), eye) for reading in readings])
+    start = corresponding_lab(at_first, daylight, daylight)
     for name, spectrum in lights:
-        xyz, white = _seen(setting.scene, reading, spectrum, eye)
+        xyz, white = _seen(setting.scene, readings, spectrum, eye)
         lab, adapted = lab_from_xyz(xyz, white), corresponding_lab(xyz, white, daylight)
-        shift = None if adapted is None or start is None else shift_between(start, adapted)
-        shown = None if adapted is None else display_swatch(setting.display, xyz, white)
-        found.append(LitColour(name, eye.name, xyz, lab, adapted, shift, shown))
-    return found
+        if adapted is None or start is None:
+            yield [LitColour(name, eye.name, *each, None, None) for each in zip(xyz, lab, strict=True)]
+            continue
+        shifts, shown = shifts_between(start, adapted), display_swatches(setting.display, xyz, white)
+        rows = zip(xyz, lab, adapted, shifts, shown, strict=True)
+        yield [LitColour(name, eye.name, *each) for each in rows]
 
 
 def _seen(
-    scene: Scene, reading: InstrumentReading, spectrum: Spectrum | None, eye: Observer
-) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """XYZ of a reading and of the white under a light, or in the mixture of the scene's own."""
+    scene: Scene, readings: Sequence[InstrumentReading], spectrum: Spectrum | None, eye: Observer
+) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "3"]]:
+    """XYZ of readings and of the white under a light, or in the mixture of the scene's own."""
     if spectrum is not None:
-        return reading.xyz(spectrum, eye), eye.white(spectrum)
+        return np.stack([reading.xyz(spectrum, eye) for reading in readings]), eye.white(spectrum)
     own = replace(scene, observer=eye)
-    return xyz_in(own, reading), own.adopted_white()
+    return np.stack([xyz_in(own, reading) for reading in readings]), own.adopted_white()
 
 
 def _table(spectrum: Spectrum) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]]:
@@ -132,24 +136,26 @@ def _table(spectrum: Spectrum) -> tuple[Float[np.ndarray, "L"], Float[np.ndarray
 _SPOKEN_FROM = 0.5
 
 
-def corresponding_lab(xyz: Float[np.ndarray, "3"], white: White, daylight: White) -> Lab | None:
-    """CIELAB under `SHIFT_FROM` of the colour that looks alike there, by complete adaptation; None where none is
+def corresponding_lab(xyz: XYZ, white: White, daylight: White) -> Lab | None:
+    """CIELAB under `SHIFT_FROM` of colours (...,3) that look alike there, by complete adaptation; None where none is
     possible.
 
     daylight : white of `SHIFT_FROM` for the same observer.
     """
     try:
-        adapted = adaptation_matrix(white, daylight, SHIFT_ADAPTATION) @ xyz
+        adapted = adaptation_matrix(white, daylight, SHIFT_ADAPTATION) @ xyz[..., None]
     except InputError:
         return None
-    return lab_from_xyz(adapted, daylight)
+    return lab_from_xyz(adapted[..., 0], daylight)
 
 
-def shift_between(first: Lab, second: Lab) -> Shift:
-    """Change from one adapted colour to another: CIE 2000, and the direction in the words of a match."""
-    return Shift(
-        float(delta_e_lab(first, second, SHIFT_FORMULA)), direction(first, differences(first, second), _SPOKEN_FROM)
-    )
+def shifts_between(first: Float[np.ndarray, "N 3"], second: Float[np.ndarray, "N 3"]) -> list[Shift]:
+    """Change from adapted colours to others: CIE 2000, and the direction in the words of a match."""
+    off = differences(first, second)
+    each = zip(first, off.lightness, off.a, off.b, off.chroma, off.hue, strict=True)
+    words = [direction(lab, Differences(*map(np.asarray, parts)), _SPOKEN_FROM) for lab, *parts in each]
+    delta_e = delta_e_lab(first, second, SHIFT_FORMULA)
+    return [Shift(float(size), said) for size, said in zip(delta_e, words, strict=True)]
 
 
 def xyz_in(scene: Scene, reading: InstrumentReading) -> Float[np.ndarray, "3"]:
@@ -163,10 +169,9 @@ def colours_around(scene: Scene, reading: InstrumentReading) -> tuple[tuple[floa
     return tuple(zip(ANGLES, mixed, strict=False))
 
 
-def display_swatch(
-    display: DisplayTransform, xyz: Float[np.ndarray, "3"], white: Float[np.ndarray, "3"]
-) -> tuple[int, int, int]:
-    """XYZ as a colour of the display, 8 bits a channel."""
-    rgb, _ = display.encode(ColourImage(xyz[None, None], "xyz", white))
-    red, green, blue = (int(code) for code in quantise(rgb)[0, 0])
-    return red, green, blue
+def display_swatches(
+    display: DisplayTransform, xyz: Float[np.ndarray, "N 3"], white: Float[np.ndarray, "3"]
+) -> list[tuple[int, int, int]]:
+    """XYZ as colours of the display, 8 bits a channel."""
+    rgb, _ = display.encode(ColourImage(xyz[:, None], "xyz", white))
+    return [(int(red), int(green), int(blue)) for red, green, blue in quantise(rgb)[:, 0]]

@@ -16,7 +16,7 @@ from ..picture import picture_words
 from .cases import Setting
 from .compare import PictureComparison
 from .draw import ReviewDrawing
-from .facts import colours_around, display_swatch, xyz_in
+from .facts import colours_around, display_swatches, xyz_in
 from .files import picture_name, write_row
 from .limits import limits_of
 from .words import held_words, provenance_words
@@ -73,7 +73,7 @@ def write_review_row(
         seconds=seconds,
         wavelengths_nm=reading.wavelengths_nm,
         reflectance=reading.factor,
-        swatch=display_swatch(display, xyz, drawing.white),
+        swatch=display_swatches(display, xyz[None], drawing.white)[0],
         colour=RowColour(xyz, lab_from_xyz(xyz, drawing.white), GEOMETRY, around),
         white_xyz=drawing.white,
         shift=found.shift,

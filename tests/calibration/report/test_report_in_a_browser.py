@@ -11,7 +11,7 @@ from metamer.calibration.report.review_facts import LitColour, ReviewedLight, Re
 from metamer.calibration.report.row import Limits, RowColour, WorstPixel, review_row
 from metamer.calibration.report.statistics import DeltaEStatistics, SelfCheck
 from metamer.spectral.difference import delta_e_lab, differences
-from metamer.viewer.review.facts import shift_between
+from metamer.viewer.review.facts import shifts_between
 
 #: ΔE94 of the map of the first row.
 DELTA_E = np.array([[0.0, 0.5, 1.0, 1.001], [3.0, 40.0, np.inf, np.nan], [0.004, 0.25, 0.26, 2.0]])
@@ -73,7 +73,7 @@ def reviewed(name):
     for number, eye in enumerate((EYE, "CIE 1964 10 Degree Standard Observer")):
         for light, share in (("D65", 0.0), ("A", 1.0), ("FL2", -0.5)):
             lab = start + share * moved + number
-            shift = shift_between(start + number, lab)
+            (shift,) = shifts_between((start + number)[None], lab[None])
             colours.append(LitColour(light, eye, np.full(3, 0.2), lab, lab, shift, (120, 60, 50)))
     nm = np.arange(400.0, 701.0, 10.0)
     words = {"colour": "measured", "gloss": "analytic", "plain": "Measured. Modelled."}
