@@ -118,6 +118,7 @@ def review(
     reference_size: int | None = None,
     renderer: RendererName | RenderSession = "auto",
     jobs: int | None = None,
+    scheduler: str | None = None,
     again: bool = False,
     protocol: str | Path | None = None,
     progress: Progress | None = None,
@@ -139,6 +140,7 @@ def review(
         figures and maps (default: as large as the pictures).
     renderer : as of `render`.
     jobs : processes that compute references; default: one a core.
+    scheduler : address of a Dask scheduler, whose workers draw instead; needs the extra `cluster`.
     again : draw every row, also those that are there.
     protocol : a reviewer's protocol, as the window writes it; the report repeats it.
     progress : called with (rows done, rows in all, material).
@@ -172,6 +174,7 @@ def review(
             size=size,
             reference_size=reference_size,
             jobs=jobs,
+            scheduler=scheduler,
             version=installed_version(),
             progress=progress,
             again=again,

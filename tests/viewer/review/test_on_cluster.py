@@ -5,6 +5,7 @@ import signal
 from dataclasses import replace
 from importlib.util import find_spec
 
+import metamer
 import pytest
 from metamer.lighting.scene import Review
 from metamer.materials.catalogue.catalogue import Catalogue
@@ -67,6 +68,11 @@ def test_rows_are_those_of_home_also_when_a_worker_is_killed(workers, sphere, ca
     assert {one.name for one in (tmp_path / "away" / "rows").iterdir()} == {
         one.name for one in (tmp_path / "home" / "rows").iterdir()
     }
+
+
+def test_a_script_hands_the_scheduler_on(sphere, catalogue, tmp_path):
+    with pytest.raises(InputError, match=r"(?s)not an address.*nowhere"):
+        metamer.review(sphere, catalogue, tmp_path / "out", renderer="software", scheduler="nowhere")
 
 
 @pytest.mark.slow
