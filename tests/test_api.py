@@ -380,6 +380,13 @@ def test_a_picture_of_nothing_is_warned_of(scene, catalogue):
         metamer.render(scene, catalogue, camera="away", renderer="software")
 
 
+@pytest.mark.parametrize("one", [{"materials": "tiny/none"}, {"illuminants": "D66"}])
+def test_one_name_in_a_review_is_no_list_of_letters(scene, catalogue, tmp_path, one):
+    (name,) = one.values()
+    with pytest.raises(UnknownNameError, match=f"found: '{name}'"):
+        metamer.review(scene, catalogue, tmp_path / "none", **one, renderer="software")
+
+
 def test_review_of_a_script_is_that_of_the_command(scene, catalogue, tmp_path):
     steps = []
     with warnings.catch_warnings():

@@ -109,8 +109,8 @@ def review(
     catalogue: Catalogue | None = None,
     out: str | Path = "review",
     *,
-    illuminants: Sequence[str] | None = None,
-    materials: Sequence[str] | None = None,
+    illuminants: str | Sequence[str] | None = None,
+    materials: str | Sequence[str] | None = None,
     budget: float = 1.0,
     camera: str | None = None,
     display: str | None = None,
@@ -132,8 +132,9 @@ def review(
     Parameters
     ----------
     scene : or the path of its file. catalogue : where the materials are; default: `Catalogue.open()`.
-    illuminants : names; default: those of the scene's review, or of its lights.
-    materials : ids or patterns to sweep over the review's part, or the first; default: those of the scene's review.
+    illuminants : names, one or several; default: those of the scene's review, or of its lights.
+    materials : ids or patterns, one or several, to sweep over the review's part, or the first; default: those of the
+        scene's review.
     budget : ΔE94 that the 99th percentile of each row is held against.
     camera : its name in the scene; default: the first. display : as of `render`.
     size, reference_size : pixels on the longer side of pictures (default: as the camera has it), and of references,
@@ -152,6 +153,8 @@ def review(
     from .review.cases import review_views, reviewed_lights_of
     from .review.review import review as review_into
 
+    illuminants = (illuminants,) if isinstance(illuminants, str) else illuminants
+    materials = (materials,) if isinstance(materials, str) else materials
     catalogue = Catalogue.open() if catalogue is None else catalogue
     scene = shown_on(_read(scene, catalogue), display)
     # Read first: a review takes minutes.

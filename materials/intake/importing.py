@@ -66,6 +66,9 @@ class ImportReport:
     files: tuple[PlannedFile, ...] = ()
     stopped: str = ""
 
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {self.sentence}>"
+
     def count(self, status: str) -> int:
         """Materials with that status."""
         return sum(outcome.status == status for outcome in self.outcomes)
@@ -98,7 +101,7 @@ class ImportInterrupted(KeyboardInterrupt):
 
 
 def import_sources(
-    sources: Iterable[str | Path],
+    sources: str | Path | Iterable[str | Path],
     into: str | Path,
     *,
     jobs: int | None = None,
@@ -124,7 +127,8 @@ def import_sources(
 
     Parameters
     ----------
-    sources : files, folders, patterns, zip files and addresses of fsspec, as `inputs.inputs_of` takes them.
+    sources : files, folders, patterns, zip files and addresses of fsspec, as `inputs.inputs_of` takes them; one or
+        several.
     jobs : processes; default one a core, as far as memory goes. 1 works in this process, unless `apart`.
     apart : fit in other processes, also in one alone. They have one thread of BLAS each, which decides the last bits of
         a fit; and memory that runs out ends them, not this one.
@@ -150,8 +154,9 @@ def import_sources(
     ImportInterrupted
         Ctrl-C: finished materials stay, no half-written file does.
     """
-    sources, folder = list(sources), local_folder(into, "an import")
-    settings = Settings(budget, uplift, family, again, answer, copy)
+    # Taken letter by letter, the path of a file would begin with "/", and all of the disk be looked through.
+    sources = [sources] if isinstance(sources, (str, Path)) else list(sources)
+    folder, settings = local_folder(into, "an import"), Settings(budget, uplift, family, again, answer, copy)
     check_uplift(uplift)
     with ExitStack() as stack:
         known = Known.of(folder)

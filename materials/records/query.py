@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -211,8 +211,8 @@ class Query:
 
     Parameters
     ----------
-    ids, families, models, kinds, quantities : patterns; nothing asked, everything fits. The kind "uplifted" fits every
-        method of uplifting.
+    ids, families, models, kinds, quantities : patterns, one or several; nothing asked, everything fits. The kind
+        "uplifted" fits every method of uplifting.
     max_error : largest ΔE94 p99; what has no measured error does not fit. coloured : whether CIELAB at 45:0 is known.
     near, within : CIELAB at 45:0 under D65, and the largest ΔE from it; `near` is the reference. Alone, `near` sorts.
     formula : of that ΔE, "CIE 1976", "CIE 1994" or "CIE 2000".
@@ -221,11 +221,11 @@ class Query:
     limit : at most so many, after sorting.
     """
 
-    ids: tuple[str, ...] = ()
-    families: tuple[str, ...] = ()
-    models: tuple[str, ...] = ()
-    kinds: tuple[str, ...] = ()
-    quantities: tuple[str, ...] = ()
+    ids: str | Sequence[str] = ()
+    families: str | Sequence[str] = ()
+    models: str | Sequence[str] = ()
+    kinds: str | Sequence[str] = ()
+    quantities: str | Sequence[str] = ()
     max_error: float | None = None
     near: tuple[float, float, float] | None = None
     within: float | None = None
@@ -236,6 +236,9 @@ class Query:
     coloured: bool | None = None
 
     def __post_init__(self) -> None:
+        for name in ("ids", "families", "models", "kinds", "quantities"):
+            patterns = getattr(self, name)
+            object.__setattr__(self, name, (patterns,) if isinstance(patterns, str) else tuple(patterns))
         if self.sort is not None and self.sort not in SORT_KEYS:
             raise UnknownNameError("order", self.sort, SORT_KEYS, field="sort")
         if self.near is None and (self.within is not None or self.sort == "near"):
@@ -286,7 +289,7 @@ class Query:
         return placed + [one for one in found if one.lab is None]
 
 
-def _any_fits(word: str, patterns: tuple[str, ...]) -> bool:
+def _any_fits(word: str, patterns: Sequence[str]) -> bool:
     return not patterns or any(fnmatch.fnmatchcase(word.casefold(), pattern.casefold()) for pattern in patterns)
 
 

@@ -44,6 +44,14 @@ def plan(*words, folder, settings=SETTINGS):
         return {file.name: file for file in planned(files, folder, settings)}
 
 
+def test_one_path_is_one_source(source, tmp_path):
+    """Taken letter by letter, the first letter would be the root of the disk."""
+    for one in (source / "chart.csv", str(source / "chart.csv")):
+        report = import_sources(one, tmp_path / "cat", dry_run=True)
+        assert [file.name for file in report.files] == [str(source / "chart.csv")]
+    assert repr(report) == f"<ImportReport of {tmp_path / 'cat'}: 2 to import>"
+
+
 def test_what_is_what(source, tmp_path):
     found = plan(source, folder=tmp_path / "cat")
     rows = {

@@ -47,6 +47,7 @@ def test_everything_in_the_order_of_ids(catalogue):
     ("query", "expected"),
     [
         (Query(families=("PAINT", "lamp")), ["lamp/led", "paint/dark", "paint/light"]),
+        (Query(families="paint", models="lambert"), ["paint/dark", "paint/light"]),
         (Query(ids=("*/*d*",)), ["cloth/red", "lamp/led", "paint/dark"]),
         (Query(models=("lambert",)), ["cloth/red", "paint/dark", "paint/light"]),
         (Query(kinds=("uplifted",)), ["cloth/red"]),
