@@ -108,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
     check_display_option(args.display)
     ratings = () if args.protocol is None else read_protocol(args.protocol)
     catalogue = catalogue_for(args.catalogue, jobs)
-    scene = shown_on(load_scene(path, catalogue, say), args.display)
+    scene = shown_on(load_scene(path, catalogue, say, swept=bool(args.materials)), args.display)
     view, _ = review_views(scene, args.camera, args.size, args.reference_size)
     cost = picture_cost(scene, view, "review", spectra=len(reviewed_lights_of(scene, args.illuminants)), jobs=jobs)
     cost.check_room(scene, view)

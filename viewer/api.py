@@ -156,7 +156,7 @@ def review(
     illuminants = (illuminants,) if isinstance(illuminants, str) else illuminants
     materials = (materials,) if isinstance(materials, str) else materials
     catalogue = Catalogue.open() if catalogue is None else catalogue
-    scene = shown_on(_read(scene, catalogue), display)
+    scene = shown_on(_read(scene, catalogue, bool(materials)), display)
     # Read first: a review takes minutes.
     ratings = () if protocol is None else read_protocol(protocol)
     jobs = jobs or usable_cores()
@@ -188,12 +188,12 @@ def review(
     return result
 
 
-def _read(scene: Scene | str | Path, catalogue: Catalogue) -> Scene:
+def _read(scene: Scene | str | Path, catalogue: Catalogue, swept: bool = False) -> Scene:
     if isinstance(scene, Scene):
         return scene
     from ..lighting.scene_file.files import load_scene
 
-    return load_scene(scene, catalogue)
+    return load_scene(scene, catalogue, swept=swept)
 
 
 def renderer_named(name: str) -> tuple[RenderSession, NoGL | None]:

@@ -114,7 +114,9 @@ def _tables(path: str | Path) -> dict[str, Any]:
     return document
 
 
-def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], None] | None = None) -> Scene:
+def load_scene(
+    path: str | Path, catalogue: Any = None, say: Callable[[str], None] | None = None, *, swept: bool = False
+) -> Scene:
     """Read `scene.toml`, whose format docs/scene.md describes.
 
     Parameters
@@ -123,6 +125,8 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     catalogue : a `Catalogue`, or anything with its `ids()`; the materials of the scene must be among them, and
         lights may name its emissions. None leaves materials unchecked.
     say : called with a line before each long step: which large mesh is read, and what that will take.
+    swept : whether other materials are put on the part that is reviewed: its own, and those of the scene's review, need
+        not be in the catalogue.
 
     Raises
     ------
@@ -140,7 +144,8 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
         raise InputError("a scene without parts", file=path, field="part", expected="at least one [[part]]")
     named, notes = _names(document["part"])
     tables = enumerate(zip(document["part"], named, strict=True), 1)
-    parts = [part for k, (table, name) in tables for part in _parts(table, k, name, path, known_ids, say)]
+    unworn = document.get("review", {}).get("on", named[0]) if swept else None
+    parts = [part for k, (table, name) in tables for part in _parts(table, k, name, path, known_ids, say, unworn)]
     low, high = bounds_of(part.mesh for part in parts)
     notes += [note for part in parts for note in part.mesh.notes]
     lights: list[Light] = []
@@ -163,7 +168,7 @@ def load_scene(path: str | Path, catalogue: Any = None, say: Callable[[str], Non
     if "review" in document:
         own = zip(map(_own, document["part"]), named, strict=True)
         shared = {word for word, name in own if word != name} - {table.get("name") for table in document["part"]}
-        review = _review(document["review"], path, [part.name for part in parts], shared, known_ids)
+        review = _review(document["review"], path, [part.name for part in parts], shared, None if swept else known_ids)
     bounces = taken(document.get("interreflection", {}), INTERREFLECTION, path, "interreflection").get("bounces", 0)
     with errors_at(path, None):
         return Scene(
@@ -209,7 +214,9 @@ def _parts(
     path: Path,
     known_ids: tuple[str, ...] | None,
     say: Callable[[str], None] | None,
+    unworn: str | None = None,
 ) -> Iterator[Part]:
+    """unworn : name of a part whose material nobody sees."""
     where = _where("part", number, table)
     shape = table.get("shape")
     if (shape is None) == ("mesh" not in table):
@@ -262,7 +269,7 @@ def _parts(
             else:
                 made = [(name, _file_mesh(file, got), got.get("material", default), {})]
     for part_name, mesh, material, own in made:
-        if known_ids is not None and material not in known_ids:
+        if known_ids is not None and material not in known_ids and unworn not in (name, part_name):
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")
         with errors_at(path, where):
             # What one piece is told of its texture's size takes the place of what all are, whichever way it is said.

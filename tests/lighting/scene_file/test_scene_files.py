@@ -163,6 +163,19 @@ def test_another_material_and_another_illuminant(scene):
         loaded.with_material("spere", "paint/blue")
 
 
+def test_a_part_that_others_are_put_on_may_have_a_material_that_is_not_there(tmp_path):
+    path = tmp_path / "scene.toml"
+    other = BARE.replace("red", "blue") + 'name = "other"\n'
+    for text in (f"{BARE}{other}", f'{other}{BARE}name = "on"\n[review]\non = "on"\nmaterials = ["cloth/*"]\n'):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(UnknownNameError, match="unknown material"):
+            load_scene(path, Ids("paint/blue"))
+        assert set(load_scene(path, Ids("paint/blue"), swept=True).material_ids) == {"paint/red", "paint/blue"}
+        # The other parts are drawn.
+        with pytest.raises(UnknownNameError, match="unknown material"):
+            load_scene(path, Ids("paint/green"), swept=True)
+
+
 def test_the_white_of_two_lights_is_mixed_by_their_illuminance(scene):
     lights = "".join(
         f'[[light]]\ndirection_to_light = [0, 0, 1]\nspectrum = "{name}"\nilluminance_lux = {lux}\n'
