@@ -7,8 +7,10 @@ one, a few times at most.
 
 from __future__ import annotations
 
+import math
 import re
 import threading
+import time
 import uuid
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 #: Tasks that wait at each thread of the cluster, so that none is idle while a result travels.
 AHEAD = 2
 PATIENCE_S = 20.0
+# Workers come and go; to ask for their number takes as long as to fetch a result.
+_ASKED_EVERY_S = 1.0
 _ADDRESS = re.compile(r"inproc://\S+|(\w+://)?\S+:\d+/?")
 
 
@@ -146,6 +150,7 @@ def _drained(
     from distributed import as_completed
 
     sent: dict[Any, Task] = {}
+    room, asked_at = 0, -math.inf
     finished = as_completed(loop=client.loop)
 
     def send(task: Task, more: Start | None = None) -> None:
@@ -155,7 +160,8 @@ def _drained(
         finished.add(future)
 
     while True:
-        room = AHEAD * max(1, sum(client.nthreads().values()))
+        if time.monotonic() - asked_at > _ASKED_EVERY_S:
+            room, asked_at = AHEAD * max(1, sum(client.nthreads().values())), time.monotonic()
         while len(sent) < room and (task := next(tasks, None)) is not None:
             send(task)
         if not sent:

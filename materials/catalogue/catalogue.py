@@ -5,6 +5,7 @@ from __future__ import annotations
 import fnmatch
 import html
 import os
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -21,6 +22,9 @@ from ..records.record import MARKER, SUFFIX, check_id, check_marker, read_record
 from ..records.record_head import other_material
 from .head_index import HeadIndex, index_of
 from .material import Material
+
+# In a pattern, what stands for something else.
+_WILD = re.compile(r"[*?[]")
 
 __all__ = ["Catalogue", "Query", "Summary", "default_catalogue"]
 
@@ -86,6 +90,10 @@ class Catalogue:
 
     def match(self, pattern: str) -> tuple[str, ...]:
         """Ids that fit a pattern such as "colorchecker/*-gloss"; raises `UnknownNameError` where none does."""
+        if not _WILD.search(pattern):
+            # An id: of a list of them, the names of all files are not asked for each time.
+            self.path(pattern)
+            return (pattern,)
         known = self.ids()
         found = tuple(fnmatch.filter(known, pattern))
         if not found:

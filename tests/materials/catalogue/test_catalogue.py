@@ -136,6 +136,23 @@ def test_glob_finds_ids_and_an_empty_match_names_the_nearest(folder):
         catalogue.match("chart/*-glos")
 
 
+def test_an_id_is_found_without_the_names_of_all_files(folder, monkeypatch):
+    for name in ("chart/red-gloss", "chart/blue-gloss"):
+        stored(folder, name)
+    catalogue, listed = Catalogue.open(folder), []
+    monkeypatch.setattr("metamer.materials.catalogue.catalogue.material_files", lambda *given: listed.append(given))
+    assert catalogue.match("chart/red-gloss") == ("chart/red-gloss",) and not listed
+
+
+@pytest.mark.parametrize(
+    "name", ["chart/green", "", "/chart/red-gloss", "chart/../chart/red-gloss", "./chart/red-gloss"]
+)
+def test_an_id_that_is_not_there_matches_nothing(folder, name):
+    stored(folder, "chart/red")
+    with pytest.raises(UnknownNameError):
+        Catalogue.open(folder).match(name)
+
+
 def test_unknown_id_gives_the_nearest(folder):
     for name in ("chart/red-gloss", "chart/blue-gloss"):
         stored(folder, name)
