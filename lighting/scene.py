@@ -268,13 +268,25 @@ class Scene:
 
         The one rule for the scene's white and for every colour that is shown beside it.
         """
-        weights = illuminances_lux(self.lights, *self.bounds)
+        weights = self._illuminances
         check_lit(weights, self.path)
         return np.average(under_each, axis=0, weights=weights)
 
+    @cached_property
+    def _illuminances(self) -> Float[np.ndarray, "_"]:
+        return illuminances_lux(self.lights, *self.bounds)
+
     def adopted_white(self) -> Float[np.ndarray, "3"]:
         """XYZ, Y = 1, of a perfect diffuser in the mixture (`mixed`) of all lights; adaptation refers to it."""
-        return self.mixed(np.stack([self.observer.white(light.spectrum) for light in self.lights]))
+        return self.adopted_whites((None,))[0]
+
+    def adopted_whites(self, illuminants: Sequence[Spectrum | None]) -> Float[np.ndarray, "M 3"]:
+        """`adopted_white` with each of these in place of every light's spectrum; None keeps the lights' own.
+
+        As `with_illuminant` gives it, for strengths and places stay.
+        """
+        spectra = ([light.spectrum if one is None else one for light in self.lights] for one in illuminants)
+        return np.stack([self.mixed(np.stack([self.observer.white(one) for one in some])) for some in spectra])
 
 
 def _like(pattern: str, names: Sequence[str]) -> tuple[int, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float, UInt32
@@ -60,9 +61,12 @@ def is_even(light: SpreadLight) -> bool:
     return bool(min(sides) >= _DARKEST * max(sides) > 0.0)
 
 
+@lru_cache(maxsize=2)
 def _sobol(count: int) -> UInt32[np.ndarray, "n 5"]:
     """At least so many points of Sobol's sequence, as whole numbers of 32 bits; a power of two."""
     from scipy.stats import qmc
 
     points = qmc.Sobol(5, scramble=False, bits=32).random_base2(max(count - 1, 1).bit_length())
-    return (points * 2.0**32).astype(np.uint32)
+    found = (points * 2.0**32).astype(np.uint32)
+    found.flags.writeable = False
+    return found

@@ -14,7 +14,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ...spectral.difference import delta_e_xyz
+from ...spectral.difference import delta_e_xyz, lab_from_xyz
 
 #: Share of the budget that a reference's own noise may be, as the mean of its pixels.
 NOISE_SHARE = 0.1
@@ -190,9 +190,11 @@ def noise_of(
     whites: Float[np.ndarray, "M 3"],
 ) -> Float[np.ndarray, "M n"]:
     """ΔE94 by which each judged pixel is off by chance, in each picture; `beside` is what other lights give."""
-    pictures = zip(halves[0], halves.mean(axis=0), beside, whites, strict=True)
-    at = judged
-    return np.stack([delta_e_xyz(mean[at] + more[at], half[at] + more[at], w) for half, mean, more, w in pictures])
+    half, mean, more = (one[:, judged] for one in (halves[0], halves.mean(axis=0), beside))
+    # Refuses a white that is none; relative to them, all pictures have one of 1.
+    lab_from_xyz(whites, whites.min(axis=0))
+    whole, part = (one / whites[:, None] for one in (mean + more, half + more))
+    return np.ascontiguousarray(delta_e_xyz(whole, part, np.ones(3)))
 
 
 def noise_stated(found: Sequence[GatheredHalves], aimed: float) -> ReferenceNoiseEstimate:

@@ -169,8 +169,7 @@ class _Spread:
         self.wanted = bool(scene.spread_lights) or bounces > 0
         if self.wanted:
             self._surfaces = {name: Scattering(surfaces[name]) for name in scene.material_ids}
-            lit = [scene if other is None else scene.with_illuminant(other) for other in illuminants]
-            self._whites = np.stack([one.adopted_white() for one in lit])
+            self._whites = scene.adopted_whites(illuminants)
 
     def added(
         self,

@@ -4,10 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from metamer.lighting import scene as scenes
 from metamer.lighting.camera import Camera
 from metamer.lighting.environment.environment import EnvironmentLight
+from metamer.lighting.environment.softbox import SoftboxLight
 from metamer.lighting.lights import DirectionalLight, SpreadLight
 from metamer.lighting.mesh.shapes import plane, sphere
+from metamer.lighting.reference import direction_sampling, noise
 from metamer.lighting.reference.geometry import visible_geometry
 from metamer.lighting.reference.reference import reference_image, reference_images
 from metamer.lighting.scene import Part, Scene
@@ -18,6 +21,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM as NM
 from metamer.spectral.spectrum import Spectrum
+from scipy.stats import qmc
 
 OBSERVER = observer("1931_2")
 D65, A, FL11 = (illuminant(name) for name in ("D65", "A", "FL11"))
@@ -82,6 +86,53 @@ def test_an_illuminant_takes_the_place_of_all_spectra():
     np.testing.assert_allclose(
         pictures.xyz[1], reference_images(replaced, None, SURFACES, most_directions=128).xyz[0], rtol=1e-9, atol=1e-12
     )
+
+
+BOX = SoftboxLight((1.0, 3.0, 1.0), (0.0, 1.0, 0.0), 1.0, 0.5, FL11, 300.0)
+
+
+def test_whites_under_other_spectra_are_those_of_the_scene_so_lit_and_its_lights_are_weighed_once(monkeypatch):
+    light = sky(np.stack([SKY, SKY[:, ::-1]]), (D65, A))
+    scene, counted = scene_of(SUN, BOX, light), []
+    one_by_one = [scene if one is None else scene.with_illuminant(one) for one in (None, FL11, A, D65)]
+    expected = np.stack([one.adopted_white() for one in one_by_one])
+    fresh = scene_of(SUN, BOX, light)
+    weigh = scenes.illuminances_lux
+    monkeypatch.setattr(scenes, "illuminances_lux", lambda *given: counted.append(given) or weigh(*given))
+    assert np.array_equal(fresh.adopted_whites((None, FL11, A, D65)), expected) and len(counted) == 1
+
+
+def test_a_reference_under_many_spectra_makes_no_scene_of_each(monkeypatch):
+    scene = scene_of(BOX, size=4)
+    apart = reference_images(scene, None, SURFACES, (FL11,), most_directions=16)
+    monkeypatch.setattr(Scene, "with_illuminant", None)
+    pictures = reference_images(scene, None, SURFACES, (A, FL11, D65), most_directions=16)
+    np.testing.assert_allclose(pictures.xyz[1], apart.xyz[0], rtol=1e-12)
+
+
+def test_noise_of_all_pictures_is_told_at_once_and_is_that_of_each(monkeypatch):
+    rng, compared = np.random.default_rng(3), []
+    halves, beside = rng.random((2, 3, 4, 5, 3)), rng.random((3, 4, 5, 3))
+    judged, whites = rng.random((4, 5)) > 0.3, rng.random((3, 3)) + 0.5
+    mean = halves.mean(axis=0) + beside
+    expected = [
+        delta_e_xyz(mean[one][judged], (halves[0] + beside)[one][judged], whites[one]) for one in range(len(whites))
+    ]
+    monkeypatch.setattr(noise, "delta_e_xyz", lambda *given: compared.append(given) or delta_e_xyz(*given))
+    found = noise.noise_of(halves, beside, judged, whites)
+    assert len(compared) == 1 and found.flags.c_contiguous
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    with pytest.raises(InputError, match="white"):
+        noise.noise_of(halves, beside, judged, whites * [[1], [1], [0]])
+
+
+def test_points_of_the_sequence_are_made_once(monkeypatch):
+    made, sobol = [], qmc.Sobol
+    direction_sampling._sobol.cache_clear()
+    monkeypatch.setattr(qmc, "Sobol", lambda *given, **more: made.append(given) or sobol(*given, **more))
+    for _ in range(2):
+        reference_images(scene_of(BOX, size=4), None, SURFACES, most_directions=16)
+    assert len(made) == 1
 
 
 def test_equal_seeds_are_equal_pictures_and_others_differ_by_the_noise():
