@@ -14,6 +14,7 @@ import re
 import stat
 import sys
 import threading
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
@@ -31,6 +32,8 @@ ANSWER_S = 60.0
 BLOCK_BYTES, _BLOCKS = 1 << 20, 16
 # Beginnings of files that are asked for at once.
 _AT_ONCE = 64
+# Age of a file whose time tells it from others: some stores count whole seconds, and their clocks may be slow.
+_SETTLED_S = 3600.0
 # A drive of Windows has one letter.
 _URL = re.compile(r"([a-z][a-z0-9+.-]+)(?:://|::)", re.IGNORECASE)
 _CREDENTIALS = re.compile(r"://[^/@:]*:[^/@]*@")
@@ -50,12 +53,14 @@ else:
 class RemoteFile:
     """A file in a listing: its name below the folder, its bytes, and a text that another version of it would not have.
 
-    size, version : None where the store does not say it.
+    size, version : None where the store does not say it. settled : whether another version would have another text for
+        certain: it is of the content, or of a time that is long past.
     """
 
     name: str
     size: int | None
     version: str | None
+    settled: bool = False
 
 
 def place(path: str | Path) -> Path:
@@ -182,8 +187,12 @@ class RemotePath(_Path):
         return self._opened
 
     def read_bytes(self) -> bytes:
-        """Return all bytes of a small file, by one request; FileNotFoundError where there is none."""
-        return self._answer("the file", lambda system, at: bytes(system.cat_file(at)))
+        """Return all bytes of a small file, below a block, by one request; FileNotFoundError where there is none."""
+        data = self.first_bytes(BLOCK_BYTES)
+        if len(data) == BLOCK_BYTES:
+            found, expected = f"{BLOCK_BYTES} bytes or more", "a small file"
+            raise InputError("too large to be read at once", file=self, found=found, expected=expected)
+        return data
 
     def read_text(self, encoding: str | None = None, errors: str | None = None, newline: str | None = None) -> str:
         """Return the text of a small file, as of `read_bytes`."""
@@ -211,7 +220,7 @@ class RemotePath(_Path):
 
         top, found = self._answer("a list of its files", listed)
         return tuple(
-            RemoteFile(path.strip("/")[len(top) :].strip("/"), entry.get("size"), _version(entry))
+            RemoteFile(path.strip("/")[len(top) :].strip("/"), entry.get("size"), _version(entry), _is_settled(entry))
             for path, entry in sorted(found.items())
             if entry.get("type") == "file"
         )
@@ -434,6 +443,14 @@ def _version(found: dict[str, Any]) -> str | None:
     """Return the text that tells versions of a file apart; None where the store says nothing of the kind."""
     said = {name: str(found[name]) for name in (*_BY_CONTENT, *_BY_TIME) if found.get(name) is not None}
     return repr(said) if said else None
+
+
+def _is_settled(found: dict[str, Any]) -> bool:
+    """Return whether no other version of a file can have the same size and `_version`."""
+    if found.get("size") is None:
+        return False
+    written = _time(found)
+    return any(found.get(name) for name in _BY_CONTENT) or (written is not None and written < time.time() - _SETTLED_S)
 
 
 def _time(found: dict[str, Any]) -> float | None:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.remote import RemotePath, place
-from .record_head import HEAD_BYTES, IMPORT_AGAIN, head_from, no_such_file, other_material, read_head
+from .record_head import IMPORT_AGAIN, head_from, no_such_file, other_material, read_head
+from .remote_heads import remote_heads
 from .standing import standing_of
 
 if TYPE_CHECKING:
@@ -126,7 +127,7 @@ def _heads(folder: Path, suffix: str) -> Iterator[tuple[str, str, bytes | Except
         yield from ((material_id, file, None) for material_id, file in material_files(folder, suffix))
         return
     files = [file for file in folder.files() if _is_material(file.name, suffix)]
-    for file, head in folder.beginnings(files, HEAD_BYTES):
+    for file, head in remote_heads(folder, files):
         yield file.name[: -len(suffix)], str(folder / file.name), head
 
 

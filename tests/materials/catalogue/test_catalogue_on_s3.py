@@ -53,8 +53,9 @@ def server(tmp_path_factory):
 
 
 @pytest.fixture
-def store(server, monkeypatch):
+def store(server, monkeypatch, tmp_path):
     """What stands between Metamer and the server."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     with served(upstream=server) as store:
         for name, value in (KEYS | {"AWS_ENDPOINT_URL": f"http://{store.address}", "AWS_MAX_ATTEMPTS": "1"}).items():
             monkeypatch.setenv(name, value)
@@ -85,6 +86,7 @@ def catalogue(store, folder, behind):
         behind.mkdir("shelf")
     behind.put(f"{folder}/", "shelf/lib/cat/", recursive=True)
     opened = Catalogue.open("s3://shelf/lib/cat")
+    assert [one[:2] for one in store.asked] == [("GET", "/shelf/lib/cat/catalogue.toml")]
     store.asked.clear()
     return opened
 
@@ -97,6 +99,8 @@ def test_heads_are_one_list_and_one_range_each(catalogue, store, folder):
     assert "list-type=2" in listed[1] and "prefix=lib%2Fcat" in listed[1]
     sizes = {f"/shelf/lib/cat/{name}.h5": (folder / f"{name}.h5").stat().st_size for name in IDS}
     assert sorted(ranges) == sorted(("GET", path, min(HEAD_BYTES, size)) for path, size in sizes.items())
+    store.asked.clear()
+    assert catalogue.query() == heads and len(store.asked) == 1
 
 
 def test_a_record_is_asked_for_its_size_and_then_read_at_once(catalogue, store, folder):

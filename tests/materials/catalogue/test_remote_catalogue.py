@@ -147,6 +147,60 @@ def test_what_is_missing_is_said(tmp_path):
         raise RemotePath("s3://b")._refusal("its size", ImportError("Install s3fs to access S3"))
 
 
+@pytest.fixture
+def read_anew(monkeypatch, tmp_path):
+    """Names of files whose heads the store was asked for; the cache is the test's own."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    asked, beginnings = [], RemotePath.beginnings
+
+    def counted(folder, files, count):
+        asked.extend(file.name for file in files)
+        return beginnings(folder, files, count)
+
+    monkeypatch.setattr(RemotePath, "beginnings", counted)
+    return asked
+
+
+def test_heads_are_kept_and_believed_while_the_store_lists_the_same_file(folder, tmp_path, read_anew, write_matt):
+    changed = write_matt(tmp_path / "other", "paint/red", 0.9)
+    for file in (folder / "paint/red.h5", changed):
+        # HDF5 does not mind, and both are of one size.
+        file.write_bytes(file.read_bytes().ljust(4000, b"\0"))
+    path = zipped(folder, tmp_path / "cat.zip")
+    before = Catalogue.open(f"zip://::{path}").query()
+    assert len(read_anew) == 3
+    read_anew.clear()
+    assert Catalogue.open(f"zip://::{path}").query() == before and read_anew == []
+    (folder / "paint/red.h5").write_bytes(changed.read_bytes())
+    (folder / "wall/white.h5").unlink()
+    zipped(folder, path)
+    after = Catalogue.open(f"zip://::{path}").query()
+    assert read_anew == ["paint/red.h5"] and [one.id for one in after] == ["paint/grey", "paint/red"]
+    assert after[0] == before[0] and after[1].lab == Catalogue.open(folder).summary("paint/red").lab != before[1].lab
+    assert list(Catalogue.open(f"zip://::{path}").query()) == list(after) and len(read_anew) == 1
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[:-9], lambda data: data.replace(b"0", b"1"), lambda data: b""])
+def test_a_cache_of_heads_that_is_damaged_is_read_anew(folder, tmp_path, read_anew, damage):
+    path = zipped(folder, tmp_path / "cat.zip")
+    before = Catalogue.open(f"zip://::{path}").query()
+    (kept,) = (tmp_path / "cache" / "metamer" / "remote-heads").iterdir()
+    kept.write_bytes(damage(kept.read_bytes()))
+    assert Catalogue.open(f"zip://::{path}").query() == before and len(read_anew) == 6
+
+
+def test_a_head_that_is_useless_or_of_a_file_without_an_old_time_is_never_kept(in_memory, read_anew, monkeypatch):
+    fsspec.filesystem("memory").pipe("/shelf/cat/paint/odd.h5", b"no head" + bytes(5000))
+    catalogue = Catalogue.open(in_memory)
+    for _ in range(2):
+        assert len(catalogue.query(unusable=[])) == 3 and len(read_anew) == 4
+        read_anew.clear()
+    monkeypatch.setattr(remote, "_SETTLED_S", -1.0)
+    for asked in (4, 1):
+        assert len(catalogue.query(unusable=[])) == 3 and len(read_anew) == asked
+        read_anew.clear()
+
+
 # Over HTTP.
 
 
