@@ -17,8 +17,10 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -34,6 +36,7 @@ BLOCK_BYTES, _BLOCKS = 1 << 20, 16
 _AT_ONCE = 64
 # Age of a file whose time tells it from others: some stores count whole seconds, and their clocks may be slow.
 _SETTLED_S = 3600.0
+_HOST_KEYS = ("~/.ssh/known_hosts", "/etc/ssh/ssh_known_hosts")
 # A drive of Windows has one letter.
 _URL = re.compile(r"([a-z][a-z0-9+.-]+)(?:://|::)", re.IGNORECASE)
 _CREDENTIALS = re.compile(r"://[^/@:]*:[^/@]*@")
@@ -425,10 +428,33 @@ def open_anew(path: Path) -> None:
 def _system(url: str) -> tuple[Any, str]:
     """Return the file system of a URL and the path of its folder."""
     if url not in _systems:
-        import fsspec
-
-        _systems[url] = fsspec.core.url_to_fs(url)
+        _systems[url] = file_system(url)
     return _systems[url]
+
+
+def file_system(url: str) -> tuple[Any, str]:
+    """Open the file system of a URL, and return it with the path in it; raises whatever its library does."""
+    import fsspec
+
+    over_ssh = set(re.findall(r"(?:^|::)(sftp|ssh)://", url))
+    return fsspec.core.url_to_fs(url, **{name: {"host_key_policy": _known_hosts()} for name in over_ssh})
+
+
+@cache
+def _known_hosts() -> type:
+    """Return the policy that a server of SSH is known by its key; fsspec's own takes any key of any server."""
+    import paramiko
+
+    class KnownHosts(paramiko.MissingHostKeyPolicy):
+        def missing_host_key(self, client: Any, hostname: str, key: Any) -> None:
+            known = paramiko.HostKeys()
+            for file in _HOST_KEYS:
+                with suppress(OSError):
+                    known.load(str(Path(file).expanduser()))
+            if not known.check(hostname, key):
+                raise PermissionError(f"{hostname} has the key {key.fingerprint}, which is not in {_HOST_KEYS[0]}")
+
+    return KnownHosts
 
 
 def _protocols(system: Any) -> tuple[str, ...]:

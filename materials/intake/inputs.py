@@ -13,6 +13,7 @@ from pathlib import Path
 
 from ...runtime.errors import InputError
 from ...runtime.private_folder import private_folder
+from ...runtime.remote import file_system
 from ..formats.input_file import InputFile, head_of, is_zip
 from ..records.record import MARKER
 from ..records.source import Rejected
@@ -143,11 +144,9 @@ def _is_document(path: Path) -> bool:
 
 def _fetched(address: str, private: Path) -> Iterator[InputFile]:
     """Copies of the files at an address of fsspec, below `private`."""
-    import fsspec
-
     # Whatever a back end throws, an address that cannot be read is the user's to mend.
     try:
-        system, place = fsspec.core.url_to_fs(address)
+        system, place = file_system(address)
         if glob.has_magic(place):
             found = system.glob(place)
             remote = sorted(path for path in found if system.isfile(path))
