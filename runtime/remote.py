@@ -108,7 +108,7 @@ class RemotePath(_Path):
         scheme, chained, rest = url.partition("::")
         self.url = url if not chained or "://" in scheme else f"{scheme}://::{rest}"
         self.inside = inside.strip("/")
-        self._opened: _RangeReader | None = None
+        self._blocks: _Blocks | None = None
         if _CREDENTIALS.search(url) or "?" in url:
             hint = "give them as the store's own tools take them: environment variables, configuration, SSH keys"
             shown = _CREDENTIALS.sub("://***@", url.partition("?")[0])
@@ -184,10 +184,12 @@ class RemotePath(_Path):
         """Open the file to be read in ranges; FileNotFoundError where there is none."""
         if mode != "rb":
             return os.fspath(self)
-        if self._opened is None:
-            self._opened = _RangeReader(self, self._size_in(self._information()))
-        self._opened.seek(0)
-        return self._opened
+        found = self._information()
+        size, version = self._size_in(found), _version(found)
+        blocks = self._blocks
+        if blocks is None or (blocks.size, blocks.version) != (size, version):
+            blocks = self._blocks = _Blocks(self, size, version)
+        return _RangeReader(blocks)
 
     def read_bytes(self) -> bytes:
         """Return all bytes of a small file, below a block, by one request; FileNotFoundError where there is none."""
@@ -235,10 +237,8 @@ class RemotePath(_Path):
         ------
         FileNotFoundError : there is no such file. InputError : it cannot be read.
         """
-        if self._opened is not None:
-            self._opened.seek(0)
-            return self._opened.read(count)
-        return self._checked(self._range(0, count), count, None)
+        known = None if self._blocks is None else self._blocks.beginning(count)
+        return known if known is not None else self._checked(self._range(0, count), count, None)
 
     def beginnings(self, files: Sequence[RemoteFile], count: int) -> Iterator[tuple[RemoteFile, bytes | Exception]]:
         """Yield `first_bytes` of files below, many at once: of each the bytes, or what `first_bytes` would raise."""
@@ -351,16 +351,48 @@ class RemotePath(_Path):
         return InputError("cannot be reached or read", file=self, found=said, expected=expected, hint=_ACCESS)
 
 
+class _Blocks:
+    """Blocks of a file of a store, of which the last few are kept, for all who read it."""
+
+    def __init__(self, path: RemotePath, size: int, version: str | None) -> None:
+        self.size, self.version = size, version
+        self._path, self._lock = path.absolute(), threading.Lock()
+        self._kept: OrderedDict[int, bytes] = OrderedDict()
+
+    def beginning(self, count: int) -> bytes | None:
+        """Return so many bytes from the beginning, or all of a shorter file; None where that block is not kept."""
+        with self._lock:
+            first = self._kept.get(0)
+        return None if first is None or len(first) < min(count, self.size) else first[:count]
+
+    def read(self, start: int, stop: int) -> bytes:
+        """Return the bytes from `start` to `stop`; blocks that are missing are asked for at once."""
+        first, last = start // BLOCK_BYTES, (stop - 1) // BLOCK_BYTES
+        with self._lock:
+            missing = [number for number in range(first, last + 1) if number not in self._kept]
+            if missing:
+                low, high = missing[0] * BLOCK_BYTES, min((missing[-1] + 1) * BLOCK_BYTES, self.size)
+                data = self._path.read_range(low, high)
+                for number in range(missing[0], missing[-1] + 1):
+                    begin = number * BLOCK_BYTES - low
+                    self._kept[number] = data[begin : begin + BLOCK_BYTES]
+            for number in range(first, last + 1):
+                self._kept.move_to_end(number)
+            found = b"".join(self._kept[number] for number in range(first, last + 1))
+            while len(self._kept) > _BLOCKS:
+                self._kept.popitem(last=False)
+        return found[start - first * BLOCK_BYTES : stop - first * BLOCK_BYTES]
+
+
 class _RangeReader(io.RawIOBase):
-    """A file of a store that is read in blocks, of which the last few are kept.
+    """A file of a store, with a place in it that is read next.
 
     refused : what reading met first; libraries that read through it may say something else.
     """
 
-    def __init__(self, path: RemotePath, size: int) -> None:
+    def __init__(self, blocks: _Blocks) -> None:
         self.refused: Exception | None = None
-        self._path, self._size, self._at = path, size, 0
-        self._kept: OrderedDict[int, bytes] = OrderedDict()
+        self._blocks, self._at = blocks, 0
 
     def readable(self) -> bool:
         """Return True."""
@@ -376,44 +408,25 @@ class _RangeReader(io.RawIOBase):
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Set the place that is read next."""
-        self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self._size}[whence]
+        self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self._blocks.size}[whence]
         return self._at
 
     def readinto(self, buffer: Any) -> int:
         """Read until the buffer or the file ends; never less."""
         view = memoryview(buffer).cast("B")
-        stop = min(self._at + len(view), self._size)
+        stop = min(self._at + len(view), self._blocks.size)
         done = 0
         try:
             while self._at < stop:
                 # As many blocks at once as are kept.
                 end = min(stop, (self._at // BLOCK_BYTES + _BLOCKS) * BLOCK_BYTES)
-                data = self._bytes(self._at, end)
+                data = self._blocks.read(self._at, end)
                 view[done : done + len(data)] = data
                 done, self._at = done + len(data), end
         except Exception as reason:
             self.refused = self.refused or reason
             raise
         return done
-
-    def close(self) -> None:
-        """Do nothing: the path may open it again."""
-
-    def _bytes(self, start: int, stop: int) -> bytes:
-        first, last = start // BLOCK_BYTES, (stop - 1) // BLOCK_BYTES
-        missing = [number for number in range(first, last + 1) if number not in self._kept]
-        if missing:
-            low, high = missing[0] * BLOCK_BYTES, min((missing[-1] + 1) * BLOCK_BYTES, self._size)
-            data = self._path.read_range(low, high)
-            for number in range(missing[0], missing[-1] + 1):
-                begin = number * BLOCK_BYTES - low
-                self._kept[number] = data[begin : begin + BLOCK_BYTES]
-        for number in range(first, last + 1):
-            self._kept.move_to_end(number)
-        found = b"".join(self._kept[number] for number in range(first, last + 1))
-        while len(self._kept) > _BLOCKS:
-            self._kept.popitem(last=False)
-        return found[start - first * BLOCK_BYTES : stop - first * BLOCK_BYTES]
 
 
 _systems: dict[str, tuple[Any, str]] = {}

@@ -4,6 +4,7 @@ import json
 import zipfile
 
 import pytest
+from review_folder import pictures_of
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def test_two_catalogues_are_compared_and_materials_exported(metamer, room_catalo
     assert both[0] == both[1]
 
 
-def test_a_scene_is_rendered_and_reviewed_alike(metamer, room_catalogue, shelf, tmp_path, scene_text):
+def test_a_scene_is_rendered_alike(metamer, room_catalogue, shelf, tmp_path, scene_text):
     scene = tmp_path / "scene.toml"
     scene.write_text(scene_text.replace("tiny/matt-red", "room/satin"), encoding="utf-8")
     pictures = []
@@ -62,6 +63,18 @@ def test_a_scene_is_rendered_and_reviewed_alike(metamer, room_catalogue, shelf, 
         assert code == 0, err
         pictures.append(out.read_bytes())
     assert pictures[0] == pictures[1]
+
+
+@pytest.mark.slow
+def test_processes_of_a_review_read_it_there_too(metamer, room_catalogue, shelf, tmp_path, scene_text):
+    scene = tmp_path / "scene.toml"
+    sweep = '[review]\non = "ball"\nmaterials = ["room/satin", "room/grey"]\nilluminants = ["D65"]\n'
+    scene.write_text(scene_text.replace("tiny/matt-red", "room/satin") + sweep, encoding="utf-8")
+    for name, where in (("there", shelf), ("here", room_catalogue)):
+        words = ("--catalogue", where, "--renderer", "software", "--size", "12", "--jobs", "2", "-o", tmp_path / name)
+        code, _, err = metamer("review", scene, *words)
+        assert code in (0, 1), err
+    assert pictures_of(tmp_path / "there") == pictures_of(tmp_path / "here")
 
 
 @pytest.mark.parametrize("words", [("catalogue", "import"), ("view",)], ids=" ".join)

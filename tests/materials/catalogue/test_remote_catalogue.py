@@ -3,6 +3,7 @@
 import pickle
 import shutil
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import fsspec
@@ -298,3 +299,25 @@ def test_large_arrays_are_read_block_by_block_and_held_to_their_digests(store, f
     store.fault = "short"
     with pytest.raises(InputError, match="the answer is cut short"):
         found.read(slice(0, 2))
+
+
+def test_several_threads_read_one_file_and_what_is_kept_of_it_goes_with_a_change(store, folder, monkeypatch):
+    monkeypatch.setattr(remote, "BLOCK_BYTES", 1 << 10)
+    data = np.random.default_rng(1).integers(0, 256, 1 << 15, np.uint8).tobytes()
+    (folder / "paint/numbers.h5").write_bytes(data)
+    path = opened(store).folder / "paint/numbers.h5"
+
+    def read(first):
+        with path.open("rb") as file:
+            parts = []
+            for at in range(first, len(data), 700):
+                file.seek(at)
+                parts.append(file.read(300))
+        return parts == [data[at : at + 300] for at in range(first, len(data), 700)]
+
+    with ThreadPoolExecutor(4) as threads:
+        assert all(threads.map(read, range(8)))
+    assert 32 <= sum(one[0] == "GET" for one in store.asked) < 300
+    data = data[:20_000][::-1]
+    (folder / "paint/numbers.h5").write_bytes(data)
+    assert read(0)
