@@ -69,7 +69,7 @@ class Driven:
         begun = time.process_time()
         aim = aimed(choice.model)
         cube = make_cube(choice.model)
-        write_config(folder, _name(display), cube, aim)
+        write_config(folder, _name(display), choice.model, cube, aim)
         return cls(display, seed, choice, aim, cube, time.process_time() - begun)
 
 

@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> int:
     describing = (
         f"Characterised by Metamer, {record.model.name}, observer {record.readings.observer}; white {aim.words}"
     )
-    written = write_config(args.out, name, cube, aim, args.black, describing)
+    written = write_config(args.out, name, record.model, cube, aim, args.black, describing)
     record.write(args.out / "display.json")
     print(f"{name}: white {aim.words}; model {record.model.name}")
     for words in DisplayTransform(name, DEFAULT_VIEW, str(written.config)).describe()[2:]:

@@ -11,8 +11,9 @@ from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.cube import Cube, make_cube
 from metamer.calibration.display.patches import patches
 from metamer.runtime.errors import InputError
+from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.image import ColourImage
-from metamer.viewer.display.config import COMPENSATED, display_transform, make_config, write_config
+from metamer.viewer.display.config import COMPENSATED, display_transform, make_config, shown_transform, write_config
 from metamer.viewer.display.gl_pass import DisplayPass
 from metamer.viewer.display.state import display_words
 from metamer.viewer.display.transform import DEFAULT_VIEW, INTERCHANGE_ROLE, DisplayTransform
@@ -39,7 +40,7 @@ def cube(record):
 @pytest.fixture(scope="module")
 def folder(record, aim, cube, tmp_path_factory):
     folder = tmp_path_factory.mktemp("config")
-    write_config(folder, NAME, cube, aim)
+    write_config(folder, NAME, record.model, cube, aim)
     record.write(folder / "display.json")
     return folder
 
@@ -97,7 +98,20 @@ def test_an_asymmetric_cube_is_not_turned(aim):
     assert np.abs(values - wanted).max() < 1e-5
 
 
-def test_the_configuration_is_valid_and_this_display_comes_first(folder, cube, aim):
+def test_what_codes_show_is_what_the_model_says(folder, record, aim):
+    """The cube takes what the display cannot show to its nearest colours; turned round, it gave some of the former."""
+    levels = np.linspace(0.0, 1.0, 5)
+    codes = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
+    codes = np.concatenate([codes, np.random.default_rng(1).random((200, 3))])
+    expected = record.model.xyz(codes) @ np.linalg.inv(aim.adapted).T
+    for file in ("config.ocio", "Desk_left.ocioz"):
+        transform = DisplayTransform(NAME, DEFAULT_VIEW, str(folder / file))
+        for found in (transform.shown(codes), transform.decode(codes)):
+            off = delta_e_xyz(expected, found.astype(np.float64), PICTURE_WHITE_XYZ)
+            assert off.mean() < 0.05 and off.max() < 0.3
+
+
+def test_the_configuration_is_valid_and_this_display_comes_first(folder, record, cube, aim):
     import PyOpenColorIO as ocio
 
     for file in ("config.ocio", "Desk_left.ocioz"):
@@ -107,10 +121,11 @@ def test_the_configuration_is_valid_and_this_display_comes_first(folder, cube, a
         assert "sRGB - Display" in list(config.getDisplays())
         for space in config.getColorSpaces():
             config.getProcessor(space.getName(), NAME)
-    first = make_config(NAME, display_transform(cube, aim), aim, "bpc")
+    transforms = display_transform(cube, aim), shown_transform(record.model, aim)
+    first = make_config(NAME, *transforms, aim, "bpc")
     assert first.getDefaultView(NAME) == COMPENSATED
     with pytest.raises(InputError, match="a name that the configuration has already"):
-        make_config("sRGB - Display", display_transform(cube, aim), aim)
+        make_config("sRGB - Display", *transforms, aim)
 
 
 def test_white_below_full_code_is_told_for_what_it_is(folder):
@@ -141,10 +156,10 @@ def test_a_review_names_the_display_and_its_last_verification(folder, record):
     assert display_words(DisplayTransform()) == []
 
 
-def test_a_full_disk_while_the_configuration_is_written(room_for, tmp_path, cube, aim):
+def test_a_full_disk_while_the_configuration_is_written(room_for, tmp_path, record, cube, aim):
     (tmp_path / "config.ocio").write_text("as it was")
     with room_for(20_000), pytest.raises((InputError, OSError)):
-        write_config(tmp_path, NAME, cube, aim)
+        write_config(tmp_path, NAME, record.model, cube, aim)
     assert (tmp_path / "config.ocio").read_text() == "as it was"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["config.ocio", "luts"]
     assert not list((tmp_path / "luts").iterdir())
