@@ -79,7 +79,7 @@ $(VENV)/.installed-for-tests: $(VENV)/.installed
 	@$(PIP) MaterialX || echo "MaterialX has no package for this Python: its tests will be skipped."
 	@$(PIP) flip-evaluator || echo "FLIP has no package for this Python: its tests will be skipped."
 	@$(PIP) nbclient ipykernel || echo "nbclient has no package for this Python: notebooks will not be run."
-	@$(PIP) flask flask-cors 'moto[s3]' s3fs || echo "moto has no package for this Python: no catalogue will be read from an S3 server."
+	@$(PIP) flask flask-cors 'moto[s3]' s3fs paramiko || echo "moto or paramiko has no package for this Python: no catalogue will be read from a server."
 	@$(PIP) openimageio || echo "OpenImageIO has no package for this Python: reading our pictures with it will be skipped."
 	@touch $@
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..runtime.errors import InputError, UnknownNameError
+from ..runtime.files import existing_file
 from ..runtime.remote import is_remote, place
 from .output import say
 
@@ -19,6 +21,9 @@ if TYPE_CHECKING:
 
 
 CATALOGUE_HELP = "catalogue folder or URL (default: $METAMER_CATALOGUE, or ./metamer-catalogue)"
+
+# The end of a file's name, with "#ENTRY" or without: names of lamps end in none.
+_FILE = re.compile(r"\.[A-Za-z]\w*(#.*)?$")
 
 
 def comma_separated(text: str) -> tuple[str, ...]:
@@ -52,12 +57,15 @@ def parse_illuminants(text: str) -> tuple[str, ...]:
 
 def parse_lights(text: str) -> tuple[str, ...]:
     """Return names of lights: illuminants that are known, and files of measured lamps, with "#ENTRY" or without."""
-    return tuple(
-        word
-        if any(name and Path(name).is_file() for name in (word, word.rpartition("#")[0]))
-        else illuminant_name(word)
-        for word in comma_separated(text)
-    )
+    return tuple(map(_light, comma_separated(text)))
+
+
+def _light(word: str) -> str:
+    file = word if Path(word).is_file() else word.rpartition("#")[0] or word
+    if not Path(file).is_file():
+        # Names of lamps end in no suffix.
+        return checked(word, lambda name: existing_file(file)) if _FILE.search(file) else illuminant_name(word)
+    return word
 
 
 def parse_observer(text: str) -> str:

@@ -42,7 +42,7 @@ def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOpti
     """
     if (colour := colour_in(text)) is not None:
         return (Sample(text.partition("@")[0], "stated", stated=(colour,)),)
-    path, hash_, name = Path(text), "", ""
+    path, before, hash_, name = Path(text), "", "", ""
     if not path.exists():
         before, hash_, name = text.rpartition("#")
         path = Path(before) if hash_ and Path(before).is_file() else path
@@ -51,9 +51,19 @@ def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOpti
     if path.is_file():
         found = _of_file(path, answer, name)
         return found if not hash_ else (_named(found, name, path),)
-    if path.suffix and len(path.suffix) <= 6 and not path.suffix[1:].isdigit() and "/" not in text.rstrip("/"):
-        raise InputError("no such file", file=path)
-    return (sample_of(catalogue().load(text)),)
+    # FILE#NAME of a file that is not there; an id may have dots and slashes, but begins with neither.
+    named = Path(before or text)
+    ends_as_file = bool(named.suffix) and len(named.suffix) <= 6 and not named.suffix[1:].isdigit()
+    hint = "check the path; relative paths start at the current folder"
+    if named.is_absolute() or text.startswith(".") or (ends_as_file and len(named.parts) == 1):
+        raise InputError("no such file or folder", file=named, hint=hint)
+    try:
+        return (sample_of(catalogue().load(text)),)
+    except InputError as reason:
+        if not ends_as_file:
+            raise
+        problem, other = f"no such file, and as a material: {reason.problem}", reason.hint
+        raise InputError(problem, file=named, hint=f"{hint}; {other}" if other else hint) from None
 
 
 def repeated_readings(path: Path, answer: ImportOptions = NO_ANSWER) -> Sample:
@@ -248,15 +258,17 @@ def _gathered(
             found[at] = replace(found[at], measurement=Measurement({**found[at].measurement.parts, **said}))
     by_name: dict[str, list[Sample]] = {}
     at_angles: list[Sample] = []
+    paired: set[int] = set()
     for thing in things(AngleReading(one, one.name, one.details.get("object", ""), one.measurement) for one in found):
         if thing.angles:
             at_angles.append(_at_angles(thing, path, details))
+            paired |= {id(one.item) for one in thing.readings}
         else:
             by_name.setdefault(thing.name, []).append(thing.readings[0].item)
     single = [
         _together(called, alike, details) for name, some in by_name.items() for called, alike in _alike(name, some)
     ]
-    unpaired = [one.words for one in unlit.values() if not one.noted]
+    unpaired = [one.words for at, one in unlit.items() if not one.noted and id(found[at]) not in paired]
     told = ()
     if unpaired:
         told = (
@@ -277,9 +289,8 @@ def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sam
     notes = ()
     if thing.by_name:
         names = ", ".join(one.name for one in thing.readings)
-        notes = (
-            f"Taken as readings of one thing, {thing.name}, for their names differ by their angle alone: {names}.",
-        )
+        called = thing.name or path.stem
+        notes = (f"Taken as readings of one thing, {called}, for their names differ by their angle alone: {names}.",)
     if doubt := _doubtful(parts):
         notes = (*notes, f"{thing.name or path.stem} of {path}: {doubt}.")
     return Sample(

@@ -366,6 +366,10 @@ def test_a_lab_standard_is_compared_under_its_own_light(metamer, lots, tmp_path)
         (("nowhere.txt", "{lots}", "--illuminants", "D66"), 64, "D65"),
         (("{master}", "{lots}", "--observers", "1931_3"), 64, "1931_2"),
         (("{master}", "nowhere.txt"), 4, "no such file"),
+        (("{master}", "nowhere.cxf#lot 3"), 4, "nowhere.cxf: no such file"),
+        (("{master}", "{folder}/nowhere"), 4, "nowhere: no such file"),
+        (("lots/nowhere.cxf", "{master}"), 4, "lots/nowhere.cxf: no such file, and as a material: no such catalogue"),
+        (("{master}", "{lots}", "--illuminants", "D65,booth.csv#2"), 64, "booth.csv: no such file"),
         (("{master}", "{lots}", "--repeatability", "0"), 64, "repeatability"),
         (("{master}", "{lots}", "--repeated", "{master}"), 4, "too few readings"),
         (("{master}", "{short}"), 4, "too little of the visible"),
@@ -374,7 +378,7 @@ def test_a_lab_standard_is_compared_under_its_own_light(metamer, lots, tmp_path)
 )
 def test_what_cannot_be_compared_says_why(metamer, master, lots, tmp_path, words, code, said):
     short = readings(tmp_path / "short.txt", [("short", BASE)], last=620)
-    known = {"master": master, "lots": lots, "short": short}
+    known = {"master": master, "lots": lots, "short": short, "folder": tmp_path}
     found, _, err = metamer("match", *(word.format(**known) for word in words), *SAID)
     assert found == code and said in err
 

@@ -110,6 +110,14 @@ def test_a_table_names_its_angles_in_its_headings(metamer, tmp_path):
     assert any("differ by their angle alone" in note for note in said["notes"])
 
 
+def test_angles_that_are_paired_are_not_said_to_be_judged_apart(metamer, tmp_path):
+    names = [f"45as{one} R" for one in FLOP]
+    said = told(metamer, table(tmp_path / "silver.csv", names), table(tmp_path / "b.csv", names, 1.05))
+    assert len(said["samples"]) == 1 and len(said["samples"][0]["differences"]) == 6
+    assert not any("judged each by itself" in note for note in said["notes"])
+    assert any("one thing, silver, for their names" in note for note in said["notes"])
+
+
 @pytest.mark.parametrize("prefix", ["c", "cc", ""])
 def test_the_prefix_of_the_namespace_does_not_matter(metamer, tmp_path, prefix):
     lot = cxf(tmp_path / "lot.cxf", factor=1.03, prefix=prefix)
