@@ -115,7 +115,8 @@ def match(
         held = named(one, name)
         others = [sample for sample in held if not _is_same(sample, first)]
         # One that is named alone is refused as its own standard.
-        taken_out += [str(one)] if 0 < len(others) < len(held) else []
+        where = told or (name if by_name else "The table of samples")
+        taken_out += [where] if 0 < len(others) < len(held) else []
         kept = others or held
         if by_name:
             kept = [replace(each, name=name if len(kept) == 1 else f"{name}: {each.name}") for each in kept]
@@ -222,8 +223,13 @@ def _no_light(value: Any) -> InputError:
 
 
 def _is_same(one: Sample, other: Sample) -> bool:
-    """Return whether two samples are one of one file, however its path is written."""
-    return one.name == other.name and Path(one.source).resolve() == Path(other.source).resolve()
+    """Return whether two samples are one of one file, however its path is written, or one spectrum of a script."""
+    if one.name != other.name:
+        return False
+    if any(Path(each.source).exists() for each in (one, other)):
+        return Path(one.source).resolve() == Path(other.source).resolve()
+    held = [[(each.wavelengths_nm.tolist(), each.samples.tolist()) for each in side.readings] for side in (one, other)]
+    return bool(held[0]) and held[0] == held[1]
 
 
 def _asked(

@@ -86,6 +86,17 @@ def test_samples_of_a_script_are_matched_by_their_names():
         metamer.match(grey, [darker, 3])
 
 
+def test_a_standard_is_taken_out_of_the_table_that_holds_it():
+    frame = pytest.importorskip("pandas").DataFrame({"master": GREEN, "lot": 0.9 * GREEN}, index=NM)
+    found = metamer.match(frame["master"], frame)
+    assert [one.sample.name for one in found.samples] == ["lot"]
+    assert "The table of samples holds the standard, master, too: it is not among the samples." in found.notes
+    # Numbers under another name, and one sample alone, are a mistake.
+    for samples in (frame.rename(columns={"master": "copy"}), frame["master"]):
+        with pytest.raises(metamer.MetamerError, match="to the last digit"):
+            metamer.match(frame["master"], samples)
+
+
 @pytest.mark.parametrize("spelt", ["CIE 2000", "cie2000", "ciede2000", "dE00", "ΔE 2000", "delta e 2000"])
 def test_a_formula_is_spelt_as_people_do(spelt):
     lab = np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 12.0])

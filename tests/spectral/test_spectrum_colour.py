@@ -157,6 +157,8 @@ LOTS = np.array([RED, RED[::-1]])
         (pandas.DataFrame(LOTS, columns=NM, index=["lot 1", "lot 2"]), r"df\.T"),
         (pandas.DataFrame(LOTS, columns=NM), r"df\.T"),
         (pandas.DataFrame({"lot": ["a", "b"]} | dict(zip(NM, LOTS.T, strict=True))), r"df\.set_index\('lot'\)\.T"),
+        (pandas.Series(RED), r"df\.set_index\(the column of wavelengths\)"),
+        (pandas.DataFrame({"red": RED, "blue": RED}), r"df\.set_index\(the column of wavelengths\)"),
         (pandas.DataFrame({"nm": NM, "red": RED}), r"df\.set_index\('nm'\)"),
         (pandas.DataFrame({"red": RED, "Wavelength (nm)": NM}), r"df\.set_index\('Wavelength \(nm\)'\)"),
         (pandas.DataFrame({"wavelength_nm": NM, "red": RED}), r"df\.set_index\('wavelength_nm'\)"),
