@@ -29,17 +29,32 @@ def colour_science() -> Any:
     return colour
 
 
+#: Groups of tables, as colour-science calls them.
+Group = Literal[
+    "MSDS_CAMERA_SENSITIVITIES", "MSDS_CMFS", "SDS_COLOURCHECKERS", "SDS_ILLUMINANTS", "SDS_LEFS", "SDS_LIGHT_SOURCES"
+]
+
+
 @cache
-def colour_tables(group: Literal["MSDS_CMFS", "SDS_ILLUMINANTS", "SDS_LIGHT_SOURCES"]) -> dict[str, ColourTable]:
-    """Tables of colour-science by name, in its order; nobody writes to them.
+def colour_tables(group: Group) -> dict[str, ColourTable]:
+    """Tables of colour-science by name, in its order, patches of charts as "PATCH of CHART"; nobody writes to them.
 
     They are kept from run to run in the user's cache, by the library's version: most commands need nothing else of it.
     """
     file = cache_folder("colour") / f"{group}-{version('colour-science')}.npz"
-    held = kept(file, lambda: _packed(getattr(colour_science(), group)))
+    held = kept(file, lambda: _packed(_named(getattr(colour_science(), group))))
     ends = np.cumsum(held["lengths"])[:-1]
     nm, values = (np.split(held[name], ends) for name in ("nm", "values"))
     return dict(zip(held["names"].tolist(), zip(nm, values, strict=True), strict=True))
+
+
+def _named(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return tables by name, those of a mapping within by both names."""
+    found: dict[str, Any] = {}
+    for name, table in tables.items():
+        within = isinstance(table, Mapping)
+        found |= {f"{one} of {name}": each for one, each in table.items()} if within else {name: table}
+    return found
 
 
 def _packed(tables: Mapping[str, Any]) -> dict[str, np.ndarray]:

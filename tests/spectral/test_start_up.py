@@ -4,6 +4,7 @@ import importlib.util
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -56,7 +57,16 @@ assert np.get_printoptions() == before, np.get_printoptions()
     assert "colour" in heavy_after(code)
 
 
-GROUPS = ("MSDS_CMFS", "SDS_ILLUMINANTS", "SDS_LIGHT_SOURCES")
+GROUPS = get_args(colour_library.Group)
+
+
+def of_the_library(group):
+    """Its tables by name; a chart is a mapping of patches."""
+    found = {}
+    for name, table in getattr(colour_library.colour_science(), group).items():
+        patches = {f"{patch} of {name}": table[patch] for patch in table} if group == "SDS_COLOURCHECKERS" else {}
+        found |= patches or {name: table}
+    return found
 
 
 def the_same(found, expected):
@@ -77,7 +87,7 @@ def tables(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("group", GROUPS)
 def test_tables_are_imported_once_and_kept_bit_for_bit(tables, monkeypatch, group):
-    theirs = getattr(colour_library.colour_science(), group)
+    theirs = of_the_library(group)
     assert the_same(tables(group), theirs)
     monkeypatch.setattr(colour_library, "colour_science", None)
     assert the_same(tables(group), theirs)
@@ -99,7 +109,7 @@ def test_tables_are_imported_once_and_kept_bit_for_bit(tables, monkeypatch, grou
 )
 @pytest.mark.parametrize("group", GROUPS)
 def test_tables_that_are_damaged_are_made_again(tables, group, damaged):
-    theirs = getattr(colour_library.colour_science(), group)
+    theirs = of_the_library(group)
     tables(group)
     (kept,) = cache_folder("colour").iterdir()
     whole = kept.read_bytes()
@@ -117,4 +127,13 @@ def test_a_light_and_an_observer_need_no_import_once_they_are_kept():
     for group in GROUPS:
         colour_library.colour_tables.__wrapped__(group)
     code = "from metamer import illuminant, observer; observer('1964_10').white(illuminant('FL11'))"
+    assert heavy_after(code) == []
+
+
+def test_a_table_of_reflectances_needs_no_import_once_they_are_kept(tmp_path):
+    for group in GROUPS:
+        colour_library.colour_tables.__wrapped__(group)
+    rows = "".join(f"{nm},{nm / 10}\n" for nm in range(400, 701, 20))
+    (tmp_path / "red.csv").write_text("nm,red\n" + rows)
+    code = f"import metamer; metamer.read_spectra({str(tmp_path / 'red.csv')!r}, as_='reflectance', scale='percent')"
     assert heavy_after(code) == []

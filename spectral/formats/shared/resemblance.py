@@ -10,17 +10,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from functools import cache, lru_cache
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ...colour_library import colour_science
+from ...colour_library import Group, colour_tables
 from ...illuminants import illuminant
 from ...observers import observer
 from ..registry import StatedColour
 
 Kind = Literal["sensitivity", "emission", "reflectance"]
+# Tables of colour-science by what they hold.
+_GROUPS: dict[Kind, tuple[Group, ...]] = {
+    "sensitivity": ("MSDS_CMFS", "SDS_LEFS", "MSDS_CAMERA_SENSITIVITIES"),
+    "emission": ("SDS_ILLUMINANTS", "SDS_LIGHT_SOURCES"),
+    "reflectance": ("SDS_COLOURCHECKERS",),
+}
 
 # Where every table has samples, nm, and how many of them, over how wide a range, are enough to know it by.
 _WINDOW, _FEWEST, _NARROWEST = (400.0, 700.0), 12, 150.0
@@ -135,22 +141,11 @@ def _published(grid: bytes) -> _Published:
 @lru_cache(maxsize=1)
 def _tables() -> tuple[tuple[Kind, str, np.ndarray, np.ndarray], ...]:
     """Kind, name, wavelengths (L,) in nm and values (L,) of every published table."""
-    colour = colour_science()
     found: list[tuple[Kind, str, np.ndarray, np.ndarray]] = []
-
-    def take(kind: Kind, name: str, table: Any) -> None:
-        columns = np.asarray(table.values, dtype=np.float64).reshape(len(table.wavelengths), -1).T
-        found.extend((kind, name, np.asarray(table.wavelengths, dtype=np.float64), column) for column in columns)
-
-    for sensors in (colour.MSDS_CMFS, colour.SDS_LEFS, colour.MSDS_CAMERA_SENSITIVITIES):
-        for name in sensors:
-            take("sensitivity", name, sensors[name])
-    for lights in (colour.SDS_ILLUMINANTS, colour.SDS_LIGHT_SOURCES):
-        for name in lights:
-            take("emission", name, lights[name])
-    for chart in colour.SDS_COLOURCHECKERS:
-        for patch, spectrum in colour.SDS_COLOURCHECKERS[chart].items():
-            take("reflectance", f"{patch} of {chart}", spectrum)
+    for kind, groups in _GROUPS.items():
+        for group in groups:
+            for name, (nm, values) in colour_tables(group).items():
+                found.extend((kind, name, nm, column) for column in values.reshape(len(nm), -1).T)
     return tuple(found)
 
 
