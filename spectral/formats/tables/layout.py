@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import accumulate, chain, pairwise
 from typing import Literal
 
 from ..shared.words import colour_axis
@@ -290,33 +290,36 @@ def wavelength_runs(
     values = [
         pair[0] if pair and least <= pair[0] <= _LARGEST and (pair[1] or not labelled) else None for pair in found
     ]
-    apart: dict[str, list[float | None]] = {}
+    # How many cells that are no wavelengths stand before each: a stretch ends at one.
+    parted = list(accumulate((value is None for value in values), initial=0))
+    apart: dict[str, list[tuple[int, int, float]]] = {}
     for at, value in enumerate(values):
         if value is not None:
             words = re.sub(r"[^\w%]", "", words_beside(cells[at])).casefold()
-            apart.setdefault(words, [None if other is None else math.nan for other in values])[at] = value
-    together = _stretches(values)
-    each = [run for of_words in apart.values() for run in _stretches(of_words)]
+            apart.setdefault(words, []).append((at, parted[at], value))
+    together = _stretches(sorted(chain.from_iterable(apart.values())))
+    each = [run for of_words in apart.values() for run in _stretches(of_words)] if len(apart) > 1 else together
     longest = max(map(len, each), default=0)
-    if len(apart) < 2 or max(map(len, together)) > longest:
-        longest, each = max(map(len, together), default=0), together
+    if max(map(len, together), default=0) > longest:
+        longest, each = max(map(len, together)), together
     return sorted(run for run in each if 2 * len(run) >= longest)
 
 
-def _stretches(values: Sequence[float | None]) -> list[tuple[int, ...]]:
+def _stretches(found: Sequence[tuple[int, int, float]]) -> list[tuple[int, ...]]:
     """Places of the longest stretches in one direction, neither of which holds a place of another.
 
-    values : NaN where a neighbour is to be passed over, None where a stretch ends.
+    found : place, number of its neighbourhood, and wavelength of each.
     """
     stretches: list[tuple[int, ...]] = []
     for sign in (1.0, -1.0):
         run: list[int] = []
-        for at, value in enumerate(values):
-            if value is None or (run and sign * value <= sign * (values[run[-1]] or 0.0)):
+        before = (-1, 0.0)
+        for at, parted, value in found:
+            if run and (parted != before[0] or sign * value <= sign * before[1]):
                 stretches.append(tuple(run))
                 run = []
-            if value is not None and value == value:
-                run.append(at)
+            run.append(at)
+            before = parted, value
         stretches.append(tuple(run))
     taken: set[int] = set()
     chosen = []
