@@ -32,7 +32,7 @@ from .shared.words import (
     observers_in,
     stated_colours,
 )
-from .tables.dialect import Dialect, dialects_of
+from .tables.dialect import Dialect, check_lengths, dialects_of
 from .tables.one_reading import check_whole
 from .tables.section import ragged, trimmed
 
@@ -214,7 +214,9 @@ def _table(path: Path, answer: ImportOptions) -> list[Coloured]:
     """Return a header of names, L*, a* and b*, and a row each; the light and the observer stand anywhere above or in
     it.
     """
-    lines = [(at, line) for at, line in enumerate(read_lines(path), 1) if line.strip()]
+    every = read_lines(path)
+    check_lengths(every)
+    lines = [(at, line) for at, line in enumerate(every, 1) if line.strip()]
     # White space is in names, too.
     dialect = next((one for one in dialects_of([line for _, line in lines]) if one.delimiter), Dialect(",", "."))
     rows = [(at, trimmed(dialect.cells(line))) for at, line in lines]
