@@ -109,6 +109,8 @@ class RemotePath(_Path):
         self.url = url if not chained or "://" in scheme else f"{scheme}://::{rest}"
         self.inside = inside.strip("/")
         self._blocks: _Blocks | None = None
+        # Found by `is_file`, for `open` right after.
+        self._found: dict[str, Any] | None = None
         if _CREDENTIALS.search(url) or "?" in url:
             hint = "give them as the store's own tools take them: environment variables, configuration, SSH keys"
             shown = _CREDENTIALS.sub("://***@", url.partition("?")[0])
@@ -161,9 +163,10 @@ class RemotePath(_Path):
     def is_file(self, **how: Any) -> bool:
         """Return whether there is such a file; raises `InputError` where that cannot be told."""
         try:
-            return self._information()["type"] == "file"
+            self._found = self._information()
         except FileNotFoundError:
             return False
+        return self._found["type"] == "file"
 
     def is_dir(self, **how: Any) -> bool:
         """Return whether there is such a folder, in stores that tell; raises `InputError` where that cannot be told."""
@@ -184,7 +187,7 @@ class RemotePath(_Path):
         """Open the file to be read in ranges; FileNotFoundError where there is none."""
         if mode != "rb":
             return os.fspath(self)
-        found = self._information()
+        found, self._found = self._found or self._information(), None
         size, version = self._size_in(found), _version(found)
         blocks = self._blocks
         if blocks is None or (blocks.size, blocks.version) != (size, version):
