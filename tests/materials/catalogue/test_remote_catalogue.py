@@ -1,5 +1,6 @@
 """Catalogues behind a URL: what is read of them, how often the store is asked, and what its faults come to."""
 
+import importlib.util
 import pickle
 import shutil
 import zipfile
@@ -144,8 +145,14 @@ def test_what_is_missing_is_said(tmp_path):
         Catalogue.open("memory://nowhere")
     with pytest.raises(InputError, match="cannot be reached or read"):
         Catalogue.open("nosuch://host/cat")
-    with pytest.raises(InputError, match=r"metamer-colour\[remote\]"):
-        raise RemotePath("s3://b")._refusal("its size", ImportError("Install s3fs to access S3"))
+    with pytest.raises(InputError, match="does not say how large"):
+        place("memory://nowhere")._size_in({"type": "file"})
+
+
+@pytest.mark.skipif(importlib.util.find_spec("gcsfs") is not None, reason="gcsfs is installed, which is to be missing")
+def test_a_package_that_is_missing_is_named_with_the_extra():
+    with pytest.raises(InputError, match=r"(?s)gcs://bucket/cat/catalogue.toml.*gcsfs.*metamer-colour\[remote\]"):
+        Catalogue.open("gcs://bucket/cat")
 
 
 @pytest.fixture
