@@ -251,6 +251,19 @@ def test_a_zip_file_on_a_web_server_is_a_whole_catalogue(store, folder):
     same(Catalogue.open(f"zip://::http://{store.address}/cat.zip"), Catalogue.open(folder))
 
 
+@pytest.mark.parametrize("fault", ["cut", "short", "slow", "403", "404", "500"])
+def test_a_fault_of_the_store_behind_a_zip_file_is_a_refusal_too(store, folder, monkeypatch, fault):
+    monkeypatch.setattr(remote, "ANSWER_S", 0.5 if fault == "slow" else 20.0)
+    zipped(folder, folder / "cat.zip")
+    store.fault = fault
+    with pytest.raises(InputError) as refused:
+        Catalogue.open(f"zip://::http://{store.address}/cat.zip").query()
+    assert f"catalogue.toml::http://{store.address}/cat.zip" in str(refused.value)
+    store.fault = ""
+    store.go_on.set()
+    assert len(Catalogue.open(f"zip://::http://{store.address}/cat.zip").query()) == 3
+
+
 @pytest.mark.parametrize(
     ("fault", "words"),
     [

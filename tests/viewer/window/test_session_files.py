@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from metamer.runtime.errors import InputError, NoRoomError, UnknownNameError
 from metamer.runtime.toml_records import record_of
+from metamer.viewer.window.session_loader import load
 from metamer.viewer.window.state import SESSION_FILE, Session, Subject
 from window_sessions import sessions
 
@@ -27,6 +28,11 @@ def test_a_session_goes_through_a_file(tmp_path):
     assert SESSION_FILE.read(tmp_path / "a.toml") == session.settled != session
     assert SESSION_FILE.is_one(tmp_path / "a.toml")
     assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
+
+
+def test_a_catalogue_behind_a_url_is_refused_before_it_is_asked():
+    with pytest.raises(InputError, match=r"the window needs a folder, not a URL"):
+        load(Subject("scene"), "nosuch://host/cat")
 
 
 def test_a_scene_is_no_session(tmp_path):
