@@ -122,7 +122,8 @@ class Sample:
                 "no sample",
                 field=unnamed,
                 found=repr(value)[:80],
-                expected=f"a path, an id, a Sample, a Spectrum, {KINDS}",
+                expected=f"a path, an id, a Sample, a Material, a Spectrum, {KINDS}",
+                hint='a colour without a spectrum is a text with its light and observer: "lab:50,20,10@D65/1964_10"',
             )
         return tuple(
             cls.of_entry(SpectralEntry(name or unnamed, spectrum), f"a script ({unnamed})") for name, spectrum in found

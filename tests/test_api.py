@@ -368,6 +368,24 @@ def test_figures_of_a_match_are_a_table_and_a_drawing(catalogue):
     assert axes.lines[2].get_xdata()[0] == pytest.approx(first["Δa*"])
 
 
+def test_materials_are_matched_as_they_are_by_their_ids(catalogue):
+    of_ids = metamer.match("tiny/matt-red", "tiny/satin-green", catalogue=catalogue)
+    found = metamer.match(catalogue["tiny/matt-red"], [catalogue["tiny/satin-green"]])
+    assert found.summary == of_ids.summary and found.samples[0].sample.name == "tiny/satin-green"
+    assert found.samples[0].differences[0].delta_e == of_ids.samples[0].differences[0].delta_e
+    with pytest.raises(InputError, match=r"(?s)no sample.*lab:50,20,10@D65/1964_10"):
+        metamer.match((50, 20, 10), catalogue["tiny/matt-red"])
+
+
+def test_a_catalogue_is_given_by_its_folder(scene, catalogue, as_users_call):
+    small = replace(scene, cameras=(replace(scene.camera("near"), width=4, height_px=4, samples=1),))
+    found = metamer.render(small, str(catalogue.folder), renderer="software")
+    assert np.array_equal(found.xyz, metamer.render(small, catalogue, renderer="software").xyz)
+    for take in (metamer.render, metamer.review):
+        with pytest.raises(InputError, match=r"(?s)not a catalogue.*<Material tiny/copper.*with_material"):
+            take(small, catalogue["tiny/copper"])
+
+
 def test_a_match_with_a_stated_colour_is_no_list_of_letters():
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -16,7 +16,7 @@ from ..calibration.report.rating import read_protocol
 from ..lighting.scene import Scene
 from ..materials.catalogue.catalogue import Catalogue
 from ..runtime.distribution import installed_version
-from ..runtime.errors import UnknownNameError, UsageError
+from ..runtime.errors import InputError, UnknownNameError, UsageError
 from ..runtime.worker_pool import usable_cores
 from .gl.backend import create_session, gl_session, software_session
 from .gl.context import DISABLE_VARIABLE, NoGL
@@ -35,7 +35,7 @@ Progress = Callable[[int, int, str], None]
 
 def render(
     scene: Scene | str | Path,
-    catalogue: Catalogue | None = None,
+    catalogue: Catalogue | str | Path | None = None,
     *,
     camera: str | None = None,
     illuminant: object = None,
@@ -53,7 +53,7 @@ def render(
 
     Parameters
     ----------
-    scene : or the path of its file. catalogue : where the materials are; default: `Catalogue.open()`.
+    scene : or the path of its file. catalogue : where the materials are, or its folder; default: `Catalogue.open()`.
     camera : its name in the scene; default: the first.
     illuminant : in place of every light's own spectrum: its name, or an emission as of `Spectrum.of`.
     display : what the picture is encoded for, in place of the scene's: a display of its OpenColorIO configuration,
@@ -77,7 +77,7 @@ def render(
         raise UsageError("filtering and reference: the reference has no factors to filter, leave one out")
     if not reference and noise is not None:
         raise UsageError("noise is of references: add reference=True")
-    catalogue = Catalogue.open() if catalogue is None else catalogue
+    catalogue = _opened(catalogue)
     scene = shown_on(_read(scene, catalogue), display)
     scene = lit_by(scene if bounces is None else replace(scene, bounces=bounces), illuminant)
     view = scene.camera(camera)
@@ -106,7 +106,7 @@ def render(
 
 def review(
     scene: Scene | str | Path,
-    catalogue: Catalogue | None = None,
+    catalogue: Catalogue | str | Path | None = None,
     out: str | Path = "review",
     *,
     illuminants: str | Sequence[str] | None = None,
@@ -131,7 +131,7 @@ def review(
 
     Parameters
     ----------
-    scene : or the path of its file. catalogue : where the materials are; default: `Catalogue.open()`.
+    scene : or the path of its file. catalogue : where the materials are, or its folder; default: `Catalogue.open()`.
     illuminants : names, one or several; default: those of the scene's review, or of its lights.
     materials : ids or patterns, one or several, to sweep over the review's part, or the first; default: those of the
         scene's review.
@@ -155,7 +155,7 @@ def review(
 
     illuminants = (illuminants,) if isinstance(illuminants, str) else illuminants
     materials = (materials,) if isinstance(materials, str) else materials
-    catalogue = Catalogue.open() if catalogue is None else catalogue
+    catalogue = _opened(catalogue)
     scene = shown_on(_read(scene, catalogue, bool(materials)), display)
     # Read first: a review takes minutes.
     ratings = () if protocol is None else read_protocol(protocol)
@@ -186,6 +186,20 @@ def review(
     for line in result.warnings:
         warnings.warn(line, stacklevel=2)
     return result
+
+
+def _opened(catalogue: Catalogue | str | Path | None) -> Catalogue:
+    if catalogue is None or isinstance(catalogue, str | Path):
+        return Catalogue.open(catalogue)
+    if not isinstance(catalogue, Catalogue):
+        raise InputError(
+            "not a catalogue",
+            field="catalogue",
+            found=repr(catalogue)[:80],
+            expected="a Catalogue, or its folder",
+            hint="`Catalogue.add` puts a material into one, and `Scene.with_material` onto a part by its id",
+        )
+    return catalogue
 
 
 def _read(scene: Scene | str | Path, catalogue: Catalogue, swept: bool = False) -> Scene:

@@ -19,7 +19,8 @@ from ..calibration.match.uncertainty import Repeatability
 from ..calibration.match.whites import WhiteScale
 from ..lighting.scene_file.lamps import lamp
 from ..materials.catalogue.catalogue import Catalogue
-from ..materials.catalogue.samples import repeated_readings, samples_of
+from ..materials.catalogue.material import Material
+from ..materials.catalogue.samples import repeated_readings, sample_of, samples_of
 from ..runtime.distribution import installed_version
 from ..runtime.errors import InputError, UnknownNameError, UsageError
 from ..runtime.files import existing_file
@@ -64,8 +65,8 @@ def match(
 
     Parameters
     ----------
-    standard, samples : what `samples_of` names, a `Sample`, a `Spectrum` of reflectance or what another library holds
-        as one (`foreign_spectra.KINDS`); of samples one, a list of any number, or {name: spectrum}.
+    standard, samples : what `samples_of` names, a `Sample`, a `Material`, a `Spectrum` of reflectance or what another
+        library holds as one (`foreign_spectra.KINDS`); of samples one, a list of any number, or {name: spectrum}.
     tolerance : such as "CMC 2:1 1.0"; None: nothing is judged.
     formulas : that ΔE is told by, after that of the tolerance; None: `FORMULAS`, and at angles `AT_ANGLES`, too.
     illuminants, observers : one or several. None: D65, A and TL84, 10 degrees; where colours without spectra are among
@@ -95,6 +96,8 @@ def match(
     def named(one: Any, unnamed: str) -> tuple[Sample, ...]:
         if isinstance(one, str | Path):
             return samples_of(str(one), opened, answer)
+        if isinstance(one, Material):
+            return (sample_of(one),)
         return (one,) if isinstance(one, Sample) else Sample.of_spectra(one, unnamed)
 
     first, *more = named(standard, "standard")
@@ -162,7 +165,7 @@ def _is_named(samples: Any) -> bool:
 
 
 def _is_sample(value: Any) -> bool:
-    return isinstance(value, str | Path | Sample | Spectrum) or foreign_curves(value) is not None
+    return isinstance(value, str | Path | Sample | Material | Spectrum) or foreign_curves(value) is not None
 
 
 def _names(value: Any, field: str) -> tuple[str, ...] | None:
