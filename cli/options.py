@@ -69,10 +69,10 @@ def _light(word: str) -> str:
 
 
 def parse_observer(text: str) -> str:
-    """Return the name of an observer that is known."""
-    from ..spectral.observers import observer
+    """Return the short name of an observer that is known."""
+    from ..spectral.observers import observer_name
 
-    return checked(text, observer)
+    return observer_name(checked(text, observer_name))
 
 
 class Added(argparse.Action):

@@ -22,6 +22,8 @@ OBSERVERS = {
     "2015_2": "CIE 2015 2 Degree Standard Observer",
     "2015_10": "CIE 2015 10 Degree Standard Observer",
 }
+# What people and files say of one by its angle or its year alone: the standard observers of CIE 15, before CIE 170.
+ANGLES = {"2": "1931_2", "1931": "1931_2", "10": "1964_10", "1964": "1964_10"}
 #: Maximum luminous efficacy, lm/W (CIE 015:2018, K_m).
 EFFICACY = 683.002
 # Lights and wavelengths whose weights are kept: whatever is lit again and again asks for the same few.
@@ -143,23 +145,35 @@ def _trapezoid(grid: np.ndarray) -> np.ndarray:
     return 0.5 * (np.concatenate([steps, [0.0]]) + np.concatenate([[0.0], steps]))
 
 
-def observer(name: str) -> Observer:
-    """Standard observer by short name ("1931_2", "1964_10", "2015_2", "2015_10") or by colour-science's key.
+def observer_name(name: str) -> str:
+    """Short name of a standard observer: of that itself, of colour-science's key, or of its angle or year alone.
 
-    >>> observer("1964_10").name
-    'CIE 1964 10 Degree Standard Observer'
+    >>> observer_name("10°"), observer_name("CIE 1931"), observer_name("cie 2015 10 degree standard observer")
+    ('1964_10', '1931_2', '2015_10')
     """
     if not isinstance(name, str):
         raise InputError(
             "not the name of an observer", field="observer", found=repr(name)[:80], expected='a name, such as "1931_2"'
         )
-    return _observer(name)
+    folded = name.strip().casefold()
+    short = {key.casefold(): short for short, key in OBSERVERS.items()}.get(folded)
+    short = short or ANGLES.get(folded.removeprefix("cie").rstrip("°").strip(), folded)
+    if short not in OBSERVERS:
+        raise UnknownNameError("observer", name, [*OBSERVERS, *OBSERVERS.values()])
+    return short
+
+
+def observer(name: str) -> Observer:
+    """Standard observer by short name ("1931_2", "1964_10", "2015_2", "2015_10"), by colour-science's key, or by angle
+    or year ("2", "10°", "CIE 1931", "1964").
+
+    >>> observer("1964_10").name
+    'CIE 1964 10 Degree Standard Observer'
+    """
+    return _observer(observer_name(name))
 
 
 @cache
-def _observer(name: str) -> Observer:
-    by_key = {key.casefold(): key for key in OBSERVERS.values()}
-    key = OBSERVERS.get(name) or by_key.get(name.casefold())
-    if key is None:
-        raise UnknownNameError("observer", name, [*OBSERVERS, *OBSERVERS.values()])
+def _observer(short: str) -> Observer:
+    key = OBSERVERS[short]
     return Observer(key, *colour_tables("MSDS_CMFS")[key])

@@ -30,7 +30,7 @@ from ..spectral.formula import formula
 from ..spectral.illuminants import illuminant, measured_lamp
 from ..spectral.measurement import CROSSINGS, Crossing
 from ..spectral.metamerism import Conditions
-from ..spectral.observers import observer
+from ..spectral.observers import observer, observer_name
 from ..spectral.sample import Sample
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..spectral.whiteness import WhitenessMethod
@@ -91,6 +91,7 @@ def match(
 
     formulas, scales, crossings = _names(formulas, "formulas"), _names(whites, "whites"), _names(across, "across")
     (illuminants, assumed), observers = _lights(illuminants), _names(observers, "observers")
+    observers = observers and tuple(dict.fromkeys(map(observer_name, observers)))
     angles = _names(angles, "angles") or ()
 
     def named(one: Any, unnamed: str) -> tuple[Sample, ...]:

@@ -383,6 +383,12 @@ def test_what_cannot_be_compared_says_why(metamer, master, lots, tmp_path, words
     assert found == code and said in err
 
 
+def test_an_observer_is_called_by_its_short_name_however_it_was_spelt(metamer, master, lots):
+    words = ("match", master, lots, *SAID, "--illuminants", "D65", "--json", "-")
+    by_angle, by_name = (metamer(*words, "--observers", spelt)[1] for spelt in ("10°", "1964_10"))
+    assert by_angle == by_name and '"1964_10"' in by_name
+
+
 def test_materials_of_a_catalogue(metamer, tiny_catalogue):
     code, out, err = metamer("match", "tiny/matt-red", "tiny/satin-green", "--catalogue", tiny_catalogue)
     assert code == 0, err

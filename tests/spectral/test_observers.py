@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError, UnknownNameError
 from metamer.spectral.illuminants import illuminant, illuminant_names, light_source_names
-from metamer.spectral.observers import OBSERVERS, observer
+from metamer.spectral.observers import OBSERVERS, observer, observer_name
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
 
@@ -149,6 +149,12 @@ def test_light_of_one_sample_is_an_error():
 def test_short_and_long_names_are_the_same_observer(colour, key, name):
     assert observer(key).name == name == observer(name.lower()).name
     np.testing.assert_array_equal(observer(key).cmfs, colour.MSDS_CMFS[name].values)
+
+
+@pytest.mark.parametrize("spelt", ["10", "10°", "1964", "CIE 1964", " cie1964 "])
+def test_an_angle_or_a_year_alone_is_a_standard_observer_of_cie_15(spelt):
+    """Not the one of CIE 170 (2015_10), to which "10" is spelt nearer."""
+    assert observer(spelt) is observer("1964_10") and observer_name(spelt) == "1964_10"
 
 
 def test_unknown_observer_gives_the_nearest_names():

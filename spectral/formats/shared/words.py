@@ -8,6 +8,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from ...observers import ANGLES
 from ...spectrum import Quantity
 from ..registry import StatedColour
 
@@ -210,7 +211,6 @@ _OBSERVER = re.compile(
     r"CIE\s*_?(1931|1964)|(?:D\d\d|[AC]|FL?\d{1,2})\s*[/_-]\s*(2|10)\b",
     re.I,
 )
-_ANGLE = {"2": "1931_2", "1931": "1931_2", "10": "1964_10", "1964": "1964_10"}
 _CONDITION = re.compile(r"(?<![A-Za-z0-9])(M[0-3])(?![0-9A-Za-z])")
 
 
@@ -439,14 +439,14 @@ def _and_further(found: re.Match[str], line: str) -> list[str]:
 def observer_in(words: str) -> str | None:
     """Short name of the standard observer in words such as "ObserverAngle=2", "10°" or "CIE 1931"."""
     words = _one_line(words).strip("\"'")
-    if words in _ANGLE:
-        return _ANGLE[words]
+    if words in ANGLES:
+        return ANGLES[words]
     found = _OBSERVER.search(words)
     return None if found is None else _observer(found)
 
 
 def _observer(found: re.Match[str]) -> str:
-    return _ANGLE[next(group for group in found.groups() if group)]
+    return ANGLES[next(group for group in found.groups() if group)]
 
 
 def observers_in(lines: str) -> tuple[str, ...]:
