@@ -7,7 +7,7 @@ import html
 import os
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from ...runtime.notebook import MOST_LINES, html_table
 from ...runtime.remote import UnlistedError, is_remote, local_folder, open_anew, place
 from ..records.material import MaterialRecord
 from ..records.models import SPECTRA, no_surface
-from ..records.query import Heads, Query, Summary, material_files, read_heads, summary
+from ..records.query import Heads, Query, Summary, material_files, read_heads, summaries, summary
 from ..records.record import MARKER, SUFFIX, check_id, check_marker, read_record, write_marker, write_record
 from ..records.record_head import other_material
 from .head_index import HeadIndex, index_of
@@ -102,11 +102,14 @@ class Catalogue:
 
     def match_surfaces(self, pattern: str) -> tuple[str, ...]:
         """Ids as of `match`, but for spectra without a surface; raises `InputError` where those are all there are."""
-        found = {material_id: self.summary(material_id) for material_id in self.match(pattern)}
-        surfaces = tuple(material_id for material_id, one in found.items() if one.model not in SPECTRA)
+        found = self.summaries(self.match(pattern))
+        for one in found:
+            if isinstance(one, InputError):
+                raise one
+        usable = [one for one in found if isinstance(one, Summary)]
+        surfaces = tuple(one.id for one in usable if one.model not in SPECTRA)
         if not surfaces:
-            first = next(iter(found.values()))
-            raise no_surface(first.model, first.id)
+            raise no_surface(usable[0].model, usable[0].id)
         return surfaces
 
     def add(self, material: MaterialRecord) -> Path:
@@ -171,6 +174,18 @@ class Catalogue:
     def summary(self, material_id: str) -> Summary:
         """Read the summary in the head of a material's file, and no more of it."""
         return summary(material_id, self.path(material_id))
+
+    def summaries(self, ids: Iterable[str]) -> list[Summary | InputError]:
+        """Return what `summary` does for each of these materials, or raises; behind a URL, many are read at once."""
+        ids = tuple(ids)
+        known = dict(summaries(self.folder, SUFFIX, frozenset(ids))) if is_remote(self.folder) and len(ids) > 1 else {}
+        found: list[Summary | InputError] = []
+        for material_id in ids:
+            try:
+                found.append(known[material_id] if material_id in known else self.summary(material_id))
+            except InputError as reason:
+                found.append(reason)
+        return found
 
     def query(self, query: Query | None = None, unusable: list[InputError] | None = None) -> tuple[Summary, ...]:
         """Summaries of the materials that fit, sorted; all of them by default.

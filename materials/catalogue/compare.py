@@ -252,13 +252,8 @@ def _spectrum_xyz(record: MaterialRecord, lights: Sequence[Spectrum], eye: Obser
 
 
 def _heads(catalogue: Catalogue) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for material_id in catalogue.ids():
-        try:
-            found[material_id] = catalogue.summary(material_id)
-        except InputError as reason:
-            found[material_id] = reason
-    return found
+    ids = catalogue.ids()
+    return dict(zip(ids, catalogue.summaries(ids), strict=True))
 
 
 def _compared(a: Summary, b: Summary, illuminants: tuple[str, ...], observer_name: str, of: Of) -> MaterialDifference:

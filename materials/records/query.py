@@ -5,7 +5,7 @@ from __future__ import annotations
 import fnmatch
 import os
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -113,22 +113,32 @@ def read_heads(folder: Path, suffix: str) -> Heads:
     """Read the head of every material file below `folder`."""
     found: list[Summary] = []
     unusable: list[InputError] = []
-    for material_id, file, head in _heads(folder, suffix):
-        try:
-            found.append(summary(material_id, file, head))
-        except InputError as reason:
-            unusable.append(reason)
+    for _, one in summaries(folder, suffix):
+        if isinstance(one, Summary):
+            found.append(one)
+        else:
+            unusable.append(one)
     return Heads(tuple(found), tuple(unusable))
 
 
-def _heads(folder: Path, suffix: str) -> Iterator[tuple[str, str, bytes | Exception | None]]:
-    """Id and file of every material below `folder`; behind a URL, where many are asked for at once, its head, too."""
-    if not isinstance(folder, RemotePath):
-        yield from ((material_id, file, None) for material_id, file in material_files(folder, suffix))
-        return
-    files = [file for file in folder.files() if _is_material(file.name, suffix)]
-    for file, head in remote_heads(folder, files):
-        yield file.name[: -len(suffix)], str(folder / file.name), head
+def summaries(
+    folder: Path, suffix: str, wanted: Collection[str] | None = None
+) -> Iterator[tuple[str, Summary | InputError]]:
+    """Yield the id and the summary of every material below `folder`, or of those `wanted`, or what is wrong with its
+    head; behind a URL, heads are asked for many at once."""
+    if isinstance(folder, RemotePath):
+        files = [file for file in folder.files() if _is_material(file.name, suffix)]
+        names = None if wanted is None else {f"{material_id}{suffix}" for material_id in wanted}
+        heads = ((file.name, str(folder / file.name), begins) for file, begins in remote_heads(folder, files, names))
+    else:
+        heads = ((f"{material_id}{suffix}", file, None) for material_id, file in material_files(folder, suffix))
+    for name, file, begins in heads:
+        material_id = name[: -len(suffix)]
+        if wanted is None or material_id in wanted:
+            try:
+                yield material_id, summary(material_id, file, begins)
+            except InputError as reason:
+                yield material_id, reason
 
 
 def material_files(folder: Path, suffix: str) -> Iterator[tuple[str, str]]:

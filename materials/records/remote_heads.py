@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -24,15 +24,19 @@ from .record_head import HEAD_BYTES, head_from
 _FOLDER = "remote-heads"
 
 
-def remote_heads(folder: RemotePath, files: Sequence[RemoteFile]) -> Iterator[tuple[RemoteFile, bytes | Exception]]:
-    """Yield the beginning of each file, with its whole head, or what reading it met; those that are known first."""
+def remote_heads(
+    folder: RemotePath, files: Sequence[RemoteFile], wanted: Collection[str] | None = None
+) -> Iterator[tuple[RemoteFile, bytes | Exception]]:
+    """Yield the beginning of each file, with its whole head, or what reading it met; those that are known first.
+
+    files : all that are listed. wanted : names of those that are asked for; None: all.
+    """
     path = cache_folder(_FOLDER) / hashlib.sha256(str(folder).encode()).hexdigest()
     before = _read(path)
     known = {_key(file): before[_key(file)] for file in files if file.settled and _key(file) in before}
-    for file in files:
-        if _key(file) in known:
-            yield file, known[_key(file)]
-    unread = [file for file in files if _key(file) not in known]
+    asked = [file for file in files if wanted is None or file.name in wanted]
+    unread = [file for file in asked if _key(file) not in known]
+    yield from ((file, known[_key(file)]) for file in asked if _key(file) in known)
     for file, begins in folder.beginnings(unread, HEAD_BYTES):
         if file.settled and isinstance(begins, bytes):
             with suppress(InputError):

@@ -188,6 +188,16 @@ def test_heads_are_kept_and_believed_while_the_store_lists_the_same_file(folder,
     assert list(Catalogue.open(f"zip://::{path}").query()) == list(after) and len(read_anew) == 1
 
 
+def test_surfaces_of_a_pattern_are_told_by_heads_that_are_read_at_once(folder, tmp_path, read_anew, monkeypatch):
+    path = zipped(folder, tmp_path / "cat.zip")
+    catalogue = Catalogue.open(f"zip://::{path}")
+    monkeypatch.setattr(RemotePath, "first_bytes", lambda *_: pytest.fail("read one by one"))
+    assert catalogue.match_surfaces("paint/*") == ("paint/grey", "paint/red")
+    assert read_anew == ["paint/grey.h5", "paint/red.h5"]
+    assert len(catalogue.query()) == 3 and read_anew[2:] == ["wall/white.h5"]
+    assert [one.id for one in catalogue.summaries(IDS)] == list(IDS) and len(read_anew) == 3
+
+
 @pytest.mark.parametrize("damage", [lambda data: data[:-9], lambda data: data.replace(b"0", b"1"), lambda data: b""])
 def test_a_cache_of_heads_that_is_damaged_is_read_anew(folder, tmp_path, read_anew, damage):
     path = zipped(folder, tmp_path / "cat.zip")
