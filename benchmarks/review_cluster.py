@@ -51,7 +51,7 @@ def scheduled(tasks: Sequence[float], workers: int, first: float = 0.0, client: 
 
 def run(materials: int = 24) -> dict[str, Any]:
     """Review generated materials here, and on clusters of one and two processes; then simulate."""
-    import distributed
+    from distributed.deploy.subprocess import SubprocessCluster
 
     with tempfile.TemporaryDirectory() as private:
         folder = Path(private)
@@ -63,7 +63,8 @@ def run(materials: int = 24) -> dict[str, Any]:
         few, busy = catalogue.ids()[: max(1, len(costs) // 4)], 0.0
         for workers in (1, 2):
             here = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
-            with distributed.LocalCluster(n_workers=workers, threads_per_worker=1, processes=True, **here) as cluster:
+            # A scheduler in this process would count as the client's work, also while it waits.
+            with SubprocessCluster(n_workers=workers, threads_per_worker=1, **here) as cluster:
                 own.append(_reviewed(catalogue, folder / f"on {workers}", cluster.scheduler_address))
                 if workers == 1:
                     busy = _reviewed(catalogue, folder / "part", cluster.scheduler_address, few)[2]
