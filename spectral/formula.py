@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -115,7 +116,9 @@ def formula(text: str) -> Formula:
     return Formula(_ALSO[folded])
 
 
-def delta_e(reference_lab: Lab, sample_lab: Lab, method: str = "CIE 1994") -> Float[np.ndarray, "*batch"]:
+def delta_e(
+    reference_lab: Float[np.ndarray, "*#batch 3"], sample_lab: Float[np.ndarray, "*#batch 3"], method: str = "CIE 1994"
+) -> Float[np.ndarray, "*batch"]:
     """Colour difference (...) of CIELAB pairs, by a formula that is spelled as people do.
 
     CIE 1994 and CMC weigh by the reference and are not symmetric: mind which side is which.
@@ -144,8 +147,8 @@ def delta_e(reference_lab: Lab, sample_lab: Lab, method: str = "CIE 1994") -> Fl
     return difference.delta_e_lab(reference_lab, sample_lab, asked.name)  # type: ignore[arg-type]
 
 
-def _pairs(reference_lab: Lab, sample_lab: Lab) -> tuple[Lab, Lab]:
-    """Both sides as arrays (...,3) that fit each other."""
+def _pairs(reference_lab: Any, sample_lab: Any) -> tuple[Lab, Lab]:
+    """Both sides as arrays (...,3) of one shape."""
     sides: dict[str, np.ndarray] = {}
     for field, given in (("reference_lab", reference_lab), ("sample_lab", sample_lab)):
         try:
@@ -164,7 +167,7 @@ def _pairs(reference_lab: Lab, sample_lab: Lab) -> tuple[Lab, Lab]:
         sides[field] = lab
     reference, sample = sides.values()
     try:
-        np.broadcast_shapes(reference.shape, sample.shape)
+        reference, sample = np.broadcast_arrays(reference, sample)
     except ValueError:
         found, expected = f"shapes {reference.shape} and {sample.shape}", "as many on both sides, or one on one of them"
         raise InputError(
