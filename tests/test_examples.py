@@ -258,7 +258,7 @@ def test_notebooks_run_as_they_stand(monkeypatch, tmp_path):
 
 def test_python_of_the_docs(tiny_catalogue, monkeypatch):
     snippets = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "python.md").read_text(encoding="utf-8"), re.S)
-    assert len(snippets) == 6
+    assert len(snippets) == 7
     monkeypatch.chdir(tiny_catalogue)
     # A smaller picture: its size is not what is shown. The one material of this catalogue is on the sphere.
     text = (ROOT / "examples" / "sphere.toml").read_text(encoding="utf-8").replace("= 256", "= 32")

@@ -112,8 +112,10 @@ class Catalogue:
             raise no_surface(usable[0].model, usable[0].id)
         return surfaces
 
-    def add(self, material: MaterialRecord) -> Path:
+    def add(self, material: MaterialRecord, *, replace: bool = False) -> Path:
         """Write a material into the catalogue, whole or not at all; returns its file.
+
+        replace : in place of one of its id, where there is one.
 
         Raises
         ------
@@ -122,8 +124,9 @@ class Catalogue:
         check_id(material.id)
         local_folder(self.folder, "a new material")
         path = self.folder / f"{material.id}{SUFFIX}"
-        if path.exists():
-            raise InputError("there is a material of this id", file=path, field=material.id, hint="take another name")
+        if path.exists() and not replace:
+            hint = "take another name, or replace=True to put this one in its place"
+            raise InputError("there is a material of this id", file=path, field=material.id, hint=hint)
         write_record(material, path)
         return path
 

@@ -68,7 +68,8 @@ def check_id(material_id: object) -> None:
     """Raise an `InputError` where an id is not "family/name", of parts that are no hidden files."""
     parts = material_id.split("/") if isinstance(material_id, str) else []
     if len(parts) < 2 or not all(part and not part.startswith(".") for part in parts):
-        raise InputError("not an id of a material", field="id", found=material_id, expected="family/name")
+        hint = f"such as script/{material_id}" if len(parts) == 1 and parts[0].strip(".") else None
+        raise InputError("not an id of a material", field="id", found=material_id, expected="family/name", hint=hint)
 
 
 def write_marker(folder: Path) -> None:

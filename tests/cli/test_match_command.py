@@ -10,7 +10,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from metamer import match
+from metamer import Catalogue, match
+from metamer.runtime.errors import InputError
 from metamer.spectral.formats.import_options import ImportOptions
 
 NM = np.arange(380, 731, 10)
@@ -393,6 +394,16 @@ def test_materials_of_a_catalogue(metamer, tiny_catalogue):
     code, out, err = metamer("match", "tiny/matt-red", "tiny/satin-green", "--catalogue", tiny_catalogue)
     assert code == 0, err
     assert "tiny/satin-green" in out
+
+
+def test_materials_are_matched_as_they_are_by_their_ids(tiny_catalogue):
+    catalogue = Catalogue.open(tiny_catalogue)
+    of_ids = match("tiny/matt-red", "tiny/satin-green", catalogue=catalogue)
+    found = match(catalogue["tiny/matt-red"], [catalogue["tiny/satin-green"]])
+    assert found.summary == of_ids.summary and found.samples[0].sample.name == "tiny/satin-green"
+    assert found.samples[0].differences[0].delta_e == of_ids.samples[0].differences[0].delta_e
+    with pytest.raises(InputError, match=r"(?s)no sample.*lab:50,20,10@D65/1964_10"):
+        match((50, 20, 10), catalogue["tiny/matt-red"])
 
 
 def test_a_build_server_is_told_of_each_sample(metamer, master, lots, tmp_path):

@@ -160,6 +160,19 @@ def test_unknown_id_gives_the_nearest(folder):
         Catalogue.open(folder).load("chart/red-glos")
 
 
+def test_a_material_takes_the_place_of_another_where_that_is_asked(folder):
+    stored(folder)
+    other = record(parameters={"exponent": 3.0})
+    with pytest.raises(InputError, match=r"(?s)a material of this id.*replace=True"):
+        Catalogue(folder).add(other)
+    before = Catalogue(folder).state(other.id)
+    Catalogue(folder).add(other, replace=True)
+    assert Catalogue(folder).load(other.id).parameters["exponent"] == 3.0
+    assert list(Catalogue(folder)) == [other.id] and Catalogue(folder).state(other.id) != before
+    with pytest.raises(InputError, match="such as script/orange"):
+        Catalogue(folder).add(record("orange"))
+
+
 def test_missing_folder_says_how_to_make_it(tmp_path):
     with pytest.raises(InputError, match=r"(?s)no such catalogue.*metamer catalogue import"):
         Catalogue.open(tmp_path / "none")
