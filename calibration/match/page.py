@@ -488,7 +488,7 @@ def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str
         ("C*, L*", _LC_ENDS, along, lightness, [(float(one.off.chroma), float(one.off.lightness)) for one in found]),
     )
     shared = _shared_start([one.sample.name for one in report.samples])
-    labels = [_label(one.sample.name[shared:], numbers[id(one)], len(report.samples)) for one in report.samples]
+    labels = [_label(one.sample.name, shared, numbers[id(one)], len(report.samples)) for one in report.samples]
     drawn, geometry = [], found[0].conditions.geometry
     for axes, ends, x, y, points in planes:
         outline = np.zeros((0, 2)) if tolerance is None else tolerance.at(geometry).outline(lab, white, x, y)
@@ -519,13 +519,21 @@ def _shared_start(names: Sequence[str]) -> int:
     return sum(len(some[0]) + 1 for some in shared) if len(names) > 1 else 0
 
 
-def _label(name: str, number: int, count: int) -> str:
-    """Label of a dot: the sample's name where few share a drawing, else its number, or nothing."""
+def _label(name: str, shared: int, number: int, count: int) -> str:
+    """Label of a dot: the sample's name where few share a drawing, else its number in the table, or nothing.
+
+    A name that is long leaves out what all begin with, but is no number alone: that would be read as the table's.
+    """
     if count > MOST_NUMBERS:
         return ""
     if count > MOST_LABELS:
         return str(number)
-    return name if len(name) <= MOST_LETTERS else f"{name[: MOST_LETTERS - 1]}…"
+    if len(name) <= MOST_LETTERS:
+        return name
+    if name[shared:].strip().isdigit():
+        return f"…{name[1 - MOST_LETTERS :]}"
+    told = name[shared:]
+    return told if len(told) <= MOST_LETTERS else f"{told[: MOST_LETTERS - 1]}…"
 
 
 def _drawing(points: np.ndarray, outline: np.ndarray, labels: Sequence[str]) -> dict[str, Any]:

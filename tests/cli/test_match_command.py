@@ -139,7 +139,24 @@ def test_a_lot_that_fails_under_one_light_goes_the_way_it_goes_there(metamer, ma
     assert first["words"] in row and row.count('aria-label="passes"') == 1
     planes = html.index('class="planes"')
     drawing = html[planes : html.index("</svg>", planes)]
-    assert all(f">{name}</text>" in drawing for name in ("1", "2", "3"))
+    # A number alone would be taken for that of the table, where the worst is the first.
+    assert "1 · " in row and "lot 3" in row
+    assert all(f">{name}</text>" in drawing for name in ("lot 1", "lot 2", "lot 3"))
+
+
+@pytest.mark.parametrize(
+    ("names", "labels"),
+    [
+        (("Monday's panels, lot 1", "Monday's panels, lot 2"), ("…panels, lot 1", "…panels, lot 2")),
+        (("Monday's panels, red", "Monday's panels, blue"), ("red", "blue")),
+    ],
+)
+def test_long_names_of_dots_leave_out_what_all_begin_with(names, labels):
+    nm = np.arange(400.0, 701.0, 20.0)
+    lots = {name: (nm, factor * np.linspace(0.2, 0.5, nm.size)) for name, factor in zip(names, (0.9, 1.1), strict=True)}
+    page = match((nm, np.linspace(0.2, 0.5, nm.size)), lots, illuminants="D65").html()
+    drawing = page[page.index('class="planes"') :]
+    assert all(f">{label}</text>" in drawing for label in labels)
 
 
 @pytest.mark.parametrize("form", ["html", "json"])
