@@ -58,7 +58,8 @@ class _CommandParser(_Parser):
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(word, list(known), n=1)
+    # Hyphens and the dashes of options are alike in all of them, and make words near that are not.
+    close = difflib.get_close_matches(word, list(known), n=1, cutoff=0.7)
     return f" (did you mean {close[0]}?)" if close else ""
 
 

@@ -44,7 +44,8 @@ def matched(before: ComparedSide, after: ComparedSide) -> MatchedRows:
         raise ComparisonError(
             f"{before.path} and {after.path} have no row in common\n"
             f"  found: {_few(before)}; and {_few(after)}\n"
-            "  expected: rows of the same material, light, observer, scene and view"
+            "  expected: rows of the same material, light, observer, scene and view\n"
+            "  try: name things alike on both sides; `metamer match` holds samples of other names beside a standard"
         )
     return MatchedRows(pairs, removed, added)
 

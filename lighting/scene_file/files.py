@@ -58,7 +58,13 @@ def scene_file(path: str | Path) -> Path:
 
 def possible_scene(path: str | Path) -> Path:
     """Return the path of a file that may be a scene, broken or not; raises `InputError` for files of other kinds."""
-    path, expected = existing_file(path), "a scene.toml"
+    path, expected = Path(path), "a scene.toml"
+    if not path.suffix and len(path.parts) == 2 and not path.parent.exists():
+        one = path.as_posix()
+        hint = f'write a scene.toml with a [[part]] that has shape = "sphere" and material = "{one}" (docs/scene.md)'
+        hint += f"; `metamer view {one}` shows a material on a shape"
+        raise InputError("no such file; this may be a material, not a scene", file=one, expected=expected, hint=hint)
+    existing_file(path)
     if path.suffix.lower() in SUFFIXES:
         hint = f'write a scene.toml with a [[part]] that has mesh = "{path.name}" and material = "ID" (docs/scene.md)'
         raise InputError("a mesh, not a scene", file=path, found=path.suffix, expected=expected, hint=hint)

@@ -99,6 +99,11 @@ def test_wrong_usage(metamer, words, said):
     assert out == ""
 
 
+def test_an_option_that_is_like_none_is_told_no_other(metamer):
+    code, _, err = metamer("render", "scene.toml", "-o", "a.png", "--material", "red")
+    assert code == 64 and "unrecognized arguments: --material red" in err and "did you mean" not in err
+
+
 @pytest.mark.parametrize(
     ("reason", "code"),
     [

@@ -134,6 +134,12 @@ def test_missing_scene_is_said_before_a_catalogue_is_made(metamer, monkeypatch, 
     assert "no such file" in err and "gone.toml" in err
 
 
+def test_a_material_in_place_of_a_scene_is_told_what_to_write(metamer, tmp_path):
+    code, _, err = metamer("render", "tiny/copper", "--output", tmp_path / "ball.png")
+    assert code == 4 and "this may be a material, not a scene" in err
+    assert 'material = "tiny/copper"' in err and "metamer view tiny/copper" in err
+
+
 @pytest.mark.parametrize(
     ("name", "said"), [("no/folder/ball.png", "no such folder"), ("made", "a folder, where a file")]
 )

@@ -265,7 +265,7 @@ def test_what_made_the_sides_is_said_where_it_differs():
         (row(pixels(white_xyz=np.array([1.0985, 1.0, 0.3558]))), "different whites"),
         (row(pixels(40)), "different sizes"),
         (row(pixels(), name=NAME._replace(observer="CIE 1964 10 Degree Standard Observer")), "other observers"),
-        (row(pixels(), name=NAME._replace(material="metal/gold")), "no row in common"),
+        (row(pixels(), name=NAME._replace(material="metal/gold")), "no row in common(?s:.*)metamer match"),
         (row(pixels(coverage=np.zeros((80, 80), np.float32))), "no pixel is covered"),
     ],
 )
