@@ -63,8 +63,8 @@ def lab(spectrum: Spectrum, light: object = None, eye: object = "1931_2") -> Flo
     return lab_from_xyz(xyz(spectrum, light, eye), white)
 
 
-def _observer(eye: object) -> Observer:
-    return eye if isinstance(eye, Observer) else observer(str(eye))
+def _observer(eye: Any) -> Observer:
+    return eye if isinstance(eye, Observer) else observer(str(eye) if isinstance(eye, int) else eye)
 
 
 def to_colour(spectrum: Spectrum) -> Any:

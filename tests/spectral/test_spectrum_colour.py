@@ -69,6 +69,13 @@ def test_a_light_has_its_own_xyz_and_no_other():
             wrong()
 
 
+def test_an_observer_is_a_name_or_an_angle_and_no_table():
+    red = Spectrum((NM, RED))
+    assert np.array_equal(red.lab("A", 10), red.lab("A", "1964_10"))
+    with pytest.raises(InputError, match=r"(?s)not the name of an observer.*array.*1931_2"):
+        red.lab("A", np.ones((31, 3)))
+
+
 def test_too_little_of_the_visible_has_no_colour():
     with pytest.raises(InputError, match="too little of the visible"):
         Spectrum({500.0: 0.2, 600.0: 0.3}).xyz()
