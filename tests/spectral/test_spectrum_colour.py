@@ -69,7 +69,7 @@ def test_a_light_has_its_own_xyz_and_no_other():
             wrong()
 
 
-def test_an_observer_is_a_name_or_an_angle_and_no_table():
+def test_an_observer_is_a_name_or_an_angle_and_no_table(as_users_call):
     red = Spectrum((NM, RED))
     assert np.array_equal(red.lab("A", 10), red.lab("A", "1964_10"))
     with pytest.raises(InputError, match=r"(?s)not the name of an observer.*array.*1931_2"):
