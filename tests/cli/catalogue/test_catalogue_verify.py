@@ -163,7 +163,7 @@ def test_diff_of_what_cannot_be_compared(metamer, folder, tmp_path, write_matt):
         (("{a}", "paint/dark"), 64, "is a folder and the other side is not"),
         (("{a}", "{a}/paint"), 4, "not a catalogue"),
         (("{a}", "{a}", "--illuminants", "D66"), 64, "unknown illuminant"),
-        (("{a}", "{a}", "--observer", "1931"), 64, "unknown observer"),
+        (("{a}", "{a}", "--observer", "1932"), 64, "unknown observer"),
     ],
 )
 def test_diff_of_wrong_words(metamer, folder, words, code, said):
