@@ -121,8 +121,8 @@ def test_another_release_of_a_library_counts(copied, monkeypatch):
 @pytest.mark.slow
 def test_every_library_that_a_fit_imports_is_known():
     known = {name for name, _ in code_version._LIBRARIES} - {"colour-science"} | {"colour"}
-    # Checks of shapes, locks, memory and folders give no numbers; storage keeps every bit.
-    plain = {"jaxtyping", "h5py", "filelock", "platformdirs", "psutil"}
+    # Checks of shapes, locks, memory and folders give no numbers; storage keeps every bit, here and elsewhere.
+    plain = {"jaxtyping", "h5py", "filelock", "platformdirs", "psutil", "fsspec", "paramiko"}
     decoders = {"PIL", "OpenEXR"}
     found = set()
     # Theirs count where pictures are decoded.
