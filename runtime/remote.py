@@ -40,7 +40,7 @@ _HOST_KEYS = ("~/.ssh/known_hosts", "/etc/ssh/ssh_known_hosts")
 # A drive of Windows has one letter.
 _URL = re.compile(r"([a-z][a-z0-9+.-]+)(?:://|::)", re.IGNORECASE)
 _CREDENTIALS = re.compile(r"://[^/@:]*:[^/@]*@")
-# What tells versions of a file apart, by the names that stores have for it; content or time.
+# Marks of a file's version, by the names that stores have for them: of its content, or its time.
 _BY_CONTENT, _BY_TIME = ("ETag", "etag", "CRC"), ("mtime", "LastModified", "last_modified", "updated", "created")
 _COPY = "make or change the catalogue in a folder here, then copy it with the store's own tool, such as rclone"
 _ACCESS = "check the address, the network and your access to the store"
@@ -300,7 +300,7 @@ class RemotePath(_Path):
 
     def _information(self) -> dict[str, Any]:
         def asked(system: Any, at: str) -> dict[str, Any]:
-            # What was listed before may have changed.
+            # A listing from before may be out of date.
             system.invalidate_cache()
             return system.info(at)
 
@@ -421,7 +421,7 @@ class _RangeReader(io.RawIOBase):
         done = 0
         try:
             while self._at < stop:
-                # As many blocks at once as are kept.
+                # Blocks that are asked for at once are no more than are kept.
                 end = min(stop, (self._at // BLOCK_BYTES + _BLOCKS) * BLOCK_BYTES)
                 data = self._blocks.read(self._at, end)
                 view[done : done + len(data)] = data

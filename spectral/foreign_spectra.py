@@ -85,7 +85,7 @@ def _check_wavelengths_in_index(table: Any) -> None:
     elif column is not None:
         hint, found = f"df.set_index({column!r})", f"wavelengths in the column {column!r}"
     elif len(table.index) > 1 and list(table.index) == list(range(len(table.index))):
-        # What pandas gives where nobody names an index.
+        # The index that pandas makes where nobody names one.
         hint = "df.set_index(the column of wavelengths)"
         found = f"rows numbered from 0 to {len(table.index) - 1}"
     else:

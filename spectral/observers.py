@@ -22,7 +22,7 @@ OBSERVERS = {
     "2015_2": "CIE 2015 2 Degree Standard Observer",
     "2015_10": "CIE 2015 10 Degree Standard Observer",
 }
-# What people and files say of one by its angle or its year alone: the standard observers of CIE 15, before CIE 170.
+#: Short names by the angle or the year alone, as people and files write them: observers of CIE 15, before CIE 170.
 ANGLES = {"2": "1931_2", "1931": "1931_2", "10": "1964_10", "1964": "1964_10"}
 #: Maximum luminous efficacy, lm/W (CIE 015:2018, K_m).
 EFFICACY = 683.002

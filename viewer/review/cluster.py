@@ -101,7 +101,7 @@ def _drawn_there(
     """Draw a case on a worker; `worn` are the materials of its parts."""
     catalogue, renderer, scene = _held.catalogue, _held.renderer, _held.shared["scene"]
     assert renderer is not None
-    # Of one scene, whose meshes and lights are those by which sums over directions are known again.
+    # Parts of one scene: sums over directions are known again by the identity of its meshes and lights.
     parts = tuple(replace(part, material=name) for part, name in zip(scene.parts, worn, strict=True))
     scene = replace(scene, parts=parts, bounces=bounces)
     records = {name: catalogue.surface(name) for name in scene.material_ids}

@@ -66,7 +66,7 @@ def reviewed_materials(
     """Materials by id, with their colours under every light for every observer."""
     eyes = {eye.name: eye for eye in (setting.scene.observer, *(observer(name) for name in _OBSERVERS))}
     lights, readings, found = _lights(setting), [reading_of(name) for name in names], []
-    # Of a light, all materials at once: what a few numbers take is not the numbers.
+    # All materials at once under each light: a call takes longer than the few numbers of one material do.
     columns = [column for eye in eyes.values() for column in _colours(setting, lights, readings, eye)]
     for name, reading, *colours in zip(names, readings, *columns, strict=True):
         record = setting.records[name]

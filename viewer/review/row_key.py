@@ -23,7 +23,7 @@ from .cases import ReviewCase, Setting
 # Folders of code that draws or compares; pages and commands change no row.
 _CODE = ("runtime", "spectral", "materials", "lighting", "calibration", "viewer")
 _KINDS = (".py", ".glsl", ".vert", ".frag")
-# Of a scene: where it came from and what else could be seen of it changes no picture; its name stands in their headers.
+# Fields of a scene that change no picture: its file and its other views; its name stands in the headers of pictures.
 _UNSEEN = ("cameras", "path", "review", "notes")
 
 

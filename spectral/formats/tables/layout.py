@@ -293,9 +293,10 @@ def wavelength_runs(
     # How many cells that are no wavelengths stand before each: a stretch ends at one.
     parted = list(accumulate((value is None for value in values), initial=0))
     apart: dict[str, list[tuple[int, int, float]]] = {}
-    for at, value in enumerate(values):
-        if value is not None:
-            words = re.sub(r"[^\w%]", "", words_beside(cells[at])).casefold()
+    for at, (pair, value) in enumerate(zip(found, values, strict=True)):
+        if pair and value is not None:
+            # A plain number has none, and tables have many thousands of them.
+            words = re.sub(r"[^\w%]", "", words_beside(cells[at])).casefold() if pair[1] else ""
             apart.setdefault(words, []).append((at, parted[at], value))
     together = _stretches(sorted(chain.from_iterable(apart.values())))
     each = [run for of_words in apart.values() for run in _stretches(of_words)] if len(apart) > 1 else together

@@ -53,7 +53,7 @@ def server(tmp_path_factory):
 
 @pytest.fixture
 def store(server, monkeypatch, tmp_path):
-    """What stands between Metamer and the server."""
+    """Proxy between Metamer and the server, which can be told to fail."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     with served(upstream=server) as store:
         for name, value in (KEYS | {"AWS_ENDPOINT_URL": f"http://{store.address}", "AWS_MAX_ATTEMPTS": "1"}).items():

@@ -236,6 +236,6 @@ def test_an_axis_without_a_unit_that_is_of_light_as_angstroms_is_asked_about(wri
     path = written(table((10.0 * NM)[::turned], *([head] if head else []), values=RED[::turned]))
     with pytest.raises(InputError, match="in nm, or in Å"):
         read_spectra(path, ImportOptions("reflectance", "fraction"))
-    # What reaches into light as nm is in nm.
+    # An axis that reaches into light as nm is in nm.
     wide = np.linspace(350.0, 11000.0, len(NM))
     assert read_csv(written(table(wide, "wavelength"))).entries[0].spectrum.wavelengths_nm[-1] == 11000.0
