@@ -27,12 +27,14 @@ FEWEST = 3
 # samples may be numbered, and tints have 25 and 75 %.
 _USUAL = frozenset((-45.0, -30.0, -15.0, 15.0, 20.0, 25.0, 45.0, 60.0, 75.0, 80.0, 110.0))
 _MOSTLY = 0.8
+_MANY = 64
 _COMMON = (frozenset(FLOP_ANGLES), frozenset((-15.0, 15.0)), frozenset((25.0, 45.0)), frozenset((45.0, 75.0)))
 # Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature).
 _NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(°|º|˚|∘|deg(?:rees?|\.)?|grad)?[)\]]?", re.I)
-# Degrees before a name, which are no temperature and no grid.
-_DEGREES_FIRST = re.compile(
-    r"[(\[]?([-\u2212]?\d+(?:\.\d+)?)\s*(?:°|º|˚|∘|deg(?:rees?|\.)?|grad)(?![a-z])[)\]]?(.+)", re.I
+_DEGREES = re.compile(r"[-\u2212]?\d+(?:\.\d+)?\s*(?:°|º|˚|∘|deg(?:rees?|\.)?|grad)", re.I)
+# Degrees before a name or within it, which are no temperature and no grid.
+_DEGREES_BEFORE = re.compile(
+    r"((?:.*[\s_,;(\[])?)([-\u2212]?\d+(?:\.\d+)?)\s*(?:°|º|˚|∘|deg(?:rees?|\.)?|grad)(?![a-z])[)\]]?(.+)", re.I
 )
 # Quantity behind an angle.
 _MEASURED = re.compile(
@@ -43,18 +45,21 @@ _NO_SAMPLE = re.compile(r"r|ρ|refl(?:ectance)?|at|(?:\w+[ _-])?(?:angle|winkel)
 _AN_ANGLE = re.compile(r"(?:^|[ _-])(?:angle|winkel)$", re.I)
 # Signs between an angle and a name.
 _JOINTS = " ,;:_-/@°|=(["
-_ANGLE_COLUMN = re.compile(r"(?!.*(?:hue|screen|raster|phase|contact)).*(?:angle|winkel|aspecular|geometr).*", re.I)
+_NO_ANGLE = "hue|screen|raster|phase|contact|temp"
+_ANGLE_COLUMN = re.compile(
+    rf"(?!.*(?:{_NO_ANGLE})).*(?:angle|winkel|aspecular|geometr).*|as|\W*(?:°|deg(?:rees?)?|grad)\W*", re.I
+)
 # Columns of one direction alone, which call it no angle; whose numbers are steps of 5 degrees.
 _DIRECTION_COLUMN = re.compile(
     r"(?:incid|detect|viewing|observation|illumination|einfall|einstrahl|ausfall|beobachtung)\w*", re.I
 )
-_DEGREES = r"[ _-]*(?:[\[(]?\s*(?:°|deg(?:rees?)?)\s*[\])]?)?"
+_IN_DEGREES = r"[ _-]*(?:[\[(]?\s*(?:°|deg(?:rees?)?)\s*[\])]?)?"
 _LIGHT_COLUMN = re.compile(
     r"(?:light|lamp|source|illuminat\w*|incid\w*|einstrahl\w*|einfall\w*|beleuchtung\w*)[ _-]*(?:angle|winkel)?"
-    rf"{_DEGREES}",
+    rf"{_IN_DEGREES}",
     re.I,
 )
-_ASPECULAR_COLUMN = re.compile(rf"(?:aspecular|differenz)[ _-]*(?:angle|winkel)?{_DEGREES}", re.I)
+_ASPECULAR_COLUMN = re.compile(rf"(?:aspecular|differenz)[ _-]*(?:angle|winkel)?{_IN_DEGREES}", re.I)
 
 
 class Unlit(NamedTuple):
@@ -151,8 +156,11 @@ def _called(reading: AngleReading) -> str:
 def _numbered(name: str) -> re.Match[str] | None:
     """Match a name, its number and whether that is of degrees, which may stand before it, too."""
     plain = _MEASURED.sub("", name.strip())
-    first = _DEGREES_FIRST.fullmatch(plain)
-    return _NUMBERED.fullmatch(f"{first[2].strip(_JOINTS)} {first[1]}°" if first else plain)
+    last = _NUMBERED.fullmatch(plain)
+    before = None if last is not None and last[3] else _DEGREES_BEFORE.fullmatch(plain)
+    if before is None:
+        return last
+    return _NUMBERED.fullmatch(f"{_joined(before[1].strip(_JOINTS), before[3].strip(_JOINTS))} {before[2]}°")
 
 
 def _otherwise(one: AngleReading, other: AngleReading) -> bool:
@@ -221,11 +229,47 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
     names, details : of readings whose geometry is no angle of a multi-angle instrument. Signs are two names or more
         such as "as15", or with degrees of usual angles, or that are nothing but usual angles; numbers behind one word
         with those of the flop index; behind any words where all names are such and have two of the common ones each;
-        rows of one name that differ in a column of angles.
+        rows of one name that differ in a column of angles, or in one of numbers with those of the flop index.
 
     >>> sorted(without_light(["Sky as15", "as45", "Card"], [{}] * 3)), without_light(["1", "2"], [{}] * 2)
     ([0, 1], {})
     """
+    return dict(sorted((_by_columns(names, details) | _by_names(names)).items()))
+
+
+def are_angles(label: str, cells: Sequence[str]) -> bool:
+    """Return whether a column is of angles by its heading, or by the degrees or the "as" in each cell; one of a
+    direction is where it does not number readings.
+
+    >>> are_angles("Angle", ["15"]), are_angles("Channel", ["15°", "as25"]), are_angles("Channel", ["15"])
+    (True, True, False)
+    """
+    if _ANGLE_COLUMN.fullmatch(label.strip()):
+        return True
+    if _DIRECTION_COLUMN.fullmatch(label.strip()):
+        return all(angle is not None and angle % 5.0 == 0.0 for angle in map(_angle_in, cells))
+    noted = (ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT, _DEGREES)
+    return all(any(one.fullmatch(text) for one in noted) for text in cells) and not re.search(_NO_ANGLE, label, re.I)
+
+
+def geometry_of_columns(columns: Mapping[str, str]) -> str | None:
+    """Return the multi-angle geometry that two columns beside a reading state: the light's angle and the aspecular one.
+
+    >>> geometry_of_columns({"Light angle": "45°", "Aspecular": "-15"}), geometry_of_columns({"Light": "D65"})
+    ('45as-15', None)
+    """
+    stated = []
+    for pattern in (_LIGHT_COLUMN, _ASPECULAR_COLUMN):
+        angles = {value for head, value in columns.items() if pattern.fullmatch(head.strip())}
+        number = _NUMBERED.fullmatch(angles.pop().strip()) if len(angles) == 1 else None
+        if number is None or number[1]:
+            return None
+        stated.append(signed(number[2]))
+    return f"{stated[0]:g}as{stated[1]:g}" if stated[0] >= 0.0 else None
+
+
+def _by_names(names: Sequence[str]) -> dict[int, Unlit]:
+    """Return the readings whose names are of angles, as `without_light` has it."""
     found: dict[int, Unlit] = {}
     noted = [ANGLE_WITHOUT_LIGHT.search(name) for name in names]
     told = {at: signed(one[1] or one[2]) for at, one in enumerate(noted) if one}
@@ -251,46 +295,50 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
         any(len(common.intersection(group.values())) > 1 for common in _COMMON) for group in groups.values()
     )
     for (word, degrees), group in groups.items():
-        of_word = common_alone or set(FLOP_ANGLES) <= set(group.values())
+        of_word = common_alone or _tell_flop(set(group.values()))
         if degrees or (of_word if word else alone):
             found |= {at: Unlit(names[at], angle, degrees) for at, angle in group.items() if at not in found}
-    labels = dict.fromkeys(label for one in details for label in one)
-    columns = [label for label in labels if _ANGLE_COLUMN.fullmatch(label) or _is_direction(label, details)]
-    for label in columns:
-        rows: dict[str, dict[int, str]] = {}
-        for at, (name, one) in enumerate(zip(names, details, strict=True)):
-            if _NUMBERED.fullmatch(one.get(label, "").strip()):
-                rows.setdefault("" if "aspecular" in label.casefold() else name, {})[at] = one[label]
+    return found
+
+
+def _by_columns(names: Sequence[str], details: Sequence[Mapping[str, str]]) -> dict[int, Unlit]:
+    """Return the readings that differ in a column of angles, as `without_light` has it."""
+    found: dict[int, Unlit] = {}
+    for label in dict.fromkeys(label for one in details for label in one):
+        cells = {at: text for at, one in enumerate(details) if (text := one.get(label, "").strip())}
+        # Instruments read at a few angles, and tables have columns of many thousands of other numbers.
+        each = set(cells.values())
+        said = are_angles(label, sorted(each))
+        if not said and len(each) > _MANY:
+            continue
+        angle_of = {text: angle for text in each if (angle := _angle_in(text, words=said)) is not None}
+        # Blocks of one paint are numbered, and so are its rows.
+        together = said and ("aspecular" in label.casefold() or _tell_flop(set(angle_of.values())))
+        rows: dict[str, list[int]] = {}
+        for at, text in cells.items():
+            if text in angle_of:
+                rows.setdefault("" if together else names[at], []).append(at)
         for row in rows.values():
-            if len(set(row.values())) > 1:
-                for at, value in row.items():
-                    number = _NUMBERED.fullmatch(value.strip())
-                    assert number is not None
-                    found.setdefault(at, Unlit(f"{names[at]} ({label} {value})", signed(number[2]), True))
-    return dict(sorted(found.items()))
+            angles = {angle_of[cells[at]] for at in row}
+            if (said and len(angles) > 1) or _tell_flop(angles):
+                found |= {
+                    at: Unlit(f"{names[at]} ({label} {cells[at]})", angle_of[cells[at]], True)
+                    for at in row
+                    if at not in found
+                }
+    return found
 
 
-def _is_direction(label: str, details: Sequence[Mapping[str, str]]) -> bool:
-    """Return whether a column is of a direction in degrees, and not of numbered readings."""
-    numbers = [_NUMBERED.fullmatch(one[label].strip()) for one in details if label in one]
-    steps = all(number is not None and signed(number[2]) % 5.0 == 0.0 for number in numbers)
-    return bool(_DIRECTION_COLUMN.fullmatch(label.strip())) and steps
+def _angle_in(text: str, words: bool = False) -> float | None:
+    """Return the angle that a cell is of, as "15", "-15°" or "as15", behind `words` where they may be; else None."""
+    if noted := ANGLE_WITHOUT_LIGHT.fullmatch(text):
+        return signed(noted[1] or noted[2])
+    number = _NUMBERED.fullmatch(text)
+    return None if number is None or (number[1] and not words) else signed(number[2])
 
 
-def geometry_of_columns(columns: Mapping[str, str]) -> str | None:
-    """Return the multi-angle geometry that two columns beside a reading state: the light's angle and the aspecular one.
-
-    >>> geometry_of_columns({"Light angle": "45°", "Aspecular": "-15"}), geometry_of_columns({"Light": "D65"})
-    ('45as-15', None)
-    """
-    stated = []
-    for pattern in (_LIGHT_COLUMN, _ASPECULAR_COLUMN):
-        angles = {value for head, value in columns.items() if pattern.fullmatch(head.strip())}
-        number = _NUMBERED.fullmatch(angles.pop().strip()) if len(angles) == 1 else None
-        if number is None or number[1]:
-            return None
-        stated.append(signed(number[2]))
-    return f"{stated[0]:g}as{stated[1]:g}" if stated[0] >= 0.0 else None
+def _tell_flop(angles: set[float]) -> bool:
+    return set(FLOP_ANGLES) <= angles and _mostly_usual(angles)
 
 
 def _mostly_usual(angles: set[float]) -> bool:

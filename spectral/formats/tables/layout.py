@@ -296,7 +296,8 @@ def wavelength_runs(
     for at, (pair, value) in enumerate(zip(found, values, strict=True)):
         if pair and value is not None:
             # A plain number has none, and tables have many thousands of them.
-            words = re.sub(r"[^\w%]", "", words_beside(cells[at])).casefold() if pair[1] else ""
+            # A sign stays: 45as-15 is not 45as15.
+            words = re.sub(r"[^\w%+\u2212-]", "", words_beside(cells[at])).casefold() if pair[1] else ""
             apart.setdefault(words, []).append((at, parted[at], value))
     together = _stretches(sorted(chain.from_iterable(apart.values())))
     each = [run for of_words in apart.values() for run in _stretches(of_words)] if len(apart) > 1 else together

@@ -17,7 +17,7 @@ from .axis import is_reciprocal_header
 from .dialect import Dialect
 from .layout import Row, is_wavelength_header
 from .one_reading import check_whole
-from .rows import OF_KINDS, SCATTER, check_columns, empty_columns, is_generic, is_of_rows
+from .rows import OF_KINDS, OF_READINGS_APART, SCATTER, check_columns, empty_columns, is_generic, is_of_rows
 from .section import Column, Section, cell, ragged, trimmed
 
 # Headings, as a whole, of the names of samples in a table in long form.
@@ -26,14 +26,6 @@ _OF_SAMPLES = re.compile(
     r"muestra|campione|monster|material|mat[ée]riau|object|target|panel|part|product|paint|pigment|ink|item|label|names?|"
     r"nom(?:br)?e?|naam|tit(?:le|el)|id|uid|identifier|spectrum|curve|series|bezeichnung|#)"
     r"[ _.-]{0,2}(?:names?|ids?|no\.?|nr\.?|num(?:ber)?|nummer|#|code|label|bezeichnung)?\W*",
-    re.I,
-)
-# Headings of what tells readings of one sample apart, and their conditions; others tell samples apart.
-_OF_READINGS_APART = re.compile(
-    r"^(?:readings?|scans?|runs?|repeats?|repetitions?|replicates?|measurements?|messung|wiederholung|m[e]sure|shots?|n)"
-    r"[ _.-]{0,2}(?:ids?|no\.?|nr\.?|num(?:ber)?|nummer|#|index)?\W*$|"
-    r"angle|winkel|aspecular|geometr|condition|specular|mode|modus|type|typ\b|quantity|kind|filter|instrument|device|"
-    r"backing",
     re.I,
 )
 _OF_UNITS = re.compile(r"units?|einheit|unit[ée]s?|unidad|unit[àa]", re.I)
@@ -78,7 +70,7 @@ def long_form(table: Section, words: tuple[int, ...], numbered: Sequence[Row]) -
     others = [at for at in known if at not in headed and not _OF_UNITS.fullmatch(heads[at])]
     others.sort(key=lambda at: is_of_rows(heads[at]))
     named = headed or [at for at in others if again and not (numeric[at] or is_of_rows(heads[at]))]
-    first = named[:1] or [at for at in others if again and _OF_READINGS_APART.search(heads[at])][:1]
+    first = named[:1] or [at for at in others if again and OF_READINGS_APART.search(heads[at])][:1]
     if not first:
         return None
     keys, names = first, tuple(named[:1])
@@ -87,7 +79,7 @@ def long_form(table: Section, words: tuple[int, ...], numbered: Sequence[Row]) -
         more = len({*zip(*(cells_of[key] for key in (*keys, at)), nm, strict=True)})
         if more > count:
             keys, count = [*keys, at], more
-            if not (_OF_READINGS_APART.search(heads[at]) or is_of_rows(heads[at])):
+            if not (OF_READINGS_APART.search(heads[at]) or is_of_rows(heads[at])):
                 names += (at,)
     return LongForm(names, tuple(keys), words) if headed or count == len(rows) else None
 
@@ -107,7 +99,7 @@ def names_beside(table: Section) -> tuple[int, ...]:
         some = [text for cells in rows if (text := cell(cells, at)) and (none or not is_missing(text))]
         numbers = [value for text in some if (value := dialect.number(text)) == value]
         sample = _OF_SAMPLES.fullmatch(head) or names_identifier(head)
-        called = sample or is_of_rows(head) or _OF_READINGS_APART.search(head)
+        called = sample or is_of_rows(head) or OF_READINGS_APART.search(head)
         if at == axis or not some or is_wavelength_header(head) or is_reciprocal_header(head):
             continue
         if not numbers:

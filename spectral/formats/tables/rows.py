@@ -10,6 +10,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from ....runtime.errors import InputError
+from ...angles import are_angles
 from ...measurement import conditions_in
 from ..shared.decisions import NO_COUNTS
 from ..shared.text import shortened
@@ -72,6 +73,14 @@ _RAW = re.compile(
 )
 #: Headings of a column that says what each row measures.
 OF_KINDS = re.compile("type|mode|quantity|measure|geometr|gr(?:ö|oe)(?:ß|ss)e|grandeur", re.I)
+#: Headings of what tells readings of one sample apart, and their conditions; others tell samples apart.
+OF_READINGS_APART = re.compile(
+    r"^(?:readings?|scans?|runs?|repeats?|repetitions?|replicates?|measurements?|messung|wiederholung|m[e]sure|shots?|n)"
+    r"[ _.-]{0,2}(?:ids?|no\.?|nr\.?|num(?:ber)?|nummer|#|index)?\W*$|"
+    r"angle|winkel|aspecular|geometr|condition|specular|mode|modus|type|typ\b|quantity|kind|filter|instrument|device|"
+    r"backing",
+    re.I,
+)
 _UNIT_BRACKET = re.compile(r"\s{0,9}[\[(]((?:[^\[\]()]|[\[(][^\[\]()]{0,30}[\])]){0,40})[\])]\s{0,9}$")
 _GENERIC = re.compile(
     r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|"
@@ -93,7 +102,7 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
     colours = [row for _, row in table.shown[: table.layout.first] if colour_axis(row[0]) and len(row) > 1]
     columns: list[Column] = []
     blocks, last, stop_cell, shape = table.blocks, math.nan, "", ""
-    width = stopped = below = 0
+    width = stopped = below = widest = 0
     for line, cells in rows:
         first = cell(cells, axes[0])
         shape = shape or _shape(first)
@@ -140,9 +149,10 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
                 column.wavelengths.append(nm)
                 column.take(line, cell(cells, column.place[0]), dialect)
         table.count(len(columns))
-        last, table.last_line = at, line
+        last, table.last_line, widest = at, line, max(widest, len(cells))
     if columns:
         blocks.append(columns)
+    _check_heads(table, widest)
     every = [column for block in blocks for column in block]
     check_columns(every, dialect)
     words = {column.words for column in every if column.is_empty and column.bad}
@@ -153,6 +163,22 @@ def read_down(table: Section, rows: Iterable[Row], notes: list[str]) -> int:
         [column for column in block if not column.is_empty or (column.bad and not beside_numbers)] for block in blocks
     ]
     return below
+
+
+def _check_heads(table: Section, widest: int) -> None:
+    """Refuse more headings than the widest row has cells, where they name several columns: a name may hold a separator,
+    and those behind it would be of other columns. Remarks at the end may have no cells.
+    """
+    heads = trimmed(table.heads)
+    named = sum(map(bool, heads[:widest])) - len(table.layout.axes)
+    if table.text.dialect.delimiter and named > 1 and not all(map(is_of_rows, heads[widest:])):
+        raise InputError(
+            "more headings than columns",
+            field="header",
+            found=f"{len(heads)} headings above rows of {widest} cells: {shortened(' | '.join(heads))}",
+            expected="one heading a column",
+            hint='put a heading that holds the separator in quotes, such as "Blue, matt", or add the missing cells',
+        )
 
 
 def check_columns(columns: Sequence[Column], dialect: Dialect) -> None:
@@ -357,6 +383,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     runs = _told_apart(table, found) if axes in found else {axes: words_beside(heads[axes[0]])}
     taken = {at for run in runs for at in run}
     others = [at for at in range(len(heads)) if at not in taken]
+    _check_none_left([heads[at] for at in others], max(map(len, runs)), dialect)
     named = dialect.names_wavelength(heads[axes[0]])
     before = " ".join(heads[: min(taken)])
     axis, by_line = stated_unit(before, [] if named else table.words.splitlines()[:400])
@@ -367,6 +394,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     # A name is better than a number; without either, whatever stands first.
     names = [at for at in plain if is_name_header(heads[at])]
     names = sorted(names, key=lambda at: bool(re.search(r"\bid\b|_id$|^no\b|^#", heads[at], re.I)))
+    of_names = set(names)
     names += [at for at in plain if not names_condition(heads[at])]
     empty = [
         Column(
@@ -382,7 +410,8 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
         for run, label in runs.items()
     ]
     columns: list[Column] = []
-    without = pending = count = 0
+    without = pending = count = filled = 0
+    last_name = ""
     for line, cells in rows:
         of_row = [replace(column, values=array("d")) for column in empty]
         for run, column in zip(runs, of_row, strict=True):
@@ -407,6 +436,10 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
         count += 1
         called = next((at for at in names if cell(cells, at)), -1)
         name = cells[called] if called >= 0 else f"row {count}"
+        # Readings of a sample stand below its name in the first of their rows.
+        if last_name and called not in of_names and any(_tells_apart(heads[at], cell(cells, at)) for at in plain):
+            called, name, filled = names[0], last_name, filled + 1
+        last_name = name if called in of_names else ""
         for column in (column for column in of_row if not column.is_empty):
             column.name = f"{name} {column.name}".strip()
             column.words = " ".join([column.words, *(cells[at] for at in kinds if at < len(cells))])
@@ -415,8 +448,30 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
     without += pending if table.further is None else 0
     if without:
         notes.append(f"{without} lines below the header have no values at wavelengths and are left out")
+    if filled:
+        notes.append(f"{filled} rows without a name are further readings of the one above")
     check_columns(columns, dialect)
     table.blocks = [columns]
+
+
+def _tells_apart(head: str, text: str) -> bool:
+    """Return whether a cell tells readings of one sample apart."""
+    return bool(text) and (bool(OF_READINGS_APART.search(head)) or are_angles(head, [text]))
+
+
+def _check_none_left(heads: Sequence[str], longest: int, dialect: Dialect) -> None:
+    """Refuse wavelengths across a header that are in no spectrum, half as many as the longest has; a few are readings
+    of another kind.
+    """
+    left = [head for head in heads if dialect.names_wavelength(head)]
+    if 2 * len(left) >= longest:
+        raise InputError(
+            "wavelengths in another order than those beside them",
+            field="header",
+            found=shortened(", ".join(left), 120),
+            expected="the wavelengths of each spectrum in a row, upwards or downwards, with the same words beside them",
+            hint="give the columns of one spectrum the same words, such as SCI 400nm, SCI 410nm, ...",
+        )
 
 
 def _told_apart(table: Section, runs: Sequence[tuple[int, ...]]) -> dict[tuple[int, ...], str]:

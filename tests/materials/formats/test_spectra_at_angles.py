@@ -431,3 +431,65 @@ def test_columns_that_number_readings_are_no_angles(tmp_path, heads):
     path = rows(tmp_path / "rows.csv", heads, lambda at: ("D65", f"{next(number)}"))
     found = list(read_sources(path, answer=ImportOptions("reflectance", "fraction")))
     assert not any(isinstance(each, Rejected) for each in found) and len(found) == 6
+
+
+@pytest.mark.parametrize(
+    ("heading", "cell"),
+    [
+        ("as", "{}"),
+        ("Deg", "{}"),
+        ("Degrees", "{}"),
+        ("(°)", "{}"),
+        ("Mode", "as{}"),
+        ("Condition", "{}°"),
+        ("Channel", "{}°"),
+        ("Channel", "{}"),
+        ("Position", "{} deg"),
+    ],
+)
+@pytest.mark.parametrize("names", [("Blue",), ("Blue", "Red")])
+@pytest.mark.parametrize("named", ["each", "first"])
+def test_rows_of_a_paint_at_several_angles_are_no_matt_surfaces(tmp_path, heading, cell, names, named):
+    path = rows(tmp_path / "rows.csv", (heading,), lambda at: (cell.format(f"{at.second:g}"),), names)
+    if named == "first" and (heading, cell) != ("Channel", "{}"):
+        lines = path.read_text().splitlines()
+        kept = [line if not at % 6 else line[line.index(",") :] for at, line in enumerate(lines[2:])]
+        path.write_text("\n".join([*lines[:2], *kept, ""]))
+    (found,) = read_sources(path, answer=ImportOptions("reflectance", "fraction"))
+    assert isinstance(found, Rejected) and "no matt surfaces" in str(found.reason)
+
+
+@pytest.mark.parametrize(
+    ("heading", "cells"),
+    [
+        ("Hue angle", ("15", "45", "110", "200", "250", "300")),
+        ("Temperature", ("15°", "25°", "35°", "45°", "55°", "65°")),
+        ("Channel", ("1", "2", "3", "4", "5", "6")),
+        ("Thickness", ("10", "20", "30", "40", "50", "60")),
+    ],
+)
+def test_rows_that_differ_in_another_number_are_surfaces(tmp_path, heading, cells):
+    cells = iter(cells)
+    path = rows(tmp_path / "rows.csv", (heading,), lambda _: (next(cells),))
+    found = list(read_sources(path, answer=ImportOptions("reflectance", "fraction")))
+    assert len(found) == 6 and not any(isinstance(one, Rejected) for one in found)
+
+
+@pytest.mark.parametrize("name", ["45°/{}°", "Silver {}° L", "Silver ({}°) reflectance", "Blue {}° second coat"])
+def test_names_with_degrees_between_words_are_angles(tmp_path, name):
+    path = table(tmp_path / "paint.csv", tuple(str(one) for one in (-15, 15, 25, 45, 75, 110)), fixed, name)
+    (found,) = read_sources(path, answer=ImportOptions("reflectance", "fraction"))
+    assert isinstance(found, Rejected) and "no matt surfaces" in str(found.reason)
+
+
+def fixed(_):
+    return BLUE
+
+
+@pytest.mark.parametrize("label", ["Angle: {}", "Aspecular = {}°", "Angle (°): {}"])
+def test_blocks_of_a_paint_at_several_angles_are_no_matt_surfaces(tmp_path, label):
+    values = "\n".join(f"{nm},{value:.5f}" for nm, value in zip(NM, BLUE, strict=True))
+    blocks = (f"Blue {label.format(at)}\nnm,reflectance\n{values}\n" for at in (-15, 15, 25, 45, 75, 110))
+    (tmp_path / "blocks.csv").write_text("\n".join(blocks), encoding="utf-8")
+    found = list(read_sources(tmp_path / "blocks.csv", answer=ImportOptions("reflectance", "fraction")))
+    assert len(found) == 1 and isinstance(found[0], Rejected) and "no matt surfaces" in str(found[0].reason)

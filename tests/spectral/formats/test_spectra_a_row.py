@@ -77,6 +77,7 @@ def test_wavelengths_alone_do_not_say_what_was_measured(written, heading):
         ("R15 ?nm %R", "R45 ?nm %R"),
         ("White ?nm refl", "Black ?nm refl"),
         ("M0 R?nm", "M2 R?nm"),
+        ("45as-15 R?nm", "45as15 R?nm"),
     ],
 )
 def test_each_of_several_spectra_a_row_is_read(written, one, other, turns):
@@ -129,3 +130,34 @@ def test_a_spectrum_that_is_missing_in_a_row_is_left_out_of_it(written):
     rows = [row.split(",") for row in sheet("SCI ?nm", "SCE ?nm").splitlines()]
     rows[1][1 + len(NM) :] = [""] * len(NM)
     assert list(found(written("\n".join(map(",".join, rows)) + "\n"))) == ["red SCI", "dark SCI", "dark SCE"]
+
+
+def test_wavelengths_across_that_are_in_no_spectrum_are_refused(written):
+    shuffled = [*NM[::2], *NM[1::2]]
+    extra = [f"Coated {nm}nm" for pair in zip(shuffled[::-1], shuffled, strict=True) for nm in pair]
+    text = sheet("Bare ?nm").splitlines()
+    text = [",".join([text[0], *extra]), *(",".join([row, *["0.5"] * len(extra)]) for row in text[1:])]
+    with pytest.raises(InputError, match="another order") as refused:
+        read(written("\n".join(text) + "\n"))
+    assert "Coated" in refused.value.found
+
+
+@pytest.mark.parametrize("heading", ["Angle", "Reading", "Geometry", "Channel"])
+def test_rows_below_a_name_are_further_readings_of_it(written, heading):
+    cells = {"Angle": "{}", "Reading": "{}", "Geometry": "45as{}", "Channel": "{}°"}[heading]
+    rows = [",".join(["Name", heading, *(f"R {nm}nm" for nm in NM)])]
+    for name in ("red", "dark"):
+        for at, angle in enumerate((15, 45, 110)):
+            rows.append(",".join(["" if at else name, cells.format(angle), *(f"{value:.4f}" for value in RED)]))
+    file = read(written("\n".join(rows) + "\n"))
+    assert [entry.details[heading] for entry in file.entries] == [cells.format(at) for at in (15, 45, 110)] * 2
+    assert [entry.details.get("name", entry.name).split(" (")[0] for entry in file.entries] == ["red"] * 3 + [
+        "dark"
+    ] * 3
+    assert any("4 rows without a name" in note for note in file.notes)
+
+
+def test_a_row_without_a_name_that_has_another_word_is_called_so(written):
+    rows = [",".join(["Name", "Code", *(f"R {nm}nm" for nm in NM)])]
+    rows += [",".join([name, code, *(f"{value:.4f}" for value in RED)]) for name, code in (("red", "B1"), ("", "B2"))]
+    assert [entry.name for entry in read(written("\n".join(rows) + "\n")).entries] == ["red", "B2"]

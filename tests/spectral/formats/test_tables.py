@@ -578,3 +578,16 @@ def test_colours_of_each_spectrum_below_its_name_are_no_wavelengths(written):
     entries = read(written(head + rows), ImportOptions("reflectance", "fraction")).entries
     assert [entry.name for entry in entries] == ["a", "b", "c"]
     assert entries[0].spectrum.wavelengths_nm[0] == 400.0 and entries[0].stated[0].values.tolist() == [49.6, 46.0, 31.0]
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_more_headings_than_columns_are_refused(written, separator):
+    lines = [["nm", "Blue", "matt", "Red", "matt"], *([str(nm), "0.2", "0.4"] for nm in range(400, 701, 20))]
+    with pytest.raises(InputError, match="more headings than columns") as refused:
+        silent(written("\n".join(map(separator.join, lines)) + "\n"))
+    assert "5 headings above rows of 3 cells" in refused.value.found
+
+
+def test_a_heading_with_the_separator_above_one_column_is_of_it(written):
+    lines = [["nm", "Reflectance", "fraction"], *([str(nm), "0.2"] for nm in range(400, 701, 20))]
+    assert set(only(read(written("\n".join(map(",".join, lines)) + "\n"))).spectrum.samples) == {0.2}
