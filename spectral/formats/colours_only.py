@@ -12,7 +12,7 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
-from ..angles import geometry_of_columns
+from ..angles import are_angles, geometry_of_columns
 from ..measurement import Measurement, conditions_in, is_condition
 from .cgats import conditions_of, illuminants_of, observers_of, recognises
 from .cgats_tables import read_tables
@@ -233,6 +233,8 @@ def _table(path: Path, answer: ImportOptions) -> list[Coloured]:
             | dict(labelled for _, row in rows[:start] if (labelled := _labelled(row)))
         )
         found = []
+        first = next((head for head in header if not (colour_axis(head) or _is_about_a_reading(head))), "")
+        last = ""
         for at, row in rows[start + 1 :]:
             if len(row) > len(header):
                 raise ragged(at, len(row), len(header), row)
@@ -243,7 +245,10 @@ def _table(path: Path, answer: ImportOptions) -> list[Coloured]:
             others = {head: cell for head, cell in cells.items() if head not in numbers and cell.strip()}
             own = " ".join(f"{head}: {cell}" for head, cell in others.items() if names_condition(head))
             named = next((head for head in others if not _is_about_a_reading(head)), None)
-            name = others.pop(named) if named is not None else f"{path.stem} {at - place}"
+            # Further readings of a sample stand below its name.
+            below = last and first not in others and any(are_angles(head, [cell]) for head, cell in others.items())
+            name = last if below else others.pop(named) if named is not None else f"{path.stem} {at - place}"
+            last = name if below or first == named else ""
             geometry = geometry_of_columns(others)
             said = details | ({} if geometry is None else {"geometry": geometry}) | others
             of_row = _colours_of(name, numbers, illuminant_in(own), observer_in(own), said)

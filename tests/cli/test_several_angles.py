@@ -435,14 +435,19 @@ def colours_at_angles(path, form, name="Silver", off=0.0):
         )
         text += f"END_DATA_FORMAT\nNUMBER_OF_SETS 6\nBEGIN_DATA\n{data}END_DATA\n"
     else:
-        text = f"{above}Name,{form},L*,a*,b*\n"
-        shown = "45as{}" if form == "Geometry" else "{}"
-        text += "".join(f"{name},{shown.format(away)},{row}\n" for away, row in cells.items())
+        heading, below = form.removesuffix(" below"), form.endswith(" below")
+        text = f"{above}Name,{heading},L*,a*,b*\n"
+        shown = {"Geometry": "45as{}", "Channel": "{}°"}.get(heading, "{}")
+        named = [name, *["" if below else name] * (len(cells) - 1)]
+        for word, (away, row) in zip(named, cells.items(), strict=True):
+            text += f"{word},{shown.format(away)},{row}\n"
     path.write_text(text)
     return path
 
 
-@pytest.mark.parametrize("form", ["Angle", "Geometry", "CGATS", "45as{}", "as{}", "{}°"])
+@pytest.mark.parametrize(
+    "form", ["Angle", "Geometry", "Angle below", "Geometry below", "Channel below", "CGATS", "45as{}", "as{}", "{}°"]
+)
 def test_colours_without_spectra_at_several_angles_are_one_sample(metamer, tmp_path, form):
     """Before, the first angle alone was judged, without a word."""
     suffix = "txt" if form == "CGATS" else "csv"
