@@ -21,6 +21,7 @@ import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from types import ModuleType
@@ -86,9 +87,15 @@ def supervised(
 
 
 def in_order(
-    work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int, start: Start | None = None
+    work: Callable[..., Result],
+    tasks: Iterable[tuple[Any, ...]],
+    jobs: int,
+    start: Start | None = None,
+    heard: Callable[[int, Any], None] | None = None,
 ) -> Generator[Result, None, None]:
     """`work(*task)` for every task, in their order: in this process where `jobs` is 1, else in so many.
+
+    heard : hears (place, what) of what a task says on its way; `work` is then called with `say=`, to say it by.
 
     Raises
     ------
@@ -96,7 +103,7 @@ def in_order(
     """
     waiting: dict[int, Result] = {}
     following = 0
-    with closing(numbered(work, tasks, jobs, start)) as results:
+    with closing(numbered(work, tasks, jobs, start, heard)) as results:
         for number, result in results:
             waiting[number] = result
             while following in waiting:
@@ -112,16 +119,20 @@ def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], job
 
 
 def numbered(
-    work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int, start: Start | None = None
+    work: Callable[..., Result],
+    tasks: Iterable[tuple[Any, ...]],
+    jobs: int,
+    start: Start | None = None,
+    heard: Callable[[int, Any], None] | None = None,
 ) -> Generator[tuple[int, Result], None, None]:
     """Yield the place and the result of each task as it is done; `in_order` holds back early ones."""
     if jobs <= 1:
         if start is not None:
             start[0](*start[1])
         for number, task in enumerate(tasks):
-            yield number, work(*task)
+            yield number, work(*task, **({} if heard is None else {"say": partial(heard, number)}))
         return
-    with closing(supervised(work, (Task(*each) for each in enumerate(tasks)), jobs, start=start)) as results:
+    with closing(supervised(work, (Task(*each) for each in enumerate(tasks)), jobs, heard, start)) as results:
         for number, result in results:
             if isinstance(result, Lost):
                 raise MetamerError(result.reason)

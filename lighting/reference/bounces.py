@@ -22,6 +22,7 @@ from ..lights import DeltaLight, SpreadLight
 from ..scene import Scene
 from ..vectors import dot
 from .geometry import Met, Tracer, VisibleGeometry
+from .noise import Heard, unheard
 from .path_colours import Carried, PathColours
 
 # Paths worked on at once: 81 wavelengths of them take 10 MB. Of more wavelengths, fewer.
@@ -82,8 +83,10 @@ class BounceSum:
         points = qmc.Sobol(held, scramble=True, bits=32, rng=rng).random_base2(exponent)
         return points, rng.integers(0, len(points), self._sums.shape[1])
 
-    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
-        """Carry some pixels (ascending), all of which have had as many, on to so many paths in each half."""
+    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None, heard: Heard = unheard) -> None:
+        """Carry some pixels (ascending), all of which have had as many, on to so many paths in each half; `heard` hears
+        the share that is done.
+        """
         pixels = np.flatnonzero(self.covered) if pixels is None else pixels
         if not len(pixels):
             return
@@ -94,6 +97,7 @@ class BounceSum:
             most = _PATHS * min(1.0, _WAVELENGTHS / self._colours.numbers)
             step = max(1, int(most) // len(numbers))
             for begin in range(0, len(pixels), step):
+                heard(0.5 * (half + begin / len(pixels)))
                 some = pixels[begin : begin + step]
                 pixel, which = np.repeat(some, len(numbers)), np.tile(numbers, len(some))
                 self._add(self._sums[half], points[which ^ shift[pixel]], pixel, rng)

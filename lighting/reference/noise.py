@@ -24,13 +24,22 @@ MOST_DIRECTIONS = 4096
 _FIRST_DIRECTIONS = 32
 # Side of a square of pixels that get more directions together, and what twice as many leave of the noise, about.
 _TILE, _LEFT = 16, 0.6
+# Directions grow by this power of the noise that is to go: before it is known, and as it may turn out.
+_POWER, _POWERS = -np.log(2.0) / np.log(_LEFT), (0.8, 2.5)
 # Pixels that are covered as much are judged: others are dark by premultiplication.
 _WHOLE = 1.0 - 1e-3
+
+#: Hears the share that is done, 0 to 1.
+Heard = Callable[[float], object]
+
+
+def unheard(share: float) -> None:
+    """Hear of no share."""
 
 
 @runtime_checkable
 class Sums(Protocol):
-    """Sums over what is drawn, in two halves.
+    """Sums over what is drawn, in two halves; `extend` tells the share of its own work that is done.
 
     directions (H W,) : how many each pixel has had of a kind, in each half. covered (H W,) : whether it meets anything.
     halves (2, H, W, M, 3) : XYZ by each half alone.
@@ -44,7 +53,7 @@ class Sums(Protocol):
         """XYZ by each half alone, (2, H, W, M, 3)."""
         ...
 
-    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
+    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None, heard: Heard = unheard) -> None:
         """Carry some pixels (ascending), all of which have had as many, on to so many."""
         ...
 
@@ -61,10 +70,10 @@ class Together:
         """Halves of all."""
         return np.sum([each.halves for each in self._sums], axis=0)
 
-    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
+    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None, heard: Heard = unheard) -> None:
         """Each of them."""
-        for each in self._sums:
-            each.extend(directions, pixels)
+        for number, each in enumerate(self._sums):
+            each.extend(directions, pixels, lambda share, number=number: heard((number + share) / len(self._sums)))
 
 
 @dataclass(frozen=True)
@@ -109,16 +118,32 @@ def draw_until_quiet(
     whites: Float[np.ndarray, "M 3"],
     aimed: float,
     most: int,
-    say: Callable[[str], None],
+    say: Callable[[float, str], None],
 ) -> GatheredHalves:
     """Draw, twice as much each time where there is most noise, until there is little.
 
     beside : what other lights give. aimed : mean ΔE94 of the noise. most : directions of each kind and half, at which
-    it ends in any case. say : is told what is done.
+    it ends in any case. say : is told the share of all this that is done, about, and what is being done.
     """
     directions = min(_FIRST_DIRECTIONS, most)
-    sums.extend(directions)
-    tiles = _Tiles(coverage.shape)
+    words, tiles = "drawing", _Tiles(coverage.shape)
+    # Directions of all pixels so far, and in all: before the noise is known, nobody can tell. The share never falls.
+    drawn, total, told, first = 0, np.inf, 0.0, None
+
+    def draw(to: int, pixels: Int[np.ndarray, " n"]) -> None:
+        """Draw, and tell how far that is."""
+        nonlocal drawn
+        more = int((to - sums.directions[pixels]).sum())
+
+        def heard(share: float) -> None:
+            nonlocal told
+            told = max(told, min((drawn + share * more) / total, 1.0))
+            say(told, words)
+
+        sums.extend(to, pixels, heard)
+        drawn += more
+
+    draw(directions, np.flatnonzero(sums.covered))
     while True:
         halves = np.moveaxis(sums.halves, 3, 1)
         judged = _judged(halves, beside, coverage)
@@ -132,10 +157,16 @@ def draw_until_quiet(
             return GatheredHalves(
                 beside + halves.mean(axis=0), off, 4 * int(sums.directions.max(initial=0)), not enough
             )
+        doubled = np.minimum(2 * sums.directions[further], most)
+        so_far = 4 * int(doubled.max())
+        words = f"drawing {so_far:,} directions a pixel; noise of ΔE94 {noise:.2g} so far, {aimed:.2g} is aimed at"
+        # By how the noise falls as more are drawn; what comes next is known.
+        first = first or (drawn, noise)
+        power = np.clip(np.log(drawn / first[0]) / np.log(first[1] / noise), *_POWERS) if noise < first[1] else _POWER
+        total = min(drawn * (noise * uncertain / aimed) ** power, most * np.count_nonzero(sums.covered))
+        total = max(total, drawn + int((doubled - sums.directions[further]).sum()))
         for had in np.unique(sums.directions[further]):
-            sums.extend(min(2 * int(had), most), further[sums.directions[further] == had])
-        so_far = 4 * int(sums.directions.max())
-        say(f"drawing {so_far:,} directions a pixel; noise of ΔE94 {noise:.2g} so far, {aimed:.2g} is aimed at")
+            draw(min(2 * int(had), most), further[sums.directions[further] == had])
 
 
 class _Tiles:

@@ -131,7 +131,7 @@ def reference_images(
         xyz = _shade(scene, geometry, surfaces, foldings, len(illuminants), block)
         if spread.wanted:
             rays = partial(Tracer, scene) if tracer is None else lambda: tracer
-            xyz = spread.added(xyz, geometry, rays, 0, partial(say, 0, geometry.rows))
+            xyz = spread.added(xyz, geometry, rays, 0, partial(_say_rows, say, slice(0, geometry.rows), geometry.rows))
         return ReferencePictures(xyz, geometry.coverage, spread.noise)
     say(0, camera.height_px, f"sorting {sum(len(part.mesh.faces) for part in scene.parts):,} triangles for rays")
     tracer = Tracer(scene)
@@ -142,11 +142,17 @@ def reference_images(
         band = visible_geometry(scene, camera, rows, tracer, scene.needs_uv(surfaces), bounces > 0)
         shaded = _shade(scene, band, surfaces, foldings, len(illuminants), block)
         if spread.wanted:
-            shaded = spread.added(shaded, band, lambda: tracer, start, partial(say, start, camera.height_px))
+            said = partial(_say_rows, say, rows, camera.height_px)
+            shaded = spread.added(shaded, band, lambda: tracer, start, said)
         xyz.append(shaded)
         coverage.append(band.coverage)
         say(min(start + step, camera.height_px), camera.height_px, "tracing")
     return ReferencePictures(np.concatenate(xyz, axis=1), np.concatenate(coverage), spread.noise)
+
+
+def _say_rows(say: Callable[[int, int, str], None], band: slice, total: int, share: float, words: str) -> None:
+    """Say a share of a band of a picture as rows of it that are done."""
+    say(band.start + int(share * (band.stop - band.start)), total, words)
 
 
 class _Spread:
@@ -177,7 +183,7 @@ class _Spread:
         geometry: VisibleGeometry,
         tracer: Callable[[], Tracer],
         start: int,
-        say: Callable[[str], None],
+        say: Callable[[float, str], None],
     ) -> Float[np.ndarray, "M H W 3"]:
         """`xyz` of other lights with that of those that spread, for the rows of a picture from `start`."""
         of_scene, seed = (self._scene, geometry, self._surfaces, self._illuminants), (self._seed, start)

@@ -52,6 +52,7 @@ from ..scene import Scene
 from ..vectors import dot
 from .direction_sampling import DrawnDirections, drawn_pool, is_even
 from .geometry import Tracer, VisibleGeometry
+from .noise import Heard, unheard
 
 # Pairs of a sample and a direction worked on at once: some 3 MB of numbers, which stay in cache.
 _PAIRS = 16384
@@ -107,19 +108,24 @@ class SpreadSum:
         #: (H W,) pixels that meet a surface.
         self.covered = self._hits > 0
 
-    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None) -> None:
+    def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None, heard: Heard = unheard) -> None:
         """Carry some pixels (ascending), all of which have had as many, on to so many directions of each kind and half.
 
-        A multiple of 2, so that half is a whole number.
+        A multiple of 2, so that half is a whole number. `heard` : hears the share that is done.
         """
         pixels = np.flatnonzero(self.covered) if pixels is None else pixels
         if not len(pixels):
             return
         start = int(self.directions[pixels[0]])
-        for number, light in enumerate(self._lights):
-            for half in range(2):
-                for task in light.tasks(start, directions):
-                    self._carry_on(number, half, task, pixels)
+        each = [
+            (number, half, task)
+            for number, light in enumerate(self._lights)
+            for half in range(2)
+            for task in light.tasks(start, directions)
+        ]
+        for done, (number, half, task) in enumerate(each):
+            heard(done / len(each))
+            self._carry_on(number, half, task, pixels)
         self.directions[pixels] = directions
 
     def _carry_on(self, number: int, half: int, task: _Task, pixels: Int[np.ndarray, " n"]) -> None:

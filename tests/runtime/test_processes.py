@@ -85,6 +85,10 @@ def test_what_a_task_says_comes_before_its_result(tmp_path, monkeypatch):
     tasks = [Task(number, (number,)) for number in (3, 1, 0, 200)]
     for key, result in supervised(work, tasks, 2, lambda key, what: heard.setdefault(key, []).append(what)):
         assert heard.get(key, []) == list(range(key)) and result == key
+    for jobs in (1, 2):
+        heard.clear()
+        told = in_order(work, [(3,), (0,), (1,)], jobs, heard=lambda at, what: heard.setdefault(at, []).append(what))
+        assert list(told) == [3, 0, 1] and heard == {0: [0, 1, 2], 2: [0]}
 
 
 def test_large_arguments_and_results_pass():

@@ -12,6 +12,7 @@ from metamer.lighting.lights import DirectionalLight, SpreadLight
 from metamer.lighting.mesh.shapes import plane, sphere
 from metamer.lighting.reference import direction_sampling, noise
 from metamer.lighting.reference.geometry import visible_geometry
+from metamer.lighting.reference.noise import draw_until_quiet
 from metamer.lighting.reference.reference import reference_image, reference_images
 from metamer.lighting.scene import Part, Scene
 from metamer.materials.analytic import AshikhminShirley, Lambert
@@ -249,3 +250,46 @@ def test_what_stands_behind_a_light_shades_nothing():
     # The dome of radius 1.5 stands before the ceiling at 2; that of 300 nearly all behind it.
     np.testing.assert_allclose(found[0], open_sky, rtol=0.01)
     assert (found[1] < 0.01 * open_sky).all()
+
+
+class Quietening:
+    """Sums whose halves come together by a power of the directions; `scene` of so many pixels, some noisier."""
+
+    def __init__(self, power: float, side: int = 64) -> None:
+        rng = np.random.default_rng(5)
+        self.directions, self.covered = np.zeros(side * side, dtype=np.int64), np.ones(side * side, dtype=bool)
+        uneven = np.exp(rng.normal(0.0, 0.7, (side, side)))
+        self._apart = rng.normal(0.0, 0.25, (2, side, side, 1, 3)) * np.repeat(uneven, 1)[None].reshape(
+            1, side, side, 1, 1
+        )
+        self._power, self.said = power, []
+
+    @property
+    def halves(self):
+        shape = self._apart.shape[1:3]
+        return 0.4 * (1.0 + self._apart * (np.maximum(self.directions, 1.0) ** -self._power).reshape(1, *shape, 1, 1))
+
+    def extend(self, directions, pixels=None, heard=lambda share: None):
+        before = self.directions[pixels].copy()
+        for step in range(4):
+            self.directions[pixels] = before + (directions - before) * step // 4
+            self.drawn = int(self.directions.sum())
+            heard(step / 4)
+        self.directions[pixels] = directions
+
+    def say(self, share, words):
+        self.said.append((self.drawn, share))
+
+
+@pytest.mark.parametrize("power", [0.5, 0.75, 1.0])
+def test_the_share_that_is_told_is_that_of_the_directions_within_a_factor_of_two(power):
+    sums = Quietening(power)
+    shape = sums.halves.shape[1:3]
+    white, nothing = np.array([[0.95, 1.0, 1.09]]), np.zeros((1, *shape, 3))
+    found = draw_until_quiet(sums, nothing, np.ones(shape), white, 0.15 if power < 0.6 else 0.05, 1 << 16, sums.say)
+    assert not found.limited
+    total, told = int(sums.directions.sum()), [(drawn, share) for drawn, share in sums.said if share > 0.1]
+    assert [share for _, share in sums.said] == sorted(share for _, share in sums.said) and len(told) > 8
+    # By what is left of the time, as it is told to people, until little is.
+    left = [((drawn / share - drawn) / (total - drawn), drawn / total) for drawn, share in told]
+    assert all(0.5 <= factor <= 2.0 for factor, at in left if 0.1 < at < 0.8), left
