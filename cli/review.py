@@ -7,6 +7,7 @@ import json
 import time
 from pathlib import Path
 
+from ..runtime.progress import TimeLeft
 from .options import (
     Added,
     add_catalogue_option,
@@ -116,7 +117,8 @@ def run(args: argparse.Namespace) -> int:
         say(f"each material: {cost.words}")
     renderer = renderer_for(args.renderer)
     print(f"Renderer: {renderer.name}")
-    with renderer, progress_bar("Reviewing") as progress:
+    left = TimeLeft()
+    with renderer, progress_bar("Reviewing", work=None if args.scheduler else left) as progress:
         # Pictures are counted by the review.
         renderer.configure(
             jobs=args.jobs,
@@ -141,6 +143,7 @@ def run(args: argparse.Namespace) -> int:
             warn=warn,
             again=args.again,
             ratings=ratings,
+            left=left,
             resumed=lambda found, total: print(f"resumed: {found} of {total} rows were there", flush=True),
         )
     document = json.loads(result.figures.read_text(encoding="utf-8"))

@@ -12,14 +12,15 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from ...runtime.progress import TimeLeft, in_words
 from ..output import end_of_name, shows_bars
 
 # A line after so many seconds, and then each time a share more has passed, but at most so seldom.
 _FIRST_S, _MORE, _SELDOM_S = 1.0, 0.5, 60.0
 # Cells that bar, count, time left and the gaps between them take on a line of progress.
 _BESIDE_THE_NAME = 34
-# Before this share of the work is done, its beginning, which is slow, says little of the rest.
-_TELLING = 0.1
+# Of what takes less than this nobody has to be told how long it will take.
+_QUICK_S = 2.0
 
 
 class Ticker:
@@ -71,8 +72,6 @@ def left_column() -> Any:
     from rich.progress import ProgressColumn, Task
     from rich.text import Text
 
-    from ...materials.intake.progress import in_words
-
     class Left(ProgressColumn):
         max_refresh = 0.5
 
@@ -90,106 +89,74 @@ def say_line(line: str) -> None:
     sys.stderr.flush()
 
 
-class TimeLeft:
-    """Estimate of the seconds until a command is done, from how fast its stages go.
-
-    Work that is counted anew is the next stage. Its speed is that of the later half of what is done: what begins
-    slowly, as tables are made and files are read for the first time, says little of the rest.
-
-    stages : names of the stages to come and the seconds that each is expected to take, in their order. How those that
-        are done compare with what was expected of them scales the others; some may be left out.
-    """
-
-    def __init__(self, stages: Sequence[tuple[str, float]] = ()) -> None:
-        self._later = list(stages)
-        # Seconds of the stages that are done, and what was expected of them; and of the one that is not.
-        self._spent = self._expected = self._guess = 0.0
-        self._total = 0
-        self._heard = [(0, time.monotonic())]
-
-    def heard(self, done: int, total: int, name: str) -> bool:
-        """Take note that `done` of `total` steps of a stage are done; returns whether they are the first of it."""
-        begins = total != self._total or done < self._heard[-1][0]
-        if begins:
-            self._begin(total, name)
-        self._heard.append((done, time.monotonic()))
-        return begins
-
-    @property
-    def seconds(self) -> float | None:
-        """Seconds left; None while too little is done to tell."""
-        done, spent = self._heard[-1][0], time.monotonic() - self._heard[0][1]
-        telling = self._total > 0 and done >= _TELLING * self._total
-        if not telling and not self._guess:
-            return None
-        rest = self._rest() if telling else 0.0
-        known, expected = self._spent, self._expected
-        if self._guess and 2 * done >= self._total > 0:
-            known, expected = known + spent + rest, expected + self._guess
-        scale = known / expected if expected > 0.0 else 1.0
-        if not telling:
-            rest = max(scale * self._guess - spent, 0.0)
-        return rest + scale * sum(seconds for _, seconds in self._later)
-
-    def _begin(self, total: int, name: str) -> None:
-        """Begin a stage; nothing is expected any longer of those that it leaves out."""
-        now = time.monotonic()
-        if self._guess:
-            self._spent, self._expected = self._spent + now - self._heard[0][1], self._expected + self._guess
-        names = [one for one, _ in self._later]
-        self._guess = 0.0
-        if name in names:
-            self._guess = self._later[names.index(name)][1]
-            del self._later[: names.index(name) + 1]
-        self._total, self._heard = total, [(0, now)]
-
-    def _rest(self) -> float:
-        """Seconds left of this stage, by the speed of the later half of what is done."""
-        done, at = self._heard[-1]
-        before, then = next(entry for entry in reversed(self._heard) if 2 * entry[0] <= done)
-        rest = (at - then) / max(done - before, 1) * (self._total - done)
-        return max(rest - (time.monotonic() - at), 0.0)
-
-
 @contextmanager
 def progress_bar(
-    title: str, *, quiet: bool = False, after: float = 0.0, stages: Sequence[tuple[str, float]] = ()
+    title: str,
+    *,
+    quiet: bool = False,
+    after: float = 0.0,
+    stages: Sequence[tuple[str, float]] = (),
+    work: TimeLeft | None = None,
 ) -> Iterator[Callable[[int, int, str], None]]:
-    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way; nothing where `quiet`, nor
-    in the first `after` seconds. On standard error: what a command says on standard output goes into files and other
-    programs. stages : of `TimeLeft`: the time left is that of all of them."""
+    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way, and now and then in
+    between; nothing where `quiet`, nor in the first `after` seconds. On standard error: what a command says on standard
+    output goes into files and other programs.
+
+    stages : of `TimeLeft`: the time left is that of all of them. work : tells the time left in place of what is
+    counted; somebody else tells it what is done.
+    """
     if quiet:
         yield lambda *_: None
         return
-    begun, left = time.monotonic(), TimeLeft(stages)
-    if not shows_bars(sys.stderr):
-        from ...materials.intake.progress import in_words
+    counting = TimeLeft(stages)
+    shown = _bar if shows_bars(sys.stderr) else _lines
+    with shown(title, work or counting, after) as show:
 
-        tenths = -1
+        def heard(done: int, total: int, what: str) -> None:
+            show(done, total, what, counting.heard(done, total, what))
 
-        def line(done: int, total: int, what: str) -> None:
-            nonlocal tenths
-            tenths = -1 if left.heard(done, total, what) else tenths
-            if done * 10 // total > tenths and time.monotonic() - begun >= after:
+        yield heard
+
+
+Show = Callable[[int, int, str, bool], None]
+
+
+@contextmanager
+def _lines(title: str, work: TimeLeft, after: float) -> Iterator[Show]:
+    begun, tenths, counted = time.monotonic(), -1, ""
+
+    def line() -> str:
+        elapsed = time.monotonic() - begun
+        seconds = work.seconds if elapsed > _QUICK_S else None
+        words = f", about {in_words(seconds)} left" if seconds else ""
+        return f"{title}: {counted}{words}" if counted and elapsed >= after else ""
+
+    with Ticker(line) as ticker:
+
+        def show(done: int, total: int, what: str, anew: bool) -> None:
+            nonlocal tenths, counted
+            counted, tenths = f"{done}/{total} {what}", -1 if anew else tenths
+            if done * 10 // total > tenths and (said := line()):
                 tenths = done * 10 // total
-                seconds = left.seconds if time.monotonic() - begun > 2.0 else None
-                words = f", about {in_words(seconds)} left" if seconds else ""
-                print(f"{title}: {done}/{total} {what}{words}", file=sys.stderr, flush=True)
+                say_line(said)
+                ticker.said()
 
-        yield line
-        return
+        yield show
+
+
+@contextmanager
+def _bar(title: str, work: TimeLeft, after: float) -> Iterator[Show]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
     columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), left_column())
-    console = Console(stderr=True)
+    begun, console = time.monotonic(), Console(stderr=True)
     progress = Progress(*columns, console=console)
-    task = progress.add_task(title, total=None, left=lambda: left.seconds)
+    task = progress.add_task(title, total=None, left=lambda: work.seconds)
     # The count and the time left are never cut for the sake of a long name.
     room = max(0, console.width - len(title) - _BESIDE_THE_NAME)
 
-    def bar(done: int, total: int, what: str) -> None:
-        left.heard(done, total, what)
+    def show(done: int, total: int, what: str, anew: bool) -> None:
         if time.monotonic() - begun >= after:
             progress.start()
         progress.update(task, completed=done, total=total, description=f"{title}: {end_of_name(what, room)}")
@@ -197,7 +164,7 @@ def progress_bar(
     try:
         if not after:
             progress.start()
-        yield bar
+        yield show
     finally:
         # To stop what never began would leave an empty line.
         if progress.live.is_started:

@@ -10,7 +10,7 @@ import pytest
 from metamer.cli import parser as known
 from metamer.cli.output import end_of_name, shows_bars
 from metamer.cli.parser import COMMANDS
-from metamer.cli.progress.lines import TimeLeft, progress_bar
+from metamer.cli.progress.lines import progress_bar
 from metamer.runtime.errors import ComparisonError, InputError, UsageError
 
 
@@ -189,70 +189,6 @@ def test_work_that_should_be_quick_says_how_far_it_is_once_it_is_late(monkeypatc
         told(2, 10, "visibility")
     said = capsys.readouterr().err
     assert "2/10" in said and (bars or said == "Rendering: 2/10 visibility, about 32 s left\n")
-
-
-class Work:
-    """Stages of work on a clock of its own, and the time that was said to be left."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, *stages: tuple[str, float]) -> None:
-        self.now, self.said = 1000.0, []
-        monkeypatch.setattr("metamer.cli.progress.lines.time.monotonic", lambda: self.now)
-        self.left = TimeLeft(stages)
-
-    def step(self, done: int, total: int, name: str, seconds: float) -> None:
-        """Do the work up to `done` in so many seconds."""
-        self.now += seconds
-        self.left.heard(done, total, name)
-        self.said.append((self.now, self.left.seconds))
-
-    def factors(self, begin: float = 0.1) -> list[float]:
-        """Return what was said over what was left, from a share of all the time on and until 2 s before the end."""
-        first, end = 1000.0, self.now
-        told = [(at, left) for at, left in self.said if at - first >= begin * (end - first) and end - at > 2.0]
-        return [left / (end - at) for at, left in told if left is not None]
-
-
-def test_time_left_is_that_of_all_stages_within_a_factor_of_two(monkeypatch):
-    # Twice as long as was expected, by both.
-    work = Work(monkeypatch, ("visibility", 5.0), ("drawing", 40.0))
-    work.step(0, 100, "visibility", 0.5)
-    for done in range(1, 101):
-        work.step(done, 100, "visibility", 0.1)
-    for done in range(13):
-        work.step(done, 12, "drawing", 80.0 / 12 if done else 0.5)
-    assert all(0.5 <= factor <= 2.0 for factor in work.factors()) and len(work.factors()) > 20
-
-
-def test_time_left_expects_nothing_of_stages_that_are_left_out(monkeypatch):
-    work = Work(monkeypatch, ("visibility", 500.0), ("drawing", 20.0))
-    for done in range(11):
-        work.step(done, 10, "drawing", 2.0)
-    assert all(0.5 <= factor <= 2.0 for factor in work.factors()) and len(work.factors()) > 5
-
-
-def test_a_stage_that_is_done_twice_is_two_stages(monkeypatch):
-    work = Work(monkeypatch, ("visibility", 10.0), ("visibility", 10.0), ("drawing", 30.0))
-    for _ in range(2):
-        for done in range(11):
-            work.step(done, 10, "visibility", 1.0)
-    for done in range(11):
-        work.step(done, 10, "drawing", 3.0)
-    assert all(0.5 <= factor <= 2.0 for factor in work.factors()) and len(work.factors()) > 20
-
-
-def test_a_slow_begin_says_little_of_the_rest(monkeypatch):
-    work = Work(monkeypatch)
-    for done in range(1, 247):
-        work.step(done, 246, f"paint/{done}", 20.0 if done == 1 else 0.3)
-    assert all(0.5 <= factor <= 2.0 for factor in work.factors(0.3)) and len(work.factors()) > 200
-
-
-def test_nothing_is_said_before_a_tenth_is_done(monkeypatch):
-    work = Work(monkeypatch)
-    for done in range(1, 101):
-        work.step(done, 100, "paint", 1.0)
-    assert [left is None for _, left in work.said] == [done < 10 for done in range(1, 101)]
-    assert work.said[-1][1] == 0.0
 
 
 def test_another_work_has_another_time_left(monkeypatch, capsys):

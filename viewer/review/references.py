@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,15 +51,17 @@ def reference_pictures(
     geometry: VisibleGeometry,
     jobs: int,
     budget: float = 1.0,
+    heard: Callable[[int, float], None] | None = None,
 ) -> Generator[Reference, None, None]:
     """References of scenes that differ in materials only, in their order, each under all `spectra`, with the bounces of
     each scene, which are a number (`bouncing.counted`).
 
     `geometry` is what `view` sees of any of them; `budget` is what rows are judged by (`reference_images`). With one
-    job, or one scene, everything happens in this process.
+    job, or one scene, everything happens in this process. `heard` hears (number of the scene, share of it done).
     """
     start = _start_worker, (catalogue.folder, scenes, view, spectra, geometry, budget)
-    yield from in_order(_reference, ((number,) for number in range(len(scenes))), min(jobs, len(scenes)), start)
+    tasks = ((number,) for number in range(len(scenes)))
+    yield from in_order(_reference, tasks, min(jobs, len(scenes)), start, heard)
 
 
 def _start_worker(
@@ -74,10 +76,14 @@ def _start_worker(
     _worker.update(catalogue=found, scenes=scenes, view=view, spectra=spectra, geometry=geometry, budget=budget)
 
 
-def _reference(number: int) -> Reference:
+def _reference(number: int, say: Callable[[float], None] = lambda share: None) -> Reference:
+    say(0.0)
     scene = _worker["scenes"][number]
     surfaces = {name: _worker["catalogue"].load(name).surface() for name in scene.material_ids}
-    return reference_of(scene, surfaces, *(_worker[name] for name in ("view", "spectra", "geometry", "budget")))
+    seen = (_worker[name] for name in ("view", "spectra", "geometry", "budget"))
+    found = reference_of(scene, surfaces, *seen, say=say)
+    say(1.0)
+    return found
 
 
 def reference_of(
@@ -87,9 +93,18 @@ def reference_of(
     spectra: Sequence[Spectrum | None],
     geometry: VisibleGeometry,
     budget: float,
+    say: Callable[[float], None] = lambda share: None,
 ) -> Reference:
-    """Compute the reference of one scene, as `reference_pictures` does."""
+    """Compute the reference of one scene, as `reference_pictures` does; `say` hears the share that is done."""
     start = time.perf_counter()
-    seen = {"geometry": geometry, "budget": budget}
-    found = reference_images(scene, view, surfaces, spectra, **seen, bounces=int(scene.bounces))
+    found = reference_images(
+        scene,
+        view,
+        surfaces,
+        spectra,
+        geometry=geometry,
+        budget=budget,
+        bounces=int(scene.bounces),
+        progress=lambda done, total, what: say(done / total),
+    )
     return Reference(found.xyz, time.perf_counter() - start, found.noise)

@@ -25,12 +25,14 @@ from ...lighting.scene import Scene
 from ...materials.catalogue.catalogue import Catalogue
 from ...materials.catalogue.instrument_reading import InstrumentReading
 from ...runtime.notebook import data_frame, html_table, new_axes
+from ...runtime.progress import TimeLeft
 from ...runtime.shutdown import clearing, saying
 from ..picture import Warn, unheard
 from ..render.session import RenderSession
 from .case_rows import Warnings, drawn_case
 from .cases import OWN_LIGHT, ReviewCase, Setting, prepare_review, review_views
 from .cluster import drawn_on_cluster
+from .expected_work import ReviewWork
 from .facts import reviewed_lights, reviewed_materials
 from .folder import REPORT, UNFINISHED, DrawnRows, drawing_into, drawn_rows, found_rows, put_in_place
 from .references import reference_pictures
@@ -117,6 +119,7 @@ def review(
     again: bool = False,
     ratings: Sequence[Rating] = (),
     resumed: Callable[[int, int], None] = lambda found, total: None,
+    left: TimeLeft | None = None,
 ) -> ReviewResult:
     """Render, compare and report.
 
@@ -142,6 +145,7 @@ def review(
     again : draw every row, also those that are there.
     ratings : a reviewer's protocol (`calibration.report.protocol`), for the report.
     resumed : called with (rows that were there, rows in all), where there are any, before the others are drawn.
+    left : is told what is expected and what is done, to estimate the time left from.
     warn : called at once with a line for each reason why pictures show nothing; the report repeats them.
 
     Raises
@@ -163,8 +167,14 @@ def review(
             version=version,
             warn=warnings,
         )
+        work = ReviewWork(out, TimeLeft() if left is None else left)
+        scenes = [(case.scene, case.judged) for case in cases]
+        work.expect(scenes, catalogue, (setting.view, setting.shown_view), len(setting.names), jobs)
         keys = [case_key(setting, catalogue, case, case is cases[0]) for case in cases]
         drawn: list[DrawnRows | None] = [None if again else found_rows(out, key) for key in keys]
+        for index, found in enumerate(drawn):
+            if found is not None:
+                work.there(index)
         there = _rows_in(drawn)
         if there:
             resumed(there, setting.total)
@@ -176,9 +186,11 @@ def review(
         with saying(reached):
             reading_of = cache(lambda material: InstrumentReading.of(setting.records[material].brdf()))
             _draw_missing(
-                out, catalogue, setting, cases, keys, drawn, (jobs, scheduler), progress, warnings, reading_of
+                out, catalogue, setting, cases, keys, drawn, (jobs, scheduler), progress, work, warnings, reading_of
             )
+            work.report(0.0)
             result = _report(out, setting, keys, [one for one in drawn if one], warnings, ratings, reading_of)
+            work.report(1.0)
     return replace(result, resumed=there)
 
 
@@ -238,6 +250,7 @@ def _draw_missing(
     drawn: list[DrawnRows | None],
     workers: tuple[int, str | None],
     progress: Progress | None,
+    work: ReviewWork,
     warn: Warn,
     reading_of: ReadingOf,
 ) -> None:
@@ -247,11 +260,17 @@ def _draw_missing(
     """
     jobs, scheduler = workers
     missing = _dearest_first(setting, cases, [index for index, found in enumerate(drawn) if found is None])
+    for index in missing[:1]:
+        work.first(index)
     done = setting.total - sum(len(cases[index].judged) for index in missing) * len(setting.names)
+
+    at, drawn_of = 0, Counter[int]()
 
     def finished(row: ReviewRow) -> None:
         nonlocal done
         done += 1
+        drawn_of[at] += 1
+        work.rows(at, drawn_of[at] / (len(cases[at].judged) * len(setting.names)))
         if progress is not None:
             progress(done, setting.total, row.material)
 
@@ -271,10 +290,19 @@ def _draw_missing(
         return
     scenes = [cases[index].scene for index in missing]
     truths = reference_pictures(
-        scenes, catalogue, setting.view, setting.spectra, setting.geometry, jobs, setting.budget
+        scenes,
+        catalogue,
+        setting.view,
+        setting.spectra,
+        setting.geometry,
+        jobs,
+        setting.budget,
+        lambda number, share: work.traced(missing[number], share),
     )
     with closing(truths):
         for index, truth in zip(missing, truths, strict=True):
+            at = index
+            work.rows(index, 0.0)
             with drawn_rows(out, keys[index]) as (folder, kept):
                 kept.append(drawn_case(setting, cases[index], truth, folder, index == 0, finished, warn, reading_of))
             drawn[index] = kept[0]

@@ -18,6 +18,7 @@ from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.catalogue.instrument_reading import InstrumentReading
 from metamer.materials.records.record import MARKER, write_record
 from metamer.runtime.errors import InputError, MetamerError, UnknownNameError
+from metamer.runtime.progress import TimeLeft
 from metamer.spectral.difference import delta_e_xyz, lab_from_xyz
 from metamer.spectral.formats.exr import read_exr
 from metamer.spectral.formula import formula
@@ -60,8 +61,15 @@ def run(scene, catalogue, out, renderer=None, **options):
 def written(sphere, catalogue, tmp_path_factory):
     """Folder and review.json of the whole tiny catalogue under three lights, in numpy, references by two processes."""
     out = tmp_path_factory.mktemp("review")
-    seen = []
-    _, document = run(sphere, catalogue, out, jobs=2, progress=lambda *step: seen.append(step))
+    seen, left, known = [], TimeLeft(), []
+
+    def progress(*step):
+        seen.append(step)
+        known.append(left.seconds)
+
+    _, document = run(sphere, catalogue, out, jobs=2, progress=progress, left=left)
+    # Something is known of all from the first row on, and nothing is left in the end.
+    assert all(seconds is not None and seconds > 0.0 for seconds in known) and left.seconds == 0.0
     assert seen == [(k + 1, 12, row["material"]) for k, row in enumerate(document["results"])]
     return out, document
 

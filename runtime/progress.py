@@ -1,0 +1,199 @@
+"""Time left of work, from what is done of it and from what a model of costs expects of the rest."""
+
+from __future__ import annotations
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Hashable, Iterable
+from dataclasses import dataclass, field
+from typing import Literal
+
+# Before this share of an item is done, and before as much of the work is done or measured, its beginning, which is
+# slow, says little of the rest.
+_TELLING = 0.1
+# From this share of what was expected, it may take half as long again as it is over that.
+_LATE = 0.9
+
+#: Whether an item is done beside others in processes of their own, one by one behind the longest of these, or last.
+How = Literal["beside", "behind", "last"]
+
+
+@dataclass(frozen=True)
+class _Stage:
+    """Key of an item that follows the one before it."""
+
+    number: int
+
+
+@dataclass(eq=False)
+class _Item:
+    """An item of work: seconds `expected` of it, and `taken`; while it is done, the shares that were done of it when.
+
+    how : as of `How`.
+    """
+
+    kind: str
+    expected: float
+    how: How
+    heard: list[tuple[float, float]] = field(default_factory=list)
+    taken: float | None = None
+
+    def whole(self, now: float) -> float | None:
+        """Seconds that all of it takes; None while too little is done to tell."""
+        if self.taken is not None:
+            return self.taken or None
+        if not self.heard or self.heard[-1][0] < _TELLING:
+            return None
+        return now - self.heard[0][1] + self.rest_by_speed(now)
+
+    def rest_by_speed(self, now: float) -> float:
+        """Seconds left at the speed of the later half of what is done."""
+        share, at = self.heard[-1]
+        before, then = next(entry for entry in reversed(self.heard) if 2.0 * entry[0] <= share)
+        return _less((at - then) / (share - before) * (1.0 - share), now - at)
+
+    def rest(self, whole: float, now: float) -> float:
+        """Seconds left, where `whole` is expected before enough is done to tell."""
+        if not self.heard:
+            return whole
+        if self.heard[-1][0] >= _TELLING:
+            return self.rest_by_speed(now)
+        return _less(whole, now - self.heard[0][1])
+
+
+def _less(expected: float, elapsed: float) -> float:
+    """Return what is left of the seconds expected: of what takes longer than that, as much as it is over, by half."""
+    late = _LATE * expected
+    if not expected:
+        return 0.0
+    return expected - elapsed if elapsed < late else expected - late + 0.5 * (elapsed - late)
+
+
+class TimeLeft:
+    """Estimate of the seconds until all items of some work are done.
+
+    An item has a kind and a weight, the seconds that a model of costs expects of it. How long items of its kind have
+    taken here corrects that, the later ones alone; while there are none, how long all others have. So weights need to
+    be right beside each other, not on every machine.
+
+    stages : kinds of items that follow each other and what is expected of each; some may turn out to be left out.
+    jobs : items that are done at once. now : the clock.
+    """
+
+    def __init__(
+        self, stages: Iterable[tuple[str, float]] = (), jobs: int = 1, now: Callable[[], float] | None = None
+    ) -> None:
+        self.jobs, self._now = jobs, now or time.monotonic
+        self._items: dict[Hashable, _Item] = {}
+        # By kind, in the order in which they were done: what was expected of items, and what they took.
+        self._taken: dict[str, list[tuple[float, float]]] = defaultdict(list)
+        # The stage that is under way, how many of its steps are done, and of how many; and how many stages there are.
+        self._stage: tuple[_Stage, float, float] | None = None
+        self._stages = 0
+        # When the last stage was heard of: the next one began then, unless it says when.
+        self._ended = self._now()
+        for kind, seconds in stages:
+            self._add_stage(kind, seconds)
+
+    def expect(self, key: Hashable, kind: str, seconds: float, how: How = "beside") -> None:
+        """Add an item of which so many seconds are expected, or expect others of it from now on."""
+        self._items[key] = _Item(kind, seconds, how)
+
+    def __contains__(self, key: Hashable) -> bool:
+        """Return whether an item is expected, or was."""
+        return key in self._items
+
+    def at(self, key: Hashable, share: float = 0.0) -> None:
+        """Take note that a share of an item is done; 0 where it begins, 1 where it ends."""
+        heard, now = self._items[key].heard, self._now()
+        if not heard:
+            heard.append((0.0, self._ended if share and isinstance(key, _Stage) else now))
+        if share > heard[-1][0]:
+            heard.append((share, now))
+            if share >= 1.0:
+                self.done(key)
+
+    def done(self, key: Hashable, seconds: float | None = None) -> None:
+        """Take note that an item is done, and of the seconds it took; None: since it began, 0: nobody knows."""
+        item = self._items[key]
+        if item.taken is not None:
+            return
+        if seconds is None:
+            seconds = self._now() - item.heard[0][1] if item.heard else 0.0
+        item.taken = seconds
+        if seconds:
+            self._taken[item.kind].append((item.expected, seconds))
+
+    def heard(self, done: float, total: float, kind: str) -> bool:
+        """Take note that `done` of `total` steps of a stage are done; returns whether they are the first of it.
+
+        Work that is counted anew is the next stage, and so is work of another kind where that is expected.
+        """
+        key, before, of = self._stage or (None, 0.0, 0.0)
+        begins = key is None or total != of or done < before
+        if begins or (self._items[key].kind != kind and self._later(kind) is not None):
+            key, begins = self._begun(kind), True
+        self.at(key, done / total if total else 1.0)
+        self._stage, self._ended = (key, done, total), self._now()
+        return begins
+
+    @property
+    def seconds(self) -> float | None:
+        """Seconds left; None while too little is done to tell."""
+        now, items = self._now(), list(self._items.values())
+        measured = [(item.expected, whole) for item in items if (whole := item.whole(now)) is not None]
+        expected = sum(weight for weight, _ in measured)
+        if not measured or expected < _TELLING * sum(item.expected for item in items):
+            return None
+        scale = sum(whole for weight, whole in measured if weight) / expected if expected else 1.0
+        rests: dict[How, list[float]] = {"beside": [0.0], "behind": [], "last": []}
+        for item in items:
+            if item.taken is None:
+                rests[item.how].append(item.rest(self._whole(item, scale), now))
+        beside, behind, last = map(sum, rests.values())
+        return max((beside + behind) / max(1, self.jobs), max(rests["beside"]) + behind) + last
+
+    def _whole(self, item: _Item, scale: float) -> float:
+        """Return the seconds that are expected of an item by now."""
+        taken = self._taken.get(item.kind, ())
+        later = taken[len(taken) // 2 :]
+        weight = sum(weight for weight, _ in later)
+        return item.expected * (sum(seconds for _, seconds in later) / weight if weight else scale)
+
+    def _add_stage(self, kind: str, seconds: float) -> _Stage:
+        stage = _Stage(self._stages)
+        self._stages += 1
+        self.expect(stage, kind, seconds)
+        return stage
+
+    def _later(self, kind: str) -> _Stage | None:
+        """Find the first stage of a kind that has not begun."""
+        stages = (key for key in self._items if isinstance(key, _Stage))
+        return next((key for key in stages if self._items[key].kind == kind and not self._items[key].heard), None)
+
+    def _begun(self, kind: str) -> _Stage:
+        """Begin a stage: the one before is done, and nothing is expected any longer of those that it leaves out."""
+        if self._stage is not None:
+            self.done(self._stage[0])
+        stage = self._later(kind)
+        if stage is None:
+            return self._add_stage(kind, 0.0)
+        for other in list(self._items):
+            if isinstance(other, _Stage) and other.number < stage.number and not self._items[other].heard:
+                del self._items[other]
+        return stage
+
+
+def in_words(seconds: float) -> str:
+    """Return a time as people say it, no more exact than an estimate is.
+
+    >>> in_words(0.2), in_words(41.0), in_words(95.0), in_words(1300.0), in_words(8000.0)
+    ('1 s', '41 s', '1 min 35 s', '22 min', '2 h 13 min')
+    """
+    whole = max(1, round(seconds))
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 600:
+        return f"{whole // 60} min {whole % 60} s" if whole % 60 else f"{whole // 60} min"
+    minutes = round(seconds / 60)
+    return f"{minutes} min" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"

@@ -1,0 +1,96 @@
+"""Expected work of a review, which the time left is estimated from.
+
+Each case has a reference, which is computed in processes of its own, and its rows; at the end comes the report of all.
+Seconds need to be right beside each other, not on every machine: `TimeLeft` corrects them by what is done.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from ...lighting.camera import Camera
+from ...lighting.scene import Scene
+from ...materials.catalogue.catalogue import Catalogue
+from ...materials.records.models import MEASURED
+from ...materials.records.record_head import read_head
+from ...runtime.progress import TimeLeft
+from ..render.picture_cost import picture_cost
+
+# A reference beside that of a gloss paint: of matt materials, of measured ones, and of those whose sums over directions
+# a process has from one before.
+_MATT, _MEASURED, _FURTHER = 0.3, 4.0, 0.2
+_MATT_MODELS = ("lambert", "oren_nayar", "fluorescent_lambert")
+# Models whose references take longer than that of a gloss paint, in parts of it.
+_METAL, _METAL_MODELS = 3.0, ("cook_torrance",)
+# Seconds of a row, and of each pixel of its pictures; and of a row in the report.
+_ROW, _ROW_PIXEL, _REPORT_ROW = 0.1, 3e-6, 0.05
+# Seconds of the first case's: of shaders, and of light that is gathered once.
+_FIRST_ROWS = 4.0
+
+
+class ReviewWork:
+    """Work of one review in an estimate that may be of several, one after the other; `out` tells them apart."""
+
+    def __init__(self, out: Path, left: TimeLeft) -> None:
+        self._out, self._left = out, left
+
+    def expect(
+        self,
+        scenes: Sequence[tuple[Scene, Sequence[str]]],
+        catalogue: Catalogue,
+        views: tuple[Camera, Camera | None],
+        lights: int,
+        jobs: int,
+    ) -> None:
+        """Expect cases, each a scene and the materials that are judged, under so many lights; once is enough.
+
+        The first of a model in each process takes longer than those that follow it.
+        """
+        if (self._out, "report") in self._left:
+            return
+        self._left.jobs = jobs
+        compared, shown = views
+        size = compared.width * compared.height_px + (0 if shown is None else shown.width * shown.height_px)
+        each = picture_cost(scenes[0][0], compared, "reference").seconds
+        known: Counter[tuple[str, ...]] = Counter()
+        rows = 0
+        for number, (scene, judged) in enumerate(scenes):
+            models = tuple(read_head(catalogue.path(name))["model"] for name in scene.material_ids)
+            known[models] += 1
+            seconds, of = each * max(map(_beside_gloss, models)), f"reference of {', '.join(models)}"
+            if known[models] > jobs:
+                seconds, of = _FURTHER * seconds, f"further {of}"
+            self._left.expect((self._out, "reference", number), of, seconds)
+            count = len(judged) * lights
+            self._left.expect((self._out, "rows", number), "rows", count * (_ROW + _ROW_PIXEL * size), "behind")
+            rows += count
+        self._left.expect((self._out, "report"), "report", _REPORT_ROW * rows, "last")
+
+    def there(self, number: int) -> None:
+        """The rows of a case were drawn before."""
+        for what in ("reference", "rows"):
+            self._left.done((self._out, what, number), 0.0)
+
+    def first(self, number: int) -> None:
+        """The case whose rows are drawn first is known."""
+        self._left.expect((self._out, "rows", number), "first rows", _FIRST_ROWS, "behind")
+
+    def traced(self, number: int, share: float) -> None:
+        """Share of the reference of a case that is done."""
+        self._left.at((self._out, "reference", number), share)
+
+    def rows(self, number: int, share: float) -> None:
+        """Share of the rows of a case that are drawn and written."""
+        self._left.at((self._out, "rows", number), share)
+
+    def report(self, share: float) -> None:
+        """Share of the report that is written."""
+        self._left.at((self._out, "report"), share)
+
+
+def _beside_gloss(model: str) -> float:
+    if model in MEASURED:
+        return _MEASURED
+    return _MATT if model in _MATT_MODELS else _METAL if model in _METAL_MODELS else 1.0
