@@ -93,11 +93,18 @@ class TimeLeft:
         # When the last stage was heard of: the next one began then, unless it says when.
         self._ended = self._now()
         for kind, seconds in stages:
-            self._add_stage(kind, seconds)
+            self.expect_stage(kind, seconds)
 
     def expect(self, key: Hashable, kind: str, seconds: float, how: How = "beside") -> None:
         """Add an item of which so many seconds are expected, or expect others of it from now on."""
         self._items[key] = _Item(kind, seconds, how)
+
+    def expect_stage(self, kind: str, seconds: float) -> _Stage:
+        """Add a stage behind all others."""
+        stage = _Stage(self._stages)
+        self._stages += 1
+        self.expect(stage, kind, seconds)
+        return stage
 
     def __contains__(self, key: Hashable) -> bool:
         """Return whether an item is expected, or was."""
@@ -160,12 +167,6 @@ class TimeLeft:
         weight = sum(weight for weight, _ in later)
         return item.expected * (sum(seconds for _, seconds in later) / weight if weight else scale)
 
-    def _add_stage(self, kind: str, seconds: float) -> _Stage:
-        stage = _Stage(self._stages)
-        self._stages += 1
-        self.expect(stage, kind, seconds)
-        return stage
-
     def _later(self, kind: str) -> _Stage | None:
         """Find the first stage of a kind that has not begun."""
         stages = (key for key in self._items if isinstance(key, _Stage))
@@ -177,7 +178,7 @@ class TimeLeft:
             self.done(self._stage[0])
         stage = self._later(kind)
         if stage is None:
-            return self._add_stage(kind, 0.0)
+            return self.expect_stage(kind, 0.0)
         for other in list(self._items):
             if isinstance(other, _Stage) and other.number < stage.number and not self._items[other].heard:
                 del self._items[other]

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import sys
+import time
 from contextlib import ExitStack
 from typing import Any
 
-from ...materials.intake.progress import Doing, Expected, in_words
+from ...materials.intake.progress import Doing, fit_seconds
 from ...runtime.errors import visible
+from ...runtime.progress import TimeLeft, in_words
 from ..output import shows_bars
 from .lines import Ticker, left_column, say_line
+
+# The most that a fit says of itself: what follows is not part of it.
+_NEARLY = 0.99
 
 
 class FitProgress:
     """A bar on a terminal; elsewhere lines on standard error, between those of the trials. Lives as long as `stack`."""
 
     def __init__(self, stack: ExitStack, material: str) -> None:
-        self._material, self._expected = material, Expected({}, 1)
-        self._doing = Doing(f"loading {visible(material)}")
+        self._material, self._left = material, TimeLeft()
+        self._begun, self._doing = 0.0, Doing(f"loading {visible(material)}")
         self._bar: Any = None
         if not shows_bars(sys.stdout):
             say_line(self._doing.phase)
@@ -33,20 +38,21 @@ class FitProgress:
             left_column(),
         )
         self._bar = stack.enter_context(progress.Progress(*columns, transient=True))
-        self._task = self._bar.add_task(self._doing.phase, total=1.0, left=self._left)
+        self._task = self._bar.add_task(self._doing.phase, total=1.0, left=lambda: self._left.seconds)
 
     def begins(self, model: str) -> None:
         """The material is loaded: its fit begins."""
-        self._expected = Expected({self._material: model}, 1)
+        self._left.expect(self._material, model, fit_seconds(model))
+        self._begun = time.monotonic()
         self.at("tabulating", 0.0)
         if self._bar is None:
-            say_line(f"fitting {visible(self._material)}, about {in_words(self._expected.seconds_left)}")
+            say_line(f"fitting {visible(self._material)}")
             self._ticker.said()
 
     def at(self, phase: str, share: float) -> None:
         """Return the step of the fit, and the share that is done."""
         self._doing = Doing(phase, share)
-        self._expected.at(self._material, self._doing)
+        self._left.at(self._material, min(share, _NEARLY))
         if self._bar is not None:
             self._bar.update(self._task, completed=share, description=phase)
 
@@ -59,11 +65,8 @@ class FitProgress:
 
     def line(self) -> str:
         """Write the line of progress."""
-        at_work = self._expected.at_work.get(self._material)
-        if at_work is None:
+        if not self._begun:
             return f"still {self._doing.phase}"
-        left = in_words(self._expected.seconds_left)
-        return f"{self._doing.phase}, {in_words(at_work[0])} so far, about {left} left"
-
-    def _left(self) -> float | None:
-        return self._expected.seconds_left if self._expected.at_work else None
+        seconds = self._left.seconds
+        left = "" if seconds is None else f", about {in_words(seconds)} left"
+        return f"{self._doing.phase}, {in_words(time.monotonic() - self._begun)} so far{left}"

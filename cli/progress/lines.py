@@ -66,9 +66,7 @@ def next_pause(elapsed: float) -> float:
 
 
 def left_column() -> Any:
-    """Return a column of a bar for the time left: what the task's field `left` says when it is called, else its own
-    speed.
-    """
+    """Return a column of a bar for the time left: what the task's field `left` says when it is called."""
     from rich.progress import ProgressColumn, Task
     from rich.text import Text
 
@@ -76,8 +74,7 @@ def left_column() -> Any:
         max_refresh = 0.5
 
         def render(self, task: Task) -> Text:
-            seconds_left: Callable[[], float | None] | None = task.fields.get("left")
-            seconds = seconds_left() if seconds_left is not None else task.time_remaining
+            seconds: float | None = task.fields["left"]()
             return Text("" if seconds is None or task.finished else f"about {in_words(seconds)} left")
 
     return Left()

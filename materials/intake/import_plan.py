@@ -12,6 +12,7 @@ from typing import Literal
 
 from ...runtime.errors import InputError
 from ...runtime.memory import gigabytes
+from ...runtime.progress import in_words
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..formats.input_file import InputFile
 from ..formats.registry import Format, companions, guessed, label, not_a_source, recognised_files
@@ -21,7 +22,7 @@ from ..records.source import MaterialSource, Rejected
 from .code_version import code_hash
 from .import_cost import TOLD_S, reading_too_large
 from .import_history import FileReading, Known, Read, is_private
-from .progress import Doing, Hears, in_bytes, in_words
+from .progress import Doing, Hears, in_bytes
 from .sources import read_with
 
 Status = Literal["new", "skipped", "failed"]
@@ -98,17 +99,20 @@ class PlannedFile:
         return tuple(first.values())
 
 
+LookedAt = Callable[[int, int, PlannedFile], None]
+
+
 def planned(
     files: Iterable[InputFile | Rejected],
     folder: Path,
     settings: Settings,
-    looked_at: Callable[[int, int, str], None] = lambda done, total, name: None,
+    looked_at: LookedAt = lambda done, total, file: None,
     known: Known | None = None,
     doing: Callable[[str, Doing], None] = lambda name, doing: None,
 ) -> tuple[PlannedFile, ...]:
     """Return every file with its materials, in the order of `files`; nothing is written.
 
-    looked_at : called with (done, total, name) after each file.
+    looked_at : called with (done, total, file) after each file.
     known : what earlier imports into the folder saw; learns what this one sees.
     doing : called with (name, what is done to it) before a file that takes long to read.
     """
@@ -129,7 +133,7 @@ def planned(
             found.append(PlannedFile(file.name, "", (PlannedMaterial(file.name, "failed", reason),)))
         else:
             found.append(PlannedFile(file.name, ""))
-        looked_at(number, len(recognised), file.name)
+        looked_at(number, len(recognised), found[-1])
     return tuple(found)
 
 

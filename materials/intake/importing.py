@@ -24,7 +24,7 @@ from ..records.source import MaterialSource
 from . import import_history
 from .import_cost import Jobs, fit_too_large, jobs_for
 from .import_history import Known
-from .import_plan import PlannedFile, PlannedMaterial, Settings, planned
+from .import_plan import LookedAt, PlannedFile, PlannedMaterial, Settings, planned
 from .inputs import inputs_of
 from .progress import Doing, Hears, in_bytes
 from .sources import check_uplift, nothing_to_import
@@ -109,7 +109,7 @@ def import_sources(
     budget: float = DEFAULT_BUDGET,
     dry_run: bool = False,
     progress: Progress | None = None,
-    looked_at: Callable[[int, int, str], None] = lambda done, total, name: None,
+    looked_at: LookedAt = lambda done, total, file: None,
     uplift: str = DEFAULT_METHOD,
     family: str | None = None,
     apart: bool = False,
@@ -135,7 +135,7 @@ def import_sources(
     scheduler : address of a Dask scheduler, whose workers then do the work; needs the extra `cluster`.
     budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
-    looked_at : called with (done, total, name) after each file that was looked at, before anything is fitted.
+    looked_at : called with (done, total, file) after each file that was looked at, before anything is fitted.
     uplift : how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
     family : takes the place of the family of every material.
     again : fit and write what is there already, too: the way to mend a damaged file.

@@ -7,7 +7,7 @@ import pytest
 from metamer.materials.fitting.fit import RANKS
 from metamer.materials.intake import progress
 from metamer.materials.intake.importing import import_sources
-from metamer.materials.intake.progress import Doing, Expected, in_bytes, share_done
+from metamer.materials.intake.progress import Doing, in_bytes, share_done
 from metamer.materials.intake.sources import read_sources
 from metamer.materials.intake.work import fit_material
 from metamer.runtime.worker_pool import Task, supervised
@@ -55,39 +55,6 @@ def test_the_share_of_a_fit_that_is_brought_within_its_bounds_leaves_time_for_it
 
 def test_most_terms_are_those_of_fits():
     assert RANKS[-1] == progress.MOST_TERMS
-
-
-def test_what_is_left_is_shared_by_the_processes():
-    expected = Expected({f"a/{n}": "lambert" for n in range(10)}, 2)
-    guess = expected.seconds_left
-    assert guess == pytest.approx(5 * 0.1)
-    expected.done("a/0", 4.0)
-    assert expected.seconds_left == pytest.approx(9 * 4.0 / 2)
-
-
-def test_what_takes_longest_bounds_the_rest():
-    clock = [0.0]
-    expected = Expected({"a": "merl", "b": "lambert"}, 2, lambda: clock[0])
-    expected.at("a", Doing("tabulating"))
-    assert expected.seconds_left == pytest.approx(90.0)
-    clock[0] = 30.0
-    assert expected.seconds_left == pytest.approx(60.0)
-    expected.at("a", Doing("8 terms", 0.5))
-    assert expected.seconds_left == pytest.approx(30.0)
-
-
-def test_what_takes_longer_than_others_is_never_nearly_done():
-    clock = [0.0]
-    expected = Expected({"a": "merl"}, 1, lambda: clock[0])
-    expected.at("a", Doing("tabulating"))
-    left = []
-    for clock[0] in (80.0, 90.0, 200.0, 1000.0):
-        left.append(expected.seconds_left)
-    assert min(left) > 0.0 and left[-1] > left[-2]
-
-
-def test_nothing_left_takes_no_time():
-    assert Expected({}, 2).seconds_left == 0.0
 
 
 @pytest.mark.parametrize(("total", "words"), [(4_000_000_000, "hashing, 2 GB of 4 GB"), (0, "hashing, 2 GB read")])
