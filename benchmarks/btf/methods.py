@@ -12,13 +12,13 @@ import numpy as np
 from jaxtyping import Float
 
 from ...materials.btf.clustered_form import ClusteredForm
-from ...materials.btf.fields import Field, lafortune, ptm, rfp
 from ...materials.btf.form import SIZES, BtfForm, btf_form, palette_of
 from ...materials.btf.images import BtfImages
 from ...materials.btf.lobe_field import lobe_field
 from ...materials.btf.paper_pca import paper_pca
 from ...materials.btf.texels import BtfTexels
 from ...materials.records.hdf5_tree import form_node, write_tree
+from ..papers.btf_fields import Field, lafortune, ptm, rfp
 from .rows import Reconstruct
 
 #: Bytes a texel that local PCA is held to.

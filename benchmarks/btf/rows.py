@@ -9,12 +9,12 @@ import numpy as np
 from jaxtyping import Float
 
 from ...calibration.report.text_tables import columns
-from ...materials.btf.fields import judged
 from ...materials.btf.images import BtfImages
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from ...spectral.srgb import linear_to_srgb
 from ...spectral.upsampling import xyz_from_rgb
+from ..papers.btf_fields import judged
 
 #: What a texel of an image is made again by: view, light -> f_r cos(theta_i).
 Reconstruct = Callable[[int, int], Float[np.ndarray, "H W J"]]

@@ -12,7 +12,6 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...materials.btf.fields import Field, LafortuneField, PolynomialField
 from ...materials.btf.hemisphere import Hemisphere
 from ...materials.btf.lobe_amplitudes import summed
 from ...materials.btf.lobe_field import LobeField
@@ -21,6 +20,7 @@ from ...materials.btf.texels import BtfTexels
 from ...spectral.basis import SpectralBasis
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
+from ..papers.btf_fields import Field, LafortuneField, PolynomialField
 
 # Pixels across the sphere that is drawn, and turns; the fastest counts.
 PIXELS, TURNS = 256, 5

@@ -39,8 +39,7 @@ def print_texel(record: MaterialRecord, at: tuple[int, int], json: Path | None) 
     InputError : a material that is no BTF, or has no fast form of one; a texel that there is not.
     """
     from ...materials.btf.apparent_brdf import apparent_brdf
-    from ...materials.btf.field_form import FieldForm
-    from ...materials.btf.form import BtfForm
+    from ...materials.btf.form import BtfForm, FieldForm
     from ...materials.btf.metric import LIGHTS
     from ...materials.btf.surface import MeasuredBtf
     from ...materials.records.record import stored_arrays

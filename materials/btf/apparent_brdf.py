@@ -10,9 +10,8 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...spectral.difference import delta_e_xyz
 from ...spectral.folding import Folding
-from .field_form import FieldForm
 from .files import size_words
-from .form import BtfForm
+from .form import BtfForm, FieldForm
 from .hemisphere import Hemisphere
 from .images import BtfImages, displacement
 

@@ -9,8 +9,7 @@ from jaxtyping import Float, Int
 
 from ...spectral.difference import delta_e_xyz
 from ...spectral.folding import Folding
-from .field_form import FieldForm
-from .form import BtfForm
+from .form import BtfForm, FieldForm
 from .hemisphere import Hemisphere
 from .local_pca import JUDGED
 

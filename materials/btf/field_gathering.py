@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.palette import Palette
 from ..core.term_shader import TermShader
 from .corners import around, levels_at
 from .field_texels import FieldTexels
@@ -26,11 +25,6 @@ class FieldGathering(StandingForm):
     """Environment form of a field's texels; the four about a point, in each of three views."""
 
     texels: FieldTexels
-
-    @property
-    def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The texels'."""
-        return self.texels.palette
 
     @property
     def functions(self) -> LightFunctions:
@@ -64,8 +58,3 @@ class FieldGathering(StandingForm):
         textures = {**kind.textures, **self.standing_textures(), "views": directions_listed(form.views)}
         levels, uniforms = self.texels.places(filtered)
         return TermShader(kind.file, {**kind.sizes, **sizes, **levels}, textures, {**kind.uniforms, **uniforms})
-
-    @property
-    def key(self) -> tuple:
-        """The texels'."""
-        return self.texels.key

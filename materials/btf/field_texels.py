@@ -7,49 +7,26 @@ interpolated. Below the lowest light that was measured f_r is held, as it is in 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import Any
 
 import numpy as np
 
-from ...runtime.errors import InputError
-from ...spectral.palette import Palette
-from ..core.axes import Frame
-from ..core.fast import Summand
 from ..core.points import Points
 from ..core.term_shader import TermShader
 from ..core.terms import Terms
 from .corners import around, levels_at, listed_levels
 from .reflectance_field import ReflectanceField
-from .texels import directions_listed
+from .texels import TexelSummand, directions_listed
 
 # Points at once: one texel's numbers in a view are held of each.
 _BLOCK = 1 << 13
 
 
 @dataclass(frozen=True, eq=False)
-class FieldTexels(Summand):
-    """A field, evaluated: term j is coefficient j of the texels at a point, f_r cos(theta_i).
-
-    palette : one entry of J spectra, 1 each where values are in 1/sr.
-
-    Raises
-    ------
-    InputError : another palette.
-    """
-
-    uses_uv: ClassVar[bool] = True
+class FieldTexels(TexelSummand):
+    """A field, evaluated."""
 
     form: ReflectanceField
-    palette: Palette
-    precision: Literal["single", "half"] = "single"
-    frame: Frame = "io"
-
-    def __post_init__(self) -> None:
-        expected = (1, self.form.basis.size)
-        if (self.palette.entries, self.palette.rank) != expected:
-            words = f"one entry of {expected[1]} spectra"
-            found = f"{self.palette.entries} of {self.palette.rank}"
-            raise InputError("a palette that does not fit", field="palette", found=found, expected=words)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -102,9 +79,3 @@ class FieldTexels(Summand):
     def nbytes(self) -> int:
         """Bytes held to draw it."""
         return self.form.nbytes + self.palette.values.nbytes
-
-    @property
-    def grid(self) -> str:
-        """Texels across and down, views and lights."""
-        form = self.form
-        return f"{form.width} x {form.height} texels, {len(form.views)} views x {len(form.lights)} lights"

@@ -6,24 +6,40 @@ What a point has are terms (N,B,J); what it gathers under each function is a sum
 from __future__ import annotations
 
 import abc
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
+from ...spectral.palette import Palette
 from ..core.environment_form import BENDS, EnvironmentForm, Lobes
 from ..core.points import Points
 from .light_basis import LightFunctions
+from .texels import TexelSummand
 
 # Points at once.
 _BLOCK = 1 << 11
 
 
+@dataclass(frozen=True, eq=False)
 class StandingForm(EnvironmentForm):
     """B terms a point, in `light_functions`' Gaussians and moments; subclasses are frozen dataclasses."""
 
     uses_uv: ClassVar[bool] = True
     bent = BENDS
+
+    texels: TexelSummand
+
+    @property
+    def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The texels'."""
+        return self.texels.palette
+
+    @property
+    def key(self) -> tuple:
+        """The texels'."""
+        return self.texels.key
 
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -1,29 +1,32 @@
-"""The fast form of a BTF, and how large it has to be."""
+"""The fast forms of a BTF, clusters of texels and reflectance fields, and how large they have to be."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, ClassVar, TypeVar, overload
+from typing import Any, ClassVar, Self, TypeVar, overload
 
 import numpy as np
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.basis import SpectralBasis
 from ...spectral.palette import Palette
+from ..core.environment_form import EnvironmentForm
 from ..core.fast import Fast, Summand
 from ..core.fit_error import FitError
-from .field_form import FieldForm
+from .field_gathering import FieldGathering
 from .field_texels import FieldTexels
 from .gathering import BtfGathering
 from .images import BtfImages
-from .lobe_field import lobe_field
+from .lobe_field import LobeField, lobe_field
+from .lobe_gathering import LobeGathering
 from .local_pca import LocalPca, Size, local_pca
 from .mean import MeanBtf, basis_of
 from .paper_pca import PaperPca, paper_pca
-from .polynomials import polynomials
+from .polynomials import Polynomials, polynomials
 from .reduced import reduced
+from .reflectance_field import ReflectanceField
 from .texel_error import TexelSample, error_stored, stored_error, worst_mean
 from .texels import BtfTexels
 
@@ -36,8 +39,10 @@ SIZES = {
 }
 # The name of local PCA for who asks for it.
 _LPCA = "lpca"
+#: Fields as a file may hold them.
+FIELD_KINDS: dict[str, type[ReflectanceField]] = {kind.KIND: kind for kind in (Polynomials, LobeField)}
 #: Local PCA as a file may hold it: ours, and as it was published.
-KINDS: dict[str, type[LocalPca | PaperPca]] = {_LPCA: LocalPca, "lpca-paper": PaperPca}
+CLUSTER_KINDS: dict[str, type[LocalPca | PaperPca]] = {_LPCA: LocalPca, "lpca-paper": PaperPca}
 # So many times its budget, local PCA's error is far off; and what a field may take on a disk that nobody asked for.
 _FAR, _MOST_BYTES = 2.0, 128 << 20
 # Of local PCA's error, what a field's is at most: it takes tens of times the bytes.
@@ -45,18 +50,17 @@ _WORTH = 0.9
 
 
 @dataclass(frozen=True, eq=False)
-class BtfForm(Fast):
-    """The fast form of a BTF: registered, each texel a few weights of its cluster's components (`local_pca`).
+class TexelForm(Fast):
+    """A fast form of a BTF: one summand of registered texels.
 
     texel_error : see `Fast.texel_error`; `error` is the same until somebody measures another one.
     """
 
-    NAME: ClassVar[str] = "btf"
-    WORDS: ClassVar[str] = "local PCA"
     isotropic = False
 
-    texels: BtfTexels
+    texels: BtfTexels | FieldTexels
     error: FitError | None = None
+    note: str = ""
     texel_error: FitError | None = None  # pyright: ignore[reportIncompatibleMethodOverride]
 
     @property
@@ -69,9 +73,19 @@ class BtfForm(Fast):
         """Implement `Surface.measured_to`; of each side the lowest is said by a note of the record."""
         return self.texels.form.views.reach[0], self.texels.form.lights.reach[0]
 
-    def in_basis(self, basis: SpectralBasis) -> BtfForm:
+    def in_basis(self, basis: SpectralBasis) -> Self:
         """Implement `Fast.in_basis`; texels are shared."""
         return replace(self, texels=self.texels.in_basis(basis))
+
+
+@dataclass(frozen=True, eq=False)
+class BtfForm(TexelForm):
+    """Local PCA: each texel a few weights of its cluster's components (`local_pca`)."""
+
+    NAME: ClassVar[str] = "btf"
+    WORDS: ClassVar[str] = "local PCA"
+
+    texels: BtfTexels
 
     def from_afar(self) -> MeanBtf:
         """Return the mean of all texels: the one that is left at the coarsest level."""
@@ -87,7 +101,7 @@ class BtfForm(Fast):
     def stored(self) -> dict[str, Any]:
         """Return the method of the clusters, the texels (`ClusteredForm.stored`) and the palette."""
         form = self.texels.form
-        (kind,) = (name for name, one in KINDS.items() if isinstance(form, one))
+        (kind,) = (name for name, one in CLUSTER_KINDS.items() if isinstance(form, one))
         kept = {"kind": kind, "texels": form.stored(), "palette": self.texels.palette.stored()}
         return kept | stored_error(self.texel_error)
 
@@ -95,10 +109,53 @@ class BtfForm(Fast):
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> BtfForm:
         """Implement `Fast.from_stored`."""
         kind = str(kept["kind"])
-        if kind not in KINDS:
-            raise InputError("an unknown kind of local PCA", field="kind", found=kind, expected=", ".join(KINDS))
+        if kind not in CLUSTER_KINDS:
+            raise InputError(
+                "an unknown kind of local PCA", field="kind", found=kind, expected=", ".join(CLUSTER_KINDS)
+            )
         palette = Palette.from_stored(kept["palette"])
-        texels = BtfTexels(KINDS[kind].from_stored(kept["texels"], basis_of(palette)), palette)
+        texels = BtfTexels(CLUSTER_KINDS[kind].from_stored(kept["texels"], basis_of(palette)), palette)
+        return cls(texels, error, texel_error=error_stored(kept))
+
+
+@dataclass(frozen=True, eq=False)
+class FieldForm(TexelForm):
+    """Meseth, Mueller and Klein 2003: larger than local PCA, and each view free of what others show."""
+
+    NAME: ClassVar[str] = "btf-field"
+    WORDS: ClassVar[str] = "reflectance fields"
+
+    texels: FieldTexels
+
+    def from_afar(self) -> MeanBtf:
+        """Return the mean of all texels, under the lights that were measured: the one that is left at the coarsest
+        level.
+        """
+        field = self.texels.form
+        level = field.levels(filtered=True)[-1]
+        lights, first = field.lights.directions, np.zeros(len(field.lights), np.int64)
+        means = np.stack([level.at(first + view, first, first, lights) for view in range(len(field.views))])
+        return MeanBtf(field.views, field.lights, means, basis_of(self.texels.palette))
+
+    def environment_form(self) -> EnvironmentForm:
+        """Implement `Fast.environment_form`; worked out when first asked for."""
+        gathering = LobeGathering if isinstance(self.texels.form, LobeField) else FieldGathering
+        return gathering(texels=self.texels)
+
+    def stored(self) -> dict[str, Any]:
+        """Return the kind of field, the field (`ReflectanceField.stored`) and the palette."""
+        field = self.texels.form
+        kept = {"kind": field.KIND, "field": field.stored(), "palette": self.texels.palette.stored()}
+        return kept | stored_error(self.texel_error)
+
+    @classmethod
+    def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> FieldForm:
+        """Implement `Fast.from_stored`."""
+        kind = str(kept["kind"])
+        if kind not in FIELD_KINDS:
+            raise InputError("an unknown kind of field", field="kind", found=kind, expected=", ".join(FIELD_KINDS))
+        palette = Palette.from_stored(kept["palette"])
+        texels = FieldTexels(FIELD_KINDS[kind].from_stored(kept["field"], basis_of(palette)), palette)
         return cls(texels, error, texel_error=error_stored(kept))
 
 

@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...spectral.palette import Palette
 from ..core.term_shader import TermShader
 from .corners import by_cluster, levels_at, listed_levels
 from .fixed_lobes import StandingForm
@@ -30,11 +29,6 @@ class BtfGathering(StandingForm):
     """Environment form of a BTF's texels; clusters of the four about a point are worked out first, and mixed then."""
 
     texels: BtfTexels
-
-    @property
-    def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The texels'."""
-        return self.texels.palette
 
     @cached_property
     def functions(self) -> LightFunctions:  # pyright: ignore[reportIncompatibleMethodOverride]
@@ -115,8 +109,3 @@ class BtfGathering(StandingForm):
         of_lights = self.lights.size * sizes["FOURS"]
         steps = steps_of_corners(sizes["COMPONENTS"], a_cluster, filtered) + of_lights
         return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms, steps)
-
-    @property
-    def key(self) -> tuple:
-        """The texels'."""
-        return self.texels.key

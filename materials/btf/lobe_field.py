@@ -9,19 +9,17 @@ are of these, else the coefficients of a spectral basis. Images are registered.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
 
 from ...runtime.errors import InputError
-from ...spectral.basis import SpectralBasis
 from ..core.term_shader import TermShader
-from .hemisphere import Hemisphere
 from .images import BtfImages
 from .lobe_amplitudes import Equations, summed, to_luminance, weights_of
 from .lobe_mip_levels import LobesOfView, lobes_from_afar
@@ -52,10 +50,8 @@ class LobeField(ReflectanceField):
     """
 
     KIND: ClassVar[str] = "rfnl"
+    ARRAYS: ClassVar[tuple[str, ...]] = ("axes", "exponents", "amplitudes", "largest")
 
-    views: Hemisphere
-    lights: Hemisphere
-    basis: SpectralBasis
     axes: UInt8[np.ndarray, "V H W G k 2"]
     exponents: UInt8[np.ndarray, "V H W G k2"]
     amplitudes: Int8[np.ndarray, "V H W k1 J"]
@@ -73,17 +69,12 @@ class LobeField(ReflectanceField):
         return self.axes.shape[2]
 
     @property
-    def nbytes(self) -> int:
-        """Bytes of all arrays."""
-        return sum(array.nbytes for array in (self.axes, self.exponents, self.amplitudes, self.largest))
-
-    @property
     def lobes(self) -> int:
         """k."""
         return self.axes.shape[4]
 
     @property
-    def bytes_per_texel(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def bytes_per_texel(self) -> int:
         """Bytes of all views: two for each axis, half of one for each exponent, one for each amplitude."""
         kept = (self.axes, self.exponents, self.amplitudes)
         return sum(array.nbytes for array in kept) // (self.height * self.width)
@@ -120,7 +111,7 @@ class LobeField(ReflectanceField):
         return amplitudes[:, 0] + summed(cosine**exponents, amplitudes[:, 1:])
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """Implement `Field.reconstruct`; a view is decoded once for all its lights."""
+        """Implement `ReflectanceField.reconstruct`; a view is decoded once for all its lights."""
         axes, exponents, amplitudes = self.of_view(view)
         values = lobe_values(axes, exponents, self.lights.directions[light, None])[..., 0]
         return amplitudes[..., 0, :] + summed(values, amplitudes[..., 1:, :])
@@ -182,18 +173,6 @@ class LobeField(ReflectanceField):
             padded[..., :size] = shares.reshape(texels, lobes + 1, size)
             one[:, sets * lobes :] = padded.reshape(texels, -1, 4)
         return listed.reshape(-1, 4)
-
-    def stored(self) -> dict[str, Any]:
-        """Implement `ReflectanceField.stored`."""
-        arrays = {name: getattr(self, name) for name in ("axes", "exponents", "amplitudes", "largest")}
-        return arrays | {"views": self.views.directions, "lights": self.lights.directions}
-
-    @classmethod
-    def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> LobeField:
-        """Implement `ReflectanceField.from_stored`."""
-        arrays = {name: np.asarray(kept[name]) for name in ("axes", "exponents", "amplitudes", "largest")}
-        views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
-        return cls(views, lights, basis, **arrays)
 
 
 def lobe_field(

@@ -9,23 +9,22 @@ costs but what it comes to under each of the six.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from ...spectral.basis import SpectralBasis
 from ..core.term_shader import TermShader
 from ..svbrdf.texels import levels_of
 from .hemisphere import Hemisphere
 from .images import BtfImages
 from .light_basis import LightFunctions, nearest
 from .reflectance_field import ReflectanceField, registered_view
-from .texels import folded
+from .texels import folded, in_fours
 
 _STEPS = 255
 #: x^2, y^2, xy, x, y and 1.
@@ -46,10 +45,8 @@ class Polynomials(ReflectanceField):
     """
 
     KIND: ClassVar[str] = "rfp"
+    ARRAYS: ClassVar[tuple[str, ...]] = ("codes", "steps", "lowest")
 
-    views: Hemisphere
-    lights: Hemisphere
-    basis: SpectralBasis
     codes: UInt8[np.ndarray, "V H W 6 J"] | Float[np.ndarray, "V H W 6 J"]
     steps: Float[np.ndarray, "V 6 J"]
     lowest: Float[np.ndarray, "V 6 J"]
@@ -65,14 +62,9 @@ class Polynomials(ReflectanceField):
         return self.codes.shape[2]
 
     @property
-    def bytes_per_texel(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def bytes_per_texel(self) -> int:
         """Six for each view and coefficient."""
         return self.codes.nbytes // (self.height * self.width)
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of codes, steps and offsets."""
-        return self.codes.nbytes + self.steps.nbytes + self.lowest.nbytes
 
     def at(
         self,
@@ -125,28 +117,16 @@ class Polynomials(ReflectanceField):
 
     @cached_property
     def _filtered(self) -> dict[str, np.ndarray]:
-        codes = [_in_fours(level.codes, np.float16) for level in (self, *self._coarser)]
+        codes = [in_fours(level.codes) for level in (self, *self._coarser)]
         return self._textures | {"codes": folded(np.concatenate(codes))}
 
     @cached_property
     def _textures(self) -> dict[str, np.ndarray]:
         return {
-            "codes": folded(_in_fours(self.codes, np.float16)),
-            "steps": folded(_in_fours(self.steps, np.float32)),
-            "lowest": folded(_in_fours(self.lowest, np.float32)),
+            "codes": folded(in_fours(self.codes)),
+            "steps": folded(in_fours(self.steps, np.float32)),
+            "lowest": folded(in_fours(self.lowest, np.float32)),
         }
-
-    def stored(self) -> dict[str, Any]:
-        """Implement `ReflectanceField.stored`."""
-        arrays = {name: getattr(self, name) for name in ("codes", "steps", "lowest")}
-        return arrays | {"views": self.views.directions, "lights": self.lights.directions}
-
-    @classmethod
-    def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> Polynomials:
-        """Implement `ReflectanceField.from_stored`."""
-        arrays = {name: np.asarray(kept[name]) for name in ("codes", "steps", "lowest")}
-        views, lights = (Hemisphere(np.asarray(kept[name])) for name in ("views", "lights"))
-        return cls(views, lights, basis, **arrays)
 
 
 def polynomials(images: BtfImages, heard: Callable[[float], None] = lambda share: None) -> Polynomials:
@@ -177,11 +157,3 @@ def polynomials(images: BtfImages, heard: Callable[[float], None] = lambda share
 def _over_the_sphere(lights: Hemisphere, directions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 6"]:
     held, share = lights.held(directions)
     return monomials(held) * share[:, None]
-
-
-def _in_fours(numbers: np.ndarray, kind: type) -> np.ndarray:
-    """(...,J) as rows of four, zeros behind the last."""
-    size = numbers.shape[-1]
-    padded = np.zeros((*numbers.shape[:-1], -(-size // 4) * 4), dtype=kind)
-    padded[..., :size] = numbers
-    return padded.reshape(-1, 4)

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import abc
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -18,19 +19,22 @@ from jaxtyping import Float, Int
 from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
 from ..core.term_shader import TermShader
-from .fields import Field
 from .hemisphere import Hemisphere
 from .images import BtfImages
 from .light_basis import LightFunctions, light_functions
 
 
-class ReflectanceField(Field):
+@dataclass(frozen=True, eq=False)
+class ReflectanceField(abc.ABC):
     """f_r cos(theta_i), 1/sr, of H x W texels from V views; subclasses are frozen dataclasses.
 
-    KIND : what a file calls it. views, lights : that were measured. basis : of J coefficients.
+    KIND : what a file calls it. ARRAYS : names of the arrays that it consists of. views, lights : that were measured.
+    basis : of J coefficients.
     """
 
     KIND: ClassVar[str]
+    ARRAYS: ClassVar[tuple[str, ...]]
+
     views: Hemisphere
     lights: Hemisphere
     basis: SpectralBasis
@@ -76,19 +80,27 @@ class ReflectanceField(Field):
         """Return the twin of `gathered`: of GLSL that includes field_gathering.glsl, which says what it has to
         define."""
 
-    @abc.abstractmethod
     def stored(self) -> dict[str, Any]:
         """Return what a file stores, except the basis."""
+        arrays = {name: getattr(self, name) for name in self.ARRAYS}
+        return arrays | {"views": self.views.directions, "lights": self.lights.directions}
 
     @classmethod
-    @abc.abstractmethod
-    def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> ReflectanceField:
+    def from_stored(cls, kept: Mapping[str, Any], basis: SpectralBasis) -> Self:
         """Return the field whose `stored()` this is."""
+        arrays: dict[str, Any] = {name: np.asarray(kept[name]) for name in cls.ARRAYS}
+        hemispheres = {name: Hemisphere(np.asarray(kept[name])) for name in ("views", "lights")}
+        return cls(**hemispheres, basis=basis, **arrays)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of its arrays."""
+        return sum(getattr(self, name).nbytes for name in self.ARRAYS)
 
     @property
     @abc.abstractmethod
-    def nbytes(self) -> int:
-        """Bytes of its arrays."""
+    def bytes_per_texel(self) -> int:
+        """Bytes that a texel takes, of all views."""
 
     @cached_property
     def functions(self) -> LightFunctions:
@@ -108,7 +120,7 @@ class ReflectanceField(Field):
         return found
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """Implement `Field.reconstruct`."""
+        """Return the values under a measured light in a measured view, 1/sr."""
         row, column = (axis.ravel() for axis in np.indices((self.height, self.width)))
         to_light = np.broadcast_to(self.lights.directions[light], (len(row), 3))
         return self.at(np.full(len(row), view), row, column, to_light).reshape(self.height, self.width, -1)

@@ -6,6 +6,7 @@ From afar texels are coarser ones, in clusters of their own (`mip_levels`), mixe
 
 from __future__ import annotations
 
+import abc
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,21 +26,26 @@ from .clustered_form import ClusteredForm
 from .corners import by_cluster, levels_at, listed_levels
 from .hemisphere import Hemisphere
 from .mip_levels import TexelLevel, with_mean
+from .reflectance_field import ReflectanceField
 
 # Points at once: all that a cluster has between three views and three lights is held of each.
 _BLOCK = 1 << 11
 
 
 @dataclass(frozen=True, eq=False)
-class BtfTexels(Summand):
-    """Local PCA, looked up: term j is coefficient j of the texels at a point, f_r cos(theta_i).
+class TexelSummand(Summand):
+    """Texels of a BTF, looked up: term j is coefficient j of those at a point, f_r cos(theta_i).
 
     palette : one entry of J spectra, 1 each where values are in 1/sr.
+
+    Raises
+    ------
+    InputError : another palette.
     """
 
     uses_uv: ClassVar[bool] = True
 
-    form: ClusteredForm
+    form: ClusteredForm | ReflectanceField
     palette: Palette
     precision: Literal["single", "half"] = "single"
     frame: Frame = "io"
@@ -50,6 +56,24 @@ class BtfTexels(Summand):
             words = f"one entry of {expected[1]} spectra"
             found = f"{self.palette.entries} of {self.palette.rank}"
             raise InputError("a palette that does not fit", field="palette", found=found, expected=words)
+
+    @property
+    @abc.abstractmethod
+    def size(self) -> tuple[int, int]:
+        """Texels down and across."""
+
+    @property
+    def grid(self) -> str:
+        """Texels across and down, views and lights."""
+        height, width = self.size
+        return f"{width} x {height} texels, {len(self.form.views)} views x {len(self.form.lights)} lights"
+
+
+@dataclass(frozen=True, eq=False)
+class BtfTexels(TexelSummand):
+    """Local PCA, looked up."""
+
+    form: ClusteredForm
 
     @cached_property
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
@@ -177,12 +201,6 @@ class BtfTexels(Summand):
         """Bytes held to draw it."""
         return self.table.nbytes + self.form.weights.nbytes + self.form.number.nbytes + self.palette.values.nbytes
 
-    @property
-    def grid(self) -> str:
-        """Texels across and down, views and lights."""
-        height, width = self.form.number.shape
-        return f"{width} x {height} texels, {len(self.form.views)} views x {len(self.form.lights)} lights"
-
 
 def steps_of_corners(components: int, for_each: int, filtered: bool) -> int:
     """Count rounds of the loops of `texel.glsl`: those of four corners, and `for_each` cluster's own."""
@@ -190,10 +208,10 @@ def steps_of_corners(components: int, for_each: int, filtered: bool) -> int:
     return (2 if filtered else 1) * 4 * (1 + weights + for_each)
 
 
-def in_fours(values: Float[np.ndarray, "*n J"]) -> np.ndarray:
-    """Coefficients four to a texel, in half precision."""
+def in_fours(values: Float[np.ndarray, "*n J"], kind: type[np.floating] = np.float16) -> np.ndarray:
+    """Coefficients four to a texel, zeros behind the last; in half precision where nothing else is said."""
     size = values.shape[-1]
-    padded = np.zeros((*values.shape[:-1], -(-size // 4) * 4), dtype=np.float16)
+    padded = np.zeros((*values.shape[:-1], -(-size // 4) * 4), dtype=kind)
     padded[..., :size] = values
     return padded.reshape(-1, 4)
 

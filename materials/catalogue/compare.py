@@ -22,8 +22,7 @@ from ...spectral.illuminants import illuminant
 from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
 from ..btf.difference import texel_difference
-from ..btf.field_form import FieldForm
-from ..btf.form import BtfForm
+from ..btf.form import BtfForm, FieldForm
 from ..core.fast import Fast
 from ..core.protocol import sphere_protocol
 from ..factored.pack import FactoredBrdf

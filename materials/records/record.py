@@ -15,7 +15,7 @@ Layout (schema 2), read back in five lines of h5py (docs/catalogue.md):
                          [, excitation_nm (Li,), donaldson (L,Li)]: a fluorescent surface, J = 1
     /packs/K/axes/NAME   attributes position, maximum, warp, periodic; factor (n,R), nodes (n,) in radians;
                          factors of precision "half" are float16
-    /FORM                in place of packs, what another fast form keeps (`forms`), such as /texture
+    /FORM                in place of packs, what another fast form keeps (`FORMS`), such as /texture
     /error               attributes of `FitError`; lights, a row a light
     /trials              a table (N,): what the fit tried, one column a field of `Trial`
 
@@ -34,8 +34,12 @@ from typing import Any
 
 from ...runtime.errors import InputError
 from ...runtime.files import made_folder, written_whole
+from ..btf.form import BtfForm, FieldForm
+from ..core.fast import Fast
 from ..core.fit_error import FitError
-from .forms import FORMS
+from ..factored.pack import FactoredBrdf
+from ..svbrdf.maps_form import MapsForm
+from ..svbrdf.texture_form import TextureForm
 from .hdf5_file import read_behind, write_behind
 from .hdf5_tree import Node, form_from, form_node, mapping_from, mapping_node, tree_checksum
 from .material import MaterialRecord, Provenance
@@ -57,6 +61,9 @@ from .trial_table import lights_from, trial_table, trials_from
 SUFFIX = ".h5"
 # What makes a folder a catalogue.
 MARKER = "catalogue.toml"
+
+#: The fast forms that a record may hold, by the group of the file that they lie in.
+FORMS: dict[str, type[Fast]] = {form.NAME: form for form in (FactoredBrdf, TextureForm, MapsForm, BtfForm, FieldForm)}
 
 
 def material_path(folder: Path, material_id: str) -> Path:

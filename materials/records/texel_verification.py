@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...runtime.errors import InputError
-from ..btf.field_form import FieldForm
-from ..btf.form import BtfForm
+from ..btf.form import BtfForm, FieldForm
 from ..btf.reduced import reduced
 from ..btf.surface import MeasuredBtf
 from ..btf.texel_error import measured

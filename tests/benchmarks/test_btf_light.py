@@ -11,8 +11,8 @@ from metamer.benchmarks.btf.held_out_views import HeldOut
 from metamer.benchmarks.btf.png_components import CodedBtf
 from metamer.benchmarks.btf.speed import form_times
 from metamer.benchmarks.btf.under_light import Surround, gather_form
+from metamer.benchmarks.papers.btf_fields import lafortune, ptm, rfp
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.materials.btf.fields import lafortune, ptm, rfp
 from metamer.materials.btf.form import SIZES, btf_form
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.light_basis import light_functions

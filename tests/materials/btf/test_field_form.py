@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from btf_samples import bumps, of_degrees
-from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
-from metamer.materials.btf.form import palette_of
+from metamer.materials.btf.form import FieldForm, palette_of
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.polynomials import monomials, polynomials

@@ -5,9 +5,8 @@ import pytest
 from btf_samples import bumps, gathering_error, sky
 from metamer.lighting.camera import Camera
 from metamer.lighting.mesh import shapes
-from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
-from metamer.materials.btf.form import palette_of
+from metamer.materials.btf.form import FieldForm, palette_of
 from metamer.materials.btf.polynomials import polynomials
 from metamer.spectral.basis import SpectralBasis
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from btf_samples import bumps
 from metamer.cli.catalogue import import_ as catalogue_import
-from metamer.materials.btf.field_form import FieldForm
-from metamer.materials.btf.form import NAMES, BtfForm, btf_form
+from metamer.materials.btf.form import NAMES, BtfForm, FieldForm, btf_form
 from metamer.materials.btf.images import HeldImages
 from metamer.materials.btf.metric import folding_of
 from metamer.materials.btf.polynomials import monomials, polynomials

@@ -7,9 +7,8 @@ import pytest
 from btf_samples import bumps, gathering_error, sky
 from metamer.lighting.camera import Camera
 from metamer.lighting.mesh import shapes
-from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
-from metamer.materials.btf.form import palette_of
+from metamer.materials.btf.form import FieldForm, palette_of
 from metamer.materials.btf.light_basis import spread
 from metamer.materials.btf.lobe_field import lobe_field
 from metamer.materials.btf.prefiltered import nearest_angle, prefiltered

@@ -11,9 +11,8 @@ from btf_samples import bumps, rgb_basis
 from btf_sets import NINE, written
 from metamer.cli.main import main
 from metamer.materials.btf import form
-from metamer.materials.btf.field_form import FieldForm
 from metamer.materials.btf.field_texels import FieldTexels
-from metamer.materials.btf.form import palette_of
+from metamer.materials.btf.form import FieldForm, palette_of
 from metamer.materials.btf.polynomials import polynomials
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.intake.importing import import_sources

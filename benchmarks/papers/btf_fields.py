@@ -6,21 +6,20 @@ of f_r cos(theta_i) as measured: what a view displaces (`BtfImages.offset`) is n
 
 from __future__ import annotations
 
-import abc
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...materials.btf.hemisphere import Hemisphere
+from ...materials.btf.images import BtfImages
 from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
-from .hemisphere import Hemisphere
-from .images import BtfImages
 
 # Values of images in memory at once, while lobes are looked for; as float32, 256 MB.
 _AT_ONCE = 64_000_000
@@ -32,21 +31,21 @@ _FRESH = 1e-8
 _EXPONENTS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 
 
-class Field(abc.ABC):
-    """f_r cos(theta_i) of each texel as a function of measured views and of lights.
+class Field(Protocol):
+    """f_r cos(theta_i) of each texel as a function of measured views and of lights."""
 
-    bytes_per_texel : one for each number, as they would be kept.
-    """
+    @property
+    def bytes_per_texel(self) -> int:
+        """Bytes of a texel: one for each number, as they would be kept."""
+        ...
 
-    bytes_per_texel: int
-
-    @abc.abstractmethod
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         """Reconstruct `BtfImages.image`, 1/sr."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
-class PolynomialField(Field):
+class PolynomialField:
     """Biquadratic polynomials in the light's x and y (Malzbender, Gelb and Wolters 2001).
 
     lights : that they were fitted at. coefficients : (m,H,W,J,6) of x^2, y^2, xy, x, y, 1; m is the number of views, or
@@ -57,7 +56,7 @@ class PolynomialField(Field):
     coefficients: Float[np.ndarray, "m H W J 6"]
 
     @property
-    def bytes_per_texel(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def bytes_per_texel(self) -> int:
         """Six for each coefficient of the basis and each polynomial."""
         return self.coefficients.shape[0] * self.coefficients.shape[3] * 6
 
@@ -72,7 +71,7 @@ class PolynomialField(Field):
 
 
 @dataclass(frozen=True, eq=False)
-class LafortuneField(Field):
+class LafortuneField:
     """rho_d + s_v sum of k lobes rho_k max(C_x l_x v_x + C_y l_y v_y + C_z l_z v_z, 0)^n, times cos(theta_i).
 
     Lafortune et al. 1997, with a scale of each view as Daubert et al. 2001 have it. Lobes are taken from a table
@@ -88,7 +87,7 @@ class LafortuneField(Field):
     scale: Float[np.ndarray, "V H W"] | None = None
 
     @property
-    def bytes_per_texel(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
+    def bytes_per_texel(self) -> int:
         """Weights, C and n of each lobe, and the scales."""
         count, size = self.rho.shape[2:]
         return count * size + 4 * (count - 1) + (0 if self.scale is None else len(self.scale))

@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.btf_fields import judged, lafortune, lobe_table, ptm, rfp
 from metamer.lighting.synthetic_btf.samples import woven
-from metamer.materials.btf.fields import judged, lafortune, lobe_table, ptm, rfp
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
 from metamer.runtime.errors import InputError
@@ -91,7 +91,7 @@ def test_nothing_lost_is_no_difference(cloth):
 
 def test_memory_changes_nothing(cloth, monkeypatch):
     whole = lafortune(cloth, 2)
-    monkeypatch.setattr("metamer.materials.btf.fields._AT_ONCE", 1)
+    monkeypatch.setattr("metamer.benchmarks.papers.btf_fields._AT_ONCE", 1)
     rows = lafortune(cloth, 2)
     np.testing.assert_array_equal(whole.lobe, rows.lobe)
     np.testing.assert_allclose(whole.rho, rows.rho, rtol=1e-5, atol=1e-6)
