@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ..core.term_shader import TermShader
+from ..core.terms import TermShader
 from .corners import around, levels_at
 from .field_texels import FieldTexels
 from .fixed_lobes import StandingForm

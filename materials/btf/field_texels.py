@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..core.points import Points
-from ..core.term_shader import TermShader
-from ..core.terms import Terms
+from ..core.terms import Terms, TermShader
 from .corners import around, levels_at, listed_levels
 from .reflectance_field import ReflectanceField
 from .texels import TexelSummand, directions_listed

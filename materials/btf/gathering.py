@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ..core.term_shader import TermShader
+from ..core.terms import TermShader
 from .corners import by_cluster, levels_at, listed_levels
 from .fixed_lobes import StandingForm
 from .light_basis import LightBasis, LightFunctions, balanced_lights, light_functions

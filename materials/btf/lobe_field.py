@@ -19,7 +19,7 @@ import numpy as np
 from jaxtyping import Float, Int, Int8, UInt8
 
 from ...runtime.errors import InputError
-from ..core.term_shader import TermShader
+from ..core.terms import TermShader
 from .images import BtfImages
 from .lobe_amplitudes import Equations, summed, to_luminance, weights_of
 from .lobe_mip_levels import LobesOfView, lobes_from_afar

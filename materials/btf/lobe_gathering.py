@@ -16,7 +16,7 @@ from ...runtime.errors import InputError
 from ...spectral.palette import Palette
 from ..core.environment_form import BENDS, EnvironmentForm, Lobes
 from ..core.points import Points
-from ..core.term_shader import TermShader
+from ..core.terms import TermShader
 from .corners import around, levels_at
 from .field_texels import FieldTexels
 from .lobe_field import LobeField

@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
-from ..core.term_shader import TermShader
+from ..core.terms import TermShader
 from ..svbrdf.texels import levels_of
 from .hemisphere import Hemisphere
 from .images import BtfImages

@@ -18,7 +18,7 @@ from jaxtyping import Float, Int
 
 from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ..core.term_shader import TermShader
+from ..core.terms import TermShader
 from .hemisphere import Hemisphere
 from .images import BtfImages
 from .light_basis import LightFunctions, light_functions

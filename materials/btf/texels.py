@@ -20,8 +20,7 @@ from ...spectral.palette import Palette
 from ..core.axes import Frame
 from ..core.fast import MOST_TEXELS, Summand
 from ..core.points import Points
-from ..core.term_shader import TermShader
-from ..core.terms import Terms
+from ..core.terms import Terms, TermShader
 from .clustered_form import ClusteredForm
 from .corners import by_cluster, levels_at, listed_levels
 from .hemisphere import Hemisphere

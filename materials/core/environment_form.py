@@ -17,7 +17,7 @@ from jaxtyping import Float
 
 from ...spectral.palette import Palette
 from .points import Points
-from .term_shader import TermShader
+from .terms import TermShader
 
 #: How many polynomials a cosine is multiplied with, of a direction (x, y, z): 1, x, y, z, xy, yz, xz, xx - yy and
 #: 3 zz - 1.

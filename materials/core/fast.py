@@ -23,8 +23,7 @@ from .environment_form import EnvironmentForm
 from .fit_error import FitError
 from .points import Points
 from .surface import Surface
-from .term_shader import TermShader
-from .terms import Terms
+from .terms import Terms, TermShader
 
 #: Along a side of a GL texture: what OpenGL 4.1 promises.
 MOST_TEXELS = 16384

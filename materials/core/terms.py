@@ -1,9 +1,11 @@
-"""Terms: what a surface is made of but its colour, and the one sum in which they meet it."""
+"""Terms: what a surface is made of but its colour, and the one sum in which they meet it; their shaders."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -71,3 +73,20 @@ def _summed(place: np.ndarray, entry: np.ndarray | None, value: np.ndarray) -> T
     first = np.flatnonzero(new)
     value = np.add.reduceat(value, first, axis=0) if len(first) else value
     return Terms(value, place[first], None if entry is None else entry[first])
+
+
+@dataclass(frozen=True, eq=False)
+class TermShader:
+    """The terms of a summand on the GPU.
+
+    file : GLSL that defines, as `docs/adding_a_surface.md` says, `Here`, `here_at`, `entry` and `term`.
+    sizes : what is written into it as `#define`s; with each combination of them a program is compiled once.
+    textures : (h, w, 4) float32 or float16 arrays by the names of their samplers; uniforms : numbers by name.
+    steps : rounds of loops for a sample, at most: a driver may end a shader after some 65,000 without a word.
+    """
+
+    file: Path
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    textures: Mapping[str, np.ndarray] = field(default_factory=dict)
+    uniforms: Mapping[str, Any] = field(default_factory=dict)
+    steps: int = 1000

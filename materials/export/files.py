@@ -261,7 +261,7 @@ def _mean_only(record: MaterialRecord) -> list[str]:
 
 
 def _merl(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
-    from ..formats.merl_writer import merl_table, write_merl
+    from ..formats.merl import merl_table, write_merl
 
     (record,) = records
     with _of(record):

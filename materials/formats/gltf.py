@@ -17,11 +17,14 @@ import numpy as np
 
 from ...runtime.errors import InputError
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import EFFICACY, observer
 from ...spectral.upsampling import upsampling
+from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..records.material import Provenance
 from ..records.source import MaterialSource, Rejected
 from ..svbrdf.map_set import Placement
-from ..svbrdf.textures import Texture
+from ..svbrdf.textures import Texture, blocks
 from . import gltf_container
 from .gltf_container import GltfFile, open_gltf
 from .gltf_json import JsonNode, compact
@@ -29,7 +32,6 @@ from .gltf_textures import KEPT_EXTENSIONS, TextureReader
 from .measured_source import placed, sha256_of
 from .naming import id_word, printable
 from .pictures.drawn import MoreMaps, NotDrawn, drawn_maps
-from .pictures.emission import emission_of
 from .pictures.map_record import kept_maps
 from .pictures.stand_in import DIELECTRIC_F0, Colour, Number, SurfaceMaps, model_of
 
@@ -40,6 +42,7 @@ SUFFIXES = (".gltf", ".glb")
 # Text beyond this does not fit into an attribute of HDF5.
 _LONGEST_TEXT = 32000
 _UNLIT = "unlit in the file: taken to be perfectly diffuse"
+_EMISSION_UNITS = "W.m^-2.sr^-1.nm^-1"
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -308,3 +311,25 @@ def _unlit(maps: SurfaceMaps) -> SurfaceMaps:
 
 def _factor(node: JsonNode, name: str) -> list[float]:
     return node.numbers(name, (1.0, 1.0, 1.0, 1.0), high=1)
+
+
+def emission_of(colour: Colour, uplift: str) -> tuple[dict[str, Any], str]:
+    """Entries of `original` for the mean of `colour`, whose 1, 1, 1 is 1 cd/m^2 of D65; and a note.
+
+    The spectrum is that of a reflectance of this colour in the light of D65, so that its colour is exact.
+    """
+    size = colour.texture.size if colour.texture else (1, 1)
+    total = sum(np.atleast_3d(colour.at(rows, size)).reshape(-1, 3).sum(axis=0) for rows in blocks(*size))
+    texels = size[0] * size[1] if colour.texture else 1
+    mean = np.asarray(total, dtype=np.float64) / texels
+    light, eye = illuminant("D65"), observer("1931_2")
+    white = light.resampled(WORKING_WAVELENGTHS_NM).samples / (EFFICACY * eye.luminous(light))
+    values = upsampling(uplift).spectra(mean) * white
+    spectrum = {
+        "wavelengths_nm": WORKING_WAVELENGTHS_NM,
+        "values": values,
+        "quantity": "emission",
+        "details.units": _EMISSION_UNITS,
+        "linear_rgb": mean,
+    }
+    return spectrum, "linear sRGB in cd/m^2, in the light of D65" + ("; the mean of a map" if colour.texture else "")

@@ -28,7 +28,7 @@ from ..core.protocol import sphere_protocol
 from ..measured.rgl import RglBrdf
 from ..measured.rgl_measurement import RglMeasurement
 from ..measured.rgl_table import rgl_fields
-from .rgl_writer import write_tensors
+from .rgl import write_tensors
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

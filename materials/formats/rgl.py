@@ -21,13 +21,13 @@ from __future__ import annotations
 import math
 import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from ...runtime.errors import InputError
-from ...runtime.files import existing_file, read_bytes
+from ...runtime.files import existing_file, read_bytes, written_whole
 from ...spectral.upsampling import upsampling
 from ..measured.rgl import RglBrdf
 from ..measured.rgl_measurement import RglMeasurement
@@ -40,7 +40,7 @@ NAME = "RGL measurement"
 SUFFIXES = (".bsdf",)
 MAGIC = b"tensor_file\0"
 _VERSION = (1, 0)
-_TYPES = ("", "u1", "i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8")
+_TYPES = ("", "|u1", "|i1", "<u2", "<i2", "<u4", "<i4", "<u8", "<i8", "<f2", "<f4", "<f8")
 _LONGEST_RANK = 16
 # A head of more bytes than this has the name of a field in it.
 _FIRST_FIELD = 64
@@ -158,3 +158,27 @@ def _tensors(raw: bytes) -> dict[str, np.ndarray]:
             expected = "axes that go together"
             raise InputError("no array has this shape", field=name, found=shape, expected=expected) from None
     return fields
+
+
+def write_tensors(path: str | Path, fields: Mapping[str, np.ndarray]) -> None:
+    """Write arrays of numbers as a `tensor_file` container, as `read_tensors` and Mitsuba 3 read it."""
+    arrays = {name: np.ascontiguousarray(field) for name, field in fields.items()}
+    for name, array in arrays.items():
+        if array.dtype.newbyteorder("<").str not in _TYPES:
+            raise InputError("cannot be stored", file=path, field=name, found=array.dtype, expected="numbers")
+    names = {name: name.encode() for name in arrays}
+    offset = len(MAGIC) + 6 + sum(13 + len(names[name]) + 8 * array.ndim for name, array in arrays.items())
+    header = MAGIC + struct.pack("<BBI", 1, 0, len(arrays))
+    body = []
+    for name, array in arrays.items():
+        gap = -offset % 8
+        body.append(b"\0" * gap)
+        offset += gap
+        kind = _TYPES.index(array.dtype.newbyteorder("<").str)
+        header += struct.pack("<H", len(names[name])) + names[name] + struct.pack("<HBQ", array.ndim, kind, offset)
+        header += struct.pack(f"<{array.ndim}Q", *array.shape)
+        body.append(array.astype(array.dtype.newbyteorder("<"), copy=False).tobytes())
+        offset += array.nbytes
+    with written_whole(path) as beside, beside.open("wb") as file:
+        file.write(header)
+        file.writelines(body)

@@ -10,12 +10,14 @@ from __future__ import annotations
 import platform
 import re
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ...runtime.code_hash import product_hash
 from ...runtime.dask_cluster import clustered
@@ -23,6 +25,10 @@ from ...runtime.errors import InputError, MetamerError
 from ...runtime.files import half_written, of_the_system
 from ...runtime.memory import gigabytes
 from ...runtime.worker_pool import Lost, Task, supervised, usable_cores
+from ..btf.form import BtfForm, FieldForm
+from ..btf.reduced import reduced
+from ..btf.surface import MeasuredBtf
+from ..btf.texel_error import measured
 from ..core.brdf import Brdf
 from ..core.fit_error import FitError
 from ..core.protocol import sphere_protocol
@@ -32,7 +38,8 @@ from .material import MaterialRecord
 from .query import material_files
 from .record import SUFFIX, material_path, read_record, stored_arrays
 from .record_head import IMPORT_AGAIN, other_material
-from .texel_verification import check_decodes, gone_words, texels_measured_again
+from .stored_array import StoredArray
+from .stored_files import StoredFiles
 
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01
@@ -40,6 +47,10 @@ _FIGURES = ("mean", "p95", "p99", "maximum")
 # Where the other error lies in a file.
 _ENVIRONMENT = "packs/slices/error"
 _TEXELS = "texel_error"
+# Texels of a form that are decoded, evenly over the sample.
+_DECODED = 64
+# Of the largest number in a basis, what the same basis may differ by.
+_SAME = 1e-6
 
 
 @dataclass(frozen=True)
@@ -269,3 +280,53 @@ def _mismatch(declared: FitError, measured: FitError, path: Path, field: str = "
         expected=", ".join(f"{name} {said:.4f}" for _, name, said, _ in off) + f", within {TOLERANCE:g} ΔE94",
         hint=IMPORT_AGAIN,
     )
+
+
+def check_decodes(record: MaterialRecord) -> None:
+    """Decode texels all over the sample, in every view and light; nothing where there is no fast form of a BTF.
+
+    Raises
+    ------
+    InputError : a form that does not decode, or to numbers that are not finite.
+    """
+    fast = record.fast
+    if not isinstance(fast, BtfForm | FieldForm):
+        return
+    form = fast.texels.form
+    count = form.height * form.width if isinstance(fast, FieldForm) else fast.texels.form.number.size
+    texels = np.unique(np.linspace(0, count - 1, _DECODED).astype(np.int64))
+    try:
+        for texel, values in zip(texels.tolist(), form.decoded(texels), strict=True):
+            if not np.isfinite(values).all():
+                raise InputError("a fast form that is not finite", field=f"texel {texel}", expected="numbers")
+    except IndexError as reason:
+        raise InputError("a fast form that does not decode", field=fast.WORDS, found=str(reason)) from None
+
+
+def texels_measured_again(record: MaterialRecord) -> FitError | None:
+    """Return the error of texels as `btf_form` measures it, with the texels that it draws.
+
+    None where none is declared, or where it was measured otherwise: by another protocol, or in a basis of few
+    coefficients that is found here with other vectors.
+    """
+    fast, declared = record.fast, None if record.fast is None else record.fast.texel_error
+    if declared is None or not isinstance(fast, BtfForm | FieldForm):
+        return None
+    surface = record.surface()
+    if not isinstance(surface, MeasuredBtf):
+        return None
+    form, images = fast.texels.form, reduced(surface.images)
+    ours, theirs = images.basis.synthesis, form.basis.synthesis
+    if ours.shape != theirs.shape or not np.allclose(ours, theirs, rtol=0.0, atol=_SAME * np.abs(theirs).max()):
+        return None
+    found = measured(images, form, seed=1)
+    return found if (found.protocol, found.observer) == (declared.protocol, declared.observer) else None
+
+
+def gone_words(gone: Sequence[StoredArray]) -> str:
+    """Describe what is gone, and where it was; of images, how many of how many."""
+    first = gone[0]
+    if not isinstance(first, StoredFiles):
+        return f"large arrays were left in a file that is gone: {first.file}"
+    lost = sum(not (first.file / name).is_file() for name in first.names)
+    return f"{lost} of {len(first.names)} images are gone that were left in {first.file}"

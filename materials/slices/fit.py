@@ -24,7 +24,6 @@ from .error import references, with_error
 from .mixture import Mixture
 from .nearest import Wanted
 from .quadrature import BLOCK, PLAIN, STRETCHED, Grids, slice_directions
-from .smooth import body_part, smooth_part
 from .view_slices import ViewSlices, polar_angles
 
 #: Gaussians a slice, at most: more are slower and hardly better.
@@ -56,6 +55,11 @@ _LOOKS = ((0.0, 0.0), (0.7, 1.0), (1.1, 2.9), (1.5, 4.4))
 Sampled = Callable[[np.ndarray, np.ndarray], Float[np.ndarray, "S C"]]
 #: A slice, as `_slice` gives it, by theta_o and azimuth of its viewer.
 SliceAt = Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]]
+
+# Of a slice's smooth part: rounds of reweighting, and what counts as far above, of the slice's median.
+_ROUNDS, _FAR = 8, 0.02
+# Of the mean square of a polynomial: what holds those that the directions do not tell apart.
+_RIDGE = 1.0e-9
 
 
 def view_slices(surface: Surface, lobes: int = LOBES) -> ViewSlices:
@@ -98,8 +102,8 @@ def mixtures(
 ) -> tuple[Float[np.ndarray, "T A Q 3"], Float[np.ndarray, "T A Q"], Float[np.ndarray, "T A QB C"]]:
     """Directions, sharpness and values of slices (`ViewSlices`) of whatever f_r `sampled` gives in `size` numbers.
 
-    Each slice is integrated over `slice_directions`. Its smooth part, polynomials of the second degree (`smooth`), is
-    the bent cosine's. Where else something comes from, by the mean of its numbers' magnitudes, Gaussians are placed by
+    Each slice is integrated over `slice_directions`. Its `smooth_part`, polynomials of the second degree, is the bent
+    cosine's. Where else something comes from, by the mean of its numbers' magnitudes, Gaussians are placed by
     expectation and maximisation, and brought near to it by least squares of what is seen (`nearest`), as the numbers
     are: so the numbers should be as bright as they are seen. The integral of a slice is exact, whatever the Gaussians
     do.
@@ -272,3 +276,47 @@ def _turn(angle: float, azimuth: float) -> Float[np.ndarray, "3 3"]:
     axis = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     cross = np.cross(np.eye(3), axis)
     return np.eye(3) + np.sin(angle) * cross.T + (1.0 - np.cos(angle)) * (cross.T @ cross.T)
+
+
+def smooth_part(
+    directions: Float[np.ndarray, "S 3"], angles: Float[np.ndarray, " S"], f_r: Float[np.ndarray, "S C"]
+) -> Float[np.ndarray, "9 C"]:
+    """Coefficients of `bends` that f_r is nearest to, where it does not rise above them: a highlight does not count.
+
+    Weighted by solid angle and cosine; by reweighted least squares on the mean over C, and with the last weights for
+    each of the C numbers. A slice that is a polynomial is found exactly. Where half of all directions send nothing
+    nothing is smooth.
+    """
+    basis = bends(directions)
+    seen = angles * directions[:, 2]
+    mean = f_r.mean(axis=1)
+    order = np.argsort(mean, kind="stable")
+    within = np.cumsum(seen[order])
+    median = mean[order[np.searchsorted(within, 0.5 * within[-1])]]
+    scale = _FAR * abs(median)
+    if scale == 0.0:
+        return np.zeros((basis.shape[1], f_r.shape[1]))
+    off = mean - median
+    weight = seen
+    for _ in range(_ROUNDS):
+        # A highlight that is too far above for its square to be a number counts for nothing, as it should.
+        with np.errstate(over="ignore"):
+            weight = seen / (1.0 + (np.maximum(off, 0.0) / scale) ** 2) ** 2
+        off = mean - basis @ _solved(basis, weight, mean[:, None])[:, 0]
+    return _solved(basis, weight, f_r)
+
+
+def body_part(
+    directions: Float[np.ndarray, "S 3"], angles: Float[np.ndarray, " S"], f_r: Float[np.ndarray, "S C"]
+) -> Float[np.ndarray, "9 C"]:
+    """Coefficients of `bends` that f_r, which has no highlight, is nearest to; its integral is theirs."""
+    return _solved(bends(directions), angles * directions[:, 2], f_r)
+
+
+def _solved(
+    basis: Float[np.ndarray, "S 9"], weight: Float[np.ndarray, " S"], values: Float[np.ndarray, "S C"]
+) -> Float[np.ndarray, "9 C"]:
+    """Weighted least squares."""
+    weighted = basis * weight[:, None]
+    normal = weighted.T @ basis
+    return np.linalg.solve(normal + _RIDGE * np.diag(np.diag(normal)), weighted.T @ values)

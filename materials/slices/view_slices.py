@@ -16,7 +16,7 @@ from ...spectral.palette import Palette
 from ..core.environment_form import BENDS, EnvironmentForm, Lobes
 from ..core.fit_error import FitError, LightError
 from ..core.points import Points
-from ..core.term_shader import TermShader
+from ..core.terms import TermShader
 
 # The last viewer of a grid, radians short of grazing: there cos(theta_o) is 0 and slices have no limit that is seen.
 LAST = 0.004

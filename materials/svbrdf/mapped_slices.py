@@ -12,7 +12,7 @@ from jaxtyping import Float
 from ...spectral.palette import Palette
 from ..core.environment_form import BENDS, EnvironmentForm, Lobes
 from ..core.points import Points
-from ..core.term_shader import TermShader
+from ..core.terms import TermShader
 from ..slices.view_slices import LAST
 from .coat import COAT_F0, alike
 from .facet_slices import KINDS, LOBES, RATIO, FacetSlices, facet_slices

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from metamer.materials.formats.rgl_writer import write_tensors
+from metamer.materials.formats.rgl import write_tensors
 from metamer.materials.measured.merl import SHAPE
 from metamer.spectral.formats.csv_writer import write_csv
 from metamer.spectral.formats.cxf_writer import write_cxf

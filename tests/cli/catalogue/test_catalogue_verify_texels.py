@@ -11,7 +11,7 @@ from btf_sets import NINE, written
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.intake.importing import import_sources
 from metamer.materials.records.record import material_path, write_record
-from metamer.materials.records.texel_verification import check_decodes
+from metamer.materials.records.verification import check_decodes
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.import_options import ImportOptions
 

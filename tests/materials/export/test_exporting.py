@@ -13,8 +13,7 @@ from metamer.materials.core.directions import io_from_half_difference
 from metamer.materials.export.files import FORMATS, export
 from metamer.materials.export.spectrum import exported_spectrum
 from metamer.materials.formats.bispectral import read_bispectral
-from metamer.materials.formats.merl import read_merl
-from metamer.materials.formats.merl_writer import DARKEST
+from metamer.materials.formats.merl import DARKEST, read_merl
 from metamer.materials.formats.rgl import read_rgl
 from metamer.materials.measured.merl import node_angles
 from metamer.materials.measured.rgl import RglBrdf

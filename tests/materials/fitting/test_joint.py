@@ -12,8 +12,8 @@ from metamer.materials.core.protocol import LIGHTS, sphere_protocol
 from metamer.materials.fitting.axis_samples import AxisSamples
 from metamer.materials.fitting.fit import fit
 from metamer.materials.fitting.joint import JointProblem, new_terms, refined, refined_without_extrapolation
-from metamer.materials.fitting.pack_grids import merged
 from metamer.materials.fitting.pack_samples import PackSamples
+from metamer.materials.fitting.term_growth import merged
 from metamer.materials.fitting.visible_pairs import seen_pairs
 from metamer.materials.fitting.visible_samples import seen_samples
 from metamer.spectral.difference import delta_e_xyz

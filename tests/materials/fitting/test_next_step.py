@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from metamer.materials.analytic import OrenNayar
-from metamer.materials.fitting.fit import fit
-from metamer.materials.fitting.next_step import one_more_step
+from metamer.materials.fitting.fit import fit, one_more_step
 from metamer.materials.fitting.term_growth import Growth
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import AshikhminShirley, Lambert
 from metamer.materials.core.directions import io_from_half_difference
-from metamer.materials.formats.merl import SCALES, read_merl
-from metamer.materials.formats.merl_writer import DARKEST, merl_table, write_merl
+from metamer.materials.formats.merl import DARKEST, SCALES, merl_table, read_merl, write_merl
 from metamer.materials.measured.merl import SHAPE, MerlBrdf, MerlMeasurement, node_angles
 from metamer.runtime.errors import InputError
 from metamer.spectral.illuminants import illuminant

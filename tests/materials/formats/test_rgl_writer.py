@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from metamer.materials.analytic import MODELS, AshikhminShirley
 from metamer.materials.core.protocol import sphere_protocol
-from metamer.materials.formats.rgl import read_rgl, read_tensors
-from metamer.materials.formats.rgl_writer import write_tensors
+from metamer.materials.formats.rgl import read_rgl, read_tensors, write_tensors
 from metamer.materials.measured.rgl import RglBrdf
 from metamer.materials.measured.rgl_measurement import RglMeasurement
 from metamer.materials.measured.rgl_table import rgl_fields

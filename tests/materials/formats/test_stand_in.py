@@ -4,7 +4,7 @@ import io
 
 import numpy as np
 import pytest
-from metamer.materials.formats.pictures.emission import emission_of
+from metamer.materials.formats.gltf import emission_of
 from metamer.materials.formats.pictures.stand_in import Colour, Number, SurfaceMaps, reflectance_of
 from metamer.materials.svbrdf.textures import Texture, blocks
 from metamer.runtime.errors import InputError

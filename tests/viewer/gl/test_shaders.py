@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 from metamer.benchmarks import shading
-from metamer.materials.factored import texels
+from metamer.materials.factored import pack
 from metamer.materials.factored.pyramids import MOST_LEVELS
 from metamer.materials.slices import view_slices
 from metamer.viewer.gl import passes, shaders
 
-FACTORS = Path(texels.__file__).with_name("factors.glsl")
+FACTORS = Path(pack.__file__).with_name("factors.glsl")
 SLICES = Path(view_slices.__file__).with_name("view_slices.glsl")
 LIGHT = {"ENVIRONMENT_LEVELS": 15, "SOFTENING": 2.0, "IRRADIANCE_SIDE": 128, "ROW_LENGTH": 4096, "BENT": 9}
 LIGHT |= {"FIELDS": 1, "ROWS_A_CALL": 1}
