@@ -13,13 +13,13 @@ from jaxtyping import Float
 from ...lighting.environment import latlong
 from ...lighting.environment.convolution import half_size
 from ...lighting.environment.environment import EnvironmentLight, mixture
-from ...lighting.environment.harmonics import harmonics
 from ...lighting.environment.prefiltering import GatheredLight
 from ...materials.btf.hemisphere import Hemisphere
 from ...materials.btf.light_basis import LightFunctions, hats_at
 from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..papers.harmonics import harmonics
 from ..svbrdf.cases import FILES, read_environment, window_sky
 
 #: Turns of a sample in each.

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...lighting.environment.harmonics import harmonics
 from ...materials.btf.gathering import BtfGathering
 from ...materials.btf.hemisphere import Hemisphere
 from ...materials.btf.images import BtfImages
@@ -17,6 +16,7 @@ from ...materials.btf.light_basis import balanced_lights, hats_at, light_functio
 from ...materials.btf.texels import BtfTexels
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
+from ..papers.harmonics import harmonics
 from .environments import PlacedLight, environments, tilted_lights
 
 #: Terms of the balanced light basis that is judged without a codec.

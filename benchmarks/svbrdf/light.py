@@ -11,13 +11,13 @@ from jaxtyping import Float
 
 from ...lighting.environment.brights import BrightParts, taken_apart
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.environment.harmonics import gaussian_factors, harmonics, project_light
 from ...lighting.environment.pyramid import Pyramid
 from ...lighting.lights import Arrivals, DeltaLight
 from ...materials.core.spherical_gaussian import Gaussians, sharpness_of_area, sphere_integral
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from ..papers.harmonics import gaussian_factors, harmonics, project_light
 from .surface import ShadedPoints
 
 #: Lobes of an environment for what is matt: the paper has 6 to 8.

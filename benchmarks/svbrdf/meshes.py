@@ -19,10 +19,12 @@ from ...lighting.mesh.mesh import Mesh
 from ...lighting.reference.geometry import Tracer
 from ...lighting.scene import Part, Scene
 from ...lighting.vectors import dot, facing_viewer, unit
+from ...lighting.visibility.free_share import free_share
 from ...lighting.visibility.precompute import computed_visibility
 from ...lighting.visibility.visibility import SceneVisibility
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
+from ..papers.harmonics import matt_transfer
 from .hiding import Hiding
 from .surface import ShadedPoints
 
@@ -63,7 +65,7 @@ class SceneHiding(Hiding):
     ) -> Float[np.ndarray, "N Q"]:
         """Compute free shares by the vertices of the triangle that a point lies on."""
         vertices, weights = self.visibility.located(self.faces, self.weights)
-        return self.visibility.free_shares(vertices, weights, to, sharpness, self.back)
+        return free_share(self.visibility.signed_distances(vertices, weights, to, self.back), sharpness)
 
     def seen(self, directions: Float[np.ndarray, "Q 3"]) -> Bool[np.ndarray, "N Q"]:
         """Find by rays what points see, above the horizons of triangle and shading normal."""
@@ -82,7 +84,7 @@ class SceneHiding(Hiding):
     def occlusion(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
         """Return the illuminance under light of 1 from everywhere, over pi: the first of the transfer's harmonics."""
         vertices, weights = self.visibility.located(self.faces, self.weights)
-        transfer = self.visibility.transfer(vertices, weights, normals, self.back)
+        transfer = matt_transfer(self.visibility, vertices, weights, normals, self.back)
         return np.clip(transfer[:, 0] * np.sqrt(4.0 * np.pi) / np.pi, 0.0, 1.0)
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from ...lighting.environment.harmonics import cosine_factors, harmonics
 from ..papers.gaussian_lobes.ndf import slice_of
+from ..papers.harmonics import cosine_factors, harmonics
 from . import paper
 from .hiding import Hiding
 from .light import Gamma, PreparedLight

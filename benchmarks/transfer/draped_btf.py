@@ -15,7 +15,6 @@ from jaxtyping import Float, Int
 
 from ...lighting.camera import Camera
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.environment.harmonics import project_light
 from ...lighting.mesh.mesh import Mesh
 from ...lighting.mesh.shapes import cloth, plane
 from ...lighting.reference.geometry import Tracer, visible_geometry
@@ -37,6 +36,7 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.observers import observer
 from ...spectral.spectrum import Spectrum
 from ..btf.cases import btf_cases
+from ..papers.harmonics import project_light
 from ..papers.transfer_tensors.clustered_harmonic import ClusteredHarmonicTransfer, clustered_transfer
 from ..papers.transfer_tensors.harmonic import HarmonicTransfer, harmonic_transfer
 from ..papers.transfer_tensors.harmonic_btf import HarmonicBtf, products

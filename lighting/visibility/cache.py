@@ -116,7 +116,6 @@ def _computing_code() -> str:
         "vectors.py",
         "mesh/ray_index.py",
         "reference/geometry.py",
-        "environment/harmonics.py",
         "environment/octahedral.py",
     )
     return files_hash(room.parents[1], [*room.glob("*.py"), *(room.parent / name for name in beside)], _LIBRARIES)

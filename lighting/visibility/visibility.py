@@ -1,4 +1,4 @@
-"""Visibility as renderers use it: signed distances, free shares of lobes, transfer.
+"""Visibility as renderers use it: signed distances to what is hidden, and shares of light that is.
 
 A point is given by three vertices and their barycentric weights. Codes are linear, in axes of the
 world, so they are mixed before they are decoded: nothing jumps from triangle to triangle, and a point costs one
@@ -14,15 +14,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
 from ...runtime.errors import InputError
-from ..environment import harmonics
 from . import octahedral
 from .compression import SOFT, straight, straightening, unpack_codes
 from .edge_bisection import Halving
-from .free_share import free_share
 from .tracing import MAP
 
-# Points whose maps are decoded at once: 4 MB. Side of the map that transfer is a sum over.
-_BLOCK, _SKY = 512, 64
+# Points whose maps are decoded at once: 4 MB.
+_BLOCK = 512
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,40 +146,6 @@ class SceneVisibility:
                 change = np.einsum("nqt,nqti->nqi", here, octahedral.slopes(to[block], MAP))
                 slopes[block] = change * straightening(bent)[..., None]
         return found, slopes
-
-    def free_shares(
-        self,
-        vertices: Int[np.ndarray, "N 3"],
-        weights: Float[np.ndarray, "N 3"],
-        directions: Float[np.ndarray, "N Q 3"],
-        sharpness: Float[np.ndarray, "*lobes"] | float,
-        back: Bool[np.ndarray, " N"] | None = None,
-    ) -> Float[np.ndarray, "N Q"]:
-        """Return the share of the spherical Gaussian about each direction that is free, 0 to 1; `sharpness` (Q,) or (N,
-        Q).
-        """
-        return free_share(self.signed_distances(vertices, weights, directions, back), sharpness)
-
-    def transfer(
-        self,
-        vertices: Int[np.ndarray, "N 3"],
-        weights: Float[np.ndarray, "N 3"],
-        normals: Float[np.ndarray, "N 3"],
-        back: Bool[np.ndarray, " N"] | None = None,
-    ) -> Float[np.ndarray, "N 25"]:
-        """Coefficients (`harmonics`) of visibility times clamped cosine, sr, world axes: their sum with those of the
-        luminance from all directions is the illuminance of a matt surface. Few harmonics ring: clip that sum at 0.
-
-        normals : unit, of shading, on the side that is seen. Where nothing is hidden the transfer is exactly theirs.
-        """
-        codes, dark = self.mixed(vertices, weights, back)
-        to, size = octahedral.directions(_SKY), octahedral.solid_angles(_SKY)
-        flux = harmonics.harmonics(to) * size[:, None]
-        shares = hidden_shares(self.along(to), codes, size)
-        lost = (shares * np.maximum(normals @ to.T, 0.0)) @ flux
-        # What is hidden at corners inside of solids is all there is.
-        share, whole = dark[:, None], harmonics.clamped_cosine(normals)
-        return (whole - np.where(share < 1.0, lost, 0.0)) * (1.0 - share)
 
     def mixed(
         self, vertices: Int[np.ndarray, "N 3"], weights: Float[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"] | None

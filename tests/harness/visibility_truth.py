@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from metamer.lighting.environment import harmonics
+from metamer.benchmarks.papers import harmonics
 from metamer.lighting.scene import Scene
 from metamer.lighting.vectors import unit
 from metamer.lighting.visibility import octahedral
@@ -101,7 +101,9 @@ def illuminance_error(visibility: SceneVisibility, truth: Truth) -> float:
     cosines = np.maximum(truth.normals @ to.T, 0.0)
     exact = (cosines * truth.free) @ luminance
     sky = harmonics.harmonics(to).T @ luminance
-    found = np.maximum(visibility.transfer(*visibility.located(truth.faces, truth.weights), truth.normals) @ sky, 0.0)
+    found = np.maximum(
+        harmonics.matt_transfer(visibility, *visibility.located(truth.faces, truth.weights), truth.normals) @ sky, 0.0
+    )
     horizontal = float(np.maximum(to[:, 1], 0.0) @ luminance)
     return float(np.sqrt(np.mean((found - exact) ** 2)) / horizontal)
 

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from ....lighting.environment.harmonics import BANDS, COUNT, harmonics
 from ....lighting.transfer.edge_refinement import PlacedSites
 from ....lighting.transfer.hits import Hits, RayTracer, shifted_pattern
 from ....lighting.transfer.regions import Regions
 from ....runtime.errors import InputError
+from ..harmonics import BANDS, COUNT, harmonics
 
 #: Rays of a site, as dense in all directions above it.
 RAYS = 256

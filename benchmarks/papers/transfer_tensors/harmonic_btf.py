@@ -13,7 +13,6 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-from ....lighting.environment.harmonics import harmonics
 from ....materials.btf.gathering import BtfGathering
 from ....materials.btf.hemisphere import Hemisphere
 from ....materials.btf.light_basis import hats_at, spread
@@ -21,6 +20,7 @@ from ....spectral.basis import SpectralBasis
 from ....spectral.observers import Observer
 from ....spectral.spectrum import Spectrum
 from ....spectral.wavelengths import interpolation_matrix
+from ..harmonics import harmonics
 
 # Directions that hats are written in harmonics by; points at once.
 _DIRECTIONS, _BLOCK = 20000, 2048

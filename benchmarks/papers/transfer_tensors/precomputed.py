@@ -15,11 +15,11 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 
 from ....lighting.environment.cube import CubeMap
-from ....lighting.environment.harmonics import harmonics
 from ....lighting.transfer.hits import Hits, tangents
 from ....lighting.vectors import unit
 from ....lighting.visibility.occluders import Occluders
 from ....runtime.memory import check_room, gigabytes
+from ..harmonics import harmonics
 from .components import Components
 
 #: Texels across a face: of visibility; of the lights of one bounce and of two; and the harmonics of one bounce.

@@ -16,8 +16,8 @@ from jaxtyping import Float
 
 from ....lighting.environment.cube import CubeMap
 from ....lighting.environment.environment import EnvironmentLight
-from ....lighting.environment.harmonics import gaussian_factors, harmonics
 from ....lighting.environment.pyramid import Pyramid
+from ..harmonics import gaussian_factors, harmonics
 from .brdf_tensor import BrdfTensor
 from .clustered import ClusteredTensor, clustered_tensor
 from .components import Components

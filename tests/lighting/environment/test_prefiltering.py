@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from metamer.benchmarks.papers.harmonics import harmonics
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.bright_light import BrightLight
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.environment.harmonics import harmonics
 from metamer.lighting.environment.prefiltering import GatheredLight
 from metamer.lighting.environment.pyramid import Pyramid
 from metamer.lighting.vectors import unit

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import visibility_truth as measure
-from metamer.lighting.environment import harmonics
+from metamer.benchmarks.papers import harmonics
 from metamer.lighting.mesh.files import joined
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import cloth, patches, plane, speed_shape, sphere
 from metamer.lighting.vectors import unit
+from metamer.lighting.visibility.free_share import free_share
 from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.runtime.errors import InputError
 
@@ -92,7 +93,8 @@ def test_open_sheet_each_side_has_its_own_visibility(scene_of):
     slope = np.hypot(UP[:, 0], UP[:, 2]) / UP[:, 1]
     assert (behind[0][slope < 2.0] < 0.0).all()
     up, down = (
-        found.transfer(corners, weights, np.array([[0.0, sign, 0.0]]), np.array([sign < 0.0])) for sign in (1.0, -1.0)
+        harmonics.matt_transfer(found, corners, weights, np.array([[0.0, sign, 0.0]]), np.array([sign < 0.0]))
+        for sign in (1.0, -1.0)
     )
     sky = np.eye(harmonics.COUNT)[0]
     assert 0.0 <= (down @ sky)[0] < 0.2 * (up @ sky)[0]
@@ -103,7 +105,7 @@ def test_the_inside_of_a_solid_is_dark(ball_on_floor, ball):
     inside = np.ones(5, dtype=bool)
     to = np.broadcast_to(RANDOM, (5, 500, 3))
     assert (ball.signed_distances(corners, weights, to, inside) == -0.5 * np.pi).all()
-    assert np.abs(ball.transfer(corners, weights, RANDOM[:5], inside)).max() < 1e-12
+    assert np.abs(harmonics.matt_transfer(ball, corners, weights, RANDOM[:5], inside)).max() < 1e-12
 
 
 def test_self_intersections_stay_finite_and_nearly_right(scene_of):
@@ -215,8 +217,8 @@ def test_what_is_hidden_at_one_place_only_is_not_taken_for_nothing(scene_of):
 
 def test_shares_are_those_of_the_signed_distances(ball_on_floor, ball, point_on):
     point = ball.located(*point_on(ball_on_floor, 1, (1.3, 0.0, 0.2)))
-    shares = ball.free_shares(*point, UP[None, :6], np.array([1.0, 3.0, 10.0, 30.0, 100.0, 1e4]))
     angles = ball.signed_distances(*point, UP[None, :6])
+    shares = free_share(angles, np.array([1.0, 3.0, 10.0, 30.0, 100.0, 1e4]))
     assert ((shares > 0.5) == (angles > 0.0)).all() and shares.min() >= 0.0 and shares.max() <= 1.0
 
 

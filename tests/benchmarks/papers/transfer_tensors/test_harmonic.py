@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from btf_samples import bumps, sky
+from metamer.benchmarks.papers.harmonics import harmonics, project_light
 from metamer.benchmarks.papers.transfer_tensors import clustered_harmonic, harmonic
 from metamer.benchmarks.papers.transfer_tensors.clustered_harmonic import clustered_transfer
 from metamer.benchmarks.papers.transfer_tensors.harmonic import harmonic_transfer
 from metamer.benchmarks.papers.transfer_tensors.harmonic_btf import HarmonicBtf, harmonic_weights, products
 from metamer.lighting.environment import latlong
-from metamer.lighting.environment.harmonics import harmonics, project_light
 from metamer.lighting.lights import DirectionalLight
 from metamer.lighting.mesh.mesh import Mesh
 from metamer.lighting.mesh.shapes import plane, sphere

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 from scipy.special import ive
 
-from . import latlong
-from .environment import EnvironmentLight
+from ...lighting.environment import latlong
+from ...lighting.environment.environment import EnvironmentLight
+from ...lighting.visibility import octahedral
+from ...lighting.visibility.visibility import SceneVisibility, hidden_shares
 
 #: Bands from 0 that most is written in, and how many harmonics that is.
 BANDS, COUNT = 5, 25
 #: The clamped cosine's own factors, band by band (Ramamoorthi and Hanrahan 2001, eq. 8).
 COSINE = np.pi * np.array([1.0, 2.0 / 3.0, 1.0 / 4.0, 0.0, -1.0 / 24.0, 0.0, 1.0 / 64.0])
+# Side of the map that transfer is a sum over.
+_SKY = 64
 
 
 def harmonics(directions: Float[np.ndarray, "n 3"], bands: int = BANDS) -> Float[np.ndarray, "n B"]:
@@ -68,3 +72,25 @@ def clamped_cosine(normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 25
     any, sr. Their sum with the light's coefficients is the illuminance.
     """
     return harmonics(normals) * cosine_factors()
+
+
+def matt_transfer(
+    visibility: SceneVisibility,
+    vertices: Int[np.ndarray, "N 3"],
+    weights: Float[np.ndarray, "N 3"],
+    normals: Float[np.ndarray, "N 3"],
+    back: Bool[np.ndarray, " N"] | None = None,
+) -> Float[np.ndarray, "N 25"]:
+    """Coefficients (`harmonics`) of visibility times clamped cosine, sr, world axes: their sum with those of the
+    luminance from all directions is the illuminance of a matt surface. Few harmonics ring: clip that sum at 0.
+
+    normals : unit, of shading, on the side that is seen. Where nothing is hidden the transfer is exactly theirs.
+    """
+    codes, dark = visibility.mixed(vertices, weights, back)
+    to, size = octahedral.directions(_SKY), octahedral.solid_angles(_SKY)
+    flux = harmonics(to) * size[:, None]
+    shares = hidden_shares(visibility.along(to), codes, size)
+    lost = (shares * np.maximum(normals @ to.T, 0.0)) @ flux
+    # What is hidden at corners inside of solids is all there is.
+    share, whole = dark[:, None], clamped_cosine(normals)
+    return (whole - np.where(share < 1.0, lost, 0.0)) * (1.0 - share)

@@ -1,15 +1,12 @@
-"""Spherical harmonics of environments, and environments taken apart into lobes and a rest."""
+"""Environments taken apart into lobes and a rest."""
 
 import numpy as np
 import pytest
 from metamer.lighting.environment import latlong
 from metamer.lighting.environment.brights import taken_apart
 from metamer.lighting.environment.environment import EnvironmentLight
-from metamer.lighting.environment.harmonics import cosine_factors, gaussian_factors, harmonics, project_light
-from metamer.lighting.environment.prefiltering import Irradiance
 from metamer.runtime.errors import InputError
 from metamer.spectral.spectrum import Spectrum
-from scipy.special import sph_harm_y
 
 WAVELENGTHS = np.arange(380.0, 781.0, 5.0)
 WHITE = Spectrum(np.ones(len(WAVELENGTHS)), WAVELENGTHS, "emission")
@@ -21,39 +18,6 @@ SOLID = np.repeat(latlong.solid_angles(HEIGHT, WIDTH), WIDTH)
 def _environment(*fields, **more):
     maps = np.stack([np.broadcast_to(field, HEIGHT * WIDTH).reshape(HEIGHT, WIDTH) for field in fields])
     return EnvironmentLight(maps, (WHITE,) * len(maps), **more)
-
-
-def _directions(number):
-    to = np.random.default_rng(3).normal(size=(number, 3))
-    return to / np.linalg.norm(to, axis=1, keepdims=True)
-
-
-def test_harmonics_are_those_of_scipy():
-    to = _directions(20)
-    theta, phi = np.arccos(to[:, 2]), np.arctan2(to[:, 1], to[:, 0])
-    found = harmonics(to, 7)
-    for band in range(7):
-        for m in range(band + 1):
-            expected = sph_harm_y(band, m, theta, phi) * (-1) ** m * (np.sqrt(2.0) if m else 1.0)
-            np.testing.assert_allclose(found[:, band**2 + band + m], expected.real, atol=1e-12)
-            if m:
-                np.testing.assert_allclose(found[:, band**2 + band - m], expected.imag, atol=1e-12)
-
-
-def test_illuminance_by_harmonics_is_near_the_exact_one_under_a_smooth_sky():
-    sky = _environment(1.0 + TO[:, 1], np.exp(3.0 * TO[:, 0]), rotation_deg=40.0)
-    normals = _directions(50)
-    found = harmonics(normals) * cosine_factors() @ project_light(sky).T
-    np.testing.assert_allclose(found, Irradiance.of(sky)(normals), rtol=0.01)
-
-
-@pytest.mark.parametrize("sharpness", [1e-6, 1.0, 30.0])
-def test_factors_of_a_gaussian_are_its_means_of_harmonics(sharpness):
-    axis = _directions(1)
-    kernel = np.exp(sharpness * (TO @ axis[0] - 1.0)) * SOLID
-    expected = kernel @ harmonics(TO) / kernel.sum()
-    found = harmonics(axis) * gaussian_factors(np.array([sharpness]))
-    np.testing.assert_allclose(found[0], expected, atol=2e-4)
 
 
 def test_bright_parts_and_the_rest_are_all_there_was():
