@@ -2,34 +2,47 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from jaxtyping import Float
 
 from ...runtime.errors import InputError
 from ...spectral.formats.cxf import NAMESPACE
+from ...spectral.formats.cxf_specification import Specification, specification
 from ...spectral.formats.shared.xml import Vocabulary, number, read_xml
-from .readings import Readings
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
 
-def read_cxf(path: Path, scale: float | None, observer: str) -> Readings:
-    """Return every object that has ColorRGB among its DeviceColorValues and ColorCIEXYZ among its ColorValues, in
-    cd/m2.
+@dataclass(frozen=True, eq=False)
+class CxfReadings:
+    """Codes and XYZ as a file has them. full_scale, observer : as it says them; None where it does not."""
 
-    scale : the full scale of codes, where the file does not give it as MaxRange; where neither does, 255,
-    which the schema has for that.
+    codes: Float[np.ndarray, "N 3"]
+    xyz: Float[np.ndarray, "N 3"]
+    full_scale: float | None
+    observer: str | None
+    notes: tuple[str, ...]
+
+
+def read_cxf(path: Path) -> CxfReadings:
+    """Return every object that has ColorRGB among its DeviceColorValues and ColorCIEXYZ among its ColorValues.
 
     Raises
     ------
-    InputError : not CxF3; no such object; objects with XYZ relative to a diffuser are told by their numbers alone.
+    InputError : not CxF3; no such object; objects that reflect or transmit; codes on several scales, or XYZ of several
+        observers.
     """
     root = read_xml(path)
     known = Vocabulary(root, NAMESPACE)
-    codes, xyz, ranges, without = [], [], set(), 0
+    told = {
+        one.get("Id", ""): specification(one, known) for one in root.iter() if known.name(one) == "ColorSpecification"
+    }
+    codes, xyz, ranges, observers, without = [], [], set(), set(), 0
     for item in (one for one in root.iter() if known.name(one) == "Object"):
         rgb, seen = (
             _value(item, known, "DeviceColorValues", "ColorRGB"),
@@ -42,6 +55,16 @@ def read_cxf(path: Path, scale: float | None, observer: str) -> Readings:
         codes.append([number(known.text(rgb, channel), f"{name}, {channel}") for channel in "RGB"])
         xyz.append([number(known.text(seen, part), f"{name}, {part}") for part in "XYZ"])
         ranges.add(known.text(rgb, "MaxRange"))
+        how = told.get(seen.get("ColorSpecification", ""), Specification())
+        if how.quantity in ("reflectance", "transmittance"):
+            raise InputError(
+                "readings of something else than a display",
+                field=f"{name}, MeasurementType",
+                found=how.details.get("measurement") or how.quantity,
+                expected="emission",
+                hint="name the file that was measured on the screen",
+            )
+        observers.add(how.observer)
     if not codes:
         raise InputError(
             "no readings of a display",
@@ -50,14 +73,16 @@ def read_cxf(path: Path, scale: float | None, observer: str) -> Readings:
             expected="objects with device RGB and XYZ",
             hint="export the codes with the readings, or as .ti3 or CSV",
         )
-    if len(ranges) > 1:
-        raise InputError("codes on several scales", field="MaxRange", found=", ".join(sorted(ranges)), expected="one")
+    for field, several in (("MaxRange", ranges), ("Observer", observers)):
+        if len(several) > 1:
+            found = ", ".join(sorted(str(one or "none") for one in several))
+            raise InputError(
+                "readings that are not alike", field=field, found=found, expected="one", hint="split the file"
+            )
     stated = next(iter(ranges))
-    full = number(stated, "MaxRange") if stated else scale or 255.0
-    notes = [f"codes are parts of {full:g}"]
-    if without:
-        notes.append(f"{without} objects without both RGB and XYZ are left out")
-    return Readings(np.array(codes) / full, np.array(xyz), str(path), observer=observer, notes=tuple(notes))
+    notes = (f"{without} objects without both RGB and XYZ are left out",) if without else ()
+    full_scale = number(stated, "MaxRange") if stated else None
+    return CxfReadings(np.array(codes), np.array(xyz), full_scale, next(iter(observers)), notes)
 
 
 def _value(item: Element, known: Vocabulary, group: str, kind: str) -> Element | None:

@@ -3,28 +3,37 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
-from ...runtime.errors import InputError
+from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file, read_text
 from ...spectral.formats import cgats, cxf
 from ...spectral.formats.cgats_bands import bands, grid_of
 from ...spectral.formats.cgats_tables import CgatsTable, read_tables
 from ...spectral.formats.registry import names_its_file
+from ...spectral.observers import OBSERVERS, observer_name
 from .cxf_readings import read_cxf
 from .readings import Readings, ReadingSpectra
 
 #: Full scales that codes are written to.
-SCALES = (1.0, 100.0, 255.0, 1023.0, 65535.0)
+SCALES = (1.0, 100.0, 255.0, 1023.0, 4095.0, 65535.0)
+T = TypeVar("T", str, float)
 _HEAD = 4096
 # Y of white that may be meant relative to it: about 100, or that of no display, in cd/m2.
 _NEARLY_100, _DARKEST_WHITE = 1.0, 2.0
+# Share by which white may miss 100 where it is called 100, and a stated luminance.
+_OFF_WHITE = 0.2
+# Distance in x, y, root mean square, at which XYZ are none that any observer sees of the spectra beside them; and the
+# share by which their luminance may differ before spectra are on another scale.
+_OTHER_SPECTRA, _SAME_LUMINANCE = 0.02, 0.02
 # Words at the heads of columns.
 _CODES = ("rgb_r", "rgb_g", "rgb_b"), ("r", "g", "b"), ("red", "green", "blue")
 _XYZ = ("xyz_x", "xyz_y", "xyz_z"), ("x", "y", "z")
+_STRIPPED = re.compile(r"[\s_]*(?:[\[(]|cd\s*/|nits?\b).*", re.I)
 _UNIT = re.compile(r"cd\s*/?\s*m|nit", re.I)
 
 
@@ -57,7 +66,12 @@ def read_readings(path: Path, answers: Answers = NOTHING_SAID) -> Readings:
     with path.open("rb") as file:
         head = file.read(_HEAD)
     if cxf.recognises(path, head):
-        return read_cxf(path, answers.codes, answers.observer or "1931_2")
+        found = read_cxf(path)
+        scale = _agreed("--codes", answers.codes, found.full_scale)
+        stated = None if found.observer is None else _known_observer(found.observer, answers.observer)
+        seen_by = _agreed("--observer", answers.observer, stated)
+        return _made(path, found.codes, found.xyz, scale or 255.0, answers.unit, replace(answers, observer=seen_by),
+                     notes=found.notes)  # fmt: skip
     if cgats.recognises(path, head):
         return _of_tables(path, read_tables(path), answers)
     return _of_csv(path, read_text(path), answers)
@@ -74,6 +88,15 @@ def _of_tables(path: Path, tables: list[CgatsTable], answers: Answers) -> Readin
             expected="a file of codes and of what was measured of each, such as .ti3",
             hint="`metamer display observer` compares ccss files" if identifier.startswith("CCSS") else None,
         )
+    used_as = tables[0].keywords.get("DEVICE_CLASS", "DISPLAY").upper()
+    if used_as != "DISPLAY":
+        raise InputError(
+            "readings of something else than a display",
+            field="DEVICE_CLASS",
+            found=used_as,
+            expected="DISPLAY",
+            hint="name the file that was measured on the screen",
+        )
     tables = [table for table in tables if _columns(table.fields, _CODES)]
     if len(tables) != 1:
         raise InputError(
@@ -89,26 +112,30 @@ def _of_tables(path: Path, tables: list[CgatsTable], answers: Answers) -> Readin
         _one_display({row[column] for row in table.rows})
     numbers = np.array([[table.number(cell) for cell in row] for row in table.rows])
     codes = numbers[:, _columns(table.fields, _CODES)]
-    luminance = _luminance(table)
-    normalised = table.keywords.get("NORMALIZED_TO_Y_100", "").upper() == "YES"
     spectra, at = None, _columns(table.fields, _XYZ)
     if fields := bands(table):
         grid, order = grid_of(table, fields)
         norm = float(table.keywords.get("SPECTRAL_NORM", "1"))
         # ArgyllCMS writes mW of emission.
         radiance = numbers[:, [fields[one].column for one in order]] / (1000.0 * norm)
+        if not np.isfinite(radiance).all():
+            row = int(np.argwhere(~np.isfinite(radiance))[0, 0])
+            raise InputError("not a number", field=f"spectrum of reading {row + 1}", expected="a number in every band")
         spectra = ReadingSpectra(grid, radiance)
-    observer = answers.observer or "1931_2"
+    seen_by, notes = answers.observer or "1931_2", ()
     if at:
-        xyz, unit = numbers[:, at], "Y100" if normalised else answers.unit
-        if identifier.startswith("CTI3") and not normalised:
-            unit = "cd/m2"
+        xyz = numbers[:, at]
+        if spectra is not None:
+            xyz, spectra, seen_by, notes = _with_spectra(xyz, spectra, answers.observer)
+        stated = _stated_unit(table, float(xyz[_white(codes), 1].mean()) if _white(codes).any() else np.nan)
+        unit = _agreed("--xyz", answers.unit, stated)
     elif spectra is not None:
-        xyz, unit = spectra.xyz(observer), "cd/m2"
+        xyz, unit = spectra.xyz(seen_by), "cd/m2"
     else:
         raise InputError(
             "no XYZ and no spectra", field="BEGIN_DATA_FORMAT", expected="XYZ_X, XYZ_Y, XYZ_Z or SPEC_380 ..."
         )
+    luminance = answers.luminance or (_luminance(table) if unit == "Y100" else None)
     keywords = table.keywords
     # The format has percent; a file with larger numbers is not of its makers.
     scale = answers.codes or (100.0 if identifier.startswith("CTI3") else None)
@@ -118,12 +145,94 @@ def _of_tables(path: Path, tables: list[CgatsTable], answers: Answers) -> Readin
         xyz,
         scale,
         unit,
-        Answers(answers.codes, answers.unit, answers.luminance or luminance, observer),
+        replace(answers, luminance=luminance, observer=seen_by),
         display=keywords.get("DISPLAY") or _described(keywords.get("DESCRIPTOR", "")),
         instrument=keywords.get("TARGET_INSTRUMENT", keywords.get("INSTRUMENT", "")),
         measured=keywords.get("CREATED", ""),
         spectra=spectra,
+        notes=notes,
     )
+
+
+def _white(codes: np.ndarray) -> np.ndarray:
+    """Select the rows whose three codes are the largest that there are."""
+    return (codes >= codes.max() * (1.0 - 1e-9)).all(axis=1)
+
+
+def _stated_unit(table: CgatsTable, white: float) -> str | None:
+    """Return the unit that a table says its XYZ are in; None where it does not.
+
+    ArgyllCMS has not always said it: a white of 100 beside the luminance of another is relative.
+    """
+    stated = table.keywords.get("NORMALIZED_TO_Y_100", "").upper()
+    if stated in ("YES", "NO"):
+        return "Y100" if stated == "YES" else "cd/m2"
+    luminance = _luminance(table)
+    if luminance is None or abs(white - luminance) <= _OFF_WHITE * luminance:
+        return None if luminance is None else "cd/m2"
+    return "Y100" if abs(white - 100.0) <= _NEARLY_100 else None
+
+
+def _with_spectra(
+    xyz: np.ndarray, spectra: ReadingSpectra, asked: str | None
+) -> tuple[np.ndarray, ReadingSpectra, str, tuple[str, ...]]:
+    """Tell whose the XYZ are by the spectra beside them, and return those of the observer that was asked for.
+
+    Spectra are put on the scale of the XYZ, which a file may have normalised alone.
+    """
+    bright = xyz[:, 1] > 0.05 * xyz[:, 1].max()
+    seen = {name: spectra.xyz(name) for name in OBSERVERS}
+    off = {name: float(np.sqrt(np.mean((_xy(xyz[bright]) - _xy(made[bright])) ** 2))) for name, made in seen.items()}
+    whose = min(off, key=lambda name: off[name])
+    if not off[whose] <= _OTHER_SPECTRA:
+        raise InputError(
+            "XYZ that are not those of the spectra beside them",
+            field="XYZ and spectra",
+            found=f"x, y apart by {off[whose]:.3f}, root mean square, for the nearest observer ({whose})",
+            expected="XYZ and spectra of one reading in each row",
+            hint="leave out the columns that are wrong",
+        )
+    factor = float(xyz[bright, 1].sum() / seen[whose][bright, 1].sum())
+    if abs(factor - 1.0) > _SAME_LUMINANCE:
+        spectra = replace(spectra, radiance=spectra.radiance * factor)
+    name = asked or whose
+    if name == whose:
+        said = () if whose == "1931_2" else (f"XYZ are of {whose}, by the spectra beside them",)
+        return xyz, spectra, whose, said
+    return spectra.xyz(name), spectra, name, (f"XYZ of {name} are made of the spectra; the file has those of {whose}",)
+
+
+def _xy(xyz: np.ndarray) -> np.ndarray:
+    return xyz[:, :2] / xyz.sum(axis=1, keepdims=True)
+
+
+def _agreed(option: str, asked: T | None, stated: T | None) -> T | None:
+    """Return what was asked for or what the file says, which must be the same where there are both."""
+    if asked is not None and stated is not None and asked != stated:
+        raise InputError(
+            "the file says it itself, and something else",
+            field=option.removeprefix("--"),
+            found=f"{stated} in the file, {option} {asked}",
+            expected="one answer",
+            hint=f"leave {option} out, or correct the file",
+        )
+    return stated if asked is None else asked
+
+
+def _known_observer(stated: str, asked: str | None) -> str | None:
+    """Return the short name of an observer that a file names; one of its own is asked for."""
+    try:
+        return observer_name(stated)
+    except UnknownNameError:
+        if asked is not None:
+            return None
+        raise InputError(
+            "XYZ of an observer that is not known",
+            field="Observer",
+            found=stated,
+            expected="2_Degree or 10_Degree",
+            hint="--observer NAME says whose they are",
+        ) from None
 
 
 def _described(words: str) -> str:
@@ -137,11 +246,33 @@ def _luminance(table: CgatsTable) -> float | None:
 
 
 def _columns(fields: list[str], known: tuple[tuple[str, ...], ...]) -> list[int]:
-    """Columns of the three names of the first triple that is all there; none where none is."""
-    lower = [re.sub(r"[\s_]*(?:[\[(]|cd\s*/|nits?\b).*", "", field, flags=re.I).strip().casefold() for field in fields]
+    """Columns of the three names of the first triple that is all there; none where none is.
+
+    Raises
+    ------
+    InputError : a name stands over several columns, and not one of them alone beside the other two.
+    """
+    named = [_STRIPPED.sub("", field).strip() for field in fields]
+    lower = [name.casefold() for name in named]
     for triple in known:
-        if all(name in lower for name in triple):
+        if not all(name in lower for name in triple):
+            continue
+        if all(lower.count(name) == 1 for name in triple):
             return [lower.index(name) for name in triple]
+        # Chromaticities x, y or x, y, z and luminance Y may stand beside X, Y, Z.
+        ours = [at for at in range(len(lower) - 2) if tuple(lower[at : at + 3]) == triple]
+        if len(ours) > 1 and triple == _XYZ[1]:
+            ours = [at for at in ours if named[at : at + 3] == ["X", "Y", "Z"]]
+        if len(ours) == 1:
+            return [ours[0], ours[0] + 1, ours[0] + 2]
+        several = [field for field, name in zip(fields, lower, strict=True) if name in triple]
+        raise InputError(
+            "several columns of one name",
+            field="heads of columns",
+            found=", ".join(several)[:120],
+            expected=f"{', '.join(name.upper() for name in triple)}, once each",
+            hint="leave out the columns that are not what was measured",
+        )
     return []
 
 
@@ -203,6 +334,7 @@ def _made(
     instrument: str = "",
     measured: str = "",
     spectra: ReadingSpectra | None = None,
+    notes: tuple[str, ...] = (),
 ) -> Readings:
     """Readings on the scale 0 to 1 and in cd/m2, as far as that is known."""
     scale = scale or _scale(codes)
@@ -214,7 +346,7 @@ def _made(
             expected=f"0 to {scale:g}",
             hint="say which number is full scale: --codes 1, 100, 255 or 1023",
         )
-    notes = [f"codes are parts of {scale:g}"]
+    told = [f"codes are parts of {scale:g}", *notes]
     white = (codes >= scale * (1.0 - 1e-9)).all(axis=1)
     luminous = float(xyz[white, 1].mean()) if white.any() else np.nan
     if unit is None and (abs(luminous - 100.0) <= _NEARLY_100 or luminous <= _DARKEST_WHITE):
@@ -225,12 +357,29 @@ def _made(
             expected="to be told which",
             hint="--xyz cd/m2, or --xyz Y100 with --white-luminance L; multiply by 100 where white is 1",
         )
+    if unit == "Y100" and abs(luminous - 100.0) > 100.0 * _OFF_WHITE:
+        raise InputError(
+            "XYZ are not relative to white = 100",
+            field="XYZ",
+            found=f"white with Y = {luminous:.4g}",
+            expected="about 100",
+            hint="leave --xyz Y100 out where they are cd/m2; multiply by 100 where white is 1",
+        )
+    if unit != "Y100" and answers.luminance is not None:
+        raise InputError(
+            "a luminance of white beside XYZ that have one",
+            field="white-luminance",
+            found=f"--white-luminance {answers.luminance:g}, and XYZ in cd/m2 with a white of {luminous:.4g}",
+            expected="XYZ relative to white = 100",
+            hint="leave --white-luminance out, or say --xyz Y100",
+        )
     absolute = unit != "Y100" or answers.luminance is not None
     if unit == "Y100" and answers.luminance is not None:
-        xyz = xyz * (answers.luminance / 100.0)
-        notes.append(f"XYZ relative to white = 100, times {answers.luminance:g} cd/m2")
+        factor = answers.luminance / 100.0
+        xyz, spectra = xyz * factor, spectra and replace(spectra, radiance=spectra.radiance * factor)
+        told.append(f"XYZ relative to white = 100, times {answers.luminance:g} cd/m2")
     elif unit == "Y100":
-        notes.append("XYZ are relative to white = 100: no luminance is known")
+        told.append("XYZ are relative to white = 100: no luminance is known")
     return Readings(
         codes / scale,
         xyz,
@@ -241,7 +390,7 @@ def _made(
         absolute,
         spectra,
         measured,
-        notes=tuple(notes),
+        notes=tuple(told),
     )
 
 
