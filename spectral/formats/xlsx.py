@@ -23,9 +23,11 @@ from typing import TYPE_CHECKING, Any
 
 from ...runtime.distribution import install_hint
 from ...runtime.errors import InputError
+from ..measurement import conditions_in
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralEntry, SpectralFile, names_its_file
 from .shared.text import MOST_LINES, shortened
+from .shared.words import quantity_in_lines
 from .tables.entries import table_entries
 from .tables.parsing import parse_lines
 
@@ -94,6 +96,9 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
                 raise (reason if reason.problem == _NO_TABLE and not asked else sheet.question or reason) from None
             if sheet.question is not None:
                 raise sheet.question
+            for column in (column for block in table.blocks for column in block):
+                if quantity_in_lines(column.around)[0] is None:
+                    column.around = f"{column.around}\n{sheet.title}"
             named = path.with_name(_file_name(sheet.title)) if len(sheets) > 1 else path
             read_ones.append((sheet, table_entries(table, named, NAME, answer)))
         except InputError as reason:
@@ -138,11 +143,13 @@ def has_no_table(path: Path) -> bool:
 
 
 def _of_sheet(entry: SpectralEntry, title: str, several: bool) -> SpectralEntry:
-    """Return the entry with its sheet among its details, and in its name where there are several."""
+    """Return the entry with its sheet, and the conditions that its title states, among its details; the sheet is in its
+    name where there are several.
+    """
     name = entry.name
     if several and not name.startswith(title):
         name = f"{title} {name}"
-    return replace(entry, name=name, details={**entry.details, "sheet": shortened(title)})
+    return replace(entry, name=name, details={**conditions_in(title), **entry.details, "sheet": shortened(title)})
 
 
 def _file_name(title: str) -> str:

@@ -11,6 +11,7 @@ from metamer.spectral.formats.csv import read as read_csv
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import format_of, read_spectra
 from metamer.spectral.formats.xlsx import read
+from metamer.spectral.measurement import Measurement
 
 openpyxl = pytest.importorskip("openpyxl")
 
@@ -231,3 +232,22 @@ def test_commands_and_scripts_take_it(book, tmp_path, capsys):
     assert main(["catalogue", "import", str(tmp_path), "--catalogue", str(tmp_path / "c"), "--dry-run"]) == 0
     assert "2 to import" in capsys.readouterr().out
     assert main(["match", f"{path}#Red R", f"{path}#Blue R"]) in (0, 1)
+
+
+@pytest.mark.parametrize("title", ["Transmittance", "Transmission (%)", "Reflectance", "Sheet1"])
+def test_the_title_of_a_sheet_says_what_the_table_leaves_open(book, title):
+    rows = [["nm", "Red (%)", "Blue (%)"], *DOWN[1:]]
+    if title == "Sheet1":
+        assert "what was measured" in refusal(book(**{title: rows}))
+        return
+    quantity = "reflectance" if title == "Reflectance" else "transmittance"
+    assert [entry.spectrum.quantity for entry in read(book(**{title: rows})).entries] == [quantity] * 2
+    headed = [["nm", "Reflectance Red (%)", "Reflectance Blue (%)"], *DOWN[1:]]
+    assert {entry.spectrum.quantity for entry in read(book(**{title: headed})).entries} == {"reflectance"}
+
+
+@pytest.mark.parametrize(("title", "part"), [("SCI", "specular component"), ("M1", "measurement condition")])
+def test_conditions_in_the_title_of_a_sheet_go_with_its_readings(book, title, part):
+    (stated, *_), (silent, *_) = (read(book(**{name: DOWN})).entries for name in (title, "Paints"))
+    assert part in Measurement.of("reflectance", stated.details, stated.name).parts
+    assert part not in Measurement.of("reflectance", silent.details, silent.name).parts
