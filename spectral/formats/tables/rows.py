@@ -67,6 +67,8 @@ _LIT = re.compile(
     re.I,
 )
 _WHITE = re.compile(rf"(?:white|wei(?:ß|ss)|blanco?|bianco|spectralon)\.?{_OF_READINGS}", re.I)
+# Scans without a sample, which a spectrophotometer divides by: "Baseline 100%T".
+_BASELINE = re.compile(r"baseline\W*(?:\d+\W*[rt]?\W*)?", re.I)
 _NEVER_MADE = re.compile(rf"(?:scope|raw){_OF_READINGS}", re.I)
 _RAW = re.compile(
     rf"(?:sample|proben?|[eé]chantillon|muestra|campione|scope|raw|signal|counts?|{_REFERENCES}|{_DARKS})\b.*", re.I
@@ -275,6 +277,9 @@ def empty_columns(
         is_open = axis_unit is None and is_wavelength_header(f"{axis_words} {said}")
         unsaid = axis_unit is None and not (is_open or labelled)
         name = _name(table, head, at, axis, width - len(axes) - len(words or ()))
+        if _BASELINE.fullmatch(name) and width - len(axes) > 1:
+            aside.append(name)
+            continue
         columns.append(
             Column(
                 name,
