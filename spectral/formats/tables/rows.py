@@ -431,7 +431,7 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
         if all(column.is_empty for column in of_row):
             pending += 1
             continue
-        if len(cells) <= max(taken):
+        if len(cells) <= max(at for run, column in zip(runs, of_row, strict=True) if not column.is_empty for at in run):
             raise ragged(line, len(cells), len(heads))
         cells = trimmed(cells)
         if len(cells) > len(heads):

@@ -126,9 +126,10 @@ def test_a_few_readings_beside_a_spectrum_are_none(written):
     np.testing.assert_allclose(read_ones["dark"][1], 0.5 * RED, atol=1e-6)
 
 
-def test_a_spectrum_that_is_missing_in_a_row_is_left_out_of_it(written):
+@pytest.mark.parametrize("cells", [len(NM), 0], ids=["empty cells", "no cells"])
+def test_a_spectrum_that_is_missing_in_a_row_is_left_out_of_it(written, cells):
     rows = [row.split(",") for row in sheet("SCI ?nm", "SCE ?nm").splitlines()]
-    rows[1][1 + len(NM) :] = [""] * len(NM)
+    rows[1][1 + len(NM) :] = [""] * cells
     assert list(found(written("\n".join(map(",".join, rows)) + "\n"))) == ["red SCI", "dark SCI", "dark SCE"]
 
 
@@ -161,3 +162,10 @@ def test_a_row_without_a_name_that_has_another_word_is_called_so(written):
     rows = [",".join(["Name", "Code", *(f"R {nm}nm" for nm in NM)])]
     rows += [",".join([name, code, *(f"{value:.4f}" for value in RED)]) for name, code in (("red", "B1"), ("", "B2"))]
     assert [entry.name for entry in read(written("\n".join(rows) + "\n")).entries] == ["red", "B2"]
+
+
+def test_a_row_that_ends_within_a_spectrum_is_refused(written):
+    rows = [row.split(",") for row in sheet("SCI ?nm", "SCE ?nm").splitlines()]
+    del rows[1][-3:]
+    with pytest.raises(InputError, match="cut short"):
+        read(written("\n".join(map(",".join, rows)) + "\n"))
