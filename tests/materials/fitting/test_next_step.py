@@ -5,13 +5,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from metamer.materials.analytic import OrenNayar
+from metamer.materials.core.fit_error import FitError
+from metamer.materials.fitting.candidate_scoring import Trial
 from metamer.materials.fitting.fit import fit, one_more_step
 from metamer.materials.fitting.term_growth import Growth
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
+ERROR = FitError(0.1, 0.2, 0.3, 0.4, "D65", "1931_2", "sphere", 0.0)
+
 
 def grown(*steps, candidate="lobes", joint=True):
-    return [SimpleNamespace(rank=rank, score=score, candidate=candidate, joint=joint) for rank, score in steps]
+    return [Trial(0, "hd", rank, 0.0, ERROR, score, True, candidate, joint) for rank, score in steps]
 
 
 @pytest.mark.parametrize(
