@@ -6,7 +6,8 @@ numbers stand for light, and which is white. The images stay where they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,8 +16,9 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
-from ...spectral.formats.exr import MAGIC, channel_names, samples_in
+from ...spectral.formats.exr import MAGIC, channel_names, check_size, samples_in
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
+from ...spectral.formats.picture_header import exr_colours, other_than_srgb
 from ...spectral.formats.spectral_exr import wavelength_of
 from ...spectral.spectrum import Spectrum
 from ...spectral.upsampling import upsampling
@@ -29,7 +31,6 @@ from ..btf.surface import MeasuredBtf
 from ..records.material import Provenance
 from ..records.source import MaterialSource, Rejected
 from ..records.stored_files import StoredFiles
-from .btf_headers import header_notes
 from .btf_names import bare_numbers, directions_of, image_name, is_first, members, set_folder, set_name
 from .btf_survey import Sorted, sorted_files, surveyed
 from .input_file import head_of
@@ -52,6 +53,8 @@ _HORIZON = 90.0
 _PROCESS_BYTES, _VIEW_BYTES, _IMAGE_S, _TEXEL_S = 300 << 20, 24, 2e-3, 1.2e-7
 # Of OpenEXR, seconds a number.
 _NUMBER_S = 2.5e-7
+# Of EXIF: how a picture is to be turned; 1 is not at all.
+_ORIENTATION, _UPRIGHT = 0x0112, 1
 
 
 def recognises(path: Path, head: bytes) -> bool:
@@ -305,3 +308,53 @@ def _channels(path: Path, head: bytes) -> tuple[tuple[str, ...], np.ndarray | No
     raise InputError(
         "no image", file=path, field="channels", found=found, expected="R, G and B, X, Y and Z, or wavelengths"
     )
+
+
+def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
+    """Return a note for each thing that headers ask for in vain, with the number of images and the name of the first.
+
+    A file that cannot be opened is passed over: who reads it says what is wrong with it.
+    """
+    from PIL import Image
+
+    turned: list[tuple[Path, int]] = []
+    profiled: list[Path] = []
+    coloured: dict[str, list[Path]] = {}
+    for file in files:
+        try:
+            with Image.open(file) as picture:
+                orientation, profile = picture.getexif().get(_ORIENTATION, _UPRIGHT), picture.info.get("icc_profile")
+                # Of other formats Pillow has read the header.
+                data = file.read_bytes() if picture.format in ("PNG", "AVIF", "BMP") else b""
+                stated = ", ".join(other_than_srgb(picture, data))
+        except Exception:  # OpenEXR, or damaged
+            continue
+        if orientation != _UPRIGHT:
+            turned.append((file, orientation))
+        if profile:
+            profiled.append(file)
+        if stated:
+            coloured.setdefault(stated, []).append(file)
+    notes = []
+    if turned:
+        name, asked = turned[0][0].relative_to(folder), turned[0][1]
+        notes.append(f"images to be turned by EXIF: {len(turned)} ({name}: {asked}), read as they are stored")
+    if profiled:
+        name = profiled[0].relative_to(folder)
+        notes.append(f"images with an ICC profile: {len(profiled)} ({name}), not applied")
+    for stated, named in coloured.items():
+        notes.append(f"images that say {stated}: {len(named)} ({named[0].relative_to(folder)}), not applied")
+    first = next((file for file in files if file.suffix.lower() == ".exr"), None)
+    stated = "" if first is None else ", ".join(_of_exr(first))
+    if first is not None and stated:
+        notes.append(f"images that say {stated}: OpenEXR, by the first ({first.relative_to(folder)}), not applied")
+    return notes
+
+
+def _of_exr(file: Path) -> tuple[str, ...]:
+    """Read what an OpenEXR image of red, green and blue states; those of a set are written alike."""
+    try:
+        header = check_size(file, sys.maxsize)[0]
+    except InputError:
+        return ()
+    return exr_colours(header.attributes) if {"R", "G", "B"} <= set(header.names) else ()

@@ -3,7 +3,7 @@
 import numpy as np
 import OpenEXR
 import pytest
-from metamer.lighting.environment import map_cost
+from metamer.lighting.environment import map_file
 from metamer.lighting.environment.map_file import read_map
 from metamer.runtime import memory
 from metamer.runtime.errors import InputError, UnknownNameError
@@ -207,12 +207,12 @@ def test_reflectances_and_one_wavelength_are_no_light(tmp_path):
 def test_memory_is_said_before_a_pixel_is_read(tmp_path, monkeypatch):
     path = write(tmp_path / "sky.exr", as_type(np.float32))
     lines = []
-    monkeypatch.setattr(map_cost, "SAID_FROM_SECONDS", 0.0)
+    monkeypatch.setattr(map_file, "SAID_FROM_SECONDS", 0.0)
     read_map(path, say=lines.append)
     assert len(lines) == 1 and "32 texels of 3 channels" in lines[0] and "memory" in lines[0]
     monkeypatch.setattr(memory, "available_bytes", lambda: 100)
     refused(path, "does not fit into memory", "half the width takes a quarter")
-    assert map_cost.MapCost(8192 * 4096, 3).memory_bytes > 2e9
+    assert map_file.MapCost(8192 * 4096, 3).memory_bytes > 2e9
 
 
 def test_a_written_picture_of_xyz_is_a_map(tmp_path):

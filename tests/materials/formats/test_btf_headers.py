@@ -1,8 +1,7 @@
 """Notes on a BTF's images: headers that ask for what is not done, and one named in place of its set."""
 
 import pytest
-from metamer.materials.formats.btf import read_sources
-from metamer.materials.formats.btf_headers import header_notes
+from metamer.materials.formats.btf import header_notes, read_sources
 from metamer.materials.formats.registry import format_for
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.import_options import ImportOptions

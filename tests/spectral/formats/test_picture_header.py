@@ -6,7 +6,7 @@ import zlib
 
 import numpy as np
 import pytest
-from metamer.materials.formats.btf_headers import header_notes
+from metamer.materials.formats.btf import header_notes
 from metamer.materials.svbrdf.textures import Texture
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.exr import write_exr

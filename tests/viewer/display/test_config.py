@@ -15,8 +15,8 @@ from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.image import ColourImage
 from metamer.viewer.display.config import COMPENSATED, display_transform, make_config, shown_transform, write_config
 from metamer.viewer.display.gl_pass import DisplayPass
-from metamer.viewer.display.state import display_words
 from metamer.viewer.display.transform import DEFAULT_VIEW, INTERCHANGE_ROLE, DisplayTransform
+from metamer.viewer.review.words import display_words
 
 NAME = "Desk, left"
 
