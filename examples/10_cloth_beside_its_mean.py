@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 from metamer import Catalogue, import_sources, load_scene, render
-from metamer.lighting.synthetic_btf.dyes import dyed
-from metamer.lighting.synthetic_btf.samples import woven
+from metamer.benchmarks.synthetic_btf.dyes import dyed
+from metamer.benchmarks.synthetic_btf.samples import woven
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.formats.btf_writer import write_btf

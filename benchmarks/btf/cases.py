@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from ...lighting.synthetic_btf.samples import corduroy, leather, woven
-from ...lighting.synthetic_btf.synthetic import SyntheticBtf
 from ...materials.btf.hemisphere import Hemisphere
 from ...materials.btf.images import HeldImages
 from ...materials.btf.metric import folding_of
 from ...spectral.basis import SpectralBasis
+from ..synthetic_btf.samples import corduroy, leather, woven
+from ..synthetic_btf.synthetic import SyntheticBtf
 from .png_components import CodedBtf, ubo_directions
 
 #: Folders of coded BTFs, below `btf/` of the data.

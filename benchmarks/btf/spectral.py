@@ -14,8 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from ...lighting.synthetic_btf.dyes import DYES, dyed
-from ...lighting.synthetic_btf.synthetic import SyntheticBtf
 from ...materials.btf.decoding import uplifted_basis
 from ...materials.btf.form import SIZES
 from ...materials.btf.hemisphere import Hemisphere
@@ -26,6 +24,8 @@ from ...materials.btf.reduced import InBasis, reduced
 from ...spectral.basis import SpectralBasis
 from ...spectral.difference import delta_e_xyz
 from ...spectral.upsampling import METHODS, upsampling
+from ..synthetic_btf.dyes import DYES, dyed
+from ..synthetic_btf.synthetic import SyntheticBtf
 from .cases import BtfCase, dye_spectra
 from .methods import stored_bytes
 from .rows import btf_row

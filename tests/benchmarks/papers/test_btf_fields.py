@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from metamer.benchmarks.papers.btf_fields import judged, lafortune, lobe_table, ptm, rfp
-from metamer.lighting.synthetic_btf.samples import woven
+from metamer.benchmarks.synthetic_btf.samples import woven
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages
 from metamer.runtime.errors import InputError

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from btf_sets import UBO, xml3d_btf
 from metamer.benchmarks.papers.btf_fields import judged, rfp
-from metamer.lighting.synthetic_btf.samples import woven
+from metamer.benchmarks.synthetic_btf.samples import woven
 from metamer.materials.btf.decoding import uplifted_basis
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.images import HeldImages

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ...lighting.mesh.ray_index import ray_index
 from ...runtime.errors import InputError
-from ..mesh.ray_index import ray_index
 from .relief import Relief
 
 #: Least sine of a direction's height above the plane: nearer to the horizon there is no image, and rays have no end.

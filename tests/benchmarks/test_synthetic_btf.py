@@ -5,12 +5,12 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
-from metamer.lighting.synthetic_btf.dyes import DYES, dyed, together
-from metamer.lighting.synthetic_btf.rays import PeriodicRays
-from metamer.lighting.synthetic_btf.relief import Relief
-from metamer.lighting.synthetic_btf.samples import corduroy, flat, leather, woven
-from metamer.lighting.synthetic_btf.synthetic import SyntheticBtf
-from metamer.lighting.synthetic_btf.transport import MATT, CoatGloss
+from metamer.benchmarks.synthetic_btf.dyes import DYES, dyed, together
+from metamer.benchmarks.synthetic_btf.rays import PeriodicRays
+from metamer.benchmarks.synthetic_btf.relief import Relief
+from metamer.benchmarks.synthetic_btf.samples import corduroy, flat, leather, woven
+from metamer.benchmarks.synthetic_btf.synthetic import SyntheticBtf
+from metamer.benchmarks.synthetic_btf.transport import MATT, CoatGloss
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.runtime.errors import InputError
 from metamer.spectral.basis import SpectralBasis

@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy import sparse
 
+from ...lighting.vectors import orthonormal_frame
 from ...materials.btf.hemisphere import Hemisphere
-from ..vectors import orthonormal_frame
 from .rays import PeriodicRays, check_above_horizon, off_surface
 from .relief import Relief
 

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
+from ...lighting.vectors import unit
 from ...runtime.errors import InputError
-from ..vectors import unit
 
 
 @dataclass(frozen=True, eq=False)
