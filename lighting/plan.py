@@ -22,6 +22,8 @@ from ..spectral.wavelengths import common_wavelengths, interpolation_matrix
 SPECTRAL_SHARE = 0.1
 # Products of reflectances of as many factors that are looked at: of more, as many are drawn.
 _MOST_PRODUCTS = 1024
+# Pairs of directions that the spectra of a material are looked at in.
+_PAIRS = 48
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,13 +148,13 @@ def bounce_basis(
     return full
 
 
-def _seen_spectra(surface: Fast, wavelengths_nm: Float[np.ndarray, "L"], pairs: int = 48) -> Float[np.ndarray, "N L"]:
+def _seen_spectra(surface: Fast, wavelengths_nm: Float[np.ndarray, "L"]) -> Float[np.ndarray, "N L"]:
     """pi f_r cos(theta_i) of a material (the perfect diffuser facing the light is 1) over fixed points: pairs of
     directions, each somewhere else on a texture."""
     generator = np.random.default_rng(1)
-    wi, wo = _upper_directions(generator, pairs), _upper_directions(generator, pairs)
-    wo[: pairs // 4] = wi[: pairs // 4] * (-1, -1, 1)  # mirror directions: where lobes show their own colour
-    own = np.pi * surface.shaded(Points(wi, wo, generator.random((pairs, 2))))
+    wi, wo = _upper_directions(generator, _PAIRS), _upper_directions(generator, _PAIRS)
+    wo[: _PAIRS // 4] = wi[: _PAIRS // 4] * (-1, -1, 1)  # mirror directions: where lobes show their own colour
+    own = np.pi * surface.shaded(Points(wi, wo, generator.random((_PAIRS, 2))))
     grid = surface.wavelengths_nm
     return own if np.array_equal(grid, wavelengths_nm) else own @ interpolation_matrix(grid, wavelengths_nm).T
 

@@ -23,13 +23,13 @@ _WIDEST, _BRIGHTER = np.radians(20.0), 2.0
 _PIXELS = 400
 
 
-def highlight_protocol(brdf: Brdf, lights_deg: tuple[float, ...] = LIGHT_ANGLES_DEG) -> SphereProtocol | None:
+def highlight_protocol(brdf: Brdf) -> SphereProtocol | None:
     """Return the pixels of the highlight under each light of the sphere protocol; None where the surface has none."""
-    pairs = [pair for angle in lights_deg if (pair := _pixels(brdf, 0.5 * np.radians(angle))) is not None]
+    pairs = [pair for angle in LIGHT_ANGLES_DEG if (pair := _pixels(brdf, 0.5 * np.radians(angle))) is not None]
     if not pairs:
         return None
     wi, wo = (np.concatenate(side) for side in zip(*pairs, strict=True))
-    return SphereProtocol(0, lights_deg, wi, wo)
+    return SphereProtocol(0, LIGHT_ANGLES_DEG, wi, wo)
 
 
 def highlight_width(brdf: Brdf, theta_d: float) -> tuple[float, float]:
