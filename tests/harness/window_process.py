@@ -78,6 +78,19 @@ class It:
     def said(self):
         return " | ".join(one.words for one in self.desk.notices)
 
+    def words(self):
+        """Return all that panels write in a frame, a text each."""
+        heard, kinds = [], ("text_unformatted", "text_disabled", "text_wrapped", "text")
+        real = {kind: getattr(imgui, kind) for kind in kinds}
+        for kind, written in real.items():
+            setattr(imgui, kind, lambda words, written=written: (heard.append(words), written(words))[1])
+        try:
+            self.frames(2)
+        finally:
+            for kind, written in real.items():
+                setattr(imgui, kind, written)
+        return heard
+
     def click(self, label):
         """A widget by its place and label: "Top/A##compare"."""
         self.context.item_click(f"//{label}")

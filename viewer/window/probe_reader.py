@@ -48,13 +48,15 @@ class Probing:
 
     Attributes
     ----------
-    cursor : what the pointer was over when it last rested. pins : as they were last read. problem : why nothing is.
+    cursor : what the pointer was over when it last rested. pins : as they were last read; `fresh` says whether that is
+    of what is seen now. problem : why nothing is.
     """
 
     def __init__(self) -> None:
         self._thread = Background()
         self._rays = _Rays()
         self._asked: dict[str, tuple] = {}
+        self._read: dict[str, tuple] = {}
         self._pinned = 0
         self.cursor: Spot | None = None
         self.pins: tuple[Spot, ...] = ()
@@ -68,6 +70,14 @@ class Probing:
     def busy(self) -> bool:
         """True if something is being read."""
         return self._thread.busy()
+
+    def fresh(self, kind: str, view: ProbedView | None) -> bool:
+        """Return whether what was read last of a kind ("cursor", "pins") is of this view and place.
+
+        view : None of an image.
+        """
+        key = self._read.get(kind)
+        return key is not None and key is self._asked.get(kind) and (view is None or key[0] is view)
 
     def at(self, view: ProbedView, pixel: tuple[int, int]) -> None:
         """Read what the pointer is over; asked again for the same it does nothing."""
@@ -98,10 +108,12 @@ class Probing:
             self.problem = heard.problem
             if heard.problem is not None:
                 continue
-            if heard.kind == "cursor":
-                self.cursor = heard.result if "cursor" in self._asked else None
-            elif heard.kind == "pins":
-                self.pins = heard.result
+            if heard.kind in ("cursor", "pins"):
+                self._read[heard.kind], read = heard.result
+                if heard.kind == "cursor":
+                    self.cursor = read
+                else:
+                    self.pins = read
             else:
                 found.append(heard.result)
         return found
@@ -112,7 +124,7 @@ class Probing:
             one is not other and one != other for one, other in zip(before, key, strict=True)
         ):  # fmt: skip
             self._asked[kind] = key
-            self._thread.ask(kind, work)
+            self._thread.ask(kind, lambda: (key, work()))
 
 
 class _Rays:

@@ -67,6 +67,12 @@ class Desk:
         """Choices of the session."""
         return self.loaded.choices
 
+    @property
+    def looked_at(self) -> tuple[Path, ...]:
+        """Files that the session shows, which nothing is written over."""
+        other = self.session.other.file
+        return (*self.loaded.files, *([] if other is None else [Path(other)]))
+
     def put(self, loaded: Loaded) -> None:
         """Work on what was loaded."""
         self.loaded = loaded
@@ -160,11 +166,10 @@ class Desk:
         if self.path is None:
             self.dialog = "save.as"
         else:
-            self.save_as(str(self.path))
+            self.save_as(self.path)
 
-    def save_as(self, path: str) -> bool:
+    def save_as(self, file: Path) -> bool:
         """Write the session; whether it was written."""
-        file = Path(path if path.lower().endswith(".toml") else f"{path}.toml")
         done = self.attempt(lambda: SESSION_FILE.write(file, self.session), "save", f"Saved: {file}")
         if done:
             self.path = file

@@ -37,20 +37,33 @@ def put_actions(window: Window) -> None:
     window.desk.actions |= actions
 
 
-def screenshot(window: Window, path: str | None = None) -> None:
+def screenshot(window: Window, path: Path | None = None) -> None:
     """Write the picture as a PNG, with the chain in it; named after the time where nobody names it."""
     frame = window.frame
     if frame is None or frame.texture is None:
         window.desk.tell("There is no picture yet", about="screenshot")
         return
-    file = Path(path or f"metamer-{datetime.now():%Y-%m-%d-%H%M%S}.png")
+    file = path or Path(f"metamer-{datetime.now():%Y-%m-%d-%H%M%S}.png")
     window.desk.attempt(lambda: write_screenshot(file, frame, window.desk.session), "screenshot", f"Written: {file}")
 
 
-def probes(window: Window) -> list[Named]:
-    """Return all that is probed now: what the pointer was last over, and the pins, of both sides."""
-    frame, session = window.frame, window.desk.session
-    spots = [*filter(None, [window.probing.cursor]), *window.probing.pins]
+def probes(window: Window) -> list[Named] | None:
+    """Return all that is probed now: what the pointer was last over, and the pins, of both sides; None, and say why,
+    where nothing is, or nothing of what is seen now has been read yet.
+    """
+    frame, session, probing = window.frame, window.desk.session, window.probing
+    view, spots = window.view, []
+    kinds = ["cursor"] if probing.cursor is not None else []
+    kinds += ["pins"] if session.pins and view is not None else []
+    why = None if kinds else "Nothing is probed: move over the picture, or pin a probe"
+    if not all(probing.fresh(kind, view) for kind in kinds):
+        why = probing.problem or "What is probed is still being read: try again once the picture is exact"
+    if why is not None:
+        window.desk.tell(why, about="probe")
+        return None
+    if probing.cursor is not None:
+        spots.append(probing.cursor)
+    spots += probing.pins if "pins" in kinds else ()
     found: list[Named] = []
     for spot in spots:
         for side, reading in zip("AB", spot.readings, strict=False):
@@ -66,29 +79,30 @@ def _shown(frame, session, reading: ProbeReading):
     )  # fmt: skip
 
 
-def keep_picture(window: Window, path: str) -> None:
+def keep_picture(window: Window, file: Path) -> None:
     """Write side A's picture in XYZ, which can be side B of any other."""
     frame = window.frame
-    file = Path(path if path.lower().endswith(".exr") else f"{path}.exr")
-    if isinstance(frame, Frame):
+    if not isinstance(frame, Frame):
+        window.desk.tell("Only a scene's picture is kept: an image is a file already", problem=True, about="keep")
+    else:
         window.desk.attempt(lambda: frame.keep(file), "keep", f"Written: {file}")
 
 
 def copy_probe(window: Window) -> None:
     """Put all probes into the clipboard."""
     found = probes(window)
-    if not found:
-        window.desk.tell("Nothing is probed: move over the picture, or pin a probe", about="probe")
+    if found is None:
         return
     imgui.set_clipboard_text("\n".join(copied(*one) for one in found))
     window.desk.tell(f"Copied: {', '.join(name for name, _, _ in found)}", about="probe")
 
 
-def write_probes(window: Window, path: str, kind: str) -> bool:
-    """Write all probes as CSV ("probe.csv"; spectra in a file beside it) or CxF ("probe.cxf"); whether it was done."""
-    found, suffix = probes(window), ".csv" if kind == "probe.csv" else ".cxf"
-    file = Path(path if path.lower().endswith(suffix) else path + suffix)
-    if suffix == ".cxf":
+def write_probes(window: Window, file: Path) -> bool:
+    """Write all probes as CxF, or as CSV with spectra in a file beside it, by the suffix; whether it was done."""
+    found = probes(window)
+    if found is None:
+        return False
+    if file.suffix.lower() == ".cxf":
         return window.desk.attempt(lambda: write_probes_cxf(file, found), "probe", f"Written: {file}")
     if not any(reading.spectra is not None for _, reading, _ in found):
         return window.desk.attempt(lambda: write_colours(file, found), "probe", f"Written: {file}")
@@ -103,7 +117,9 @@ def write_probes(window: Window, path: str, kind: str) -> bool:
 
 def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> None:
     """Say of what is seen that it is approved, rejected, or neither."""
-    spot, frame, session = window.probing.cursor, window.frame, window.desk.session
+    frame, session, probing = window.frame, window.desk.session, window.probing
+    # Of the light before, it would stand beside the name of this one.
+    spot = probing.cursor if probing.fresh("cursor", window.view) else None
     reading = other = shown = None
     if spot is not None and frame is not None and spot.readings:
         alone = session.compare.mode == "B"

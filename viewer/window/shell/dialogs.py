@@ -15,15 +15,15 @@ from .panels import protocol
 from .widgets import em, quiet
 from .window import Window
 
-# Of dialogs that ask for a file: title, what is asked for, and the button.
+# Of dialogs that ask for a file: title, what is asked for, the button, and the suffix of what is written.
 _FILES = {
-    "open": ("Open", "scene.toml, session.toml or image.exr", "Open"),
-    "save.as": ("Save the session", "session.toml", "Save"),
-    "probe.csv": ("Write the probes as CSV", "probes.csv", "Write"),
-    "probe.cxf": ("Write the probes as CxF", "probes.cxf", "Write"),
-    "protocol.write": ("Write the protocol", "protocol.toml", "Write"),
-    "picture.keep": ("Keep A's picture in XYZ, for B of another time", "picture.exr", "Write"),
-    "screenshot.as": ("Screenshot", "picture.png", "Write"),
+    "open": ("Open", "scene.toml, session.toml or image.exr", "Open", ""),
+    "save.as": ("Save the session", "session.toml", "Save", ".toml"),
+    "probe.csv": ("Write the probes as CSV", "probes.csv", "Write", ".csv"),
+    "probe.cxf": ("Write the probes as CxF", "probes.cxf", "Write", ".cxf"),
+    "protocol.write": ("Write the protocol", "protocol.toml", "Write", ".toml"),
+    "picture.keep": ("Keep A's picture in XYZ, for B of another time", "picture.exr", "Write", ".exr"),
+    "screenshot.as": ("Screenshot", "picture.png", "Write", ".png"),
 }
 #: Commands whose panel is a tab on the right.
 TABS = {"metamerism": "Metamerism", "material.like": "Edit", "rate.note": "Protocol"}
@@ -41,7 +41,7 @@ def draw_dialog(window: Window) -> bool:
         return False
     opened, window.dialog_drawn = window.dialog_drawn != name, name
     if opened:
-        window.kept.typed["dialog"] = ""
+        window.kept.typed["dialog"] = window.kept.typed["written over"] = ""
     wide = {"help": 78.0, "palette": 40.0}.get(name, 34.0)
     room = imgui.get_main_viewport().size
     imgui.set_next_window_pos(ImVec2(room.x / 2.0, min(em(5.0), room.y * 0.1)), 0, ImVec2(0.5, 0.0))
@@ -68,34 +68,47 @@ def _help(window: Window, _opened: bool) -> bool:
 
 
 def _ask_file(window: Window, opened: bool) -> bool:
-    name = window.desk.dialog or ""
-    title, hint, verb = _FILES.get(name, (name, "", "Do it"))
+    name, typed = window.desk.dialog or "", window.kept.typed
+    title, hint, verb, suffix = _FILES[name]
     imgui.text_unformatted(title)
-    if opened:
+    asked = typed.get("written over")
+    if opened or (asked and not imgui.is_any_item_active()):
         imgui.set_keyboard_focus_here()
     imgui.set_next_item_width(-em(6.0))
-    typed = window.kept.typed
     entered, typed["dialog"] = imgui.input_text_with_hint(
         "##file", hint, typed["dialog"], imgui.InputTextFlags_.enter_returns_true
     )
     imgui.same_line()
     clicked = imgui.button(verb)
-    quiet(f"in {Path.cwd()}, or with a folder before it")
     text = typed["dialog"].strip()
-    return bool(text) and (entered or clicked) and _do(window, name, text)
+    file = Path(text if text.lower().endswith(suffix) else text + suffix).expanduser()
+    if text and asked == str(file):
+        quiet(f"{file} is there already: {verb} once more writes over it.")
+    else:
+        quiet(f"in {Path.cwd()}, or with a folder before it")
+    if not text or not (entered or clicked):
+        return False
+    if suffix and file.exists():
+        if any(one.exists() and file.samefile(one) for one in window.desk.looked_at):
+            window.desk.tell(f"{file} is being looked at: name another file", problem=True, about=name)
+            return False
+        if asked != str(file):
+            typed["written over"] = str(file)
+            return False
+    return _do(window, name, file)
 
 
-def _do(window: Window, name: str, text: str) -> bool:
+def _do(window: Window, name: str, file: Path) -> bool:
     """Return whether it was done."""
     desk = window.desk
     doing: dict[str, Callable[[], object]] = {
-        "open": lambda: desk.open(text),
-        "save.as": lambda: desk.save_as(text),
-        "probe.csv": lambda: write_probes(window, text, name),
-        "probe.cxf": lambda: write_probes(window, text, name),
-        "protocol.write": lambda: protocol.write_protocol_file(window, text),
-        "picture.keep": lambda: window.between.append(lambda: keep_picture(window, text)),
-        "screenshot.as": lambda: window.between.append(lambda: screenshot(window, text)),
+        "open": lambda: desk.open(str(file)),
+        "save.as": lambda: desk.save_as(file),
+        "probe.csv": lambda: write_probes(window, file),
+        "probe.cxf": lambda: write_probes(window, file),
+        "protocol.write": lambda: protocol.write_protocol_file(window, file),
+        "picture.keep": lambda: window.between.append(lambda: keep_picture(window, file)),
+        "screenshot.as": lambda: window.between.append(lambda: screenshot(window, file)),
     }
     return doing[name]() is not False
 

@@ -131,6 +131,12 @@ def _scale(window: Window, session: Session, pen: _Pen, corner: ImVec2, size: Im
         words += f"   {over:.1%} over {compare.tolerance:.3g}"
     pen.list.add_text(ImVec2(left + pad, top + pad / 2), pen.colour(95), words)
     bar = top + em(1.9)
+    # Beyond its end, so that the colour of what is above is on it, too.
+    above = em(1.6)
+    width -= above
+    pen.list.add_rect_filled(
+        ImVec2(left + pad + width + em(0.2), bar), ImVec2(left + pad + width + above, bar + thick), _scale_colour(2.0)
+    )
     for step in range(_STEPS):
         low, high = (left + pad + width * place / _STEPS for place in (step, step + 1))
         begin, end = (_scale_colour(place / _STEPS) for place in (step, step + 1))

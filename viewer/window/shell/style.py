@@ -63,6 +63,7 @@ class Style:
             kinds.scrollbar_grab_hovered: 20, kinds.scrollbar_grab_active: 26, kinds.tab_hovered: 15,
             kinds.tab_selected: 13, kinds.table_header_bg: 6, kinds.table_border_light: 7,
             kinds.table_border_strong: 10, kinds.resize_grip: 8, kinds.text_selected_bg: 25,
+            kinds.checkbox_selected_bg: 7,
         }  # fmt: skip
         for kind, step in steps.items():
             style.set_color_(kind, grey(base + sign * step, display))

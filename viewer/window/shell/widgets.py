@@ -123,7 +123,7 @@ def right(words: str) -> None:
 def quiet(words: str) -> None:
     """Write text in a quieter colour, wrapped."""
     imgui.push_style_color(imgui.Col_.text, imgui.get_style().color_(imgui.Col_.text_disabled))
-    imgui.text_wrapped(words.replace("%", "%%"))
+    paragraph(words)
     imgui.pop_style_color()
 
 

@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+from metamer.calibration.report.plots import OVER_RGB
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.gl.tile import read
 from metamer.viewer.window.light_choice import LightChoice
 from metamer.viewer.window.state import MODES, Adaptation
+from PIL import Image
 
 WORDS = {"wipe": "Wipe", "side by side": "Side by side", "checkerboard": "Checker"}
 
@@ -112,6 +114,17 @@ def check_the_map_is_that_of_numpy_and_is_counted(it):
     off = delta_e_xyz(first[both][:, :3], second[both][:, :3], it.frame.whites[0])
     assert abs(found.mean - off.mean()) < 1e-3 and abs(found.p95 - np.percentile(off, 95)) < 0.02
     assert abs(over - (off > it.session.compare.tolerance).mean()) < 1e-3
+
+
+def check_the_scale_has_the_colour_of_what_is_beyond_its_end(it):
+    it.desk.do(lambda session: replace(session, compare=replace(session.compare, scale=100.0)), "Scale")
+    it.settled()
+    beyond = np.array(OVER_RGB)
+    assert not (it.picture() == beyond).all(axis=-1).any()
+    it.capture("map.png")
+    seen = np.asarray(Image.open("map.png").convert("RGB")).astype(int)
+    assert (np.abs(seen - beyond).max(axis=-1) <= 2).sum() > 30
+    it.key("Ctrl+Z")
 
 
 def check_formula_tolerance_and_contour_are_set(it):

@@ -37,6 +37,16 @@ def check_every_tab_is_drawn(it):
         it.tab(tab)
 
 
+def check_shares_are_written_as_shares(it):
+    for _ in range(6):
+        it.key("E")
+    it.tab("Trust")
+    it.settled()
+    it.wait(lambda: any("%) clipped" in one for one in it.words()), "what is clipped")
+    assert not any("%%" in one for one in it.words())
+    it.key("R")
+
+
 def check_an_idle_frame_draws_no_picture_and_reads_none_back(it):
     it.settled()
     it.frames(3)

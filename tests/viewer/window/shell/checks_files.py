@@ -48,6 +48,33 @@ def check_a_session_is_saved_and_restored(it):
     it.key("1")
 
 
+def check_nothing_is_written_over_without_a_word(it):
+    it.settled()
+    text, kept = SCENE.read_text(encoding="utf-8"), Path("kept.toml")
+    kept.write_text("precious = true\n", encoding="utf-8")
+    it.desk.dialog = "save.as"
+    it.frames(3)
+    # The scene that is looked at: refused, whatever else is pressed.
+    it.type("Dialog/##file", str(SCENE))
+    it.type("Dialog/##file", str(SCENE))
+    assert "is being looked at" in it.said and SCENE.read_text(encoding="utf-8") == text
+    # Another file that is there: asked about once.
+    it.type("Dialog/##file", "kept")
+    assert it.desk.dialog == "save.as" and kept.read_text(encoding="utf-8") == "precious = true\n"
+    it.type("Dialog/##file", "kept")
+    assert it.desk.dialog is None and SESSION_FILE.read(kept) == it.session.settled
+    it.desk.forget("save.as")
+    it.desk.path = None
+
+
+def check_a_screenshot_is_a_png_whatever_it_is_called(it):
+    it.desk.dialog = "screenshot.as"
+    it.frames(3)
+    it.type("Dialog/##file", "mine.jpg")
+    it.wait(lambda: "mine.jpg.png" in it.said, "the screenshot")
+    assert Image.open("mine.jpg.png").format == "PNG" and not Path("mine.jpg").exists()
+
+
 def check_what_is_no_scene_is_said(it):
     Path("notes.toml").write_text("hello = [", encoding="utf-8")
     it.window.dropped(["notes.toml"])

@@ -119,6 +119,7 @@ def check_the_panels_are_grey_in_both_interfaces(it):
         it.frames(2)
         colours = [imgui.get_style().color_(number) for number in range(int(imgui.Col_.count))]
         assert all(max(one.x, one.y, one.z) - min(one.x, one.y, one.z) < 0.01 for one in colours)
+        assert abs(colours[imgui.Col_.check_mark].x - colours[imgui.Col_.checkbox_selected_bg].x) > 0.4
         # The words of a slider stand on what it is dragged by.
         words = colours[imgui.Col_.text].x
         for grab in (imgui.Col_.slider_grab, imgui.Col_.slider_grab_active):

@@ -101,6 +101,35 @@ def check_probes_are_copied_and_written(it):
     assert "CxF" in Path("probes.cxf").read_text(encoding="utf-8")[:500]
 
 
+def check_readings_of_the_view_before_are_none(it):
+    """While the view changes, pins have no numbers, nothing is copied, and a rating holds none."""
+    from imgui_bundle import imgui
+
+    it.settled()
+    it.point(0.5, 0.45)
+    it.wait(lambda: it.window.probing.fresh("pins", it.window.view), "the pins")
+    lightness = f"{it.window.probing.pins[0].readings[0].lab[0]:.2f}"
+    assert lightness in it.words()
+    imgui.set_clipboard_text("before")
+    x, y = it.point(0.5, 0.45)
+    it.context.mouse_down(0)
+    it.context.mouse_move_to_pos((x + 60, y))
+    it.frames(1)
+    assert it.window.moving
+    words = it.words()
+    assert "being read" in words and lightness not in words
+    it.desk.run("probe.copy")
+    it.desk.run("rate.approved")
+    assert imgui.get_clipboard_text() == "before" and "still being read" in it.said
+    assert it.session.ratings[-1].probed == ()
+    it.context.mouse_up(0)
+    it.frames(2)
+    for _ in range(2):
+        it.key("Ctrl+Z")
+    it.settled()
+    it.wait(lambda: lightness in it.words(), "the pin where it was")
+
+
 def check_what_the_display_is_sent_is_what_the_probe_says(it):
     reading = it.window.probing.pins[0].readings[0]
     column, row = it.window.probing.pins[0].pixel

@@ -34,7 +34,8 @@ def draw(window: Window) -> None:
         for name, width in (("", 1.6), ("", 0.4), ("L*", 1.0), ("a*", 1.0), ("b*", 1.0), ("", 0.5)):
             imgui.table_setup_column(name, imgui.TableColumnFlags_.width_stretch, width)
         imgui.table_headers_row()
-        known = {spot.name: spot for spot in window.probing.pins}
+        fresh = window.probing.fresh("pins", window.view)
+        known = {spot.name: spot for spot in window.probing.pins if fresh}
         for pin in session.pins:
             spot = known.get(pin.name)
             if spot is None or spot.pixel is None:

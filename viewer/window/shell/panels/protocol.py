@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 from imgui_bundle import imgui
 
@@ -58,8 +59,7 @@ def _entry(window: Window, one: Rating) -> None:
         )
 
 
-def write_protocol_file(window: Window, path: str) -> bool:
+def write_protocol_file(window: Window, file: Path) -> bool:
     """Write the protocol; whether that was done."""
-    file = path if path.lower().endswith(".toml") else f"{path}.toml"
     ratings = window.desk.session.ratings
     return window.desk.attempt(lambda: write_protocol(file, ratings), "protocol", f"Written: {file}")
