@@ -355,3 +355,13 @@ def test_readings_towards_the_mirror_of_a_chart_may_be_far_above_white(written, 
     content, _ = _with_its_scale("norm", 8.0 * PERCENT, "percent" if norm == 100 else "fraction")
     file = read_spectra(written(content.replace("\nred ", f'\n"{name}" '), "silver.txt"))
     np.testing.assert_allclose(file.entries[0].spectrum.samples, 0.08 * PERCENT, rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["Baseline 100%R", "Baseline 0%R", "Baseline"])
+def test_the_baseline_of_a_spectrophotometer_is_no_sample(written, name):
+    rows = [[f"{nm:.3f}", "98.2", f"{nm:.3f}", f"{nm / 10:.3f}"] for nm in range(700, 399, -20)]
+    lines = [[name, "", "Red", ""], ["Wavelength (nm)", "%R", "Wavelength (nm)", "%R"], *rows]
+    file = read_spectra(written("\n".join(map(",".join, lines)) + "\n"))
+    (entry,) = file.entries
+    assert entry.name == "Red" and entry.spectrum.samples[0] == 0.4
+    assert any(f"left out: {name}" in note for note in file.notes)

@@ -591,12 +591,3 @@ def test_more_headings_than_columns_are_refused(written, separator):
 def test_a_heading_with_the_separator_above_one_column_is_of_it(written):
     lines = [["nm", "Reflectance", "fraction"], *([str(nm), "0.2"] for nm in range(400, 701, 20))]
     assert set(only(read(written("\n".join(map(",".join, lines)) + "\n"))).spectrum.samples) == {0.2}
-
-
-@pytest.mark.parametrize("name", ["Baseline 100%R", "Baseline 0%R", "Baseline"])
-def test_the_baseline_of_a_spectrophotometer_is_no_sample(written, name):
-    rows = [[f"{nm:.3f}", "98.2", f"{nm:.3f}", f"{nm / 10:.3f}"] for nm in range(700, 399, -20)]
-    lines = [[name, "", "Red", ""], ["Wavelength (nm)", "%R", "Wavelength (nm)", "%R"], *rows]
-    file = read(written("\n".join(map(",".join, lines)) + "\n"))
-    assert only(file).name == "Red" and only(file).spectrum.samples[0] == 0.4
-    assert any(f"left out: {name}" in note for note in file.notes)
