@@ -9,6 +9,7 @@ else the file says) is in the record's `original`, so that nothing is lost to th
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from types import ModuleType
 from typing import Any
 
 from ...runtime.errors import InputError
-from ...spectral.angles import AngleReading, Thing, things, without_light
+from ...spectral.angles import AngleReading, Thing, Unlit, things, without_light
 from ...spectral.formats import csv, spectral_exr, xlsx
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.registry import (
@@ -144,9 +145,29 @@ def _at_angles(
     others = [at for at, one in enumerate(file.entries) if one.spectrum.quantity in _FACTORS and one.name not in drawn]
     told = [file.entries[at] for at in others]
     unlit = without_light([one.name for one in told], [{**beside, **one.details} for one in told])
+    if len(told) == 1 and not unlit:
+        words = _files_at_angles(path.parent, path.parent.stat().st_mtime_ns).get(path.name)
+        unlit = {} if words is None else {0: Unlit(words, 0.0, True)}
     if each or not any(told[at].spectrum.quantity == "reflectance" for at in unlit):
         return ([] if each else found), drawn | ({told[at].name: each for at in unlit} if each else {}), {}
     return found, drawn, {others[at]: one.words for at, one in unlit.items()}
+
+
+@lru_cache(maxsize=1)  # files of a folder are read one after the other
+def _files_at_angles(folder: Path, mtime_ns: int) -> dict[str, str]:
+    """Names of all files that are called after one thing at several aspecular angles, as `without_light` has it, by the
+    name of each of them; none where the folder must not be listed.
+    """
+    by_suffix: dict[str, list[str]] = {}
+    with suppress(PermissionError):
+        for one in folder.iterdir():
+            by_suffix.setdefault(one.suffix, []).append(one.name)
+    found: dict[str, str] = {}
+    for suffix, names in by_suffix.items():
+        names.sort()
+        at = without_light([name.removesuffix(suffix) for name in names], [{}] * len(names))
+        found |= dict.fromkeys((names[one] for one in at), ", ".join(names[one] for one in at))
+    return found
 
 
 def _coating(

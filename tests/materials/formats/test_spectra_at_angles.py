@@ -493,3 +493,28 @@ def test_blocks_of_a_paint_at_several_angles_are_no_matt_surfaces(tmp_path, labe
     (tmp_path / "blocks.csv").write_text("\n".join(blocks), encoding="utf-8")
     found = list(read_sources(tmp_path / "blocks.csv", answer=ImportOptions("reflectance", "fraction")))
     assert len(found) == 1 and isinstance(found[0], Rejected) and "no matt surfaces" in str(found[0].reason)
+
+
+@pytest.mark.parametrize("name", ["Silver {}°", "Silver_{}", "Silver as{}", "{} deg silver"])
+def test_files_of_a_paint_at_one_angle_each_are_no_matt_surfaces(tmp_path, name):
+    for at in (15, 45, 110):
+        written(tmp_path / f"{name.format(at)}.csv", {"reflectance": BLUE})
+    written(tmp_path / "Card.csv", {"reflectance": BLUE})
+    answer = ImportOptions("reflectance", "fraction")
+    for path in sorted(tmp_path.glob("*.csv")):
+        (found,) = read_sources(path, answer=answer)
+        if path.stem == "Card":
+            assert found.model == "lambert"
+        else:
+            assert isinstance(found, Rejected) and name.format(110) in str(found.reason)
+    (found,) = read_sources(
+        tmp_path / f"{name.format(15)}.csv", answer=ImportOptions("reflectance", "fraction", angles="matt")
+    )
+    assert found.model == "lambert"
+
+
+def test_numbered_files_are_surfaces(tmp_path):
+    for at in range(10, 121, 5):
+        written(tmp_path / f"Silver_{at}.csv", {"reflectance": BLUE})
+    (found,) = read_sources(tmp_path / "Silver_15.csv", answer=ImportOptions("reflectance", "fraction"))
+    assert found.model == "lambert"
