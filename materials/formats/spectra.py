@@ -165,8 +165,8 @@ def _files_at_angles(folder: Path, mtime_ns: int) -> dict[str, str]:
     found: dict[str, str] = {}
     for suffix, names in by_suffix.items():
         names.sort()
-        at = without_light([name.removesuffix(suffix) for name in names], [{}] * len(names))
-        found |= dict.fromkeys((names[one] for one in at), ", ".join(names[one] for one in at))
+        alike = [names[at] for at in without_light([name.removesuffix(suffix) for name in names], [{}] * len(names))]
+        found |= dict.fromkeys(alike, ", ".join(alike))
     return found
 
 
