@@ -146,6 +146,10 @@ _POLARISED_IN_NAME = re.compile(r"\b(?:(?P<no>(?:un|non) ?)|cross(?:ed)? )?polar
 _GEOMETRY_IN_NAME = re.compile(
     r"(?<![\w./:])(?:45°?[acx]?[:/]0°?|0°?[:/]45°?[acx]?|d[ie]?[:/]\s?8°?|8°?[:/]d[ie]?)(?![\w./:])", re.I
 )
+# In the name of a file neither a slash nor a colon stands between them.
+_GEOMETRY_IN_FILE_NAME = re.compile(
+    r"(?<![A-Za-z0-9])(?<!\d[-_ ])(?:45[-_ ]0|0[-_ ]45|d[-_ ]?8|8[-_ ]?d)(?![A-Za-z0-9])(?![-_ ]\d)", re.I
+)
 
 _KINDS = ("directional", "sphere", "multi-angle")
 
@@ -185,6 +189,11 @@ class Geometry(NamedTuple):
         return all(one is None or two is None or abs(one - two) <= ALIKE_DEGREES for one, two in angles)
 
 
+#: Label of the name of its file among the details of a reading.
+FILE_NAME = "file name"
+_CONDITION_IN_NAME = re.compile(r"(?<![A-Za-z0-9])M[0-3](?![0-9A-Za-z])")
+
+
 class StatedPart(NamedTuple):
     """One part of a measurement: what is compared, in the words of the file, and the field in which they stand."""
 
@@ -212,7 +221,8 @@ class Measurement:
         Parameters
         ----------
         quantity : of its spectrum; None where there is only a colour.
-        details : as readers give them; `format` among them tells which labels are those of CxF3.
+        details : as readers give them; `format` among them tells which labels are those of CxF3, and `FILE_NAME` may
+            state what neither they nor the name do.
         name : of the reading, which may state its specular component or its angle.
         """
         parts: dict[str, StatedPart] = {}
@@ -225,6 +235,8 @@ class Measurement:
             # Words such as "multi-angle" leave the angle to the name.
             if stated is None or (isinstance(stated.value, Geometry) and not stated.value.is_known):
                 parts[part] = said
+        for part, said in _in_file_name(details.get(FILE_NAME, "")):
+            parts.setdefault(part, said)
         if "polarisation" not in parts and (m := parts.get("measurement condition")) and m.value == "M3":
             parts["polarisation"] = StatedPart(True, m.words, m.field)
         if "polarisation" not in parts and (no := parts.get("filter")) and _NO_FILTER.fullmatch(no.words):
@@ -528,6 +540,17 @@ def _in_name(name: str) -> list[tuple[str, StatedPart]]:
         if geometry is not None:
             found.append(("geometry", StatedPart(geometry, angles[0][0].strip(), "the name")))
     return found
+
+
+def _in_file_name(name: str) -> list[tuple[str, StatedPart]]:
+    """Parts that the name of a file states: those of a name, and M0 to M3, 45-0 and d8 as words of their own."""
+    found = _in_name(name)
+    if len(conditions := set(_CONDITION_IN_NAME.findall(name))) == 1:
+        (word,) = conditions
+        found.append(("measurement condition", StatedPart(word, word, "")))
+    if len(pairs := set(_GEOMETRY_IN_FILE_NAME.findall(name))) == 1:
+        found += _geometry(":".join(re.findall(r"\d+|d", pairs.pop().lower())), "")
+    return [(part, said._replace(field="the name of the file")) for part, said in found]
 
 
 def _quantity_of(details: Mapping[str, str]) -> str | None:

@@ -13,7 +13,7 @@ from ...runtime.errors import InputError
 from ...spectral.formats.colours_only import Coloured, UnclearColoursError, read_colours
 from ...spectral.formats.registry import details_of_readings, read_filling_gaps
 from ...spectral.illuminants import illuminant
-from ...spectral.measurement import Measurement
+from ...spectral.measurement import FILE_NAME, Measurement
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
 from ...spectral.spectrum import Spectrum
@@ -42,7 +42,7 @@ def readings_side(path: Path, seen: SeenSpectra) -> ComparedSide:
             raise refusal from None
         return _colours_side(path, colours)
     _check_names(path, [entry.name for entry in file.entries])
-    eye, beside = observer(seen.observer), details_of_readings(file)
+    eye, beside = observer(seen.observer), details_of_readings(file, path)
     rows = []
     for entry in file.entries:
         if entry.spectrum.quantity == "emission":
@@ -82,6 +82,7 @@ def _colours_side(path: Path, colours: Sequence[Coloured]) -> ComparedSide:
     rows = []
     for one in colours:
         name, stated = one.name, one.stated
+        measured = Measurement.of(None, {**one.details, FILE_NAME: path.stem}, name)
         sample = Sample(name, str(path), stated=stated)
         for colour in stated:
             if colour.illuminant is None or colour.observer is None:
@@ -97,7 +98,7 @@ def _colours_side(path: Path, colours: Sequence[Coloured]) -> ComparedSide:
             row = RowName(name, light, observer(eye).name)
             if row not in [told.name for told in rows[-len(stated) :]]:
                 layer = PixelLayer(partial(_stated, sample, light, eye), path)
-                rows.append(Row(row, {"reading": layer}, measurement=one.measurement))
+                rows.append(Row(row, {"reading": layer}, measurement=measured))
     chain = ("Colours without spectra count for the light and observer that their file states.",)
     return ComparedSide(path, "readings", tuple(rows), {}, chain)
 

@@ -15,7 +15,7 @@ from ...spectral.angles import FEWEST, AngleReading, Thing, things, without_ligh
 from ...spectral.formats.colours_only import UnclearColoursError, colour_in, read_colours
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.registry import StatedColour, details_of_readings, read_filling_gaps
-from ...spectral.measurement import MUST, Geometry, Measurement, StatedPart, geometry_in, refusal
+from ...spectral.measurement import FILE_NAME, MUST, Geometry, Measurement, StatedPart, geometry_in, refusal
 from ...spectral.sample import Sample, check_covers
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum
 from ..effect_coating.off_specular import effect_of, light_and_detector
@@ -190,7 +190,9 @@ def measurement_of(material: MaterialRecord) -> Measurement:
     quantity: Quantity = "reflectance"
     if material.quantity in ("transmittance", "radiance factor"):
         quantity = "transmittance" if material.quantity == "transmittance" else "radiance factor"
-    return Measurement.of(quantity, kept | geometry | {"format": form})
+    file = Path(str(material.original.get("file", ""))).stem
+    said = kept | geometry | {"format": form, FILE_NAME: file}
+    return Measurement.of(quantity, said, str(material.original.get("name", "")))
 
 
 def _geometry_of(material: MaterialRecord) -> str:
@@ -220,7 +222,7 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
                     str(path),
                     stated=one.stated,
                     details=one.details,
-                    measurement=one.measurement,
+                    measurement=Measurement.of(None, {**one.details, FILE_NAME: path.stem}, one.name),
                     notes=(f"{path.name}: {one.details['converted']}",) if "converted" in one.details else (),
                 )
                 for one in colours
@@ -234,7 +236,7 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
             raise reason
     if not file.entries:
         raise file.rejected[0][1] if file.rejected else InputError("no readings", file=path, expected="at least one")
-    beside = details_of_readings(file)
+    beside = details_of_readings(file, path)
     found = [Sample.of_entry(entry, str(path), beside) for entry in file.entries]
     details = {key: value for key, value in file.details.items() if isinstance(value, str)}
     told = [left_out] if left_out else []

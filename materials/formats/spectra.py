@@ -128,7 +128,7 @@ def _at_angles(
     "lambert" or "radiance factor" as the answer says, else None, and the coatings are the materials. Last, by their
     place, words of readings that seem to be at angles without that of the light, where some would be matt unasked.
     """
-    beside = details_of_readings(file)
+    beside = details_of_readings(file, path)
     readings = [
         AngleReading(
             one,

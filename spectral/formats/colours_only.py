@@ -13,7 +13,7 @@ import numpy as np
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
 from ..angles import are_angles, geometry_of_columns
-from ..measurement import Measurement, conditions_in, is_condition
+from ..measurement import conditions_in, is_condition
 from .cgats import conditions_of, illuminants_of, observers_of, recognises
 from .cgats_tables import read_tables
 from .cxf import colours_without_spectra
@@ -69,11 +69,6 @@ class Coloured(NamedTuple):
     name: str
     stated: tuple[StatedColour, ...]
     details: Mapping[str, str]
-
-    @property
-    def measurement(self) -> Measurement:
-        """The conditions that the details state."""
-        return Measurement.of(None, self.details, self.name)
 
     def with_conditions(self, light: str | None, eye: str | None) -> Coloured:
         """Return it with the illuminant and the observer for colours that state none."""

@@ -15,6 +15,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
+from ..measurement import FILE_NAME
 from ..spectrum import Spectrum
 from .import_options import NO_ANSWER, AgainstAnswerError, ImportOptions, contradiction
 from .unread_sheets import unread_sheet
@@ -114,13 +115,14 @@ class SpectralFile:
     rejected: tuple[tuple[str, InputError], ...] = ()
 
 
-def details_of_readings(file: SpectralFile) -> dict[str, str]:
-    """Collect the details of measurement that a file states for all its readings: its format, and the header of a text.
+def details_of_readings(file: SpectralFile, path: str | Path) -> dict[str, str]:
+    """Collect the details of measurement that a file states for all its readings: its format, its name, and the header
+    of a text.
 
     CxF3 and CGATS say it reading by reading, and beside other tables.
     """
     header = {} if file.format in ("CxF3", "CGATS") else {key: str(value) for key, value in file.details.items()}
-    return {**header, "format": file.format}
+    return {**header, "format": file.format, FILE_NAME: Path(path).stem}
 
 
 def readers() -> tuple[ModuleType, ...]:

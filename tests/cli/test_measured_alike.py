@@ -107,6 +107,48 @@ def test_readings_that_were_not_measured_alike_are_refused(metamer, tmp_path, co
     assert "across unlike conditions" in page.read_text(encoding="utf-8")
 
 
+NAMES = [
+    ("red_SCI", "red_SCE", "geometry"),
+    ("chart M0", "chart M1", "condition"),
+    ("black_backing", "white_backing", "condition"),
+    ("red_45-0", "red_d8", "geometry"),
+]
+
+
+@pytest.mark.parametrize("form", ["spectra", "colours"])
+@pytest.mark.parametrize(("named", "otherwise", "crossing"), NAMES)
+@pytest.mark.parametrize("command", [("match",), ("report", "compare")])
+def test_names_of_files_say_how_their_readings_were_measured(
+    metamer, tmp_path, command, named, otherwise, crossing, form
+):
+    one, other = tmp_path / f"{named}.csv", tmp_path / f"{otherwise}.csv"
+    for path, factor in ((one, 1.0), (other, 1.02)):
+        if form == "spectra":
+            table(path, [], factor)
+        else:
+            path.write_text(f"Illuminant: D65, Observer: 10\nName,L*,a*,b*\nred,{50.0 * factor},40,30\n")
+    code, _, err = metamer(*command, one, other)
+    assert code == 3 and "the name of the file" in err and f"--across {crossing}" in err
+    # A file's own words are before its name.
+    said = ["Geometry: 45/0"] if "45" in named else ["Specular component: SCI", "Backing: black", "Condition: M0"]
+    stated = table(tmp_path / f"{otherwise} of another day.csv", said, 1.02)
+    assert metamer("match", table(one, []), stated)[0] == 0
+
+
+def test_materials_of_a_catalogue_are_compared_as_their_names_and_files_say(metamer, tmp_path):
+    (tmp_path / "in").mkdir()
+    for name, factor in (("chart_SCI", 1.0), ("chart_SCE", 1.02)):
+        table(tmp_path / "in" / f"{name}.csv", [], factor)
+    heads = "nm,red SCI (%R),red SCE (%R)"
+    rows = [f"{nm},{100 * value:.4f},{102 * value:.4f}" for nm, value in zip(NM, RED, strict=True)]
+    (tmp_path / "in" / "both.csv").write_text("\n".join([heads, *rows, ""]))
+    kept = tmp_path / "kept"
+    assert metamer("catalogue", "import", "--catalogue", kept, tmp_path / "in")[0] == 0
+    for one, other in (("chart-sci/red", "chart-sce/red"), ("both/red-sci", "both/red-sce")):
+        code, _, err = metamer("match", one, other, "--catalogue", kept)
+        assert code == 3 and "--across geometry" in err, err
+
+
 @pytest.mark.parametrize("command", [("match",), ("report", "compare")])
 def test_film_is_never_compared_with_paint(metamer, tmp_path, command):
     one, other = cxf(tmp_path / "a.cxf"), cxf(tmp_path / "b.cxf", kind="Transmittance")

@@ -193,7 +193,7 @@ def test_lines_above_a_table_state_conditions_however_they_are_written(tmp_path,
     path.write_text(f"{line.format(label, words)}\nnm;red R%;blue R%\n{rows}")
     file = read_spectra(path)
     for entry in file.entries:
-        assert part in Measurement.of("reflectance", details_of_readings(file) | dict(entry.details)).parts
+        assert part in Measurement.of("reflectance", details_of_readings(file, path) | dict(entry.details)).parts
 
 
 @pytest.mark.parametrize(("head", "words"), [("Filter", "none"), ("Polarization", "none"), ("Geometry", "45/0")])
