@@ -17,9 +17,11 @@ from ..lighting.scene_file.files import load_scene
 from ..materials.catalogue.catalogue import Catalogue
 from ..runtime.blas import blas
 from ..runtime.distribution import installed_version
+from ..runtime.progress import TimeLeft
 from ..spectral.observers import observer
 from .picture import Warn, unheard
 from .render.session import RenderSession
+from .review.expected_work import ReviewWork
 from .review.files import picture_name
 from .review.review import review
 
@@ -37,10 +39,13 @@ def run_suite(
     scheduler: str | None = None,
     again: bool = False,
     progress: Progress | None = None,
+    left: TimeLeft | None = None,
     warn: Warn = unheard,
     resumed: Callable[[int, int], None] = lambda found, total: None,
 ) -> ComparedSide:
     """Render what is not there yet into `out/reviews`; `again` renders all of it.
+
+    left : is told what all reviews are expected to take and what is done, to estimate the time left from.
 
     Raises
     ------
@@ -49,7 +54,11 @@ def run_suite(
     rows: list[Row] = []
     facts: dict[str, str] = {}
     chain: dict[str, None] = {}
-    for name, scene, camera in _views(suite, catalogue):
+    left, views = TimeLeft() if left is None else left, list(_views(suite, catalogue))
+    for name, scene, camera in views:
+        asked = suite.materials or None, suite.illuminants or None
+        ReviewWork(out / REVIEWS / name, left).expect_scene(scene, catalogue, camera, *asked, jobs)
+    for name, scene, camera in views:
         folder = out / REVIEWS / name
         review(
             scene,
@@ -64,6 +73,7 @@ def run_suite(
             scheduler=scheduler,
             version=installed_version(),
             progress=progress,
+            left=left,
             warn=warn,
             again=again,
             resumed=resumed,

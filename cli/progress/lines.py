@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -92,7 +92,7 @@ def progress_bar(
     *,
     quiet: bool = False,
     after: float = 0.0,
-    stages: Sequence[tuple[str, float]] = (),
+    stages: Iterable[tuple[str, float]] = (),
     work: TimeLeft | None = None,
 ) -> Iterator[Callable[[int, int, str], None]]:
     """A live bar with the time left on a terminal; elsewhere a line every tenth of the way, and now and then in

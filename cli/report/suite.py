@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...runtime.progress import TimeLeft
 from ..options import add_catalogue_option, add_renderer_option, add_scheduler_option, catalogue_for, positive_count
 from ..output import on_standard_output, say, warn
 from ..progress.lines import progress_bar
@@ -56,7 +57,8 @@ def render_suite_side(
     if why is not None:
         # Standard output may be a program's.
         say(f"no OpenGL here, so the software path renders. {why}")
-    with renderer, progress_bar("Rendering", quiet=on_standard_output(getattr(args, "json", None))) as progress:
+    quiet, left = on_standard_output(getattr(args, "json", None)), TimeLeft()
+    with renderer, progress_bar("Rendering", quiet=quiet, work=None if args.scheduler else left) as progress:
         renderer.configure(jobs=args.jobs, on_message=say)
         side = run_suite(
             suite,
@@ -67,6 +69,7 @@ def render_suite_side(
             scheduler=args.scheduler,
             again=args.again,
             progress=progress,
+            left=left,
             warn=warn,
             resumed=lambda found, total: say(f"resumed: {found} of {total} rows were there"),
         )

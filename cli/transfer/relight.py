@@ -25,9 +25,18 @@ from .changes import add_change_options, by_part, given_materials, relit_lights
 from .wishes import Changes, add_wish_options, check_wishes, with_wishes, write_steps
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from ...calibration.report.statistics import DeltaEStatistics
+    from ...lighting.camera import Camera
     from ...lighting.scene import Scene
     from ...viewer.sheets.relight_compare import Relit
+
+# Seconds that a picture which should be quick has before it says how far it is.
+_LATE_S = 2.0
+# Rays that were traced are read in this share of the time.
+_READ = 0.05
+_TURNING = "turning"
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:
@@ -98,13 +107,13 @@ def run(args: argparse.Namespace) -> int:
     after, catalogue = changes.scene, changes.catalogue
     out = made_folder(args.out)
     folder, most = args.kept or transfer_folder(), most_bytes()
-    built = None
-    begun = time.monotonic()
-    if most and not needs_none(before):
-        with progress_bar("Tracing") as progress:
+    built, traces = None, bool(most) and not needs_none(before)
+    stages = _stages(before, before.camera(args.camera), traces, args.spectral, args.turntable or 0)
+    with renderer_for(args.renderer) as renderer, progress_bar("Relighting", after=_LATE_S, stages=stages) as progress:
+        begun = time.monotonic()
+        if traces:
             built = build_rays(before, folder, args.rays, jobs, progress, say=say, most=most)
-    tracing = time.monotonic() - begun
-    with renderer_for(args.renderer) as renderer, progress_bar("Relighting", after=2.0) as progress:
+        tracing = time.monotonic() - begun
         renderer.configure(rays_folder=folder, rays=args.rays, jobs=jobs, on_message=say, on_progress=progress)
         found = relit(before, after, catalogue, renderer, args.camera, warn)
         notes = [*bounces_notes(after, renderer)]
@@ -118,13 +127,13 @@ def run(args: argparse.Namespace) -> int:
         if changes.part is not None:
             files += write_steps(changes, found.after, catalogue, out, renderer, args.camera, warn)
         if args.turntable:
-            # The renderer's own work would have the bar begin anew with each picture.
+            # Pictures are counted, not the renderer's own work on each.
             renderer.configure(on_progress=None)
             frames = []
             for made in turntable(after, catalogue, args.camera, renderer, args.turntable):
                 frames.append(out / f"turn-{len(frames):03d}.png")
                 made.write(frames[-1], warn, renderer)
-                progress(len(frames), args.turntable, "turning")
+                progress(len(frames), args.turntable, _TURNING)
             files += [*frames, out / "turntable.webp"]
             write_animated(files[-1], frames)
     for note in (*after.notes, *changes.notes, *notes):
@@ -142,6 +151,32 @@ def run(args: argparse.Namespace) -> int:
         for path in figures_file(args.json):
             print(path)
     return 0
+
+
+def _stages(before: Scene, view: Camera, traces: bool, spectral: bool, turns: int) -> Iterator[tuple[str, float]]:
+    """Yield the work and what is expected of it: rays, both states without light between surfaces and with it, and
+    what else is asked for.
+    """
+    from ...viewer.render.picture_cost import picture_cost
+    from ...viewer.render.scene_layers import BOUNCES, DRAWING, INTERREFLECTION, VISIBILITY
+
+    stages = picture_cost(before, view).stages
+    of = dict(stages)
+    if traces:
+        yield INTERREFLECTION, of.get(INTERREFLECTION, 0.0)
+    yield from (stage for stage in stages if stage[0] == VISIBILITY)
+    yield from 2 * [(DRAWING, of[DRAWING])]
+    if BOUNCES in of:
+        # What was traced is only read.
+        yield INTERREFLECTION, of[INTERREFLECTION] * (_READ if traces else 1.0)
+    for _ in ("before", "after"):
+        if BOUNCES in of:
+            yield BOUNCES, of[BOUNCES]
+        yield DRAWING, of[DRAWING]
+    if spectral:
+        yield DRAWING, dict(picture_cost(before, view, "spectra").stages)[DRAWING]
+    if turns:
+        yield _TURNING, turns * of[DRAWING]
 
 
 def _table(found: Relit) -> str:

@@ -54,6 +54,9 @@ _AUTO_BOUNCES = 8
 # trace these, and to follow light along them.
 _SITE, _SITE_TRACED_SECONDS, _SITE_SECONDS = 9_000, 1e-4, 7e-4
 
+# Wavelengths that are drawn in the time of a picture in XYZ.
+_COLUMNS = 12
+
 # Share of the most seconds that visibility takes as a rule: sites are shut, or foretold from those beside them.
 _AS_A_RULE = 0.25
 
@@ -141,7 +144,8 @@ def picture_cost(
         seconds = samples * lights * _REFERENCE_SECONDS + drawn_directions
     elif kind == "spectra":
         found = drawn + pixels * len(WORKING_WAVELENGTHS_NM) * _PIXEL_AND_WAVELENGTH
-        seconds = followed + drawing * len(WORKING_WAVELENGTHS_NM) / 12
+        drawing *= len(WORKING_WAVELENGTHS_NM) / _COLUMNS
+        seconds = followed + drawing
     elif kind == "review":
         found = drawn + traced + samples * _SAMPLE + 2 * picture * spectra
         found += jobs * (samples * (_SEEN + _SEEN_AND_LIGHT * lights) + 24 * pixels * spectra + sums)

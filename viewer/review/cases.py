@@ -126,7 +126,7 @@ def prepare_review(
     if materials and scene.review is None:
         where = f'The scene has no [review]: the materials are put on its first part, "{scene.reviewed_part}".'
         scene = replace(scene, notes=(*scene.notes, where))
-    pictured = _pictured(scene, catalogue, materials)
+    pictured = pictured_scenes(scene, catalogue, materials)
     records = {
         material_id: catalogue.surface(material_id)
         for material_id in dict.fromkeys(m for one, _ in pictured for m in one.material_ids)
@@ -199,7 +199,7 @@ def _check_materials(
             records[name].brdf()
 
 
-def _pictured(
+def pictured_scenes(
     scene: Scene, catalogue: Catalogue, materials: Sequence[str] | None
 ) -> list[tuple[Scene, tuple[str, ...]]]:
     """Return the scenes that are drawn, and which materials of each are judged."""

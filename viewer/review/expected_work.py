@@ -17,6 +17,7 @@ from ...materials.records.models import MEASURED
 from ...materials.records.record_head import read_head
 from ...runtime.progress import TimeLeft
 from ..render.picture_cost import picture_cost
+from .cases import pictured_scenes, reviewed_lights_of
 
 # A reference beside that of a gloss paint: of matt materials, of measured ones, and of those whose sums over directions
 # a process has from one before.
@@ -67,6 +68,20 @@ class ReviewWork:
             self._left.expect((self._out, "rows", number), "rows", count * (_ROW + _ROW_PIXEL * size), "behind")
             rows += count
         self._left.expect((self._out, "report"), "report", _REPORT_ROW * rows, "last")
+
+    def expect_scene(
+        self,
+        scene: Scene,
+        catalogue: Catalogue,
+        camera: str | None,
+        materials: Sequence[str] | None,
+        illuminants: Sequence[str] | None,
+        jobs: int,
+    ) -> None:
+        """Expect the cases of a review that is begun later: see `review`."""
+        views = scene.camera(camera), None
+        lights = len(reviewed_lights_of(scene, illuminants))
+        self.expect(pictured_scenes(scene, catalogue, materials), catalogue, views, lights, jobs)
 
     def there(self, number: int) -> None:
         """The rows of a case were drawn before."""

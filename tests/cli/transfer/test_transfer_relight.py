@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from metamer.lighting.camera import Camera
 from metamer.lighting.transfer import ray_cache
+from metamer.runtime.progress import TimeLeft
 from metamer.spectral.formats.exr import read_exr
 from metamer.viewer.render import indirect_cache as bouncing
 from metamer.viewer.sheets.turntable import turntable_cameras
@@ -61,10 +62,18 @@ def test_a_turntable_finds_the_light_between_surfaces_once(relight, monkeypatch,
 
     found, calls = bouncing.indirect_light, []
     monkeypatch.setattr(bouncing, "indirect_light", lambda *given, **more: calls.append(given) or found(*given, **more))
+    begun, begin = [], TimeLeft._begun
+    monkeypatch.setattr(TimeLeft, "_begun", lambda left, kind: begun.append((left, kind)) or begin(left, kind))
     code, _, err, _ = relight("--material", "floor=room/dark", "--turntable", 5)
     assert code == 0, err
     # Before, and after, which the turn goes round.
     assert len(calls) == 2
+    # One estimate expects all of it, in that order.
+    left, stages = begun[0][0], [kind for _, kind in begun]
+    bounced = ["bounces", "drawing"]
+    assert stages == ["interreflection", "drawing", "drawing", "interreflection", *bounced, *bounced, "turning"]
+    assert [item.kind for item in left._items.values()] == stages and all(one is left for one, _ in begun)
+    assert all(item.expected > 0.0 for item in left._items.values())
     turned = sorted((tmp_path / "relit").glob("turn-*.png"))
     pictures = [np.asarray(Image.open(file)) for file in (tmp_path / "relit" / "after.png", *turned)]
     assert len(turned) == 5 and np.array_equal(pictures[0], pictures[1])

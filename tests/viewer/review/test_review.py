@@ -32,6 +32,7 @@ from metamer.viewer.display.transform import DisplayTransform
 from metamer.viewer.gl.backend import gl_session
 from metamer.viewer.gl.context import NoGL
 from metamer.viewer.render.session import RenderSession
+from metamer.viewer.review.expected_work import ReviewWork
 from metamer.viewer.review.review import OWN_LIGHT, _dearest_first, review
 from metamer.viewer.software.backend import NumpyBackend, software_session
 from pictures import read_xyz_exr
@@ -473,3 +474,15 @@ def test_materials_that_share_their_reference_with_few_are_drawn_first():
     # Materials that are drawn already do not count: one coat is left.
     assert _dearest_first(setting, cases, [1, 4]) == [1, 4]
     assert _dearest_first(setting, [SimpleNamespace(judged=("coat/a", "metal/c")), *cases[1:2]], [1, 0]) == [0, 1]
+
+
+def test_a_review_is_expected_before_it_begins(sphere, catalogue, tmp_path):
+    """So reviews that follow one another have one time left."""
+    left, out = TimeLeft(), tmp_path / "out"
+    ReviewWork(out, left).expect_scene(sphere, catalogue, None, ["tiny/matt-red", "tiny/satin-green"], ["D65"], 1)
+    ReviewWork(tmp_path / "later", left).expect_scene(sphere, catalogue, None, ["tiny/matt-red"], ["D65"], 1)
+    expected = set(left._items)
+    assert len(expected) == 2 * 2 + 1 + 2 + 1
+    run(sphere, catalogue, out, materials=["tiny/matt-red", "tiny/satin-green"], illuminants=["D65"], left=left)
+    assert set(left._items) == expected and left.seconds is not None and left.seconds > 0.0
+    assert all(left._items[key].taken is not None for key in expected if key[0] == out)
