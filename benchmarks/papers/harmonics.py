@@ -6,9 +6,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import ive
 
-from ...lighting.environment import latlong
+from ...lighting.environment import latlong, octahedral
 from ...lighting.environment.environment import EnvironmentLight
-from ...lighting.visibility import octahedral
 from ...lighting.visibility.visibility import SceneVisibility, hidden_shares
 
 #: Bands from 0 that most is written in, and how many harmonics that is.
@@ -87,7 +86,7 @@ def matt_transfer(
     normals : unit, of shading, on the side that is seen. Where nothing is hidden the transfer is exactly theirs.
     """
     codes, dark = visibility.mixed(vertices, weights, back)
-    to, size = octahedral.directions(_SKY), octahedral.solid_angles(_SKY)
+    to, size = octahedral.texel_directions(_SKY).reshape(-1, 3), octahedral.solid_angles(_SKY)
     flux = harmonics(to) * size[:, None]
     shares = hidden_shares(visibility.along(to), codes, size)
     lost = (shares * np.maximum(normals @ to.T, 0.0)) @ flux

@@ -1,16 +1,22 @@
-"""Octahedral maps of directions: the sphere unfolded onto a square.
+"""Octahedral maps of all directions: a square of texels that covers the sphere evenly and needs no trigonometry.
 
-Row 0 and column 0 are a corner of the square, at (-1, -1) of its plane (u over columns, v over rows). Up (+y) is the
-middle of the square, down (-y) its four corners; +x lies to the right of the middle, +z below it. Praun and Hoppe 2003.
+A direction is divided by the sum of its absolute components, which lays it onto an octahedron; its upper half (y >= 0)
+is the diamond in the middle of the square [-1, 1]^2, x over columns and z over rows, the lower half is folded out into
+the corners (Praun and Hoppe 2003; Engelhardt and Dachsbacher 2008). Axes are those of the world, so that maps of
+different places can be mixed texel by texel. Texel (row, column) of an n x n map has its middle at
+(2 (column + 1/2) / n - 1, 2 (row + 1/2) / n - 1).
 """
 
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+
+# What 1 is in a place of the square that is kept in 16 bits.
+_FULL = 32767.0
 
 
-def directions(u: Float[np.ndarray, "*#n"], v: Float[np.ndarray, "*#n"]) -> Float[np.ndarray, "*n 3"]:
+def unfolded(u: Float[np.ndarray, "*#n"], v: Float[np.ndarray, "*#n"]) -> Float[np.ndarray, "*n 3"]:
     """Unit directions of places (u, v) of the square, each from -1 to 1."""
     u, v = np.broadcast_arrays(u, v)
     up = 1.0 - np.abs(u) - np.abs(v)
@@ -33,7 +39,7 @@ def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Floa
 def texel_directions(side: int) -> Float[np.ndarray, "side side 3"]:
     """Unit directions of the middles of texels."""
     middles = (2.0 * np.arange(side) + 1.0) / side - 1.0
-    return directions(middles[None, :], middles[:, None])
+    return unfolded(middles[None, :], middles[:, None])
 
 
 def bordered(texels: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "padded padded K"]:
@@ -48,3 +54,81 @@ def bordered(texels: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "pad
     padded[0, 0], padded[0, -1] = texels[-1, -1], texels[-1, 0]
     padded[-1, 0], padded[-1, -1] = texels[0, -1], texels[0, 0]
     return padded
+
+
+def solid_angles(size: int) -> Float[np.ndarray, " texels"]:
+    """Solid angles of all texels, sr; they add up to 4 pi.
+
+    A texel's area over the cube of the length of the direction that it lies at on the octahedron, |x| + |y| + |z| = 1.
+    """
+    to = texel_directions(size).reshape(-1, 3)
+    density = np.abs(to).sum(axis=1) ** 3
+    return density * (4.0 * np.pi / density.sum())
+
+
+def texel_at(to: Float[np.ndarray, "*n 3"], size: int) -> Int[np.ndarray, "*n"]:
+    """Return the number of the texel in which each direction lies."""
+    x, z = places(to)
+    column, row = (np.clip(((each + 1.0) * (0.5 * size)).astype(np.int64), 0, size - 1) for each in (x, z))
+    return row * size + column
+
+
+def around(to: Float[np.ndarray, "*n 3"], size: int) -> tuple[Int[np.ndarray, "*n 4"], Float[np.ndarray, "*n 4"]]:
+    """Return the four texels around each direction and the weights that make a map linear between their middles.
+
+    Beyond the rim of the square the map goes on folded: column c of row -1 is column size - 1 - c of row 0.
+    """
+    x, z = places(to)
+    column, row = ((each + 1.0) * (0.5 * size) - 0.5 for each in (x, z))
+    left, top = np.floor(column).astype(np.int64), np.floor(row).astype(np.int64)
+    right_share, bottom_share = column - left, row - top
+    texels, weights = [], []
+    for down in (0, 1):
+        for right in (0, 1):
+            texels.append(_folded_texel(top + down, left + right, size))
+            weights.append(
+                (bottom_share if down else 1.0 - bottom_share) * (right_share if right else 1.0 - right_share)
+            )
+    return np.stack(texels, axis=-1), np.stack(weights, axis=-1)
+
+
+def slopes(to: Float[np.ndarray, "*n 3"], size: int) -> Float[np.ndarray, "*n 4 3"]:
+    """Differentiate the weights of `around` by a unit direction, 1/rad: across it, in the world."""
+    on = to / np.abs(to).sum(axis=-1, keepdims=True)
+    x, z = places(to)
+    right, down = ((each + 1.0) * (0.5 * size) - 0.5 for each in (x, z))
+    right, down = right - np.floor(right), down - np.floor(down)
+    # How on.x and on.z change: what divides them changes by the signs of all components.
+    length = np.abs(to).sum(axis=-1, keepdims=True)
+    signs = np.copysign(1.0, to)
+    of_x, of_z = ((np.eye(3)[k] - on[..., k : k + 1] * signs) / length for k in (0, 2))
+    turned = -(signs[..., :1] * signs[..., 2:])
+    below = to[..., 1:2] < 0.0
+    across, along = np.where(below, turned * of_z, of_x), np.where(below, turned * of_x, of_z)
+    found = []
+    for row in (0, 1):
+        for column in (0, 1):
+            by_column, by_row = (right if column else 1.0 - right), (down if row else 1.0 - down)
+            one, other = (1.0 if column else -1.0) * by_row, (1.0 if row else -1.0) * by_column
+            found.append(one[..., None] * across + other[..., None] * along)
+    return 0.5 * size * np.stack(found, axis=-2)
+
+
+def _folded_texel(row: Int[np.ndarray, "*n"], column: Int[np.ndarray, "*n"], size: int) -> Int[np.ndarray, "*n"]:
+    """Return the number of a texel that may lie one beyond the rim."""
+    over, beside = (row < 0) | (row >= size), (column < 0) | (column >= size)
+    inside_row, inside_column = np.clip(row, 0, size - 1), np.clip(column, 0, size - 1)
+    # At a corner both turn, and the texel is the opposite corner's: all four corners are the one lowest direction.
+    found_row = np.where(beside, size - 1 - inside_row, inside_row)
+    found_column = np.where(over, size - 1 - inside_column, inside_column)
+    return found_row * size + found_column
+
+
+def in_two(to: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, "n 2"]:
+    """Unit directions as places of the square in steps of 1 / 32767, 16 bits each: good to 1e-4 rad."""
+    return np.rint(np.stack(places(to), axis=1) * _FULL).astype(np.int16)
+
+
+def out_of_two(kept: Int[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 3"]:
+    """Unit directions that were kept by `in_two`."""
+    return unfolded(*(kept.T / _FULL))

@@ -17,8 +17,9 @@ from jaxtyping import Bool, Float, Int
 
 from ...runtime.memory import available_bytes, check_room, gigabytes
 from ...runtime.worker_pool import in_order
+from ..environment import octahedral
 from ..scene import Scene
-from . import adaptive_sampling, compression, octahedral
+from . import adaptive_sampling, compression
 from .adaptive_sampling import Surroundings
 from .blocked_probes import beside_shut, edges, rim_of_shut, shut_sites
 from .compression import Basis

@@ -21,10 +21,9 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
-from ..environment.octahedral import bordered, places
-from ..environment.octahedral import directions as unfolded
+from ..environment import octahedral
+from ..environment.octahedral import bordered, places, unfolded
 from ..vectors import dot, unit
-from . import octahedral
 from .occluders import Occluders
 
 #: Side of the maps that distances are kept on.
@@ -77,7 +76,7 @@ def _grid() -> _Grid:
 @cache
 def texels() -> Float[np.ndarray, "texels 3"]:
     """Directions of the middles of the map's texels, float32."""
-    return octahedral.directions(MAP).astype(np.float32)
+    return octahedral.texel_directions(MAP).reshape(-1, 3).astype(np.float32)
 
 
 def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], occluders: Occluders) -> Traced:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
 from ...runtime.errors import InputError
-from . import octahedral
+from ..environment import octahedral
 from .compression import SOFT, straight, straightening, unpack_codes
 from .edge_bisection import Halving
 from .tracing import MAP

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from metamer.benchmarks.papers import harmonics
+from metamer.lighting.environment import octahedral
 from metamer.lighting.scene import Scene
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility import octahedral
 from metamer.lighting.visibility.occluders import OFFSET, Occluders
 from metamer.lighting.visibility.precompute import computed_visibility
 from metamer.lighting.visibility.sites import scaled_triangles
@@ -117,7 +117,7 @@ def measured(scene: Scene, points: int = 1500, seed: int = 0) -> VisibilityMeasu
         return None
     count = visibility.vertices
     hard = truth(scene, points, 96, seed)
-    soft = truth(scene, min(points, 400), octahedral.directions(_SKY), seed + 1)
+    soft = truth(scene, min(points, 400), octahedral.texel_directions(_SKY).reshape(-1, 3), seed + 1)
     return VisibilityMeasure(
         count,
         1000.0 * seconds / count,

@@ -108,7 +108,7 @@ def test_the_edges_of_an_octahedral_map_hold_together(pyramid):
 
 def test_octahedral_places_and_directions_are_each_others_inverse():
     to = np.concatenate([_directions(500), np.eye(3), -np.eye(3)])
-    np.testing.assert_allclose(octahedral.directions(*octahedral.places(to)), to, atol=1e-12)
+    np.testing.assert_allclose(octahedral.unfolded(*octahedral.places(to)), to, atol=1e-12)
 
 
 def test_irradiance_is_the_sum_under_the_clamped_cosine(sky):

@@ -2,26 +2,25 @@
 
 import numpy as np
 import pytest
-from metamer.lighting.environment.octahedral import places
+from metamer.lighting.environment import octahedral
 from metamer.lighting.vectors import unit
-from metamer.lighting.visibility import octahedral
 
 RANDOM = unit(np.random.default_rng(3).normal(size=(4000, 3)))
 
 
 def test_directions_lie_in_their_own_texels():
-    assert (octahedral.texel_at(octahedral.directions(32), 32) == np.arange(32**2)).all()
+    assert (octahedral.texel_at(octahedral.texel_directions(32).reshape(-1, 3), 32) == np.arange(32**2)).all()
 
 
 def test_the_axes_lie_where_the_convention_says():
-    x, z = places(np.array([[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -3.0]]))
+    x, z = octahedral.places(np.array([[0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -3.0]]))
     assert x.tolist() == [0.0, 1.0, 0.0] and z.tolist() == [0.0, 0.0, -1.0]
-    corner = places(np.array([[1e-9, -1.0, 1e-9]]))
+    corner = octahedral.places(np.array([[1e-9, -1.0, 1e-9]]))
     assert np.allclose(corner, 1.0)
 
 
 def test_solid_angles_are_those_of_the_sphere():
-    to, angles = octahedral.directions(64), octahedral.solid_angles(64)
+    to, angles = octahedral.texel_directions(64).reshape(-1, 3), octahedral.solid_angles(64)
     assert angles.sum() == pytest.approx(4.0 * np.pi)
     assert angles @ to[:, 1] ** 2 == pytest.approx(4.0 * np.pi / 3.0, rel=1e-3)
     assert (angles[to[:, 2] > 0.0]).sum() == pytest.approx(2.0 * np.pi, rel=1e-3)
@@ -44,7 +43,7 @@ def test_what_is_between_texels_is_continuous_over_the_folds(size):
 def test_weights_are_shares_and_meet_the_direction():
     texels, weights = octahedral.around(RANDOM, 32)
     assert weights.min() >= 0.0 and np.allclose(weights.sum(axis=-1), 1.0)
-    mixed = np.einsum("nk,nkc->nc", weights, octahedral.directions(32)[texels])
+    mixed = np.einsum("nk,nkc->nc", weights, octahedral.texel_directions(32).reshape(-1, 3)[texels])
     assert np.degrees(np.arccos((unit(mixed) * RANDOM).sum(axis=1))).max() < 2.5
 
 
