@@ -109,8 +109,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Compare; the exit code is in the command's description."""
-    from ..calibration.match.figures import figures
-    from ..calibration.match.outputs import as_junit, as_markdown
+    from ..calibration.match.outputs import as_junit, as_markdown, figures
     from ..calibration.match.table import as_csv, write_xlsx
     from ..runtime.files import check_outputs
     from ..runtime.sheets import check_workbook

@@ -20,7 +20,7 @@ from ...spectral.image import ColourImage
 from .change import change
 from .comparison import compare
 from .criteria import Criteria, criteria_of, default_criteria, read_criteria
-from .json_result import as_json
+from .outputs import as_json
 from .page import render_page
 from .picture_files import SeenSpectra
 from .result import Result

@@ -1,9 +1,14 @@
-"""A comparison for other programs: JUnit XML, a test case a row; a few lines of Markdown; a table for spreadsheets."""
+"""A comparison for other programs: JSON, as docs/regression.md lists it; JUnit XML, a test case a row; a few lines of
+Markdown; a table for spreadsheets.
+"""
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 from ...runtime.sheets import Cell, csv_text, write_workbook
@@ -11,7 +16,7 @@ from ..report.junit_xml import Outcome, case_of, junit_text
 from ..report.text_tables import escaped
 from .causes import what_changed
 from .criteria import Tier
-from .result import Figures, Result, RowResult
+from .result import AskedCriteria, Figures, Result, RowResult, SideWords
 from .row import RowName
 from .words import readable_names, shown_rows, verdict_words
 
@@ -42,6 +47,8 @@ HEADINGS = (
     "approximation p99 after",
     "notes",
 )
+
+SCHEMA = "metamer.regression/1"
 
 
 def as_junit(result: Result) -> str:
@@ -118,3 +125,88 @@ def _line(row: RowResult, kind: str | None, found: Figures | None) -> list[Cell]
         statistics = (found.mean, found.median, found.p95, found.p99, found.max, found.floor_mean, found.floor_max)
         figures = [*statistics, *found.shift, found.pixels, found.undefined, found.reshaped]
     return [*row.name, row.state, row.tier, kind, *figures, *off, " ".join(row.notes) or None]
+
+
+def as_json(result: Result, version: str) -> str:
+    """Return the document; numbers are finite, what is not is null."""
+    return json.dumps(document(result, version), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def document(result: Result, version: str) -> dict[str, Any]:
+    """Return the same before it is text. Rows stand in their order, not the worst first."""
+    return {
+        "schema": SCHEMA,
+        "metamer": version,
+        "status": result.tier if result.valid else "invalid",
+        "identical": result.identical,
+        "before": _side(result.before),
+        "after": _side(result.after),
+        "across": list(result.across),
+        "notes": list(result.notes),
+        "self_check": [
+            {"what": one.label, "expected": one.expected, "found": _number(one.found), "passed": one.passed}
+            for one in result.checks
+        ],
+        "criteria": [
+            {
+                "label": one.label,
+                "statistic": one.statistic,
+                "formula": one.formula.name,
+                "warn": one.warn,
+                "fail": one.fail,
+                "of": list(one.of),
+                "names": {part: list(patterns) for part, patterns in (one.names or {}).items()},
+                "region": one.region,
+                "over": "rows" if one.pooled else "pixels",
+            }
+            for one in result.criteria
+        ],
+        "over_rows": [_asked(one) for one in result.pooled],
+        "results": [_row(row) for row in result.rows],
+    }
+
+
+def _side(side: SideWords) -> dict[str, Any]:
+    return {"path": str(side.path), "kind": side.kind, "facts": dict(side.facts), "colour_chain": list(side.chain)}
+
+
+def _row(row: RowResult) -> dict[str, Any]:
+    return {
+        **row.name._asdict(),
+        "state": row.state,
+        "status": row.tier,
+        "layers": {kind: _figures(figures) for kind, figures in row.layers.items()},
+        "criteria": [_asked(one) for one in row.asked],
+        "approximation_p99": None if row.approximation is None else list(row.approximation),
+        "notes": list(row.notes),
+    }
+
+
+def _figures(found: Figures) -> dict[str, Any]:
+    statistics = {key: _number(getattr(found, key)) for key in ("mean", "median", "p95", "p99", "max")}
+    floor = {"mean": _number(found.floor_mean), "max": _number(found.floor_max)}
+    return {
+        "delta_e94": statistics,
+        "floor_delta_e94": floor,
+        "pixels": found.pixels,
+        "undefined_pixels": found.undefined,
+        "reshaped": found.reshaped,
+        "identical": found.identical,
+        "moved": found.moved,
+        "shift_lab": [_number(value) for value in found.shift],
+        "worst_pixel": {
+            "row": found.worst[0],
+            "column": found.worst[1],
+            "before_lab": [_number(value) for value in found.before_lab],
+            "after_lab": [_number(value) for value in found.after_lab],
+        },
+    }
+
+
+def _asked(one: AskedCriteria) -> dict[str, Any]:
+    figures = {"value": _number(one.value), "floor": _number(one.floor), "resolved": one.resolved}
+    return {"label": one.criterion.label, "of": one.of, **figures, "status": one.tier}
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

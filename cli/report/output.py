@@ -54,8 +54,7 @@ def check_output_options(args: argparse.Namespace) -> None:
 
 def report_result(result: Result, before: ComparedSide, after: ComparedSide, args: argparse.Namespace) -> int:
     """Write and print what was asked for; the exit code of the result."""
-    from ...calibration.regression.json_result import as_json
-    from ...calibration.regression.outputs import as_csv, as_junit, as_markdown, write_xlsx
+    from ...calibration.regression.outputs import as_csv, as_json, as_junit, as_markdown, write_xlsx
     from ...calibration.regression.words import as_text
     from ...calibration.report.history import history_text, read_history, with_run
     from ...runtime.distribution import installed_version

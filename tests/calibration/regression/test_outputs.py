@@ -15,8 +15,7 @@ import pytest
 from json_schema import problems, schemas
 from metamer.calibration.regression.comparison import compare
 from metamer.calibration.regression.criteria import criteria_of, default_criteria
-from metamer.calibration.regression.json_result import as_json
-from metamer.calibration.regression.outputs import HEADINGS, as_csv, as_junit, as_markdown, write_xlsx
+from metamer.calibration.regression.outputs import HEADINGS, as_csv, as_json, as_junit, as_markdown, write_xlsx
 from metamer.calibration.regression.page import render_page
 from metamer.calibration.regression.row import ComparedSide, PixelLayer, Pixels, Row, RowName
 from metamer.calibration.regression.row_pictures import srgb
