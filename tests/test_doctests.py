@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["package-dir"]
+PACKAGES = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
 MODULES = [
     f"{package}.{path.stem}".removesuffix(".__init__")
-    for package, folder in PACKAGES.items()
-    for path in sorted((ROOT / folder).glob("*.py"))
+    for package in PACKAGES
+    for path in sorted(ROOT.joinpath(*package.split(".")[1:]).glob("*.py"))
     if ">>> " in path.read_text(encoding="utf-8")
 ]
 
