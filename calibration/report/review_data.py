@@ -58,8 +58,8 @@ def page_data(
     lights = [_light(one) for one in document["lights"]]
     embedded = [_pictures(row) for row in rows]
     by_material: dict[str, dict[str, Any]] = {}
-    for number, (row, result) in enumerate(zip(rows, document["results"], strict=True)):
-        drawn = _row(row, result, number, budget, history)
+    for number, row in enumerate(rows):
+        drawn = _row(row, number, budget, history)
         by_material.setdefault(row.material, {})[row.illuminant] = drawn
     data = {
         "title": title.removeprefix("Colour review: "),
@@ -161,9 +161,7 @@ def _spectrum(found: Mapping[str, Any] | None) -> dict[str, Any] | None:
     }
 
 
-def _row(
-    row: ReviewRow, result: Mapping[str, Any], number: int, budget: float, history: Sequence[Run]
-) -> dict[str, Any]:
+def _row(row: ReviewRow, number: int, budget: float, history: Sequence[Run]) -> dict[str, Any]:
     status, figures, noise, limits = verdict(row.statistics, budget), row.statistics, row.noise, row.limits
     files = {label: path for label, path in row.files.items() if label not in BESIDE.values()}
     window = None
