@@ -17,10 +17,10 @@ READ = "the image"
 def image_reading(
     frame: ImageFrame, session: Session, number: int, choice: LightChoice, who: str, pixel: tuple[int, int]
 ) -> ProbeReading:
-    """Read a pixel of side A (0) or B (1), its spectrum as it lies in the file; a picture in XYZ has none.
+    """Read a pixel of side A (0) or B (1) with its spectrum; a picture in XYZ has none.
 
     Of a reflectance, `incident` is the light that was chosen, on the scale on which equal energy of the same luminance
-    is 1; of emission nothing is known of what arrives.
+    is 1; of emission nothing is known of what arrives, and what leaves is what would in that light.
 
     Raises
     ------
@@ -46,5 +46,6 @@ def image_reading(
         incident = choice.dimming * even * light.averaged(nm).samples
         spectra = ProbeSpectra(nm, incident, incident * found, found, READ)
     else:
-        spectra = ProbeSpectra(nm, unknown, found, unknown, READ)
+        factor = choice.dimming * picture.relighting(eye, light, own)
+        spectra = ProbeSpectra(nm, unknown, factor * found, unknown, READ)
     return ProbeReading(pixel, (), (), 1.0, choice.words, OBSERVERS[who], xyz, white, spectra)

@@ -111,15 +111,26 @@ class SpectralPicture:
         planes = self.planes[: len(self.wavelengths_nm), rows, columns]
         return planes.mean(axis=(1, 2), dtype=np.float64)
 
-    def amplification(self, light: Spectrum, own_light: Spectrum) -> Float[np.ndarray, " L"]:
-        """Compute the factor of each wavelength where another light takes the place of the own one.
+    def relighting(
+        self, observer: Observer, light: Spectrum | None, own_light: Spectrum | None
+    ) -> Float[np.ndarray, " L"]:
+        """Compute the factor of each wavelength of emission in another light of the same luminance; 1 in its own.
 
         Raises
         ------
-        InputError : the own light sends nothing where the other one does.
+        InputError : in which light the picture was made is not known; a light of no power; its own sends nothing where
+            the other one does.
         """
-        nm = self.wavelengths_nm
-        old, new = (one.averaged(nm).samples for one in (own_light, light))
+        nm, own = self.wavelengths_nm, self._own(own_light)
+        if light is None or light.key == own.key:
+            return np.ones(len(nm))
+        luminous = radiance_weights(observer, nm)[1]
+        old, new = (one.averaged(nm).samples for one in (own, light))
+        powers = [float(luminous @ samples) for samples in (old, new)]
+        for name, power in zip(("own_light", "light"), powers, strict=True):
+            if not power > 0.0:
+                found = "none at the picture's wavelengths"
+                raise InputError("a light of no power", field=name, found=found, expected="some")
         dark = (old <= 0.0) & (new > 0.0)
         if dark.any():
             where = nm[dark]
@@ -130,7 +141,16 @@ class SpectralPicture:
                 expected="a light within what it sends",
                 hint="render the picture in this light, or as reflectances",
             )
-        return np.divide(new, old, out=np.zeros(len(nm)), where=old > 0.0)
+        return np.divide(new, old, out=np.zeros(len(nm)), where=old > 0.0) * (powers[0] / powers[1])
+
+    def _own(self, own_light: Spectrum | None) -> Spectrum:
+        """Return the light that emission was made in, as the header or a person says it."""
+        if own_light is None and not self.light:
+            expected = "the light that the picture was made in, which white is the white of"
+            raise InputError("in which light was this made?", field="own_light",
+                             found="no light in the header" if self.light is None else self.light,
+                             expected=expected)  # fmt: skip
+        return own_light or illuminant(self.light or "")
 
     def _of_reflectance(self, observer: Observer, light: Spectrum) -> Float[np.ndarray, "3 C"]:
         nm = self.wavelengths_nm
@@ -149,23 +169,9 @@ class SpectralPicture:
         self, observer: Observer, light: Spectrum | None, own_light: Spectrum | None, luminance: float | None
     ) -> tuple[Float[np.ndarray, "3 C"], Float[np.ndarray, "3"]]:
         nm = self.wavelengths_nm
-        own = own_light or (illuminant(self.light) if self.light else None)
-        if own is None:
-            found = "no light in the header" if self.light is None else self.light
-            expected = "the light that the picture was made in, which white is the white of"
-            raise InputError("in which light was this made?", field="own_light", found=found, expected=expected)
         to_xyz = radiance_weights(observer, nm)
-        weights, seen_in = to_xyz, own
-        if light is not None and light.key != own.key:
-            powers = [float(to_xyz[1] @ one.averaged(nm).samples) for one in (own, light)]
-            for name, power in zip(("own_light", "light"), powers, strict=True):
-                if not power > 0.0:
-                    found = "none at the picture's wavelengths"
-                    raise InputError("a light of no power", field=name, found=found, expected="some")
-            # At the same luminance.
-            weights = to_xyz * (self.amplification(light, own) * (powers[0] / powers[1]))
-            seen_in = light
-        white = to_xyz @ seen_in.averaged(nm).samples
+        weights = to_xyz * self.relighting(observer, light, own_light)
+        white = to_xyz @ (light or self._own(own_light)).averaged(nm).samples
         if not white[1] > 0.0:
             found = "none at the picture's wavelengths"
             raise InputError("a light of no power", field="light", found=found, expected="some")

@@ -20,8 +20,13 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import OBSERVERS, observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from metamer.viewer.picture import picture, render_spectral
+from metamer.viewer.render.session import radiance_weights
 from metamer.viewer.software.backend import software_session
+from metamer.viewer.window.image_frame import ImageFrame
+from metamer.viewer.window.image_probe import image_reading
+from metamer.viewer.window.light_choice import LightChoice
 from metamer.viewer.window.spectral_image_file import picture_memory, read_spectral_picture
+from metamer.viewer.window.state import Session
 
 NM = WORKING_WAVELENGTHS_NM
 RNG = np.random.default_rng(3)
@@ -79,6 +84,18 @@ def test_a_rendered_picture_has_the_colours_that_the_renderer_gives_in_its_own_l
         off = delta_e_xyz(wanted.xyz.astype(float), found.values.astype(float), wanted.white)
         assert off.max() < 0.2
         assert float(delta_e_xyz(wanted.white, found.white_xyz, wanted.white)) < 0.1
+
+
+def test_the_spectrum_that_is_probed_has_the_colour_beside_it(gl, rendered, tiny_catalogue):
+    spectral, in_d65, _ = rendered
+    frame = ImageFrame(gl, spectral, Catalogue.open(tiny_catalogue))
+    weights = radiance_weights(in_d65.scene.observer, spectral.wavelengths_nm)
+    for name in ("D65", "A"):
+        choice = replace(LightChoice.named(name), dimming=0.5)
+        reading = image_reading(frame, Session(), 0, choice, "1931_2", (12, 10))
+        assert reading.xyz[1] > 0.01 and np.isnan(reading.spectra.reflectance).all()
+        np.testing.assert_allclose(weights @ reading.spectra.reflected, reading.xyz, rtol=1e-9)
+    frame.release()
 
 
 def test_a_lamp_that_the_own_one_cannot_be_replaced_by_is_refused(rendered):

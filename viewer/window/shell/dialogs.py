@@ -44,13 +44,15 @@ def draw_dialog(window: Window) -> bool:
         window.kept.typed["dialog"] = window.kept.typed["written over"] = ""
     wide = {"help": 78.0, "palette": 40.0}.get(name, 34.0)
     room = imgui.get_main_viewport().size
-    imgui.set_next_window_pos(ImVec2(room.x / 2.0, min(em(5.0), room.y * 0.1)), 0, ImVec2(0.5, 0.0))
-    imgui.set_next_window_size(ImVec2(min(em(wide), room.x), 0.0))
+    across, top = min(em(wide), room.x), min(em(5.0), room.y * 0.1)
+    imgui.set_next_window_pos(ImVec2(room.x / 2.0, top), 0, ImVec2(0.5, 0.0))
+    # What is taller than the window is scrolled.
+    imgui.set_next_window_size_constraints(ImVec2(across, 0.0), ImVec2(across, max(room.y - top - em(0.5), em(2.0))))
     flags = imgui.WindowFlags_
     imgui.push_style_color(imgui.Col_.window_bg, window.style.panel(5.0))
     imgui.set_next_window_focus() if opened else None
-    imgui.begin("Dialog", None, flags.no_decoration | flags.no_move | flags.no_saved_settings
-                | flags.always_auto_resize | flags.no_nav)  # fmt: skip
+    imgui.begin("Dialog", None, flags.no_title_bar | flags.no_resize | flags.no_collapse | flags.no_move
+                | flags.no_saved_settings | flags.always_auto_resize | flags.no_nav)  # fmt: skip
     done = _DRAWN.get(name, _ask_file)(window, opened)
     if name == "help" and not opened and pressed(desk.commands.by_name["help"]):
         done = True

@@ -37,7 +37,7 @@ def draw_help(window: Window) -> None:
 def _group(window: Window, name: str, rows) -> None:
     heading(name.upper(), window.style)
     if imgui.begin_table(f"##{name}", 2, imgui.TableFlags_.sizing_stretch_prop):
-        imgui.table_setup_column("", imgui.TableColumnFlags_.width_stretch, 0.8)
+        imgui.table_setup_column("", imgui.TableColumnFlags_.width_stretch, 0.95)
         imgui.table_setup_column("", imgui.TableColumnFlags_.width_stretch, 1.5)
         for keys, words in rows:
             imgui.table_next_row()

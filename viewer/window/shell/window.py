@@ -339,6 +339,9 @@ class Window:
     def pin_pointer(self) -> None:
         """Pin the point of the surface under the pointer."""
         view = self.view
+        if self.desk.session.subject.kind == "image":
+            self.desk.tell("An image has no surface to pin a probe to: Ctrl+drag draws a region", about="pin")
+            return
         if view is None or self.pointer is None:
             self.desk.tell("Move over a surface to pin a probe there", about="pin")
             return

@@ -78,5 +78,13 @@ def check_what_asks_for_a_scene_is_refused_in_words(it):
     assert "no surfaces" in it.said
     it.key("Ctrl+Z")
     it.frames(3)
-    for tab in ("Edit", "Metamerism", "Protocol", "Trust"):
+    for tab in ("Edit", "Metamerism", "Protocol", "Trust", "Pins"):
         it.tab(tab)
+    assert not any("surface" in one for one in it.words())
+    it.point(0.5, 0.5)
+    it.key("P")
+    assert "no surface to pin" in it.said
+    it.desk.dialog = "picture.keep"
+    it.frames(3)
+    it.type("Dialog/##file", "kept")
+    it.wait(lambda: "is a file already" in it.said, "why it is not kept")

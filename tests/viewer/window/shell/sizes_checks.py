@@ -43,3 +43,13 @@ def check_what_is_written_has_all_its_glyphs(it):
     panels = "ΔE λ ° ² · “ ” ’ × – — … ñ é"
     missing = sorted({letter for letter in words + panels if not font.is_glyph_in_font(ord(letter))})
     assert not missing and em(1.0) > 20
+
+
+def check_a_dialog_that_is_taller_than_the_window_is_scrolled(it):
+    it.key("?")
+    it.frames(3)
+    dialog = it.context.window_info("//Dialog").window
+    assert dialog.pos.y + dialog.size.y <= imgui.get_main_viewport().size.y
+    it.click("Dialog/Close")
+    it.frames(2)
+    assert it.desk.dialog is None

@@ -32,13 +32,12 @@ def draw(window: Window) -> None:
     nm = image.wavelengths_nm
     rows = [("kind", image.kind), ("wavelengths", f"{len(nm)}, {nm[0]:g} to {nm[-1]:g} nm"),
             ("light of its own", image.light or "not said")]  # fmt: skip
-    if image.kind == "emission":
-        rows.append(("units", image.units or "not said"))
     if len(image.into) > len(nm):
         rows.append(("fluoresces", f"{len(image.into) - len(nm)} pairs"))
     facts("image", rows)
-    for note in image.notes:
-        quiet(note)
+    units = (f"units: {image.units or 'not said'}",) if image.kind == "emission" else ()
+    for words in (*units, *image.notes):
+        quiet(words)
     if image.kind == "emission":
         heading("WHAT THE FILE DOES NOT SAY", window.style)
         _ask(window, "own light", "lamp that it was made in", subject.own_light)

@@ -28,7 +28,8 @@ def draw(window: Window) -> None:
             desk.run("probe.unpin")
             desk.run("probe.regions.none")
     if not session.pins and not session.regions:
-        quiet("Shift+click, or P, pins a probe to the surface. Ctrl+drag draws a region.")
+        surface = "" if session.subject.kind == "image" else "Shift+click, or P, pins a probe to the surface. "
+        quiet(f"{surface}Ctrl+drag draws a region.")
         return
     if imgui.begin_table("pins", 6, imgui.TableFlags_.sizing_stretch_prop | imgui.TableFlags_.row_bg):
         for name, width in (("", 1.6), ("", 0.4), ("L*", 1.0), ("a*", 1.0), ("b*", 1.0), ("", 0.5)):

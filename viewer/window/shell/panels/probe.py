@@ -72,6 +72,8 @@ def _spectra(window: Window) -> None:
         imgui.same_line()
         imgui.text_disabled(f"of {found[0].made_of}")
     _plot(window, found, window.kept.spectrum, em(10.5))
+    if found and not any(np.isfinite(getattr(one, window.kept.spectrum)).any() for one in found):
+        quiet("This is not known of emission: choose what leaves.")
     if window.probing.problem:
         quiet(window.probing.problem)
 
