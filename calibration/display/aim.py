@@ -11,6 +11,8 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...spectral.adaptation import adaptation_matrix
 from ...spectral.difference import delta_e_xyz
+from ...spectral.illuminants import illuminant
+from ...spectral.observers import observer
 from .inverse import Inverse
 from .model import DisplayModel
 
@@ -59,17 +61,24 @@ class Aim:
         return back @ np.diag(1.0 - self.black_xyz / self.white_xyz) @ self.adapted, back @ self.black_xyz
 
 
+def d65_xyz(seen_by: str) -> Float[np.ndarray, "3"]:
+    """XYZ of D65 for an observer, Y = 1; for that of 1931 as pictures have it."""
+    who = observer(seen_by)
+    return PICTURE_WHITE_XYZ if who.name == observer("1931_2").name else who.white(illuminant("D65"))
+
+
 def aimed(
     model: DisplayModel,
     white: Literal["d65", "native"] | tuple[float, float] = "d65",
     luminance: float | None = None,
     absolute: bool = True,
+    seen_by: str = "1931_2",
 ) -> Aim:
     """Return the aim of a white by name or chromaticity (x, y), adapted to by Bradford.
 
     luminance : cd/m2 of white; None: the largest that the display shows of this white, or up to 1 % less where codes of
     eight bits come nearer to it. absolute : whether the model is in cd/m2; where it is not, a luminance cannot be asked
-    for.
+    for. seen_by : the observer that the model was made for, whose D65 it is.
 
     Raises
     ------
@@ -84,7 +93,8 @@ def aimed(
             hint="leave --luminance out: white is then as bright as can be",
         )
     native = model.xyz(np.ones((1, 3)))[0]
-    xy = native[:2] / native.sum() if white == "native" else (0.3127, 0.3290) if white == "d65" else white
+    of_name = native if white == "native" else d65_xyz(seen_by)
+    xy = of_name[:2] / of_name.sum() if isinstance(white, str) else white
     x, y = float(xy[0]), float(xy[1])
     if not (0.0 < x < 1.0 and 0.0 < y < 1.0 and x + y < 1.0):
         raise InputError(

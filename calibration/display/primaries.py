@@ -14,7 +14,7 @@ from ...spectral.difference import delta_e_xyz
 from ...spectral.formats.cgats_bands import bands, grid_of
 from ...spectral.formats.cgats_tables import read_tables
 from ...spectral.formats.registry import names_its_file
-from .aim import PICTURE_WHITE_XYZ
+from .aim import d65_xyz
 from .readings import ReadingSpectra
 
 
@@ -27,13 +27,13 @@ class Primaries:
     notes: tuple[str, ...] = ()
 
     def white_for(self, observer: str) -> ReadingSpectra:
-        """Return the spectrum (1,L) of a white of D65's chromaticity for an observer.
+        """Return the spectrum (1,L) of a white that is D65 to an observer.
 
         Raises
         ------
         InputError : no amounts of these primaries make it.
         """
-        amounts = np.linalg.solve(self.spectra.xyz(observer).T, PICTURE_WHITE_XYZ)
+        amounts = np.linalg.solve(self.spectra.xyz(observer).T, d65_xyz(observer))
         if not (amounts > 0.0).all():
             raise InputError(
                 "these primaries do not make a white",

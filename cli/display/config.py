@@ -53,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
     from ..output import warn
 
     record = read_record(args.display)
-    aim = aimed(record.model, args.white, args.luminance, record.readings.absolute)
+    aim = aimed(record.model, args.white, args.luminance, record.readings.absolute, record.readings.observer)
     cube = make_cube(record.model)
     name = args.name or record.name
     describing = (

@@ -118,7 +118,7 @@ def _characterised(args: argparse.Namespace) -> tuple[str, Callable[[np.ndarray]
     from ...calibration.display.record import read_record
 
     record = read_record(args.display)
-    aim = aimed(record.model, "d65", args.luminance, record.readings.absolute)
+    aim = aimed(record.model, "d65", args.luminance, record.readings.absolute, record.readings.observer)
     cube = make_cube(record.model)
     return (
         f"{record.name}, white {aim.words}",

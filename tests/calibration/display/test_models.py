@@ -234,6 +234,17 @@ def test_a_white_outside_what_the_display_shows(lcd_choice):
         aimed(lcd_choice.model, "d65", 100.0, absolute=False)
 
 
+@pytest.mark.parametrize(
+    ("seen_by", "xy"), [("1931_2", (0.3127, 0.3290)), ("1964_10", (0.3138, 0.3310)), ("2015_2", (0.3135, 0.3308))]
+)
+def test_d65_is_that_of_the_observer(lcd_choice, seen_by, xy):
+    """CIE 015:2018, table 9.1 (1931, 1964)."""
+    aim = aimed(lcd_choice.model, "d65", 80.0, seen_by=seen_by)
+    np.testing.assert_allclose(aim.white_xyz[:2] / aim.white_xyz.sum(), xy, atol=1.5e-4)
+    np.testing.assert_allclose(aim.adapted @ PICTURE_WHITE_XYZ, aim.white_xyz, rtol=1e-9)
+    assert f"D65, x {xy[0]:.4f}"[:-1] in aim.words
+
+
 def test_black_by_both_ways(lcd_choice):
     aim = aimed(lcd_choice.model, "d65", 80.0)
     black, white = np.zeros(3), PICTURE_WHITE_XYZ

@@ -29,6 +29,11 @@ def test_from_patches_to_a_signed_page(metamer, tmp_path):
     assert code == 0 and "gog: asked for" in said and not err
     code, said, _ = metamer("display", "config", display, "-o", folder, "--icc", "--white", "native")
     assert code == 0 and (folder / "Desk.ocioz").is_file() and (folder / "Desk.icc").is_file()
+    assert metamer("display", "characterise", first, "-o", display, "--model", "gog", "--observer", "10")[0] == 0
+    picture = tmp_path / "p.png"
+    Image.fromarray(np.full((2, 2, 3), (0, 255, 0), dtype=np.uint8)).save(picture)
+    said = metamer("display", "proof", display, picture)[1]
+    assert "white D65, x 0.3138, y 0.3310" in said
     page, figures = tmp_path / "v.html", tmp_path / "v.json"
     words = ["display", "verify", folder / "display.json", again, "--html", page, "--json", figures]
     code, said, _ = metamer(*words)
@@ -50,8 +55,6 @@ def test_from_patches_to_a_signed_page(metamer, tmp_path):
     assert code == 64 and "sRGB" in err
     code, _, err = metamer("display", "claim", first, "--against", tmp_path / "none.icc")
     assert code == 4 and "no such file" in err
-    picture = tmp_path / "p.png"
-    Image.fromarray(np.full((2, 2, 3), (0, 255, 0), dtype=np.uint8)).save(picture)
     code, said, _ = metamer("display", "proof", folder / "display.json", picture, "-o", tmp_path / "lost.png")
     assert code in (0, 1) and "of 4 pixels" in said and (tmp_path / "lost.png").is_file()
 
