@@ -40,31 +40,39 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Open it; 0 once it is closed."""
-    from ..materials.catalogue.catalogue import default_catalogue
+    from ..materials.catalogue.catalogue import Catalogue, default_catalogue
     from ..runtime.errors import UsageError
+    from ..viewer.display.transform import DisplayTransform
+    from ..viewer.picture import display_for
+    from ..viewer.window.display_pass import display_of
     from ..viewer.window.session_loader import comparison_of, load, subject_of
     from ..viewer.window.state import SESSION_FILE, Session
     from ..viewer.window.workspace import Desk, begun
 
     if args.last and args.what:
         raise UsageError("--last: it says what to look at, name nothing else")
-    local_folder(args.catalogue or default_catalogue(), "the window")
+    folder = local_folder(args.catalogue or default_catalogue(), "the window")
     check_display_option(args.display)
     shell = _shell()
     shell.check_screen()
-    catalogue = catalogue_for(args.catalogue, 1)
+    # For images none is made where there is none.
+    of_images = bool(args.what) and all(Path(word).suffix.lower() == ".exr" for word in args.what)
+    without = of_images and args.catalogue is None and not folder.exists()
+    catalogue = Catalogue(folder) if without else catalogue_for(args.catalogue, 1)
     kept = _kept()
     found = SESSION_FILE.read(kept) if args.last else subject_of(args.what, catalogue)
+    named = None if args.catalogue is None else str(args.catalogue)
     if isinstance(found, Session):
-        session = found
+        session = found if named is None else replace(found, catalogue=named)
         loaded = load(session.subject, session.catalogue)
         path = None if args.last else Path(args.what[0])
     else:
-        folder = None if args.catalogue is None else str(args.catalogue)
-        loaded, path = load(found, folder), None
+        loaded, path = load(found, named), None
         session = begun(loaded, **comparison_of(args.what))
     if args.display is not None:
         session = replace(session, shown=replace(session.shown, config=None, display=args.display, view=None))
+        # One that there is not is said before the window opens.
+        display_of(session, DisplayTransform() if loaded.scene is None else display_for(loaded.scene.viewing))
     desk = Desk(loaded, session)
     desk.path = path
     shell.run(desk, keep=kept)

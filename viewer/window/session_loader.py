@@ -14,7 +14,7 @@ from ...lighting.scene import Scene
 from ...lighting.scene_file.files import load_scene, possible_scene, shipped_scene
 from ...materials.catalogue.catalogue import Catalogue, default_catalogue
 from ...materials.records.models import SPECTRA
-from ...runtime.errors import InputError
+from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.files import existing_file
 from ...runtime.remote import local_folder
 from ..display.transform import PINNED_CONFIG
@@ -68,8 +68,10 @@ def load(subject: Subject, catalogue_name: str | None = None) -> Loaded:
     ------
     InputError, UnknownNameError, NoRoomError : a file that is missing or unusable, a material that is not there.
     """
-    folder = default_catalogue() if catalogue_name is None else catalogue_name
-    catalogue = Catalogue.open(local_folder(folder, "the window"))
+    folder = local_folder(default_catalogue() if catalogue_name is None else catalogue_name, "the window")
+    # An image needs no materials.
+    without = subject.kind == "image" and catalogue_name is None and not folder.exists()
+    catalogue = Catalogue(folder) if without else Catalogue.open(folder)
     views = display_views()
     if subject.kind == "image":
         assert subject.path is not None
@@ -120,8 +122,28 @@ def subject_of(words: Sequence[str], catalogue: Catalogue) -> Subject | Session:
             expected = "one file, two images, or materials"
             raise InputError("several things to look at", found=", ".join(words), expected=expected)
         return subject_of_file(files[0])
-    found = [name for word in words for name in catalogue.match_surfaces(word)]
+    try:
+        found = [name for word in words for name in catalogue.match_surfaces(word)]
+    except UnknownNameError:
+        for word in words:
+            if Path(word).exists():
+                raise _not_shown(Path(word)) from None
+        raise
     return Subject("materials", materials=tuple(dict.fromkeys(found)))
+
+
+def _not_shown(path: Path) -> InputError:
+    """Say of a file or folder that is there why it is not opened."""
+    if path.is_file():
+        # What is recognised is called so.
+        possible_scene(path)
+    return InputError(
+        "nothing that the window shows",
+        file=path,
+        found="a folder" if path.is_dir() else f"a file that ends in {path.suffix or 'nothing'}",
+        expected="a scene.toml, a saved session, an OpenEXR image, or materials of the catalogue",
+        hint="of a review or a comparison, each row of the page has the command that opens its pictures",
+    )
 
 
 def comparison_of(words: Sequence[str]) -> dict[str, Any]:
@@ -144,6 +166,8 @@ def subject_of_file(path: str) -> Subject | Session:
     ------
     InputError : no such file, or a session that cannot be read.
     """
+    if Path(path).is_dir():
+        raise _not_shown(Path(path))
     if not Path(path).is_file():
         raise InputError("no such file", file=path, expected="a scene.toml, a saved session, or an OpenEXR image")
     if Path(path).suffix.lower() == ".exr":

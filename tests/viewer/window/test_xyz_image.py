@@ -1,10 +1,13 @@
 """Pictures in XYZ, as reviews keep them, beside one another: as they are, and nothing that would need spectra."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from metamer.calibration.report.page import window_command
+from metamer.cli import view
+from metamer.cli.main import main
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
@@ -17,10 +20,10 @@ from metamer.viewer.gl.tile import read
 from metamer.viewer.window.image_frame import ImageFrame
 from metamer.viewer.window.image_probe import image_reading
 from metamer.viewer.window.light_choice import LightChoice
-from metamer.viewer.window.session_loader import comparison_of, load, subject_of
+from metamer.viewer.window.session_loader import comparison_of, load, subject_of, subject_of_file
 from metamer.viewer.window.spectral_image import XyzPicture
 from metamer.viewer.window.spectral_image_file import read_looked_at
-from metamer.viewer.window.state import Compare, Other, Subject
+from metamer.viewer.window.state import SESSION_FILE, Compare, Other, Subject
 from metamer.viewer.window.workspace import begun
 
 SIZE = 7, 5
@@ -96,6 +99,50 @@ def test_a_mesh_in_place_of_a_scene_is_told_where_it_goes(name, tiny_catalogue, 
     (tmp_path / name).write_bytes(b"glTF\0")
     with pytest.raises(InputError, match=r"(?s)a mesh, not a scene.*mesh = \"ball"):
         subject_of([str(tmp_path / name)], Catalogue.open(tiny_catalogue))
+
+
+@pytest.fixture
+def opened(monkeypatch):
+    """Runs `metamer view` in a folder where no catalogue is, up to the window: words -> what it would show."""
+    desks = []
+    shell = SimpleNamespace(check_screen=lambda: None, run=lambda desk, keep: desks.append(desk))
+    monkeypatch.setattr(view, "_shell", lambda: shell)
+
+    def run(*words):
+        code = main(["view", *map(str, words)])
+        return desks.pop() if code == 0 else code
+
+    return run
+
+
+def test_images_are_opened_where_no_catalogue_is(opened, files, tiny_catalogue, tmp_path, monkeypatch):
+    """A review that was handed on: nothing is imported to look at its pictures."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("METAMER_CATALOGUE", raising=False)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    desk = opened(*files)
+    assert desk.session.subject.path == files[0] and desk.session.other.file == files[1]
+    assert not (tmp_path / "metamer-catalogue").exists()
+    assert opened(files[0], "--catalogue", "none") == 4
+    # A session is opened with the catalogue that is named beside it.
+    SESSION_FILE.write("s.toml", desk.session)
+    assert opened("s.toml", "--catalogue", tiny_catalogue).loaded.catalogue.folder == tiny_catalogue
+
+
+@pytest.mark.parametrize("name", ["review", "review/review.json", "page.html"])
+def test_what_is_there_and_is_not_shown_is_called_so(name, tiny_catalogue, tmp_path):
+    (tmp_path / "review").mkdir()
+    for file in ("review/review.json", "page.html"):
+        (tmp_path / file).write_text("{}")
+    catalogue, path = Catalogue.open(tiny_catalogue), str(tmp_path / name)
+    with pytest.raises(InputError, match="nothing that the window shows") as said:
+        subject_of([path], catalogue)
+    assert "each row of the page" in str(said.value) and "unknown material" not in str(said.value)
+    with pytest.raises(InputError, match="unknown material"):
+        subject_of([path + "x"], catalogue)
+    if name == "review":
+        with pytest.raises(InputError, match="nothing that the window shows"):
+            subject_of_file(path)
 
 
 def test_both_are_seen_for_their_observer_and_compared(gl, frame, loaded, files):

@@ -47,6 +47,12 @@ def test_a_display_that_does_not_answer_is_said(view, small_scene):
 
 
 @pytest.mark.window
+def test_a_display_that_there_is_not_is_said_before_a_window_opens(view, small_scene):
+    done = view(small_scene, "--display", "sRBG")
+    assert done.returncode == 4 and "unknown display" in done.stderr and "sRGB - Display" in done.stderr
+
+
+@pytest.mark.window
 def test_opengl_3_3_is_said_with_what_is_needed(view, small_scene):
     done = view(small_scene, MESA_GL_VERSION_OVERRIDE="3.3", MESA_GLSL_VERSION_OVERRIDE="330")
     assert done.returncode == 4, done.stderr
