@@ -75,10 +75,14 @@ _RAW = re.compile(
 )
 #: Headings of a column that says what each row measures.
 OF_KINDS = re.compile("type|mode|quantity|measure|geometr|gr(?:ö|oe)(?:ß|ss)e|grandeur", re.I)
+# Headings that number the readings of a sample.
+_OF_REPEATS = (
+    r"(?:readings?|scans?|runs?|repeats?|repetitions?|replicates?|measurements?|messung|wiederholung|m[e]sure|shots?|n)"
+    r"[ _.-]{0,2}(?:ids?|no\.?|nr\.?|num(?:ber)?|nummer|#|index)?\W*"
+)
 #: Headings of what tells readings of one sample apart, and their conditions; others tell samples apart.
 OF_READINGS_APART = re.compile(
-    r"^(?:readings?|scans?|runs?|repeats?|repetitions?|replicates?|measurements?|messung|wiederholung|m[e]sure|shots?|n)"
-    r"[ _.-]{0,2}(?:ids?|no\.?|nr\.?|num(?:ber)?|nummer|#|index)?\W*$|"
+    rf"^{_OF_REPEATS}$|"
     r"angle|winkel|aspecular|geometr|condition|specular|mode|modus|type|typ\b|quantity|kind|filter|instrument|device|"
     r"backing",
     re.I,
@@ -460,8 +464,11 @@ def read_across(table: Section, rows: Iterable[Row], notes: list[str]) -> None:
 
 
 def _tells_apart(head: str, text: str) -> bool:
-    """Return whether a cell tells readings of one sample apart."""
-    return bool(text) and (bool(OF_READINGS_APART.search(head)) or are_angles(head, [text]))
+    """Return whether a cell tells readings of one sample apart: their number, angle or condition, and not what each is
+    for, such as standard and batch.
+    """
+    numbered = re.fullmatch(_OF_REPEATS, head, re.I) is not None
+    return bool(text) and (numbered or are_angles(head, [text]) or bool(conditions_in(text)))
 
 
 def _check_none_left(heads: Sequence[str], longest: int, dialect: Dialect) -> None:

@@ -143,9 +143,9 @@ def test_wavelengths_across_that_are_in_no_spectrum_are_refused(written):
     assert "Coated" in refused.value.found
 
 
-@pytest.mark.parametrize("heading", ["Angle", "Reading", "Geometry", "Channel"])
+@pytest.mark.parametrize("heading", ["Angle", "Reading", "Geometry", "Channel", "Mode"])
 def test_rows_below_a_name_are_further_readings_of_it(written, heading):
-    cells = {"Angle": "{}", "Reading": "{}", "Geometry": "45as{}", "Channel": "{}°"}[heading]
+    cells = {"Angle": "{}", "Reading": "{}", "Geometry": "45as{}", "Channel": "{}°", "Mode": "SCI"}[heading]
     rows = [",".join(["Name", heading, *(f"R {nm}nm" for nm in NM)])]
     for name in ("red", "dark"):
         for at, angle in enumerate((15, 45, 110)):
@@ -158,10 +158,11 @@ def test_rows_below_a_name_are_further_readings_of_it(written, heading):
     assert any("4 rows without a name" in note for note in file.notes)
 
 
-def test_a_row_without_a_name_that_has_another_word_is_called_so(written):
-    rows = [",".join(["Name", "Code", *(f"R {nm}nm" for nm in NM)])]
-    rows += [",".join([name, code, *(f"{value:.4f}" for value in RED)]) for name, code in (("red", "B1"), ("", "B2"))]
-    assert [entry.name for entry in read(written("\n".join(rows) + "\n")).entries] == ["red", "B2"]
+@pytest.mark.parametrize(("heading", "one", "other"), [("Code", "B1", "B2"), ("Type", "Standard", "Batch")])
+def test_a_row_without_a_name_that_has_another_word_is_called_so(written, heading, one, other):
+    rows = [",".join(["Name", heading, *(f"R {nm}nm" for nm in NM)])]
+    rows += [",".join([name, code, *(f"{value:.4f}" for value in RED)]) for name, code in (("red", one), ("", other))]
+    assert [entry.name for entry in read(written("\n".join(rows) + "\n")).entries] == ["red", other]
 
 
 def test_a_row_that_ends_within_a_spectrum_is_refused(written):
