@@ -161,9 +161,9 @@ def lossless(rgb: UInt8[np.ndarray, "H W c"]) -> bytes:
     return stream.getvalue()
 
 
-def data_uri(picture: bytes) -> str:
-    """Return a WebP picture as text for an `src` attribute."""
-    return f"data:image/webp;base64,{base64.b64encode(picture).decode('ascii')}"
+def data_uri(picture: bytes, kind: str = "webp") -> str:
+    """Return the picture, a file of that kind, as text for an `src` attribute."""
+    return f"data:image/{kind};base64,{base64.b64encode(picture).decode('ascii')}"
 
 
 def curve_path(
