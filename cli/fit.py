@@ -107,7 +107,7 @@ def _fitted(args: argparse.Namespace, watch: FitProgress, watching: ExitStack) -
             method=args.method,
             smooth=args.smooth,
             tried=tried,
-            doing=lambda phase: watch.at(phase, share_done(trials, args.budget)),
+            doing=lambda phase: watch.at(phase, share_done(trials, args.budget, phase)),
         )
         found = replace(found, fast=found.fast.with_slices_of(brdf, args.budget))
     watching.close()

@@ -29,12 +29,13 @@ class _Stage:
 class _Item:
     """An item of work: seconds `expected` of it, and `taken`; while it is done, the shares that were done of it when.
 
-    how : as of `How`.
+    how : as of `How`. evenly : its shares are of all its time, and may fall when more turns out to be left.
     """
 
     kind: str
     expected: float
     how: How
+    evenly: bool = False
     heard: list[tuple[float, float]] = field(default_factory=list)
     taken: float | None = None
 
@@ -47,9 +48,10 @@ class _Item:
         return now - self.heard[0][1] + self.rest_by_speed(now)
 
     def rest_by_speed(self, now: float) -> float:
-        """Seconds left at the speed of the later half of what is done."""
+        """Seconds left at the speed of the later half of what is done; of all of it, where that is told `evenly`."""
         share, at = self.heard[-1]
-        before, then = next(entry for entry in reversed(self.heard) if 2.0 * entry[0] <= share)
+        since = self.heard[:1] if self.evenly else self.heard
+        before, then = next(entry for entry in reversed(since) if 2.0 * entry[0] <= share)
         return _less((at - then) / (share - before) * (1.0 - share), now - at)
 
     def rest(self, whole: float, now: float) -> float:
@@ -95,9 +97,13 @@ class TimeLeft:
         for kind, seconds in stages:
             self.expect_stage(kind, seconds)
 
-    def expect(self, key: Hashable, kind: str, seconds: float, how: How = "beside") -> None:
-        """Add an item of which so many seconds are expected, or expect others of it from now on."""
-        self._items[key] = _Item(kind, seconds, how)
+    def expect(self, key: Hashable, kind: str, seconds: float, how: How = "beside", evenly: bool = False) -> None:
+        """Add an item of which so many seconds are expected, or expect others of it from now on.
+
+        evenly : shares that are told of it are of all its time from the beginning, and may fall again; else what begins
+        slowly says little of the rest, and no share falls.
+        """
+        self._items[key] = _Item(kind, seconds, how, evenly)
 
     def expect_stage(self, kind: str, seconds: float) -> _Stage:
         """Add a stage behind all others."""
@@ -112,10 +118,11 @@ class TimeLeft:
 
     def at(self, key: Hashable, share: float = 0.0) -> None:
         """Take note that a share of an item is done; 0 where it begins, 1 where it ends."""
-        heard, now = self._items[key].heard, self._now()
+        item, now = self._items[key], self._now()
+        heard = item.heard
         if not heard:
             heard.append((0.0, self._ended if share and isinstance(key, _Stage) else now))
-        if share > heard[-1][0]:
+        if share > heard[-1][0] or (item.evenly and share != heard[-1][0]):
             heard.append((share, now))
             if share >= 1.0:
                 self.done(key)

@@ -42,7 +42,7 @@ class FitProgress:
 
     def begins(self, model: str) -> None:
         """The material is loaded: its fit begins."""
-        self._left.expect(self._material, model, fit_seconds(model))
+        self._left.expect(self._material, model, fit_seconds(model), evenly=True)
         self._begun = time.monotonic()
         self.at("tabulating", 0.0)
         if self._bar is None:

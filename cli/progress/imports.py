@@ -51,14 +51,14 @@ class _Import:
         for material in file.materials:
             if material.status == "new":
                 self._fits += fit_seconds(material.model)
-                self._left.expect(material.id, material.model, fit_seconds(material.model))
+                self._left.expect(material.id, material.model, fit_seconds(material.model), evenly=True)
         self._left.expect(_FURTHER, _FURTHER, self._fits * (total - done) / done)
 
     def _begun_with(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> None:
         self._pending, self._left.jobs = {material.id: material.model for material in pending}, jobs.count
         for material in pending:
             if material.id not in self._left:
-                self._left.expect(material.id, material.model, fit_seconds(material.model))
+                self._left.expect(material.id, material.model, fit_seconds(material.model), evenly=True)
         self._left.expect(_FURTHER, _FURTHER, 0.0)
 
     def _at(self, material_id: str, doing: Doing) -> bool:

@@ -23,11 +23,16 @@ _FIRST_GUESS_S = {
     "flake_tilt": _MEASURED_S,
     "lambert": 0.1,
 }
-# Shares of a fit's time that tables and the growth of packs take, about, where it does not end with tables; the rest
-# brings packs within the bounds of shading. Where the budget is met, little of that is left.
-_OF_TABLES, _OF_GROWTH, _MET = 0.1, 0.6, 0.9
-# Terms of a fit, at most: as `fitting` has them, which first words do not wait for; a test holds them together.
+# Work of a fit: before anything is tried, and at the end; of a table, and of each of its terms; of all packs, as if
+# together they had so many terms more: a step of growth, which looks for terms first, and in parts of it another
+# refinement, and a round that brings them within the bounds of shading.
+_PREPARING, _STORING, _TABLE, _TABLE_TERM, _BESIDE, _REFINED, _ROUND = 15.0, 12.0, 4.0, 0.75, 16.0, 0.45, 0.33
+# Terms up to which tables are tried, and from which twice as many are added at a time.
+_TABLE_TERMS, _MANY = 8, 32
+# Terms of a fit, at most, and the end of its words while it brings them within the bounds of shading: as `fitting` has
+# them, which first words do not wait for; tests hold them together.
 MOST_TERMS = 96
+OUT_OF_BOUNDS = "still out of the bounds of shading"
 # Of bytes that are read, so often a word.
 _EVERY_S = 0.5
 
@@ -62,28 +67,49 @@ def in_bytes(words: str, total: int, say: Hears) -> Callable[[int], None]:
     return heard
 
 
-def share_done(trials: Sequence[Trial], budget: float) -> float:
-    """Return the share of a fit that is done, 0 to 1.
+def share_done(trials: Sequence[Trial], budget: float, phase: str = "") -> float:
+    """Return the share of a fit that is done, 0 to 1, by the terms of what was tried and of what is still to be.
 
-    While there are tables alone, how far down the way from the worst trial to the budget the best of this lobe is, in
-    logarithms. Once all packs are fitted together: the square of the terms, as the time goes, against those that
-    the budget asks for if what more terms gained so far is a guide, and `MOST_TERMS` at most.
+    How many terms the budget asks for is taken from what more of them gained so far: scores fall as a power of the
+    terms. phase : what the fit is at, in its words; that terms are brought within the bounds of shading is the last.
     """
     scores = [trial.score for trial in trials]
     if not scores or not all(math.isfinite(score) and score > 0 for score in scores):
         return 0.0
-    joint = [trial for trial in trials if trial.joint]
+    joint = [trial for trial in trials if trial.joint and trial.rank >= _TABLE_TERMS]
+    done = _PREPARING + sum(_work(trial.rank, trial.joint) for trial in trials)
+    alike = joint or [trial for trial in trials if trial.lobe == trials[-1].lobe and not trial.joint] or trials
+    if phase.endswith(OUT_OF_BOUNDS):
+        terms, places = (int(word) for word in phase.replace(":", "").split() if word.isdecimal())
+        done += _work(terms, terms > trials[-1].rank)
+        return done / (done + _STORING + (1.0 + math.log2(places) / 3.0) * _ROUND * (terms + _BESIDE))
+    now, met = alike[-1].rank, min(trial.score for trial in alike) <= budget
+    needed, left = now if met else _needed(alike, budget), _STORING
+    if not joint and needed > _TABLE_TERMS:
+        left, now = left + _work(_TABLE_TERMS, False) + 2.0 * _work(_TABLE_TERMS, True), _TABLE_TERMS
+    while now < min(needed, MOST_TERMS):
+        growing = now >= _TABLE_TERMS
+        now += 1 if not growing else 8 if now < _MANY or needed - now <= 8 else 16
+        left += _work(now, growing)
+    # Of a budget that is out of reach, the bounds are, too.
+    return done / (done + left + (4.0 if needed > MOST_TERMS else 2.5) * _ROUND * (now + _BESIDE))
+
+
+def _work(terms: int, joint: bool) -> float:
+    """Return the work of a trial: of a table, or of all packs together, more than those that tables have tried."""
     if not joint:
-        best, worst = min(trial.score for trial in trials if trial.lobe == trials[-1].lobe), max(scores)
-        return _MET if best <= budget else _OF_TABLES * math.log(worst / best) / math.log(worst / budget)
-    first, now = joint[0], joint[-1]
-    best = min(trial.score for trial in joint)
-    if best <= budget:
-        return _MET
-    gained = math.log(first.score / best) / (now.rank - first.rank) if now.rank > first.rank else 0.0
-    needed = now.rank + math.log(best / budget) / gained if gained > 0.0 else MOST_TERMS
-    grown = (now.rank / max(now.rank, min(needed, MOST_TERMS))) ** 2
-    return _OF_TABLES + _OF_GROWTH * grown
+        return _TABLE + _TABLE_TERM * terms
+    return (1.0 if terms > _TABLE_TERMS else _REFINED) * (terms + _BESIDE)
+
+
+def _needed(trials: Sequence[Trial], budget: float) -> float:
+    """Return the terms that the budget asks for, if what more terms gained so far is a guide."""
+    first, best = trials[0], min(trials, key=lambda trial: trial.score)
+    if best.rank <= first.rank or best.score >= first.score:
+        # By the first power of the terms, as the better fits go.
+        return best.rank * best.score / budget
+    power = math.log(first.score / best.score) / math.log(best.rank / first.rank)
+    return best.rank * (best.score / budget) ** (1.0 / power)
 
 
 def fit_seconds(model: str) -> float:

@@ -53,7 +53,7 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
         )
 
     def doing(phase: str) -> None:
-        say(Doing(phase, share_done(trials, budget)))
+        say(Doing(phase, share_done(trials, budget, phase)))
 
     trials: list[Trial] = []
     if material.model in SPECTRA:
