@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from ...calibration.report.text_tables import columns
 from ...runtime.errors import visible
 from ..options import add_catalogue_argument, add_json_option, add_renderer_option, open_catalogue, renderer_for
-from ..output import counted, write_text
+from ..output import counted, say, write_text
+from ..progress.lines import progress_bar
 from .texel import print_texel, texel
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from ...materials.records.material import MaterialRecord
 
 _INDENT = 14
+# Seconds that a picture which should be quick has before it says how far it is.
+_LATE_S = 2.0
 # What a measured file says of itself is in the source and in the notes.
 _SENTENCES = ("name", "description", "measurement_notes")
 
@@ -176,12 +179,16 @@ def _stated(record: MaterialRecord) -> str:
 
 
 def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
+    from ...viewer.render.picture_cost import picture_cost
     from ...viewer.sheets.material_facts import material_page
     from ...viewer.sheets.preview import thumbnail_scene
 
     if record.is_surface:
-        with renderer_for(renderer) as drawing:
-            text = material_page(record, thumbnail_scene(record.model), drawing)
+        scene = thumbnail_scene(record.model)
+        stages = picture_cost(scene, scene.camera()).stages
+        with renderer_for(renderer) as drawing, progress_bar("Drawing", after=_LATE_S, stages=stages) as progress:
+            drawing.configure(on_progress=progress, on_message=say)
+            text = material_page(record, scene, drawing)
     else:
         text = material_page(record)
     write_text(path, text)

@@ -125,6 +125,13 @@ def test_page_is_whole_and_escapes_what_files_say(metamer, folder, tmp_path):
     assert text.count('<path class="curve"') == 2 and "D65, 1964_10" in text and "1.250" in text
 
 
+def test_a_page_that_takes_long_says_how_far_it_is(metamer, folder, tmp_path, monkeypatch):
+    monkeypatch.setattr("metamer.cli.catalogue.show._LATE_S", 0.0)
+    words = ("paint/red", folder, "--html", tmp_path / "page.html", "--renderer", "software")
+    code, _, err = metamer("catalogue", "show", *words)
+    assert code == 0 and "Drawing: 1/1 drawing" in err
+
+
 def test_page_of_a_spectrum_has_no_picture(metamer, folder, tmp_path):
     page = tmp_path / "led.html"
     assert metamer("catalogue", "show", "lamp/led", folder, "--html", page)[0] == 0
