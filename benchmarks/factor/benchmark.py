@@ -160,7 +160,9 @@ class _Work:
     def fitted(self, case: Case, brdf: Brdf, into: _Found, say: Say, progress: Say) -> None:
         """Rows of a surface that packs are fitted to."""
         say("fitting")
-        fitted, seconds, peak = timed_and_weighed(brdf, lambda it: self._fit_with_progress(case, it, say, progress))
+        fitted, seconds, single, peak = timed_and_weighed(
+            brdf, lambda it: self._fit_with_progress(case, it, say, progress)
+        )
         milliseconds, held = self.stopwatch.milliseconds(fitted.fast.packs), table_bytes(brdf, fitted)
         say(f"{_words(fitted)} in {seconds:.1f} s; comparing")
         protocol = sphere_protocol(self.pixels, brdf.isotropic)
@@ -203,7 +205,7 @@ class _Work:
         if self.points and case.name in POINT_CASES:
             say("speed against error")
             choice = POINT_CASES[case.name]
-            own = FittedPoint(fitted, seconds, lambda: self._fit(case, brdf, precision="single").fast.packs)
+            own = FittedPoint(fitted, seconds, single.fast.packs)
             into.points += case_points(case.name, brdf, own, self.stopwatch, self.lights, progress, choice)
             tried = methods.method_points(case.name, brdf, self.stopwatch, self.lights, progress, self.effort)
             into.points += tried
@@ -235,10 +237,10 @@ class _Work:
             into.figures.append(fluorescent_figures(case, brdf, shown, self.picture_pixels))
 
     def _fit_with_progress(self, case: Case, brdf: Brdf, say: Say, progress: Say) -> Fit:
-        """Return a fit that reports each trial; the second time, only why it is run again."""
+        """Return a fit that reports each trial; the second time, why it is run again: packs are left unrounded."""
         if isinstance(brdf, WatchedBrdf):
             say("fitting once more, to count bytes")
-            return self._fit(case, brdf)
+            return self._fit(case, brdf, precision="single")
         return self._fit(case, brdf, tried=lambda trial: progress(_trial_words(trial)))
 
     def _fit(self, case: Case, brdf: Brdf, **options: Any) -> Fit:

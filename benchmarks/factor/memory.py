@@ -67,8 +67,9 @@ class WatchedBrdf(Brdf):
         return tuple(replace(lobe, brdf=WatchedBrdf(lobe.brdf, self.scales)) for lobe in self.brdf.lobes())
 
 
-def timed_and_weighed(brdf: Brdf, work: Callable[[Brdf], T]) -> tuple[T, float, int]:
-    """Return what `work` makes of the BRDF, its seconds, and the most bytes held at one time, evaluations apart.
+def timed_and_weighed(brdf: Brdf, work: Callable[[Brdf], T]) -> tuple[T, float, T, int]:
+    """Return what `work` makes of the BRDF, its seconds, what it makes of it while its bytes are counted, and the most
+    held at one time, evaluations apart.
 
     Two runs, since counting bytes takes time; what the first one cached is not counted again.
     """
@@ -76,11 +77,11 @@ def timed_and_weighed(brdf: Brdf, work: Callable[[Brdf], T]) -> tuple[T, float, 
     scales = Scales()
     tracemalloc.start()
     try:
-        work(WatchedBrdf(brdf, scales))
+        again = work(WatchedBrdf(brdf, scales))
         scales.read()
     finally:
         tracemalloc.stop()
-    return found, seconds, scales.most
+    return found, seconds, again, scales.most
 
 
 def table_bytes(brdf: Brdf, found: Fit) -> int:

@@ -171,7 +171,7 @@ def test_half_precision_is_what_is_drawn(measured, monkeypatch):
     brdf = analytic_cases()[1].make()
     found = configurations.fit(brdf, budget=5.0, pixels=32, precision="single")
     stored = replace(found, fast=FactoredBrdf(tuple(map(rounded_to_half, found.fast.packs))))
-    fitted = configurations.FittedPoint(stored, 1.0, lambda: found.fast.packs)
+    fitted = configurations.FittedPoint(stored, 1.0, found.fast.packs)
     points = configurations.precision_points("x", brdf, fitted, Watch(), ("D65",), 8, lambda line: None)
     assert [point["configuration"] for point in points] == ["single", "half"]
     single, half = handed
