@@ -268,6 +268,9 @@ class Window:
     def _say_problem(self) -> None:
         assert self.pictures is not None
         problem = self.pictures.problem
+        if problem is not None:
+            # It stays until it is solved: light and display are called as the session has them.
+            problem += "\n  Until it is solved, the picture is the one before. Ctrl+Z takes the last step back."
         known = next((one.words for one in self.desk.notices if one.about == "picture"), None)
         if problem is None:
             if known is not None:

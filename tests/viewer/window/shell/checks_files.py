@@ -141,7 +141,8 @@ def check_a_light_of_no_power_is_said(it):
     before = it.picture()
     it.type("Left/##lamp", "dark.csv")
     it.wait(lambda: any(one.problem for one in it.desk.notices), "that it is dark")
-    assert "zero power" in it.said
+    assert "zero power" in it.said and "Ctrl+Z takes the last step back" in it.said
+    assert not any(it.context.item_exists(f"//Notices/Dismiss##{at}") for at in range(len(it.desk.notices)))
     it.frames(3)
     assert alike(it.picture(), before)
     it.key("Ctrl+Z")
@@ -185,6 +186,7 @@ def check_a_name_without_glyphs_is_shown_all_the_same(it):
     it.window.dropped(["ニス-Δλ.toml"])
     it.wait(lambda: it.desk.loaded.subject.path == "ニス-Δλ.toml", "the scene")
     it.settled()
-    it.desk.tell("ニス 🎨 \x07", about="test")
+    it.desk.tell("ニス 🎨 \x07", problem=True, about="test")
     it.frames(3)
-    it.desk.forget("test")
+    it.click(f"Notices/Dismiss##{len(it.desk.notices) - 1}")
+    assert not any(one.about == "test" for one in it.desk.notices)
