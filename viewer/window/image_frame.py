@@ -173,6 +173,13 @@ class ImageFrame:
 
     def _asked(self, session: Session) -> list[tuple[Session, LightChoice, str]]:
         other = session.other
+        if other.made == "reference" or other.catalogue is not None:
+            raise InputError(
+                "an image is not drawn, so that B cannot be either",
+                field="B",
+                found=f"materials of {other.catalogue}" if other.catalogue else "the reference",
+                expected="another light or observer, or another image",
+            )
         return [
             (session, session.light, session.observer),
             (session, other.light or session.light, other.observer or session.observer),

@@ -118,6 +118,9 @@ def write_probes(window: Window, file: Path) -> bool:
 def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> None:
     """Say of what is seen that it is approved, rejected, or neither."""
     frame, session, probing = window.frame, window.desk.session, window.probing
+    if session.subject.kind == "image":
+        window.desk.tell("Materials are rated; an image has none", about="rate")
+        return
     # Of the light before, it would stand beside the name of this one.
     spot = probing.cursor if probing.fresh("cursor", window.view) else None
     reading = other = shown = None

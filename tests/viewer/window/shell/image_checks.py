@@ -84,7 +84,28 @@ def check_what_asks_for_a_scene_is_refused_in_words(it):
     it.point(0.5, 0.5)
     it.key("P")
     assert "no surface to pin" in it.said
+    it.desk.run("rate.approved")
+    assert "an image has none" in it.said and not it.session.ratings
     it.desk.dialog = "picture.keep"
     it.frames(3)
     it.type("Dialog/##file", "kept")
     it.wait(lambda: "is a file already" in it.said, "why it is not kept")
+
+
+def check_b_is_not_said_to_be_what_an_image_cannot_be(it):
+    """A map of no differences would say that the reference is the same."""
+    it.tab("Trust")
+    for change in (lambda: it.desk.run("other.reference"), lambda: it.desk.do(other_catalogue, "Catalogue of B")):
+        change()
+        it.frames(3)
+        assert "cannot be either" in it.said
+        it.key("Ctrl+Z")
+        it.frames(3)
+        assert "cannot be either" not in it.said
+    assert not it.context.item_exists("//Left/by the reference##made")
+
+
+def other_catalogue(session):
+    from dataclasses import replace
+
+    return replace(session, other=replace(session.other, catalogue="elsewhere"))

@@ -34,19 +34,22 @@ def draw(window: Window) -> None:
                 ("maximum", f"{found.max:.2f}"), (f"over {compare.tolerance:.3g}", f"{over:.1%}")]  # fmt: skip
         facts("whole", rows)
     heading("B IS MADE", style)
-    other = session.other
-    for made, words in (("fast", "as A"), ("reference", "by the reference")):
+    other, is_image = session.other, session.subject.kind == "image"
+    for made, words in (("fast", "as A"), ("reference", "by the reference"))[: 1 if is_image else 2]:
         if button(f"{words}##made", other.made == made, style):
             desk.run(f"other.{made}")
         imgui.same_line()
     imgui.new_line()
     _typed(window, "file", "B from a file: EXR", other.file, "File on B")
-    _typed(window, "other catalogue", "B from a catalogue: folder", other.catalogue, "Catalogue of B")
+    if not is_image:
+        _typed(window, "other catalogue", "B from a catalogue: folder", other.catalogue, "Catalogue of B")
     if imgui.button("Swap A and B"):
         desk.run("compare.swap")
     imgui.same_line()
     if imgui.button("B as A"):
         desk.run("other.reset")
+    if is_image:
+        return
     if imgui.button("Keep A's picture..."):
         desk.run("picture.keep")
     tooltip("In XYZ, to be B of another time.")
