@@ -349,6 +349,21 @@ def test_no_two_public_classes_have_one_name(definitions):
     assert not {name: where for name, where in places.items() if len(where) > 1}
 
 
+def test_no_module_gives_two_constants_one_name():
+    """The last of two would win, also where the first is meant."""
+    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()}
+    twice = []
+    for path in tracked("*.py"):
+        given = set()
+        for node in ast.parse((ROOT / path).read_text(encoding="utf-8")).body if path.parts[0] in packages else ():
+            targets = getattr(node, "targets", None) or ([node.target] if isinstance(node, ast.AnnAssign) else [])
+            parts = [part for target in targets for part in ast.walk(target)]
+            for name in (part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)):
+                twice += [f"{path}:{node.lineno} {name}"] if name in given else []
+                given.add(name)
+    assert not twice, twice
+
+
 def _prose(page):
     """Markdown of a page or a notebook, without code."""
     text = page.read_text(encoding="utf-8")

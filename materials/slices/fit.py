@@ -57,7 +57,7 @@ Sampled = Callable[[np.ndarray, np.ndarray], Float[np.ndarray, "S C"]]
 SliceAt = Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]]
 
 # Of a slice's smooth part: rounds of reweighting, and what counts as far above, of the slice's median.
-_ROUNDS, _FAR = 8, 0.02
+_SMOOTH_ROUNDS, _FAR = 8, 0.02
 # Of the mean square of a polynomial: what holds those that the directions do not tell apart.
 _RIDGE = 1.0e-9
 
@@ -298,7 +298,7 @@ def smooth_part(
         return np.zeros((basis.shape[1], f_r.shape[1]))
     off = mean - median
     weight = seen
-    for _ in range(_ROUNDS):
+    for _ in range(_SMOOTH_ROUNDS):
         # A highlight that is too far above for its square to be a number counts for nothing, as it should.
         with np.errstate(over="ignore"):
             weight = seen / (1.0 + (np.maximum(off, 0.0) / scale) ** 2) ** 2
