@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..runtime.errors import UsageError
+from ..runtime.progress import TimeLeft
 from .options import (
     add_catalogue_option,
     add_display_option,
@@ -138,9 +139,20 @@ def run(args: argparse.Namespace) -> int:
     if long:
         say(cost.words)
     if args.reference:
-        with progress_bar("Tracing", quiet=not long) as progress:
+        left, most = TimeLeft(), 0
+        left.expect(args.output, "reference", cost.seconds, evenly=True)
+        left.at(args.output)
+        with progress_bar("Tracing", quiet=not long, work=left) as progress:
+
+            def traced(done: int, total: int, what: str) -> None:
+                nonlocal most
+                # More directions may turn out to be needed: that is told of the time, not of the rows.
+                most = max(most, done)
+                left.at(args.output, done / total)
+                progress(most, total, what)
+
             noise = REFERENCE_NOISE if args.noise is None else args.noise
-            made = reference_picture(scene, catalogue, args.camera, warn, progress, noise)
+            made = reference_picture(scene, catalogue, args.camera, warn, traced, noise)
             notes = made.write(args.output, warn, **written)
     else:
         # What hides light may be known already, or take minutes.

@@ -123,24 +123,19 @@ def draw_until_quiet(
     """Draw, twice as much each time where there is most noise, until there is little.
 
     beside : what other lights give. aimed : mean ΔE94 of the noise. most : directions of each kind and half, at which
-    it ends in any case. say : is told the share of all this that is done, about, and what is being done.
+    it ends in any case. say : is told the share of all this that is done, about, and what is being done; a share falls
+    where the noise falls more slowly than it did.
     """
     directions = min(_FIRST_DIRECTIONS, most)
     words, tiles = "drawing", _Tiles(coverage.shape)
-    # Directions of all pixels so far, and in all: before the noise is known, nobody can tell. The share never falls.
-    drawn, total, told, first = 0, np.inf, 0.0, None
+    # Directions of all pixels so far, and in all: before the noise is known, nobody can tell.
+    drawn, total, first = 0, np.inf, None
 
     def draw(to: int, pixels: Int[np.ndarray, " n"]) -> None:
         """Draw, and tell how far that is."""
         nonlocal drawn
         more = int((to - sums.directions[pixels]).sum())
-
-        def heard(share: float) -> None:
-            nonlocal told
-            told = max(told, min((drawn + share * more) / total, 1.0))
-            say(told, words)
-
-        sums.extend(to, pixels, heard)
+        sums.extend(to, pixels, lambda share: say(min((drawn + share * more) / total, 1.0), words))
         drawn += more
 
     draw(directions, np.flatnonzero(sums.covered))

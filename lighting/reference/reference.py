@@ -101,7 +101,8 @@ def reference_images(
     seed : of what is drawn; equal seeds and equal bands give equal pictures.
     bounces : surfaces that light may come by beside the one that is seen; 0 is direct light alone. What comes so is
         drawn (`bounces`), and has a noise as lights have that spread.
-    progress : called with (rows done, rows in all, what is done) as bands are traced.
+    progress : called with (rows done, rows in all, what is done) as bands are traced; directions that are drawn count
+        as rows, which may be fewer again where more turn out to be needed.
 
     Raises
     ------

@@ -166,3 +166,17 @@ def test_a_kind_is_known_by_the_later_of_its_own():
     for number in (5, 6):
         left.expect(number, "a", 1.0)
     assert left.seconds == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(("evenly", "seconds"), [(True, 60.0), (False, 0.5)])
+def test_a_share_falls_where_more_turns_out_to_be_left(evenly, seconds):
+    """Of what is told evenly; of all else it is the same as if nothing had been heard since."""
+    work = Work()
+    work.left.expect("a", "reference", 1.0, evenly=evenly)
+    work.left.at("a")
+    work.now += 10.0
+    work.left.at("a", 0.5)
+    assert work.left.seconds == pytest.approx(10.0)
+    work.now += 10.0
+    work.left.at("a", 0.25)
+    assert work.left.seconds == pytest.approx(seconds, abs=2.0)

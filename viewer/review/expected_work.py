@@ -63,7 +63,7 @@ class ReviewWork:
             seconds, of = each * max(map(_beside_gloss, models)), f"reference of {', '.join(models)}"
             if known[models] > jobs:
                 seconds, of = _FURTHER * seconds, f"further {of}"
-            self._left.expect((self._out, "reference", number), of, seconds)
+            self._left.expect((self._out, "reference", number), of, seconds, evenly=True)
             count = len(judged) * lights
             self._left.expect((self._out, "rows", number), "rows", count * (_ROW + _ROW_PIXEL * size), "behind")
             rows += count
