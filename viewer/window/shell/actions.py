@@ -11,6 +11,7 @@ from imgui_bundle import imgui
 from imgui_bundle.glfw_utils import glfw_window_hello_imgui
 
 from ....calibration.report.rating import Verdict
+from ..canvas_renderer import Quality
 from ..chain import write_screenshot
 from ..displayed_value import displayed
 from ..frame import Frame
@@ -120,6 +121,9 @@ def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> No
     frame, session, probing = window.frame, window.desk.session, window.probing
     if session.subject.kind == "image":
         window.desk.tell("Materials are rated; an image has none", about="rate")
+        return
+    if verdict != "open" and (frame is None or frame.quality != Quality.EXACT):
+        window.desk.tell("The picture is not exact yet: judge no colour by it; a note can be kept", about="rate")
         return
     # Of the light before, it would stand beside the name of this one.
     spot = probing.cursor if probing.fresh("cursor", window.view) else None

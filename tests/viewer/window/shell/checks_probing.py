@@ -6,6 +6,7 @@ import numpy as np
 from metamer.spectral.difference import delta_e_xyz
 from metamer.viewer.gl.tile import read
 from metamer.viewer.window.displayed_value import displayed
+from metamer.viewer.window.shell.actions import rate
 
 
 def check_the_pointer_reads_what_the_canvas_holds(it):
@@ -102,7 +103,7 @@ def check_probes_are_copied_and_written(it):
 
 
 def check_readings_of_the_view_before_are_none(it):
-    """While the view changes, pins have no numbers, nothing is copied, and a rating holds none."""
+    """While the view changes, pins have no numbers, nothing is copied, nothing is judged, and a note holds none."""
     from imgui_bundle import imgui
 
     it.settled()
@@ -121,11 +122,14 @@ def check_readings_of_the_view_before_are_none(it):
     it.desk.run("probe.copy")
     it.desk.run("rate.approved")
     assert imgui.get_clipboard_text() == "before" and "still being read" in it.said
+    assert not it.session.ratings and "judge no colour by it" in it.said
+    rate(it.window, "open", note="later")
     assert it.session.ratings[-1].probed == ()
     it.context.mouse_up(0)
     it.frames(2)
     for _ in range(2):
         it.key("Ctrl+Z")
+    assert not it.session.ratings
     it.settled()
     it.wait(lambda: lightness in it.words(), "the pin where it was")
 
