@@ -33,8 +33,6 @@ from .timing import Stopwatch
 SIZES = (3, 5, 8, 12)
 STEPS_NM = (5, 10, 20)
 _PIXELS, _PICTURE_PIXELS = 128, 96
-# ΔE94 that no picture shows.
-_UNSEEN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,8 +200,8 @@ def _fitted(
     frame: Frame | None,
     exact: Callable[[tuple[FactorPack, ...]], Callable[[str], Weights]],
 ) -> _Configuration:
-    # Of one number of terms, the rank is the one asked for; what nobody sees is not refined any further.
-    found, seconds = timed(lambda: fit(brdf, budget=_UNSEEN, ranks=ranks, frame=frame))
+    # A budget that nothing meets, so that the rank is the one asked for.
+    found, seconds = timed(lambda: fit(brdf, budget=1e-6, ranks=ranks, frame=frame))
     return _Configuration(kind, name, found.fast.packs, seconds, exact(found.fast.packs))
 
 
