@@ -8,6 +8,7 @@ from metamer.runtime.errors import InputError
 from metamer.spectral.formats.colours_only import colour_in, read_colours
 from metamer.spectral.formats.import_options import ImportOptions
 from metamer.spectral.formats.registry import read_spectra
+from metamer.spectral.measurement import Measurement
 
 NM = np.arange(400, 701, 20)
 RED = 6.2 + 57.0 / (1.0 + np.exp(-(NM - 583.0) / 13.0))
@@ -240,7 +241,8 @@ def test_colours_below_headings_that_differ_are_readings_apart(written, kind, he
     heads = ",".join(f'"{head.format(axis, word)}"' for word in words for axis in "Lab")
     one, two = read_colours(written(f"Illuminant: D65\nName,{heads}\nred,50,40,30,45,42,33\n"))
     assert [one.stated[0].values.tolist(), two.stated[0].values.tolist()] == [[50, 40, 30], [45, 42, 33]]
-    assert one.name != two.name and one.measurement.unlike(two.measurement) == (part,)
+    measured = [Measurement.of(None, each.details, each.name) for each in (one, two)]
+    assert one.name != two.name and measured[0].unlike(measured[1]) == (part,)
 
 
 def test_colours_for_two_lights_are_of_one_reading(written):
