@@ -14,7 +14,7 @@ _TELLING = 0.1
 # From this share of what was expected, it may take half as long again as it is over that.
 _LATE = 0.9
 
-#: Whether an item is done beside others in processes of their own, one by one behind the longest of these, or last.
+#: Place of an item: beside others in processes of their own, one by one behind the longest of these, or last.
 How = Literal["beside", "behind", "last"]
 
 

@@ -90,6 +90,6 @@ def matt_transfer(
     flux = harmonics(to) * size[:, None]
     shares = hidden_shares(visibility.along(to), codes, size)
     lost = (shares * np.maximum(normals @ to.T, 0.0)) @ flux
-    # What is hidden at corners inside of solids is all there is.
+    # At corners inside of solids everything is hidden.
     share, whole = dark[:, None], clamped_cosine(normals)
     return (whole - np.where(share < 1.0, lost, 0.0)) * (1.0 - share)

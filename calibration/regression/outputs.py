@@ -24,7 +24,7 @@ _OUTCOMES: dict[Tier, Outcome] = {"pass": "passed", "warn": "warned", "fail": "f
 # Most rows that are read in a merge request.
 _MOST = 15
 _SIGNS = {"pass": "✅", "warn": "⚠️", "fail": "❌"}
-#: What stands above the columns of the table, a line a layer of a row; ΔE is ΔE94.
+#: Headings of the table, a line a layer of a row; ΔE is ΔE94.
 HEADINGS = (
     *RowName._fields,
     "state",

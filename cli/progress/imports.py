@@ -39,7 +39,7 @@ class _Import:
         self._finished = self._looked = self._total = 0
         # Seconds that fits so far are expected to take.
         self._fits = 0.0
-        # What is done to each material that is fitted, and since when.
+        # Step of each material that is fitted, and when it began.
         self._at_work: dict[str, tuple[float, Doing]] = {}
 
     def _looked_at(self, done: int, total: int, file: PlannedFile) -> None:

@@ -19,7 +19,7 @@ from ..output import end_of_name, shows_bars
 _FIRST_S, _MORE, _SELDOM_S = 1.0, 0.5, 60.0
 # Cells that bar, count, time left and the gaps between them take on a line of progress.
 _BESIDE_THE_NAME = 34
-# Of what takes less than this nobody has to be told how long it will take.
+# Seconds below which no time left is told.
 _QUICK_S = 2.0
 
 

@@ -167,7 +167,7 @@ def _stages(before: Scene, view: Camera, traces: bool, spectral: bool, turns: in
     yield from (stage for stage in stages if stage[0] == VISIBILITY)
     yield from 2 * [(DRAWING, of[DRAWING])]
     if BOUNCES in of:
-        # What was traced is only read.
+        # Paths that were traced before are only read.
         yield INTERREFLECTION, of[INTERREFLECTION] * (_READ if traces else 1.0)
     for _ in ("before", "after"):
         if BOUNCES in of:

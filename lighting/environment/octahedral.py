@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-# What 1 is in a place of the square that is kept in 16 bits.
+# Number that 1 is kept as in 16 bits.
 _FULL = 32767.0
 
 

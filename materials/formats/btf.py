@@ -53,7 +53,7 @@ _HORIZON = 90.0
 _PROCESS_BYTES, _VIEW_BYTES, _IMAGE_S, _TEXEL_S = 300 << 20, 24, 2e-3, 1.2e-7
 # Of OpenEXR, seconds a number.
 _NUMBER_S = 2.5e-7
-# Of EXIF: how a picture is to be turned; 1 is not at all.
+# Tag of EXIF for how a picture is to be turned; 1 is not at all.
 _ORIENTATION, _UPRIGHT = 0x0112, 1
 
 
@@ -324,7 +324,7 @@ def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
         try:
             with Image.open(file) as picture:
                 orientation, profile = picture.getexif().get(_ORIENTATION, _UPRIGHT), picture.info.get("icc_profile")
-                # Of other formats Pillow has read the header.
+                # Pillow has read the header of other formats.
                 data = file.read_bytes() if picture.format in ("PNG", "AVIF", "BMP") else b""
                 stated = ", ".join(other_than_srgb(picture, data))
         except Exception:  # OpenEXR, or damaged

@@ -36,9 +36,9 @@ SCALES = np.array([1.0, 1.15, 1.66]) / 1500.0
 _HEADER = 12
 _LAYOUT = "three int32 (90, 90, 180), then 3 x 90 x 90 x 180 float64"
 _AGAIN = "the file is damaged: download or copy it again"
-# What is not positive is no reading in this layout, so black is written as this, 1/sr.
+# Black in 1/sr: a number that is not positive is no reading in this layout.
 DARKEST = 1e-9
-# As close to the horizon as a node counts as one that a pair of directions has.
+# Distance from the horizon up to which a node counts as one that a pair of directions has.
 _HORIZON = 1e-9
 
 

@@ -49,7 +49,7 @@ _ENVIRONMENT = "packs/slices/error"
 _TEXELS = "texel_error"
 # Texels of a form that are decoded, evenly over the sample.
 _DECODED = 64
-# Of the largest number in a basis, what the same basis may differ by.
+# Share of the largest number in a basis by which the same basis may differ.
 _SAME = 1e-6
 
 

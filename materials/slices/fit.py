@@ -56,9 +56,9 @@ Sampled = Callable[[np.ndarray, np.ndarray], Float[np.ndarray, "S C"]]
 #: A slice, as `_slice` gives it, by theta_o and azimuth of its viewer.
 SliceAt = Callable[[float, float], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]]
 
-# Of a slice's smooth part: rounds of reweighting, and what counts as far above, of the slice's median.
+# Rounds of reweighting of a slice's smooth part, and the share of its median that counts as far above.
 _SMOOTH_ROUNDS, _FAR = 8, 0.02
-# Of the mean square of a polynomial: what holds those that the directions do not tell apart.
+# Share of a polynomial's mean square that holds those that the directions do not tell apart.
 _RIDGE = 1.0e-9
 
 

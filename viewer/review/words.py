@@ -24,7 +24,7 @@ from ..display.transform import DisplayTransform
 
 # Cosines of measured directions may be off by so much.
 _ROUNDING = 1e-6
-#: What `metamer display config` writes beside a configuration.
+#: File that `metamer display config` writes beside a configuration.
 RECORD = "display.json"
 
 

@@ -135,7 +135,7 @@ def subject_of(words: Sequence[str], catalogue: Catalogue) -> Subject | Session:
 def _not_shown(path: Path) -> InputError:
     """Say of a file or folder that is there why it is not opened."""
     if path.is_file():
-        # What is recognised is called so.
+        # A file that is recognised is refused as what it is.
         possible_scene(path)
     return InputError(
         "nothing that the window shows",

@@ -125,7 +125,7 @@ def rate(window: Window, verdict: Verdict, score: int = 0, note: str = "") -> No
     if verdict != "open" and (frame is None or frame.quality != Quality.EXACT):
         window.desk.tell("The picture is not exact yet: judge no colour by it; a note can be kept", about="rate")
         return
-    # Of the light before, it would stand beside the name of this one.
+    # A reading of the light before would stand beside the name of this one.
     spot = probing.cursor if probing.fresh("cursor", window.view) else None
     reading = other = shown = None
     if spot is not None and frame is not None and spot.readings:

@@ -15,7 +15,7 @@ from .panels import protocol
 from .widgets import em, quiet
 from .window import Window
 
-# Of dialogs that ask for a file: title, what is asked for, the button, and the suffix of what is written.
+# Dialogs that ask for a file: title, what is asked for, the button, and the suffix of what is written.
 _FILES = {
     "open": ("Open", "scene.toml, session.toml or image.exr", "Open", ""),
     "save.as": ("Save the session", "session.toml", "Save", ".toml"),
@@ -46,7 +46,7 @@ def draw_dialog(window: Window) -> bool:
     room = imgui.get_main_viewport().size
     across, top = min(em(wide), room.x), min(em(5.0), room.y * 0.1)
     imgui.set_next_window_pos(ImVec2(room.x / 2.0, top), 0, ImVec2(0.5, 0.0))
-    # What is taller than the window is scrolled.
+    # A dialog that is taller than the window is scrolled.
     imgui.set_next_window_size_constraints(ImVec2(across, 0.0), ImVec2(across, max(room.y - top - em(0.5), em(2.0))))
     flags = imgui.WindowFlags_
     imgui.push_style_color(imgui.Col_.window_bg, window.style.panel(5.0))

@@ -131,7 +131,7 @@ def _draw_notices(window: Window, x: float, y: float, width: float) -> None:
         | flags.no_focus_on_appearing | flags.no_nav,
     )  # fmt: skip
     for number, one in enumerate(said):
-        # What is wrong with the picture is solved or taken back: it would be told again.
+        # A problem of the picture is solved or taken back: it would be told again.
         dismissed = one.problem and one.about != "picture"
         imgui.push_text_wrap_pos(wide - em(6.0 if dismissed else 1.0))
         imgui.text_unformatted(one.words)
