@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
+from scipy.sparse import csr_array
 from scipy.spatial import KDTree
 
 from ..vectors import welded
@@ -175,7 +176,9 @@ def _mixed(
     codes: Float[np.ndarray, "n K"], near: Int[np.ndarray, "m c"], shares: Float[np.ndarray, "m c"]
 ) -> Float[np.ndarray, "m K"]:
     """Codes that neighbours foretell by their shares."""
-    return np.einsum("nk,nkc->nc", shares, codes[near].astype(np.float32))
+    used, at = np.unique(near, return_inverse=True)
+    ends = near.shape[1] * np.arange(len(near) + 1)
+    return csr_array((shares.ravel(), at.ravel(), ends), (len(near), len(used))) @ codes[used].astype(np.float32)
 
 
 def _between_shells(
@@ -204,10 +207,10 @@ def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) ->
     tree, found = KDTree(around.places[few]), np.zeros(len(which), dtype=bool)
     for start in range(0, len(which), _BLOCK):
         some = which[start : start + _BLOCK]
-        near = _nearest(tree, around.places[some], _LOOKED_AT)[1]
+        far, near = _nearest(tree, around.places[some], _LOOKED_AT)
         offset = around.places[few[near]] - around.places[some][:, None]
         rise = np.einsum("nki,ni->nk", offset, around.normals[some])
-        found[start : start + _BLOCK] = (rise > _SINE * np.linalg.norm(offset, axis=2) + 1e-6).any(axis=1)
+        found[start : start + _BLOCK] = (rise > _SINE * far + 1e-6).any(axis=1)
     return found
 
 

@@ -15,12 +15,14 @@ add little beside what the terms leave out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
+from ..environment import octahedral
+from ..vectors import dot
 from .tracing import BELOW, MAP, texels
 
 #: Signed angles are stored as tanh(angle / SOFT), radians.
@@ -36,12 +38,12 @@ _NEAR, _OPEN, _UNSEEN = np.deg2rad(20.0), 0.1, 1e-3
 _GRAZING = 0.1
 # Root mean square of bent distances that may be left out, where fewer terms leave so little.
 _LEFT_OUT = 0.01
-# Turns of axes and codes, and what holds those to zero that no weight determines. Where little is near a boundary the
-# matrices of codes are some hundredths: with a ridge of 1e-2 shadows were off by twice as much.
+# Turns of axes and codes, and what holds those axes to zero that no weight determines.
 _TURNS, _RIDGE = 2, 1e-4
-# Steps of conjugate gradients for codes in a quick basis: with four of them shadows were off by a sixteenth more, with
-# none by six tenths.
-_STEPS = 8
+# Steps of conjugate gradients that find codes, and the side of the map of normals whose sites share a preconditioner:
+# shadows are as the solution has them to a hundredth, in a quarter of its time. Weights there are those so far (rad)
+# from a boundary.
+_STEPS, _NORMALS, _USUAL = 4, 8, np.pi / 4.0
 # Half a byte reaches from -7 to 7, and that is so many root mean squares of its term.
 _HALF, _REACH = 7, 4.0
 # Codes that are packed at once: less than a megabyte.
@@ -50,30 +52,27 @@ _PACKED = 1024
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """mean (texels,) and axes (texels, K) of bent distances, float32.
-
-    steps : of conjugate gradients that find codes, from the plain projection onto axes which are square to each other;
-        0: codes are the solution itself.
-    """
+    """mean (texels,) and axes (texels, K) of bent distances, float32; axes are square to each other."""
 
     mean: Float[np.ndarray, " texels"]
     axes: Float[np.ndarray, "texels K"]
-    steps: int = 0
 
     def __reduce__(self) -> tuple:
-        """Without the products: another process makes its own."""
-        return Basis, (self.mean, self.axes, self.steps)
+        """Without the inverses: another process makes its own."""
+        return Basis, (self.mean, self.axes)
 
     @cached_property
-    def products(self) -> Float[np.ndarray, "texels P"]:
-        """Products of every two axes, texel by texel; some 20 MB, the same for all sites."""
-        return _products(self.axes)
+    def inverses(self) -> Float[np.ndarray, "normals K K"]:
+        """Inverse matrices of the least squares at sites of each direction of normals, with weights as usual."""
+        normals = octahedral.texel_directions(_NORMALS).reshape(-1, 3)
+        weights = importance(np.full((len(normals), MAP**2), _USUAL, dtype=np.float32), normals)
+        matrices = np.stack([(self.axes.T * one) @ self.axes for one in weights])
+        return np.linalg.inv(matrices.astype(np.float64)).astype(np.float32)
 
-    @cached_property
+    @property
     def hidden(self) -> Float[np.ndarray, " K"]:
         """Code of a site that sees nothing anywhere."""
-        values = bent(np.full((1, MAP**2), -0.5 * np.pi, dtype=np.float32))
-        return encoded(self, values, np.ones_like(values))[0]
+        return (bent(np.full(MAP**2, -0.5 * np.pi, dtype=np.float32)) - self.mean) @ self.axes
 
 
 def bent(distances: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
@@ -119,6 +118,7 @@ def whole_bytes(terms: int) -> int:
 def fitted_basis(
     values: Float[np.ndarray, "n texels"],
     weights: Float[np.ndarray, "n texels"],
+    normals: Float[np.ndarray, "n 3"],
     dark: Bool[np.ndarray, " n"],
     most: int = MOST_TERMS,
 ) -> tuple[Basis, Float[np.ndarray, "n K"]]:
@@ -129,17 +129,21 @@ def fitted_basis(
     basis = _principal(values, most)
     if not basis.axes.shape[1]:
         return basis, np.zeros((len(values), 0), dtype=np.float32)
-    # Those that are dark are one site, of the sum of their weights.
-    light, count = np.flatnonzero(~dark), np.ones(len(values) - np.count_nonzero(dark) + dark.any())
-    row = np.cumsum(~dark) - 1
-    if dark.any():
-        some = np.flatnonzero(dark)
+    # Those that are dark are one site, the last, of the sum of their weights.
+    light, some = np.flatnonzero(~dark), np.flatnonzero(dark)
+    count, row = np.ones(len(light)), np.cumsum(~dark) - 1
+    if len(some):
         values = np.concatenate([values[light], values[some[:1]]])
         weights = np.concatenate([weights[light], weights[some].sum(axis=0, keepdims=True)])
-        row[some], count[-1] = len(light), len(some)
+        row[some], count = len(light), np.append(count, len(some))
+
+    def codes_in(basis: Basis) -> Float[np.ndarray, "m K"]:
+        found = encoded(basis, values[: len(light)], weights[: len(light)], normals[light])
+        return np.concatenate([found, basis.hidden[None]]) if len(some) else found
+
     for _ in range(_TURNS):
-        basis = _turned(basis, values, weights)
-    codes = encoded(basis, values, weights)
+        basis = _turned(basis, codes_in(basis), values, weights)
+    codes = codes_in(basis)
     middle = np.average(codes, axis=0, weights=count).astype(np.float32)
     spread = (codes - middle).astype(np.float64)
     most_first = np.linalg.eigh((count * spread.T) @ spread)[1][:, ::-1].astype(np.float32)
@@ -152,13 +156,13 @@ def fitted_basis(
 def quick_basis(values: Float[np.ndarray, "n texels"], dark: Bool[np.ndarray, " n"], most: int = MOST_TERMS) -> Basis:
     """Find a basis of bent distances of n sites in a fifth of the time: principal axes, that no weight has turned.
 
-    Codes are found in a third of the time. It leaves out as much of the sites that it was made of, and of those between
-    them, as `fitted_basis` does of a whole scene.
+    It leaves out as much of the sites that it was made of, and of those between them, as `fitted_basis` does of a whole
+    scene.
     """
     # Both ends, all open and all hidden, are there for certain.
     ends = np.float32(np.tanh(0.5 * np.pi / SOFT)) * np.array([[1.0], [-1.0]], np.float32)
     known = np.concatenate([values[~dark], np.broadcast_to(ends, (2, MAP**2))])
-    return replace(_principal(known, most), steps=_STEPS)
+    return _principal(known, most)
 
 
 def _principal(values: Float[np.ndarray, "n texels"], most: int) -> Basis:
@@ -177,14 +181,46 @@ def _principal(values: Float[np.ndarray, "n texels"], most: int) -> Basis:
 
 
 def encoded(
-    basis: Basis, values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"]
+    basis: Basis,
+    values: Float[np.ndarray, "n texels"],
+    weights: Float[np.ndarray, "n texels"],
+    normals: Float[np.ndarray, "n 3"],
 ) -> Float[np.ndarray, "n K"]:
-    """Return the codes that stand for values: the weighted least squares."""
+    """Return the codes that stand for values: the weighted least squares, by a few preconditioned conjugate gradients.
+
+    They begin at the plain projection, which stays where no weight determines more. Sites of like normals have like
+    weights, and share a preconditioner.
+    """
     if not basis.axes.shape[1]:
         return np.zeros((len(values), 0), dtype=np.float32)
-    if basis.steps:
-        return _descended(basis, values, weights)
-    return _solved(weights, basis.products, ((values - basis.mean) * weights) @ basis.axes, 0.0)
+    facing = octahedral.texel_at(normals.astype(np.float32), _NORMALS)
+    order = np.argsort(facing, kind="stable")
+    alike = [
+        (some, facing[some[0]]) for some in np.split(order, np.flatnonzero(np.diff(facing[order])) + 1) if len(some)
+    ]
+
+    def preconditioned(rows: Float[np.ndarray, "n K"]) -> Float[np.ndarray, "n K"]:
+        found = np.empty_like(rows)
+        for some, direction in alike:
+            found[some] = rows[some] @ basis.inverses[direction]
+        return found
+
+    axes, off = basis.axes, values - basis.mean
+    codes = off @ axes
+    left = (weights * (off - codes @ axes.T)) @ axes
+    way = preconditioned(left)
+    size = dot(left, way)
+    for _ in range(_STEPS):
+        pushed = (weights * (way @ axes.T)) @ axes
+        along = dot(way, pushed)
+        # Nothing is along a way only where none is left.
+        share = np.divide(size, along, out=np.zeros_like(size), where=along > 0.0)[:, None]
+        codes += share * way
+        left -= share * pushed
+        eased = preconditioned(left)
+        before, size = size, dot(left, eased)
+        way = eased + np.divide(size, before, out=np.zeros_like(size), where=before > 0.0)[:, None] * way
+    return codes
 
 
 def pack_codes(
@@ -224,9 +260,8 @@ def unpack_codes(whole: Int[np.ndarray, "*n B"], halves: UInt8[np.ndarray, "*n H
     return np.concatenate([whole.astype(np.float32), small.astype(np.float32) - np.float32(8.0)], axis=-1)
 
 
-def _turned(basis: Basis, values: np.ndarray, weights: np.ndarray) -> Basis:
-    """Return the basis that suits the codes which the given one finds, its axes square to each other again."""
-    codes = encoded(basis, values, weights)
+def _turned(basis: Basis, codes: np.ndarray, values: np.ndarray, weights: np.ndarray) -> Basis:
+    """Return the basis that suits codes which the given one finds, its axes square to each other again."""
     extended = np.concatenate([codes, np.ones((len(codes), 1), dtype=np.float32)], axis=1)
     before = np.concatenate([basis.axes, basis.mean[:, None]], axis=1)
     # Held to what they were, weakly: a texel that hardly any site sees has no axes of its own.
@@ -258,26 +293,6 @@ def _packing(terms: int) -> tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]:
     number = np.arange(float(terms * terms)).reshape(terms, terms)
     packed, _ = dtrttf(number, uplo="L")
     return tuple(np.divmod(packed.astype(np.int64), terms))
-
-
-def _descended(
-    basis: Basis, values: Float[np.ndarray, "n texels"], weights: Float[np.ndarray, "n texels"]
-) -> Float[np.ndarray, "n K"]:
-    """Codes by a few conjugate gradients. What no weight determines stays as it is projected."""
-    axes, off = basis.axes, values - basis.mean
-    codes = off @ axes
-    left = (weights * (off - codes @ axes.T)) @ axes
-    way, size = left.copy(), np.square(left).sum(axis=1)
-    for _ in range(basis.steps):
-        pushed = (weights * (way @ axes.T)) @ axes
-        along = (way * pushed).sum(axis=1)
-        # Nothing is along a way only where none is left.
-        share = np.divide(size, along, out=np.zeros_like(size), where=along > 0.0)[:, None]
-        codes += share * way
-        left -= share * pushed
-        before, size = size, np.square(left).sum(axis=1)
-        way = left + np.divide(size, before, out=np.zeros_like(size), where=before > 0.0)[:, None] * way
-    return codes
 
 
 def _solved(

@@ -105,5 +105,6 @@ def middle_sites(
 
 def _differ(codes: Float[np.ndarray, "S K"], sites: Int[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
     """Root mean square over the map; 0 where there is no site."""
-    one, other = codes[np.maximum(sites.T, 0)].astype(np.float32)
+    used, at = np.unique(np.maximum(sites.T, 0), return_inverse=True)
+    one, other = codes[used].astype(np.float32)[at.reshape(2, -1)]
     return np.where((sites >= 0).all(axis=1), np.linalg.norm(one - other, axis=1) / MAP, 0.0)

@@ -236,7 +236,7 @@ class _Computation:
         distances = np.concatenate([one.distances for one in first])
         weights, values = compression.importance(distances, where.normals[training]), compression.bent(distances)
         dark, most = np.concatenate([one.dark for one in first]), most_terms(len(self._fronts), self._total)
-        self._basis, codes = compression.fitted_basis(values, weights, dark, most)
+        self._basis, codes = compression.fitted_basis(values, weights, where.normals[training], dark, most)
         self._codes = np.empty((self._total, self._basis.axes.shape[1]), dtype=np.float16)
         self._codes[training] = codes
         self._dark = np.zeros(self._total, dtype=bool)
@@ -328,9 +328,10 @@ class _Computation:
         self._basis = compression.quick_basis(values, dark[known], most_terms(len(self._fronts), self._total))
         codes = np.tile(self._basis.hidden.astype(np.float16), (self._total, 1))
         mine = codes[wanted]
-        weights = compression.importance(distances, self._where.normals[wanted[known]])
         light = ~dark[known]
-        mine[known[light]] = compression.encoded(self._basis, values[light], weights[light])
+        normals = self._where.normals[wanted[known[light]]]
+        weights = compression.importance(distances[light], normals)
+        mine[known[light]] = compression.encoded(self._basis, values[light], weights, normals)
         self._filled(wanted, mine, dark, known, count)
         codes[wanted] = mine
         rim = rim_of_shut(self._shut, np.concatenate(ends))
@@ -438,6 +439,6 @@ def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
     codes, light = np.tile(basis.hidden, (len(starts), 1)), ~found.dark
     distances = found.distances[light]
     codes[light] = compression.encoded(
-        basis, compression.bent(distances), compression.importance(distances, normals[light])
+        basis, compression.bent(distances), compression.importance(distances, normals[light]), normals[light]
     )
     return codes, found.all_free, found.dark
