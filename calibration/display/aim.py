@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +25,26 @@ Black = Literal["absolute", "bpc"]
 _SHOWN, _HALVINGS_AT_ONCE, _ROUNDS = 0.02, 4, 6
 # A white that is to be as bright as can be may give up this share of it, in so many steps, for whole codes.
 _GIVEN_UP, _STEPS = 0.01, 101
+
+
+@dataclass(frozen=True)
+class AimSettings:
+    """Aim as it is asked for.
+
+    white : by name, or a chromaticity (x, y). luminance : of white in cd/m2; None: as much as there is. black : of the
+    view that comes first.
+    """
+
+    white: Literal["d65", "native"] | tuple[float, float] = "d65"
+    luminance: float | None = None
+    black: Black = "absolute"
+
+    def __post_init__(self) -> None:
+        by_name = self.white in ("d65", "native")
+        numbers = (() if by_name else tuple(self.white)) + (() if self.luminance is None else (self.luminance,))
+        known = by_name or len(self.white) == 2
+        if not known or self.black not in get_args(Black) or not np.isfinite(np.array(numbers, dtype=np.float64)).all():
+            raise ValueError(f"no aim of a display: {self}")
 
 
 @dataclass(frozen=True, eq=False)

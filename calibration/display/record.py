@@ -15,6 +15,7 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file, written_whole
 from .additivity import Additivity
+from .aim import Aim, AimSettings, aimed
 from .choice import ModelChoice
 from .model import DisplayModel
 from .readings import Readings, ReadingSpectra
@@ -34,6 +35,7 @@ class DisplayRecord:
     reason : why this model. held_back : mean ΔE94 by model of patches that it had not seen.
     additivity : whether channels add up. repeatability : relative standard deviation of X, Y, Z, or None.
     notes : what has to be said, a sentence each. verifications : earlier ones, each as `verification.kept` has it.
+    settings : aim of the configuration that this was written beside; D65 where there is none.
     """
 
     name: str
@@ -47,6 +49,13 @@ class DisplayRecord:
     notes: tuple[str, ...] = ()
     verifications: tuple[Mapping[str, Any], ...] = field(default_factory=tuple)
     read: Float[np.ndarray, "n 6"] = field(default_factory=lambda: np.zeros((0, 6)))
+    settings: AimSettings = field(default_factory=AimSettings)
+
+    @property
+    def aim(self) -> Aim:
+        """Aim by its settings; errors as of `aimed`."""
+        readings, asked = self.readings, self.settings
+        return aimed(self.model, asked.white, asked.luminance, readings.absolute, readings.observer)
 
     @classmethod
     def of(cls, name: str, raw: Readings, used: Readings, choice: ModelChoice, notes: tuple[str, ...]) -> DisplayRecord:
@@ -94,6 +103,7 @@ class DisplayRecord:
             },
             "verifications": [dict(one) for one in self.verifications],
             "read": self.read.tolist(),
+            "aim": vars(self.settings),
         }
         if readings.spectra is not None:
             kept["spectra"] = {
@@ -151,9 +161,15 @@ def read_record(path: str | Path) -> DisplayRecord:
             tuple(kept["notes"]),
             tuple(kept["verifications"]),
             np.array(kept.get("read", []), dtype=np.float64).reshape(-1, 6),
+            _settings(kept.get("aim", {})),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as reason:
         raise _unusable(path, "a damaged file of a display", f"{type(reason).__name__}: {reason}"[:120]) from None
+
+
+def _settings(kept: Mapping[str, Any]) -> AimSettings:
+    white = kept.get("white", "d65")
+    return AimSettings(**{**kept, "white": white if isinstance(white, str) else tuple(white)})
 
 
 def _unusable(path: Path, problem: str, found: str) -> InputError:

@@ -45,15 +45,17 @@ def _white(text: str) -> Literal["d65", "native"] | tuple[float, float]:
 
 def run(args: argparse.Namespace) -> int:
     """Write and print; 0, 1 where the profile cannot follow the display."""
-    from ...calibration.display.aim import aimed
+    from dataclasses import replace
+
+    from ...calibration.display.aim import AimSettings
     from ...calibration.display.cube import make_cube
     from ...calibration.display.record import read_record
     from ...viewer.display.config import file_stem, write_config
     from ...viewer.display.transform import DEFAULT_VIEW, DisplayTransform
     from ..output import warn
 
-    record = read_record(args.display)
-    aim = aimed(record.model, args.white, args.luminance, record.readings.absolute, record.readings.observer)
+    record = replace(read_record(args.display), settings=AimSettings(args.white, args.luminance, args.black))
+    aim = record.aim
     cube = make_cube(record.model)
     name = args.name or record.name
     describing = (

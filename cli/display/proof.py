@@ -37,8 +37,9 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     verb.add_argument(
         "display",
         metavar="DISPLAY",
-        help="DISPLAY.json, which `display characterise` wrote; or the display's profile, PROFILE.icc, or icc:screen "
-        "for the one that the system has",
+        help="display.json beside a configuration, for the white, luminance and black that it aims at; what `display "
+        "characterise` wrote, for D65; or the display's profile, PROFILE.icc, or icc:screen for the one that the "
+        "system has",
     )
     verb.add_argument(
         "picture",
@@ -46,8 +47,12 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         metavar="PICTURE|SCENE",
         help="PNG or JPEG, sRGB unless its profile says something else; or scene.toml",
     )
-    verb.add_argument("--luminance", type=float, metavar="L", help="cd/m2 of white (default: as much as there is)")
-    verb.add_argument("--black", choices=("absolute", "bpc"), help="of pictures: as it is (default), or moved")
+    verb.add_argument("--luminance", type=float, metavar="L", help="cd/m2 of white (default: as of the configuration)")
+    verb.add_argument(
+        "--black",
+        choices=("absolute", "bpc"),
+        help="of pictures: as it is, or moved (default: as of the configuration)",
+    )
     verb.add_argument("--camera", metavar="NAME", help="of a scene (default: its first)")
     verb.add_argument("--illuminant", type=illuminant_name, metavar="NAME", help="in place of a scene's lights' own")
     add_output_option(verb, "the picture in grey, what is lost in magenta", metavar="F.png")
@@ -112,17 +117,20 @@ def _profile(named: str) -> tuple[str, Callable[[np.ndarray], ProofStatistics]]:
 
 def _characterised(args: argparse.Namespace) -> tuple[str, Callable[[np.ndarray], ProofStatistics]]:
     """Name the display of a characterisation, and return the same for it."""
-    from ...calibration.display.aim import aimed
+    from dataclasses import replace
+
     from ...calibration.display.cube import make_cube
     from ...calibration.display.proof import proofed
     from ...calibration.display.record import read_record
 
     record = read_record(args.display)
-    aim = aimed(record.model, "d65", args.luminance, record.readings.absolute, record.readings.observer)
-    cube = make_cube(record.model)
+    asked = {name: value for name in ("luminance", "black") if (value := getattr(args, name)) is not None}
+    record = replace(record, settings=replace(record.settings, **asked))
+    aim, cube = record.aim, make_cube(record.model)
+    moved = ", black moved to its own" if record.settings.black == "bpc" else ""
     return (
-        f"{record.name}, white {aim.words}",
-        lambda xyz: proofed(record.model, cube, aim, xyz, args.black or "absolute"),
+        f"{record.name}, white {aim.words}{moved}",
+        lambda xyz: proofed(record.model, cube, aim, xyz, record.settings.black),
     )
 
 

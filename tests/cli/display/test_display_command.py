@@ -59,6 +59,31 @@ def test_from_patches_to_a_signed_page(metamer, tmp_path):
     assert code in (0, 1) and "of 4 pixels" in said and (tmp_path / "lost.png").is_file()
 
 
+def test_a_proof_judges_by_the_aim_of_the_configuration(metamer, tmp_path):
+    """White is shown whatever it becomes: as the display's own it is all codes, and nothing of it is lost."""
+    first, display, picture = _write(tmp_path / "a.csv", 40, "characterise", 0), tmp_path / "d.json", tmp_path / "p.png"
+    assert metamer("display", "characterise", first, "-o", display, "--model", "gog")[0] == 0
+    Image.fromarray(np.full((1, 2, 3), ((255,) * 3, (0,) * 3), dtype=np.uint8)).save(picture)
+    for options, words, lost in (
+        (("--white", "native"), "white the display's own, x 0.2989", 1),
+        (("--white", "0.3,0.32", "--black", "bpc"), "white as asked for, x 0.3000, y 0.3200", 0),
+        (("--luminance", "60"), "white D65, x 0.3127, y 0.3290, 60.0 cd/m2", 1),
+    ):
+        folder = tmp_path / f"to{len(list(tmp_path.iterdir()))}"
+        assert metamer("display", "config", display, "-o", folder, *options)[0] == 0
+        said = metamer("display", "proof", folder / "display.json", picture)[1]
+        assert words in said and f"{lost} of 2 pixels" in said, said
+        assert ("black moved" in said) == ("bpc" in options)
+    # An answer on the command goes before.
+    assert "white as asked for" not in metamer("display", "proof", display, picture)[1]
+    said = metamer("display", "proof", folder / "display.json", picture, "--luminance", "50", "--black", "bpc")[1]
+    assert "50.0 cd/m2, black moved" in said and "0 of 2 pixels" in said
+    damaged = json.loads(display.read_text(encoding="utf-8")) | {"aim": {"white": "d56"}}
+    display.write_text(json.dumps(damaged), encoding="utf-8")
+    code, _, err = metamer("display", "proof", display, picture)
+    assert code == 4 and "a damaged file of a display" in err
+
+
 def test_a_scene_is_proofed_for_a_profile(metamer, scene, tiny_catalogue, tmp_path):
     """As the picture itself is; options that have no meaning are refused."""
     (tmp_path / "desk.icc").write_bytes(matrix_profile(columns=DULL, name="Desk"))
