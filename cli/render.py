@@ -129,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
     catalogue = catalogue_for(args.catalogue, args.jobs or 1)
     scene = shown_on(lit_by(load_scene(args.scene, catalogue, say), args.illuminant), args.display)
     if args.output.suffix.lower() == ".png":
-        _ = display_for(scene.viewing)
+        _ = display_for(scene)
     scene = scene if args.bounces is None else replace(scene, bounces=args.bounces)
     view = scene.camera(args.camera)
     kind = "reference" if args.reference else "spectra" if args.spectral else "picture"

@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     if args.display is not None:
         session = replace(session, shown=replace(session.shown, config=None, display=args.display, view=None))
         # One that there is not is said before the window opens.
-        display_of(session, DisplayTransform() if loaded.scene is None else display_for(loaded.scene.viewing))
+        display_of(session, DisplayTransform() if loaded.scene is None else display_for(loaded.scene))
     desk = Desk(loaded, session)
     desk.path = path
     shell.run(desk, keep=kept)

@@ -17,7 +17,7 @@ from ..lighting.camera import Camera
 from ..lighting.reference.noise import NOISE_SHARE
 from ..lighting.reference.placement import looks_past, placement_warnings, why_black
 from ..lighting.reference.reference import reference_images
-from ..lighting.scene import Scene, Viewing
+from ..lighting.scene import Scene
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
 from ..runtime.distribution import installed_version
@@ -29,6 +29,7 @@ from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
 from ..spectral.formats.xyz_exr import SpaceName, write_rgb_exr, write_xyz_exr
 from ..spectral.illuminants import as_light
 from ..spectral.image import ColourImage
+from ..spectral.observers import observer_name
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from .display.gl_pass import DisplayPass
 from .display.png import colour_chunks, quantise, write_png
@@ -85,7 +86,7 @@ class Picture:
 
     def display_xyz(self) -> Float[np.ndarray, "H W 3"]:
         """Return the picture over its background as XYZ under the display's white (D65), as displays are sent it."""
-        display = display_for(self.scene.viewing)
+        display = display_for(self.scene)
         whole = composite(self.xyz, self.coverage, _background(self.scene))
         return whole @ display.adaptation_from(self.white).T
 
@@ -104,11 +105,11 @@ class Picture:
 
     def rgb(self) -> UInt8[np.ndarray, "H W 3"]:
         """Return the picture over its background as codes of the scene's display."""
-        return quantise(_encoded(self.scene, self.xyz, self.coverage, display_for(self.scene.viewing), None)[0])
+        return quantise(_encoded(self.scene, self.xyz, self.coverage, display_for(self.scene), None)[0])
 
     def _repr_png_(self) -> bytes:
         """Encode the picture for its display, for a notebook."""
-        return png_bytes(self.rgb(), colour_chunks(display_for(self.scene.viewing))[0])
+        return png_bytes(self.rgb(), colour_chunks(display_for(self.scene))[0])
 
     def plot(self, axes: Any = None) -> Any:
         """Show the picture with matplotlib; returns the axes.
@@ -151,7 +152,7 @@ class Picture:
                 write_xyz_exr(output, image, coverage, words, lux)
                 return ()
             return write_rgb_exr(output, image, space, coverage, words, lux, viewing.adaptation)
-        display = display_for(self.scene.viewing)
+        display = display_for(self.scene)
         on = None if renderer is None else display_pass(renderer, display)
         rgb, notes = _encoded(self.scene, self.xyz, self.coverage, display, on)
         if notes:
@@ -203,9 +204,13 @@ def check_output(output: Path, spectral: bool = False) -> None:
         raise UsageError(f"{output}: {what} written as {' or '.join(kinds)}")
 
 
-def display_for(viewing: Viewing) -> DisplayTransform:
-    """Return the display transform that a scene asks for; what it leaves open keeps its default."""
+def display_for(scene: Scene) -> DisplayTransform:
+    """Return the display transform that a scene asks for, aimed for its observer; what it leaves open keeps its
+    default.
+    """
+    viewing = scene.viewing
     chosen: dict[str, Any] = {
+        "observer": observer_name(scene.observer.name),
         "display": viewing.display,
         "view": viewing.view,
         "config": viewing.ocio_config,

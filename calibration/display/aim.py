@@ -143,14 +143,22 @@ def aimed(
         )
     # The display's own white is aimed at as such, to the last digit: its codes are then exactly full.
     target = native * (y_white / native[1]) if white == "native" else unit * y_white
-    adapted = adaptation_matrix(PICTURE_WHITE_XYZ, target / target[1]) * y_white
-    name = (
-        {"d65": "D65", "native": "the display's own"}.get(white, "as asked for")
-        if isinstance(white, str)
-        else "as asked for"
-    )
-    words = f"{name}, x {x:.4f}, y {y:.4f}, {y_white:.1f} {unit_words}"
-    return Aim(target, adapted, model.xyz(np.zeros((1, 3)))[0], words)
+    return aimed_at(model, target, white, absolute)
+
+
+def aimed_at(
+    model: DisplayModel,
+    white_xyz: Float[np.ndarray, "3"],
+    white: Literal["d65", "native"] | tuple[float, float],
+    absolute: bool = True,
+) -> Aim:
+    """Return the aim of a white in cd/m2 that the display shows. white : as it was asked for, for the words."""
+    name = {"d65": "D65", "native": "the display's own"}[white] if isinstance(white, str) else "as asked for"
+    x, y = white_xyz[:2] / white_xyz.sum()
+    unit = "cd/m2" if absolute else "of the display's white = 100"
+    adapted = adaptation_matrix(PICTURE_WHITE_XYZ, white_xyz / white_xyz[1]) * white_xyz[1]
+    words = f"{name}, x {x:.4f}, y {y:.4f}, {white_xyz[1]:.1f} {unit}"
+    return Aim(white_xyz, adapted, model.xyz(np.zeros((1, 3)))[0], words)
 
 
 def _whole_codes(model: DisplayModel, unit_xyz: Float[np.ndarray, "3"], most: float) -> float:

@@ -78,6 +78,8 @@ class DisplayModel:
     white_xyz : (3,) of the readings, which cube roots are relative to.
     residual : what is added to that, or None.
     power : of what is smaller: what is given together need not rise as the channels do.
+    seen : (3,4) matrix and offset from XYZ of the readings to those of another observer, in which `xyz` then is; files
+        have none.
     """
 
     name: str
@@ -86,6 +88,7 @@ class DisplayModel:
     white_xyz: Float[np.ndarray, "3"]
     residual: Residual | None = None
     power: float = 1.0
+    seen: Float[np.ndarray, "3 4"] | None = None
 
     def xyz(self, codes: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
         """XYZ in the unit of the readings, for codes within 0 and 1 and somewhat beyond."""
@@ -93,6 +96,8 @@ class DisplayModel:
         found = self.mixed(flat)
         if self.residual is not None:
             found = from_roots(roots(found, self.white_xyz) + self.residual.at(flat), self.white_xyz)
+        if self.seen is not None:
+            found = found @ self.seen[:, :3].T + self.seen[:, 3]
         return found.reshape(np.shape(codes))
 
     def mixed(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:

@@ -49,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
 
     from ...calibration.display.aim import AimSettings
     from ...calibration.display.cube import make_cube
+    from ...calibration.display.observer_aims import observer_aims
     from ...calibration.display.record import read_record
     from ...viewer.display.config import file_stem, write_config
     from ...viewer.display.transform import DEFAULT_VIEW, DisplayTransform
@@ -58,14 +59,16 @@ def run(args: argparse.Namespace) -> int:
     aim = record.aim
     cube = make_cube(record.model)
     name = args.name or record.name
-    describing = (
-        f"Characterised by Metamer, {record.model.name}, observer {record.readings.observer}; white {aim.words}"
-    )
-    written = write_config(args.out, name, record.model, cube, aim, args.black, describing)
+    others, seen_by = observer_aims(record), record.readings.observer
+    written = write_config(args.out, name, record.model, cube, aim, args.black, seen_by, others)
     record.write(args.out / "display.json")
     print(f"{name}: white {aim.words}; model {record.model.name}")
     for words in DisplayTransform(name, DEFAULT_VIEW, str(written.config)).describe()[2:]:
         print(words)
+    for one in others:
+        print(f"For observer {one.observer}: white {one.words}")
+    if not others:
+        print(f"For observer {seen_by} alone: the readings have no spectra")
     code = 0
     if args.icc:
         from ...calibration.display.icc import matrix_profile, profile_error, write_profile

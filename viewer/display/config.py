@@ -1,6 +1,8 @@
 """A display of one's own in a configuration of OpenColorIO: the pinned one, and this display beside its own.
 
-It is characterised, or has an ICC profile. Of a characterised one:
+It is characterised, or has an ICC profile. Where readings have spectra, there is one more for each other observer, by
+the same tables and a matrix before them; no menu lists these: pictures for an observer take them by name (`name_for`).
+Of each:
 
 Its colour space is entered from XYZ-D65: a matrix, a mirrored power of 1/3, a range, a curve a channel, a cube. It is
 left by a table of its own: the cube takes colours that the display cannot show to the nearest of its own, and turned
@@ -11,18 +13,22 @@ the same with the black of pictures moved to that of the display.
 from __future__ import annotations
 
 import io
+import re
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from ...calibration.display.aim import Aim, Black
 from ...calibration.display.cube import Cube
 from ...calibration.display.icc_profile import DisplayProfile
 from ...calibration.display.model import FLOOR, DisplayModel, roots
+from ...calibration.display.observer_aims import ObserverAim
 from ...runtime.errors import InputError
 from ...runtime.files import made_folder, written_whole
 
@@ -37,6 +43,8 @@ COMPENSATED = "Black-point compensated"
 _SHOWN_SIZE, _TOWARDS_BLACK = 33, 1.6
 _FORMAT = "Academy/ASC Common LUT Format"
 _CONFIG, _TABLES = "config.ocio", "luts"
+# Start of the description of a display's colour space, which names the observer that it is aimed for.
+_DESCRIBED = re.compile(r"Characterised by Metamer, [\w-]+, observer (\w+);")
 # What a zip file says of when its members were made: nothing, so that equal displays are equal bytes.
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 
@@ -48,6 +56,22 @@ class Written:
     config: Path
     archive: Path
     display: str
+
+
+def name_for(display: str, observer: str) -> str:
+    """Return the name of a display as it is aimed for another observer (short name) than it was characterised for."""
+    return f"{display} ({observer})"
+
+
+def description(model: str, observer: str, white: str) -> str:
+    """Describe the colour space of a display: its model, who it is aimed for, and its white."""
+    return f"Characterised by Metamer, {model}, observer {observer}; white {white}"
+
+
+def described_observer(words: str) -> str:
+    """Return the observer that the description of a colour space names; that of OpenColorIO's XYZ where it has none."""
+    found = _DESCRIBED.match(words)
+    return found[1] if found else "1931_2"
 
 
 def display_transform(cube: Cube, aim: Aim) -> Any:
@@ -99,12 +123,19 @@ def shown_transform(model: DisplayModel, aim: Aim) -> Any:
 
 
 def make_config(
-    name: str, transform: Any, shown: Any, aim: Aim, black: Black = "absolute", describing: str = ""
+    name: str,
+    transform: Any,
+    shown: Any,
+    aim: Aim,
+    black: Black = "absolute",
+    describing: str = "",
+    others: Sequence[tuple[ObserverAim, str]] = (),
 ) -> Any:
     """Return the pinned configuration with this display, which comes first.
 
     name : of display and colour space. transform, shown : from XYZ-D65 to codes and from codes to XYZ-D65, in memory or
-    as files. black : which view is first.
+    as files. black : which view is first. others : aims for other
+    observers, each with what describes it.
 
     Raises
     ------
@@ -122,33 +153,63 @@ def make_config(
             expected="a name of its own, such as the maker's and a number",
             hint="--name",
         )
-    config.addColorSpace(_display_space(name, describing, fromReference=transform, toReference=shown))
-    shared = config.getViewTransform(DEFAULT_VIEW)
-    matrix, offset = aim.compensation()
-    moved = np.eye(4)
-    moved[:3, :3] = matrix
-    to_display = shared.getTransform(ocio.VIEWTRANSFORM_DIR_FROM_REFERENCE)
-    compensated = ocio.MatrixTransform(moved.ravel().tolist(), [*offset.tolist(), 0.0])
-    config.addViewTransform(
-        ocio.ViewTransform(
-            ocio.REFERENCE_SPACE_SCENE,
-            name=COMPENSATED,
-            description=f"Colorimetric, black moved to that of {name}",
-            fromReference=ocio.GroupTransform([to_display, compensated]),
-        )
-    )
-
     first = (COMPENSATED, DEFAULT_VIEW) if black == "bpc" else (DEFAULT_VIEW, COMPENSATED)
-    for view in first:
-        config.addDisplayView(name, view, viewTransform=view, displayColorSpaceName=name)
-    # Quoted, a name may have a comma in it.
+    _add_display(config, name, describing, (transform, shown), aim, COMPENSATED, first)
     displays = list(config.getDisplays())
+    for one, words in others:
+        front = _affine(one.front)
+        back = _affine(one.front)
+        back.setDirection(ocio.TRANSFORM_DIR_INVERSE)
+        there_and_back = ocio.GroupTransform([front, transform]), ocio.GroupTransform([shown, back])
+        compensated = f"{COMPENSATED} ({one.observer})"
+        _add_display(config, name_for(name, one.observer), words, there_and_back, one.aim, compensated, first)
+    # Quoted, a name may have a comma in it.
     config.setActiveDisplays(", ".join(f'"{one}"' for one in [name, *(each for each in displays if each != name)]))
     # Which of a display's views is the default, active views say where there are any.
     if views := list(config.getActiveViews()):
         ahead = [COMPENSATED, *views] if black == "bpc" else [*views, COMPENSATED]
         config.setActiveViews(", ".join(f'"{one}"' for one in dict.fromkeys(ahead)))
     return config
+
+
+def _add_display(
+    config: Any,
+    name: str,
+    describing: str,
+    there_and_back: tuple[Any, Any],
+    aim: Aim,
+    compensated: str,
+    views: Sequence[str],
+) -> None:
+    """Add a display with both views. there_and_back : from XYZ-D65 to codes, and from codes to XYZ-D65. compensated :
+    name of the transform of its view.
+    """
+    import PyOpenColorIO as ocio
+
+    to, back = there_and_back
+    config.addColorSpace(_display_space(name, describing, fromReference=to, toReference=back))
+    shared = config.getViewTransform(DEFAULT_VIEW)
+    to_display = shared.getTransform(ocio.VIEWTRANSFORM_DIR_FROM_REFERENCE)
+    config.addViewTransform(
+        ocio.ViewTransform(
+            ocio.REFERENCE_SPACE_SCENE,
+            name=compensated,
+            description=f"Colorimetric, black moved to that of {name}",
+            fromReference=ocio.GroupTransform([to_display, _affine(np.column_stack(aim.compensation()))]),
+        )
+    )
+    transforms = {DEFAULT_VIEW: DEFAULT_VIEW, COMPENSATED: compensated}
+    for view in views:
+        config.addDisplayView(name, view, viewTransform=transforms[view], displayColorSpaceName=name)
+
+
+def _affine(matrix: Float[np.ndarray, "3 4"]) -> Any:
+    """Return OCIO's transform by a matrix and an offset beside it."""
+    import PyOpenColorIO as ocio
+
+    whole = np.eye(4)
+    whole[:3, :3] = matrix[:, :3]
+    return ocio.MatrixTransform(whole.ravel().tolist(), [*matrix[:, 3].tolist(), 0.0])
 
 
 @lru_cache(maxsize=8)
@@ -187,9 +248,12 @@ def write_config(
     cube: Cube,
     aim: Aim,
     black: Black = "absolute",
-    describing: str = "",
+    seen_by: str = "1931_2",
+    others: Sequence[ObserverAim] = (),
 ) -> Written:
     """Write `config.ocio` with its tables into a folder, and all of it as one `.ocioz`; each whole or not at all.
+
+    seen_by : the observer that `aim` is for. others : aims for more of them.
 
     Raises
     ------
@@ -204,7 +268,9 @@ def write_config(
     to, back = f"{stem}.clf", f"{stem}.shown.clf"
     transforms = {to: display_transform(cube, aim), back: shown_transform(model, aim)}
     tables = {file: one.write(_FORMAT, ocio.Config.CreateRaw()) for file, one in transforms.items()}
-    config = make_config(name, ocio.FileTransform(to), ocio.FileTransform(back), aim, black, describing)
+    describing = description(model.name, seen_by, aim.words)
+    beside = [(one, description(model.name, one.observer, one.words)) for one in others]
+    config = make_config(name, ocio.FileTransform(to), ocio.FileTransform(back), aim, black, describing, beside)
     config.setSearchPath(_TABLES)
     text = config.serialize()
     packed = io.BytesIO()
@@ -219,8 +285,8 @@ def write_config(
         (written.config, text.encode("utf-8")),
     )
     for path, content in contents:
-        with written_whole(path) as beside:
-            beside.write_bytes(content)
+        with written_whole(path) as unfinished:
+            unfinished.write_bytes(content)
     return written
 
 

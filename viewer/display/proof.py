@@ -59,10 +59,10 @@ def proof_of(display: DisplayTransform, named: str | None) -> Proof | None:
     if named is None:
         return None
     if named.startswith(PREFIX):
-        return Proof(DisplayTransform(named, adaptation=display.adaptation))
+        return Proof(DisplayTransform(named, adaptation=display.adaptation, observer=display.observer))
     return _of_configuration(display, named)
 
 
 @lru_cache(maxsize=8)
 def _of_configuration(display: DisplayTransform, named: str) -> Proof:
-    return Proof(DisplayTransform(named, display.view, display.config, display.adaptation))
+    return Proof(DisplayTransform(named, display.view, display.config, display.adaptation, display.observer))

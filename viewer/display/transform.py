@@ -24,7 +24,8 @@ from ...runtime.files import existing_file
 from ...spectral.adaptation import Method, adaptation_matrix
 from ...spectral.difference import delta_e_xyz
 from ...spectral.image import ColourImage
-from .config import DEFAULT_VIEW, PINNED_CONFIG, profile_config
+from ...spectral.observers import observer, observer_name
+from .config import DEFAULT_VIEW, PINNED_CONFIG, described_observer, name_for, profile_config
 from .screen_profile import screen_profile
 
 INTERCHANGE_ROLE = "cie_xyz_d65_interchange"
@@ -54,6 +55,8 @@ class DisplayTransform:
         `icc:screen` for the profile that the system has for its first screen, which have the colorimetric view alone.
     config : a path or an `ocio://` name; None takes `$OCIO` where it is set, else the pinned built-in configuration.
     adaptation : `Bradford`, `CAT02` or `CAT16`, from the image's white to the display's.
+    observer : short name of the one that pictures are for; the display is aimed for it where the configuration has that
+        (`metamer display config`), else as ever (`aimed_for`). "" for whomever it is aimed for.
 
     Raises
     ------
@@ -66,6 +69,7 @@ class DisplayTransform:
     view: str = DEFAULT_VIEW
     config: str | None = None
     adaptation: Method = "Bradford"
+    observer: str = ""
     # A profile that is written anew is another display.
     _written: bytes | tuple[int, int] | None = field(default=None, init=False, repr=False)
 
@@ -95,7 +99,22 @@ class DisplayTransform:
     @cached_property
     def name(self) -> str:
         """Name of the display in its configuration, for people."""
-        return self.display if self.profile is None else profile_config(self.profile)[1]
+        if self.profile is not None:
+            return profile_config(self.profile)[1]
+        aimed = name_for(self.display, self.observer)
+        return aimed if self.observer and list(self._loaded.getViews(aimed)) else self.display
+
+    @cached_property
+    def aimed_for(self) -> str:
+        """Short name of the observer that the display is aimed for; standards and profiles are for that of 1931."""
+        space = self._config.getColorSpace(self._space)
+        return described_observer("" if space is None else space.getDescription())
+
+    @property
+    def _space(self) -> str:
+        """Name of the colour space of the display."""
+        name = self._config.getDisplayViewColorSpaceName(self.name, self.view)
+        return self.name if name == "<USE_DISPLAY_NAME>" else name
 
     @cached_property
     def config_name(self) -> str:
@@ -142,8 +161,8 @@ class DisplayTransform:
     def _config(self) -> Any:
         config = self._loaded
         displays = list(config.getDisplays())
-        if self.name not in displays:
-            raise UnknownNameError("display", self.name, displays, file=self._named_by, field="display")
+        if self.display not in displays and self.profile is None:
+            raise UnknownNameError("display", self.display, displays, file=self._named_by, field="display")
         views = list(config.getViews(self.name))
         if self.view not in views:
             raise UnknownNameError("view", self.view, views, file=self._named_by, field=self.display)
@@ -322,6 +341,7 @@ class DisplayTransform:
             f"Chromatic adaptation: {self.adaptation}, once, from the white of each light to the display white D65 "
             f"(x {x:.4f}, y {y:.4f}), before OpenColorIO.",
             *self._chain(),
+            *self._aim_words(),
             f"The perfect diffuser facing the light (Y = 1) is sent to the display as ({code}).",
         ]
         if self.profile is not None and self.profile.has_limits:
@@ -348,6 +368,16 @@ class DisplayTransform:
             words.append("These codes show the white that was asked for: full code is not white on this display.")
         return words
 
+    def _aim_words(self) -> list[str]:
+        if self.observer and observer_name(self.observer) != self.aimed_for:
+            aimed, seen_by = observer(self.aimed_for).name, observer(self.observer).name
+            return [
+                f"The display is still aimed for the {aimed}, while pictures are for the {seen_by}: to that observer "
+                "it shows other colours than they have."
+            ]
+        described = self._config.getColorSpace(self._space).getDescription()
+        return [f"{described}."] if self.name != self.display and self.profile is None else []
+
     def _chain(self) -> list[str]:
         import PyOpenColorIO as ocio
 
@@ -355,7 +385,7 @@ class DisplayTransform:
             first, *more = self.profile.describe()
             return [f"Display transform: OpenColorIO {ocio.__version__}, {first}", *more]
         return [
-            f"Display transform: OpenColorIO {ocio.__version__}, {self._named_by}, display “{self.display}”, "
+            f"Display transform: OpenColorIO {ocio.__version__}, {self._named_by}, display “{self.name}”, "
             f"view “{self.view}”, entered through the role {INTERCHANGE_ROLE}."
         ]
 
@@ -368,8 +398,7 @@ class DisplayTransform:
         """
         import PyOpenColorIO as ocio
 
-        name = self._config.getDisplayViewColorSpaceName(self.name, self.view)
-        name = self.name if name == "<USE_DISPLAY_NAME>" else name
+        name = self._space
         values = np.clip(np.array(rgb, dtype=np.float32, order="C"), 0.0, 1.0)
         try:
             processor = self._config.getProcessor(name, INTERCHANGE_ROLE).getDefaultCPUProcessor()

@@ -142,7 +142,7 @@ def prepare_review(
         counted = with_counted_bounces(one, surfaces, shown_in)
         cases.append(ReviewCase(counted, judged, planned, shown_forms(one, surfaces, planned, scene.bounces != 0)))
     plan = _plan_of_all([case.plan for case in cases])
-    display = display_for(scene.viewing)
+    display = display_for(scene)
     _check_whites(scene, names, spectra, display)
     needs_uv = any(case.scene.needs_uv(surfaces) for case in cases)
     geometry = visible_geometry(scene, view, with_uv=needs_uv)

@@ -106,7 +106,7 @@ def _drawn_there(
     scene = replace(scene, parts=parts, bounces=bounces)
     records = {name: catalogue.surface(name) for name in scene.material_ids}
     surfaces = {name: record.drawn() for name, record in records.items()}
-    display = display_for(scene.viewing)
+    display = display_for(scene)
     setting = Setting(
         **_held.shared,
         records=records,

@@ -63,7 +63,7 @@ def material_page(record: MaterialRecord, scene: Scene | None = None, renderer: 
 
 
 def _picture(record: MaterialRecord, scene: Scene, renderer: RenderSession) -> tuple[UInt8[ndarray, "H W 3"], str]:
-    display = display_for(scene.viewing)
+    display = display_for(scene)
     picture, notes = material_picture(record, scene, renderer, display, display_pass(renderer, display))
     drawn = f"{record.drawn().WORDS.capitalize()} on a {scene.name.lower()} under {lights_in_words(scene)}"
     return picture, " ".join([f"{drawn}, {renderer.made_by}, for {display.name}.", *notes])

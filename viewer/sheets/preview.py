@@ -74,7 +74,7 @@ def thumbnails(
         replace(one, cameras=(replace(one.camera(), width=pixels, height_px=pixels),))
         for one in (scene, cloth or scene)
     )
-    display = display_for(scene.viewing)
+    display = display_for(scene)
     on = display_pass(renderer, display)
     done = 0
     for start in range(0, len(summaries), _AT_ONCE):

@@ -32,6 +32,10 @@ def _links(session: Session, display: DisplayTransform) -> Iterator[str]:
     if session.shown.proof:
         yield f"soft proof of {session.shown.proof}"
     yield f"OCIO {display.name} / {display.view}"
+    if session.observer != display.aimed_for:
+        yield f"display still aimed for {observer_words(display.aimed_for)}"
+    elif beside:
+        yield f"display aimed for {observer}"
     yield "colorimetric, no tone mapping" if is_colorimetric(display) else "NOT colorimetric: this view changes colours"
 
 

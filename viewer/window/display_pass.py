@@ -197,7 +197,7 @@ def surround_xyz(lightness: float) -> Float[np.ndarray, "3"]:
 
 
 def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTransform:
-    """Return the session's, and what it leaves open the scene's.
+    """Return the session's, and what it leaves open the scene's; aimed for the observer of side A.
 
     Raises
     ------
@@ -212,6 +212,7 @@ def display_of(session: Session, scene_display: DisplayTransform) -> DisplayTran
         shown.view or (DEFAULT_VIEW if alone else scene_display.view),
         shown.config or (None if alone else scene_display.config),
         scene_display.adaptation,
+        session.observer,
     )
 
 

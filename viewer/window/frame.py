@@ -52,7 +52,7 @@ class Frame(CanvasRenderer):
         # Of which drawing, and by what formula, the differences are.
         self._differed = -1, ""
         self._counted: tuple[tuple, DeltaEStatistics | None, float] | None = None
-        self.display: DisplayTransform = display_for(sources.scene.viewing)
+        self.display: DisplayTransform = display_for(sources.scene)
         self._beyond: UInt8[np.ndarray, "h w"] | None = None
         self.problem: str | None = None
         self.texture: moderngl.Texture | None = None
@@ -246,8 +246,9 @@ class Frame(CanvasRenderer):
     def _check(self, session: Session, sides: tuple[CanvasSide, CanvasSide]) -> None:
         """Make the display of a session this frame's, unless it cannot show the sides: then raise why."""
         display = self.display
-        if self._session is None or session.shown != self._session.shown:
-            display = display_of(session, display_for(self._sources.scene.viewing))
+        before = self._session
+        if before is None or (session.shown, session.observer) != (before.shown, before.observer):
+            display = display_of(session, display_for(self._sources.scene))
         for side in sides:
             to_display(side.white, session.adaptation)
         self._showing.check(display, session)

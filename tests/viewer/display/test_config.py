@@ -9,6 +9,7 @@ from metamer.benchmarks.display.simulated import displays
 from metamer.calibration.display.aim import PICTURE_WHITE_XYZ, aimed
 from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.cube import Cube, make_cube
+from metamer.calibration.display.observer_aims import observer_aims, seen_by
 from metamer.calibration.display.patches import patches
 from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
@@ -23,8 +24,10 @@ NAME = "Desk, left"
 
 @pytest.fixture(scope="module")
 def record():
-    """Make the record of a display whose channels do not add up."""
-    return characterise(displays()[5].measured(patches(61), 0), "Desk, left").record
+    """Make the record of a display whose channels do not add up, with spectra."""
+    display, codes = displays()[5], patches(61)
+    read = replace(display.measured(codes, 0), spectra=display.spectra(codes))
+    return characterise(read, "Desk, left").record
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +41,14 @@ def cube(record):
 
 
 @pytest.fixture(scope="module")
-def folder(record, aim, cube, tmp_path_factory):
+def others(record):
+    return observer_aims(record)
+
+
+@pytest.fixture(scope="module")
+def folder(record, aim, cube, others, tmp_path_factory):
     folder = tmp_path_factory.mktemp("config")
-    write_config(folder, NAME, record.model, cube, aim)
+    write_config(folder, NAME, record.model, cube, aim, others=others)
     record.write(folder / "display.json")
     return folder
 
@@ -58,6 +66,42 @@ def test_both_views_do_what_the_cube_does(folder, file, cube, aim, relative):
     for view, black in ((DEFAULT_VIEW, "absolute"), (COMPENSATED, "bpc")):
         found = DisplayTransform(NAME, view, str(folder / file)).apply(relative)
         assert np.abs(found - cube.look_up(aim.xyz(relative, black))).max() < 2e-5
+
+
+@pytest.mark.parametrize("file", ["config.ocio", "Desk_left.ocioz"])
+def test_a_display_is_aimed_for_the_observer_of_its_pictures(gl, folder, file, record, cube, aim, others, relative):
+    """Through the same tables, by both views, there and back; menus have one display."""
+    where = str(folder / file)
+    assert [one for one in DisplayTransform(NAME, config=where)._config.getDisplays() if "Desk" in one] == [NAME]
+    for one in others:
+        for view, black in ((DEFAULT_VIEW, "absolute"), (COMPENSATED, "bpc")):
+            transform = DisplayTransform(NAME, view, where, observer=one.observer)
+            assert (transform.name, transform.aimed_for) == (f"{NAME} ({one.observer})", one.observer)
+            asked = one.aim.xyz(relative, black) @ np.linalg.inv(one.aim.adapted).T
+            codes = cube.look_up(aim.xyz(asked @ one.front[:, :3].T + one.front[:, 3]))
+            assert np.abs(transform.apply(relative) - codes).max() < 3e-5
+            image = relative.reshape(20, 20, 3)
+            assert np.abs(DisplayPass(gl, transform)(image) - transform.apply(image)).max() <= 1e-5
+        seen = replace(record.model, seen=seen_by(record.readings, one.observer)[0])
+        inside = np.random.default_rng(7).random((200, 3))
+        shown = transform.shown(inside).astype(np.float64) @ one.aim.adapted.T
+        assert delta_e_xyz(seen.xyz(inside), shown, one.aim.white_xyz).max() < 0.3
+        words = " ".join(transform.describe())
+        assert f"observer {one.observer}; white D65" in words and "still aimed" not in words
+    first = DisplayTransform(NAME, DEFAULT_VIEW, where, observer="1931_2")
+    assert (first.name, first.aimed_for) == (NAME, "1931_2")
+    plain = DisplayTransform("sRGB - Display", DEFAULT_VIEW, where, observer="1964_10")
+    assert (plain.name, plain.aimed_for) == ("sRGB - Display", "1931_2")
+    assert "still aimed for the CIE 1931 2" in " ".join(plain.describe())
+
+
+def test_a_display_that_was_read_for_another_observer_says_so(record, cube, aim, tmp_path):
+    """It is no display of 1931, and without spectra stays what it is."""
+    write_config(tmp_path, NAME, record.model, cube, aim, seen_by="1964_10")
+    for who, still in (("", False), ("1964_10", False), ("1931_2", True)):
+        transform = DisplayTransform(NAME, DEFAULT_VIEW, str(tmp_path / "config.ocio"), observer=who)
+        assert (transform.name, transform.aimed_for) == (NAME, "1964_10")
+        assert ("still aimed for the CIE 1964 10" in " ".join(transform.describe())) == still
 
 
 def test_files_say_what_memory_does(folder, cube, aim, relative):

@@ -61,7 +61,7 @@ def test_memory_of_a_picture_is_foretold(scenes, tmp_path, lights):
     def work():
         xyz, coverage = software_session().render(scene, None, scenes.SURFACES)
         image = ColourImage(xyz, "xyz", scene.adopted_white())
-        rgb, _ = display_for(scene.viewing).encode(image, coverage, image.white_xyz)
+        rgb, _ = display_for(scene).encode(image, coverage, image.white_xyz)
         write_png(tmp_path / "a.png", rgb)
 
     software_session().render(filled(scenes, lights, 8), None, scenes.SURFACES)

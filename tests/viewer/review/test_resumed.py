@@ -155,7 +155,7 @@ def test_keys_hang_on_every_field_of_a_part(sphere, catalogue):
 
     def key_of(**changes):
         changed = replace(sphere, review=None, parts=(replace(sphere.parts[0], **changes),))
-        shows = (plan, display_for(changed.viewing), 1.0, 6, ())
+        shows = (plan, display_for(changed), 1.0, 6, ())
         return review_key.row_key(changed, changed.camera(), catalogue, LIGHTS, (None, None), *shows)
 
     mesh = sphere.parts[0].mesh

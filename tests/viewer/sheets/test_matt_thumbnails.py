@@ -45,7 +45,7 @@ def test_pictures_are_those_of_each_alone(request, mixed, scene, kind, monkeypat
     session = software_session() if kind == "software" else gl_session(request.getfixturevalue("gl"))
     with session as renderer:
         found = list(thumbnails(mixed, mixed.query(), scene, renderer, PIXELS))
-        display = display_for(scene.viewing)
+        display = display_for(scene)
         on = display_pass(renderer, display)
         assert [one.summary.id for one in found] == ["a/red", "b/led", "c/green", "d/damaged", "e/grey", "tiny/copper"]
         for one in found:

@@ -30,7 +30,7 @@ def shares(name, brdf):
     scene = scene.with_material(scene.reviewed_part, "metal")
     camera = replace(scene.camera(), width=28, height_px=28, samples=1)
     xyz, coverage = reference_image(scene, camera, {"metal": brdf})
-    seen, display = xyz[coverage == 1], display_for(scene.viewing)
+    seen, display = xyz[coverage == 1], display_for(scene)
     rgb = display.apply(seen @ display.adaptation_from(scene.adopted_white()).T)
     return np.mean((rgb > 1 + CLIP_TOLERANCE).any(axis=-1)), np.mean(seen[:, 1] < 0.02)
 

@@ -5,15 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from icc_profiles import matrix_profile, old_tables
+from metamer.benchmarks.display.simulated import displays
+from metamer.calibration.display.characterise import characterise
+from metamer.calibration.display.cube import make_cube
+from metamer.calibration.display.observer_aims import observer_aims
+from metamer.calibration.display.patches import patches
 from metamer.spectral.adaptation import adaptation_matrix
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
+from metamer.viewer.display.config import write_config
 from metamer.viewer.display.proof import Proof
 from metamer.viewer.display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, PINNED_CONFIG, DisplayTransform
 from metamer.viewer.gl.resources import Owner
+from metamer.viewer.window.chain import chain
 from metamer.viewer.window.display_pass import STRIPE, Showing, display_of, needs_beyond, surround_xyz
 from metamer.viewer.window.queries import beyond
-from metamer.viewer.window.state import Adaptation, Compare, DisplaySettings, Session
+from metamer.viewer.window.state import Adaptation, Compare, DisplaySettings, Other, Session
 
 ROWS, COLUMNS = 24, 40
 STUDIO = "ocio://studio-config-v2.1.0_aces-v1.3_ocio-v2.3"
@@ -226,11 +233,11 @@ def test_a_profile_takes_the_place_of_a_scene_s_display(tmp_path):
     """Its view and configuration are of the other one; a session that names nothing leaves the scene's."""
     (tmp_path / "desk.icc").write_bytes(matrix_profile(name="Desk"))
     own = f"icc:{tmp_path / 'desk.icc'}"
-    toned = DisplayTransform("sRGB - Display", "ACES 1.0 - SDR Video", PINNED_CONFIG, "CAT16")
+    toned = DisplayTransform("sRGB - Display", "ACES 1.0 - SDR Video", PINNED_CONFIG, "CAT16", "1931_2")
     found = display_of(Session(shown=DisplaySettings(display=own)), toned)
     assert (found.name, found.view, found.config) == ("ICC: Desk", "Un-tone-mapped", None)
     assert found.adaptation == "CAT16" and display_of(Session(), toned) == toned
-    by_profile = DisplayTransform(own)
+    by_profile = DisplayTransform(own, observer="1931_2")
     assert display_of(Session(), by_profile) == by_profile
     other = display_of(
         Session(shown=DisplaySettings(display="Display P3 - Display", view="Un-tone-mapped")), by_profile
@@ -246,3 +253,31 @@ def test_a_profile_is_what_the_window_shows(showing, textures, differences, canv
     off = np.abs(found - codes(in_numpy(canvases[0], WHITES[0], session), display))
     assert off.max() <= 1 and (off > 0).mean() < 0.03
     assert np.abs(found - shown(showing, textures, differences, session).astype(int)).max() > 20
+
+
+def test_the_display_is_aimed_for_the_observer_of_the_session(tmp_path):
+    """Where its spectra tell how; else the chain says that it still is for whom it was."""
+    for spectra in (True, False):
+        record = characterised(spectra)
+        folder = tmp_path / str(spectra)
+        write_config(
+            folder, "Desk", record.model, make_cube(record.model, 17), record.aim, others=observer_aims(record)
+        )
+        session = Session(observer="1964_10", shown=DisplaySettings(config=str(folder / "config.ocio")))
+        display = display_of(session, DisplayTransform())
+        words = chain(session, display)
+        assert display.name == ("Desk (1964_10)" if spectra else "Desk")
+        assert (f"OCIO {display.name} / Un-tone-mapped" in words) and "colorimetric, no tone mapping" in words
+        assert ("display still aimed for CIE 1931 2°" in words) != spectra
+        first = replace(session, observer="1931_2")
+        display = display_of(first, DisplayTransform())
+        assert display.name == "Desk" and not any("aimed" in one for one in chain(first, display))
+        # One display shows both sides: it is aimed for A's.
+        both = replace(first, other=Other(observer="1964_10"))
+        assert "display aimed for CIE 1931 2°" in chain(both, display_of(both, DisplayTransform()))
+
+
+def characterised(spectra):
+    display, codes = displays()[0], patches(30)
+    read = display.measured(codes, 0)
+    return characterise(replace(read, spectra=display.spectra(codes)) if spectra else read, "Desk", "gog").record

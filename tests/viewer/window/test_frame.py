@@ -324,6 +324,14 @@ def test_whites_are_those_of_each_sides_light(frame, session):
         np.testing.assert_allclose(white, replace(lit, observer=observer(who)).adopted_white())
 
 
+def test_the_display_follows_the_observer(frame, session):
+    for who in ("1964_10", "1931_2", "2015_2"):
+        frame.show(replace(session, observer=who), SIZE)
+        assert frame.display.observer == who
+    frame.step()
+    assert frame.display.aimed_for == "1931_2"
+
+
 def test_what_is_beyond_a_profile_is_marked_in_the_picture_that_stands_still(frame, session, tmp_path):
     (tmp_path / "dull.icc").write_bytes(old_tables(columns=DULL, name="Dull"))
     shown = DisplaySettings(display=f"icc:{tmp_path / 'dull.icc'}", gamut_warning=True)

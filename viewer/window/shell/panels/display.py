@@ -39,8 +39,10 @@ def draw(window: Window) -> None:
     shown = frame.display if frame is not None else style.display
     _config(window, shown.display if shown.profile is not None else session.shown.config)
     there = _views(session.shown.config, shown)
-    clicked = combo("display", [(name, name) for name in there], shown.name)
-    if clicked is not None and clicked != shown.name:
+    # As menus list it, whomever it is aimed for.
+    listed = shown.display if shown.profile is None else shown.name
+    clicked = combo("display", [(name, name) for name in there], listed)
+    if clicked is not None and clicked != listed:
         view = shown.view if shown.view in there[clicked] else there[clicked][0]
         desk.do(partial(_put, display=clicked, view=view), f"Display {clicked}, {view}")
     clicked = combo("view", [(name, name) for name in there.get(shown.display, (shown.view,))], shown.view)

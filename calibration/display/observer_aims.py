@@ -1,0 +1,89 @@
+"""Aims of a display for observers whom it was not characterised for: its tables as they are, and a matrix before them.
+
+Light adds up to XYZ of any observer. Where three channels and a leak make all spectra of a display, its XYZ for one
+observer follow from those for another by a matrix and an offset, exactly; with a fourth emitter nearly so, and how
+nearly the spectra of the readings tell.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from ...spectral.difference import delta_e_xyz
+from ...spectral.observers import OBSERVERS, observer
+from .aim import Aim, aimed, aimed_at, d65_xyz, largest_luminance
+from .readings import Readings
+from .record import DisplayRecord
+
+# Share of white that is added to luminances which readings are weighted by, as an eye weighs them (CIELAB's power).
+_FLOOR, _POWER = 0.01, -2.0 / 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class ObserverAim:
+    """Aim for one more observer.
+
+    Parameters
+    ----------
+    observer : by short name. aim : of the display as this observer sees it.
+    front : (3,4) matrix and offset, from XYZ-D65 of pictures for this observer to the XYZ-D65 that the display's first
+        aim shows as they should be.
+    mean_off, largest_off : ΔE94 of the readings' XYZ by the matrix from those by their spectra.
+    """
+
+    observer: str
+    aim: Aim
+    front: Float[np.ndarray, "3 4"]
+    mean_off: float
+    largest_off: float
+
+    @property
+    def words(self) -> str:
+        """Its white, and how far its matrix can be relied on."""
+        off = f"ΔE94 {self.mean_off:.2f} on average, {self.largest_off:.2f} at most"
+        return f"{self.aim.words}; by a matrix, off its spectra by {off}"
+
+
+def observer_aims(record: DisplayRecord) -> tuple[ObserverAim, ...]:
+    """Return the aims for all other observers; none where the readings have no spectra.
+
+    D65 is that of each observer, as bright as it was asked to be or can be. Another white stays the light that it is.
+    """
+    readings = record.readings
+    if readings.spectra is None:
+        return ()
+    others = [short for short, name in OBSERVERS.items() if name != observer(readings.observer).name]
+    return tuple(_aim(record, short) for short in others)
+
+
+def _aim(record: DisplayRecord, short: str) -> ObserverAim:
+    asked, absolute, first = record.settings, record.readings.absolute, record.aim
+    seen, off = seen_by(record.readings, short)
+    model = replace(record.model, seen=seen)
+    if asked.white == "d65":
+        luminance = asked.luminance and min(asked.luminance, largest_luminance(model, d65_xyz(short)))
+        aim = aimed(model, "d65", luminance, absolute, short)
+    else:
+        aim = aimed_at(model, seen[:, :3] @ first.white_xyz + seen[:, 3], asked.white, absolute)
+    back = np.linalg.inv(seen[:, :3] @ first.adapted)
+    front = np.column_stack([back @ aim.adapted, -back @ seen[:, 3]])
+    return ObserverAim(short, aim, front, float(off.mean()), float(off.max()))
+
+
+def seen_by(readings: Readings, name: str) -> tuple[Float[np.ndarray, "3 4"], Float[np.ndarray, " N"]]:
+    """Fit the matrix and offset from XYZ of readings with spectra to those of an observer, both in their unit; return
+    them, and ΔE94 of each reading by them from its spectrum.
+    """
+    assert readings.spectra is not None
+    own, wanted = (readings.spectra.xyz(one) for one in (readings.observer, name))
+    # Spectra may be in a unit of their own.
+    scale = readings.white_xyz[1] / own[readings.whites, 1].mean()
+    own, wanted = scale * own, scale * wanted
+    white = wanted[readings.whites].mean(axis=0)
+    terms = np.column_stack([own, np.ones(len(own))])
+    weights = (np.maximum(own[:, 1:2], 0.0) / own[:, 1].max() + _FLOOR) ** _POWER
+    seen = np.linalg.lstsq(terms * weights, wanted * weights, rcond=None)[0].T
+    return seen, delta_e_xyz(wanted, terms @ seen.T, white)

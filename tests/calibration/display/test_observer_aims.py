@@ -1,0 +1,80 @@
+"""Displays aimed for observers whom they were not characterised for, from the spectra of their readings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metamer.calibration.display.aim import AimSettings, d65_xyz
+from metamer.calibration.display.characterise import characterise
+from metamer.calibration.display.observer_aims import observer_aims
+from metamer.calibration.display.patches import patches
+from metamer.spectral.difference import delta_e_xyz
+
+
+def record_of(display, scale=1.0, luminance=1.0, **settings):
+    """Characterise a display by readings with spectra. scale : unit of the spectra. luminance : of XYZ."""
+    codes = patches(61)
+    read, spectra = display.measured(codes, 0, noise=0.2), display.spectra(codes)
+    spectra = replace(spectra, radiance=scale * spectra.radiance)
+    read = replace(read, xyz=luminance * read.xyz, spectra=spectra, absolute=luminance == 1.0)
+    return replace(characterise(read).record, settings=AimSettings(**settings))
+
+
+# A fourth emitter is not in any matrix of three: how far that goes is said.
+@pytest.mark.parametrize("name, mean, largest", [("LCD", 0.02, 0.1), ("WRGB OLED", 0.3, 1.5)])
+def test_codes_show_each_observer_what_its_picture_asks_for(simulated, name, mean, largest):
+    display = simulated[name]
+    record = record_of(display, scale=1e3)
+    codes = np.random.default_rng(4).random((300, 3))
+    aims = observer_aims(record)
+    assert [one.observer for one in aims] == ["1964_10", "2015_2", "2015_10"]
+    for one in aims:
+        asked = display.xyz(codes, one.observer) @ np.linalg.inv(one.aim.adapted).T
+        sent = (asked @ one.front[:, :3].T + one.front[:, 3]) @ record.aim.adapted.T
+        shown = display.xyz(codes)
+        off = delta_e_xyz(shown, sent, record.aim.white_xyz)
+        assert off.mean() < mean and off.max() < largest, one.observer
+        # The picture's white is this observer's D65, and as bright as the display can have it.
+        unit = one.aim.white_xyz / one.aim.white_xyz[1]
+        assert delta_e_xyz(d65_xyz(one.observer), unit, unit) < 1e-3
+        light = np.linalg.solve(display.xyz(np.eye(3), one.observer).T, one.aim.white_xyz)
+        assert name != "LCD" or 0.985 < light.max() < 1.005
+        # As aimed for 1931, it is none of this observer's.
+        before = delta_e_xyz(shown, asked @ record.aim.adapted.T, record.aim.white_xyz)
+        assert before.mean() > 3.0 * off.mean()
+    exact = name == "LCD"
+    assert all((one.largest_off < 1e-6) == exact and one.mean_off < mean for one in aims)
+
+
+def test_another_white_stays_the_light_that_it_is(simulated):
+    display = simulated["LCD"]
+    for white in ("native", (0.33, 0.34)):
+        record = record_of(display, white=white)
+        code = record.model.xyz(np.ones((1, 3)))[0] if white == "native" else None
+        for one in observer_aims(record):
+            sent = record.aim.adapted @ (one.front[:, :3] @ d65_xyz("1931_2") + one.front[:, 3])
+            np.testing.assert_allclose(sent, record.aim.white_xyz, rtol=1e-9)
+            if code is not None:
+                np.testing.assert_allclose(one.aim.white_xyz, display.xyz(np.ones((1, 3)), one.observer)[0], rtol=0.01)
+
+
+def test_a_luminance_holds_as_far_as_an_observer_can_have_it(simulated):
+    record = record_of(simulated["LCD"])
+    low, high = (observer_aims(replace(record, settings=AimSettings("d65", one))) for one in (80.0, 117.0))
+    assert all(one.aim.white_xyz[1] == pytest.approx(80.0) for one in low)
+    assert all(one.aim.white_xyz[1] == pytest.approx(117.0) for one in high)
+    brighter = observer_aims(replace(record, settings=AimSettings("d65", record.aim.white_xyz[1])))
+    assert all(one.aim.white_xyz[1] <= record.aim.white_xyz[1] * (1.0 + 1e-9) for one in brighter)
+
+
+def test_relative_readings_keep_their_unit(simulated):
+    display = simulated["LCD"]
+    own = observer_aims(record_of(display))
+    other = observer_aims(record_of(display, luminance=100.0 / 120.0))
+    for one, relative in zip(own, other, strict=True):
+        assert "of the display's white = 100" in relative.words and "cd/m2" in one.words
+        np.testing.assert_allclose(relative.front, one.front, atol=2e-3)
+
+
+def test_without_spectra_there_is_none(simulated):
+    assert observer_aims(characterise(simulated["LCD"].measured(patches(61), 0)).record) == ()
