@@ -20,10 +20,13 @@ _ROWS = 1 << 18
 
 @dataclass(frozen=True, eq=False)
 class ProofStatistics:
-    """lost : (H,W) whether a pixel cannot be shown. delta_e : (H,W) ΔE94 of what is shown from what was asked for."""
+    """lost : (H,W) whether a pixel cannot be shown. delta_e : (H,W) ΔE94 of what is shown from what was asked for.
+    darker : (H,W) whether it has less luminance than the display's black.
+    """
 
     lost: Bool[np.ndarray, "H W"]
     delta_e: Float[np.ndarray, "H W"]
+    darker: Bool[np.ndarray, "H W"]
 
 
 def proofed(
@@ -33,7 +36,7 @@ def proofed(
     flat = np.asarray(xyz_d65, dtype=np.float64).reshape(-1, 3)
     # Flat parts of pictures are many pixels and few colours.
     colours, which = np.unique(flat, axis=0, return_inverse=True)
-    apart, outside = np.empty(len(colours)), np.empty(len(colours), dtype=bool)
+    apart, (outside, darker) = np.empty(len(colours)), np.empty((2, len(colours)), dtype=bool)
     for start in range(0, len(colours), _ROWS):
         rows = slice(start, start + _ROWS)
         wanted = aim.xyz(colours[rows], black)
@@ -41,5 +44,7 @@ def proofed(
         held = np.clip(codes, 0.0, 1.0)
         apart[rows] = delta_e_xyz(wanted, model.xyz(held), aim.white_xyz)
         outside[rows] = (codes != held).any(axis=1)
+        darker[rows] = wanted[:, 1] < aim.black_xyz[1]
     shape, which = np.shape(xyz_d65)[:2], which.reshape(-1)
-    return ProofStatistics((outside & (apart > VISIBLE_DELTA_E))[which].reshape(shape), apart[which].reshape(shape))
+    found = outside & (apart > VISIBLE_DELTA_E), apart, darker
+    return ProofStatistics(*(one[which].reshape(shape) for one in found))

@@ -141,13 +141,16 @@ def mask_png(mask: UInt8[np.ndarray, "H W"], size: tuple[int, int] | None = None
     from PIL import Image
 
     bits = np.zeros(mask.shape if size is None else size, dtype=np.uint8)
-    for bit in (1, 2):
+    for bit in (1, 2, 4):
         chosen = (mask & bit > 0).astype(np.float64)
         bits |= (bit * (chosen if size is None else reduce_map(chosen, size))).astype(np.uint8)
     image = Image.fromarray(bits, "P")
-    image.putpalette([0, 0, 0, 85, 85, 85, 170, 170, 170, 255, 255, 255])
+    # Two bits a pixel where they are enough, as nearly always.
+    depth = 2 if bits.max(initial=0) < 4 else 4
+    steps = np.linspace(0, 255, 1 << depth).astype(np.uint8)
+    image.putpalette(np.repeat(steps, 3).tolist())
     stream = io.BytesIO()
-    image.save(stream, "PNG", transparency=b"\x00\xff\xff\xff", bits=2, optimize=False)
+    image.save(stream, "PNG", transparency=b"\x00" + b"\xff" * (len(steps) - 1), bits=depth, optimize=False)
     return stream.getvalue()
 
 

@@ -182,7 +182,12 @@ def _row(row: ReviewRow, number: int, budget: float, history: Sequence[Run]) -> 
         "noise": None if noise is None else {"mean": noise.mean, "limited": noise.limited},
         "limits": None
         if limits is None
-        else {"below": limits.below_gamut, "above": limits.above_white, "off": limits.mean_delta_e2000},
+        else {
+            "below": limits.too_strong,
+            "black": limits.below_black,
+            "above": limits.above_white,
+            "off": limits.mean_delta_e2000,
+        },
         "notes": list(row.notes),
         "files": {"PNG": row.image, **files},
         "window": window,

@@ -32,6 +32,8 @@ def summary_of(rows: Sequence[ReviewRow], budget: float) -> dict[str, Any]:
         "too_far_off": found.count("over"),
         "below_gamut": sum(one.below_gamut >= SAID_FROM for one in known),
         "above_white": sum(one.above_white >= SAID_FROM for one in known),
+        "too_strong": sum(one.too_strong >= SAID_FROM for one in known),
+        "below_black": sum(one.below_black >= SAID_FROM for one in known),
         "limits_unknown": len(rows) - len(known),
         "worst": {"material": worst.material, "illuminant": worst.illuminant, "p99": worst.statistics.p99},
     }
@@ -52,10 +54,12 @@ def verdict_sentence(summary: dict[str, Any], display: str, valid: bool) -> str:
         parts = [(summary["borderline"], LEVELS["near"]), (summary["too_far_off"], LEVELS["over"])]
         head += "; " + " and ".join(f"{count} {_are(count)} {words}" for count, words in parts if count)
     limits = []
-    if count := summary["below_gamut"]:
+    if count := summary.get("too_strong", summary["below_gamut"]):
         limits.append(f"{count} {_plural(count, 'holds', 'hold')} colours that {screen_words(display)} cannot show")
     if count := summary["above_white"]:
         limits.append(f"{count} {_plural(count, 'has', 'have')} highlights cut at white")
+    if count := summary.get("below_black", 0):
+        limits.append(f"{count} {_plural(count, 'has', 'have')} shadows darker than the screen's black")
     if summary["limits_unknown"]:
         count = summary["limits_unknown"]
         limits.append(f"of {count} it is not known what the screen cannot show")
@@ -117,7 +121,13 @@ def _limits_words(limits: Mapping[str, float] | None) -> str:
     """Shares of the surface that a screen cannot show, in words; "" where they are too small to speak of."""
     if limits is None:
         return ""
-    told = ((limits["below_gamut"], "too strong"), (limits["above_white"], "cut at white"))
+    # Files of before this was told apart have none of it.
+    black = limits.get("below_black", 0.0)
+    told = (
+        (limits["below_gamut"] - black, "too strong"),
+        (limits["above_white"], "cut at white"),
+        (black, "darker than its black"),
+    )
     return ", ".join(f"{share:.0%} {words}".replace("%", " %") for share, words in told if share >= SAID_FROM)
 
 

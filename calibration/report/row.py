@@ -55,12 +55,19 @@ class Limits:
 
     below_gamut, above_white : shares (0 to 1) of the surface, of the pixels that it covers wholly, with a channel below
     or above the display's range. mean_delta_e2000 : of the colours and what is shown in their place, over those that
-    are below alone; None where there are none, or where nobody knows what the display shows.
+    are below alone; None where there are none, or where nobody knows what the display shows. below_black : the part of
+    `below_gamut` that is darker than the display's black; the rest is outside its gamut.
     """
 
     below_gamut: float
     above_white: float
     mean_delta_e2000: float | None
+    below_black: float = 0.0
+
+    @property
+    def too_strong(self) -> float:
+        """Share of the surface that is outside the display's gamut."""
+        return self.below_gamut - self.below_black
 
 
 @dataclass(frozen=True, eq=False)

@@ -89,7 +89,10 @@ def run(args: argparse.Namespace) -> int:
             warn(f"{args.picture} says {', '.join(stated)}, which is not applied: it is taken as sRGB")
     found = prove(xyz)
     count, pixel_count = int(found.lost.sum()), found.lost.size
-    print(f"{args.picture}: {count} of {pixel_count} pixels ({count / pixel_count:.2%}) cannot be shown on {words}")
+    dark = int((found.lost & found.darker).sum())
+    darker = f", {dark} of them darker than its black" if dark else ""
+    share = f"{count} of {pixel_count} pixels ({count / pixel_count:.2%})"
+    print(f"{args.picture}: {share} cannot be shown on {words}{darker}")
     if count:
         off = found.delta_e[found.lost]
         warn(f"where they are, what is shown is off by ΔE94 {off.mean():.2f} on average, at most {off.max():.1f}")

@@ -44,7 +44,7 @@ class Proof:
         below, above = self.of.out_of_range(xyz_d65, codes)
         shown = self.of.decode(np.clip(codes, 0.0, 1.0)).astype(np.float64)
         apart = delta_e_xyz(np.asarray(xyz_d65, dtype=np.float64), shown, DISPLAY_WHITE_XYZ)
-        return ProofStatistics((below | above) & (apart > VISIBLE_DELTA_E), apart)
+        return ProofStatistics((below | above) & (apart > VISIBLE_DELTA_E), apart, self.of.darker_than_black(xyz_d65))
 
 
 def proof_of(display: DisplayTransform, named: str | None) -> Proof | None:

@@ -41,6 +41,8 @@ _BEYOND = 1.0
 _TABLE_STEP = 0.01
 # Encoded values this far outside [0, 1] count as clipped: a quarter of an 8-bit step, well above float32 rounding.
 CLIP_TOLERANCE = 1e-3
+# Luminance of black, white being 1, up to which it is none but for rounding.
+_NO_LIGHT = 1e-6
 # Shown where a pixel holds no number.
 NOT_A_NUMBER_RGB = (1.0, 0.0, 1.0)
 
@@ -263,7 +265,8 @@ class DisplayTransform:
         xyz_d65[undefined] = 0.0
         rgb = (on or self.apply)(xyz_d65)
         undefined = np.logical_or(undefined, ~np.isfinite(rgb).all(axis=-1))
-        notes = _notes(*self.out_of_range(xyz_d65, rgb), undefined, self.name)
+        below, above = self.out_of_range(xyz_d65, rgb)
+        notes = _notes(below, above, below & self.darker_than_black(xyz_d65), undefined, self.name)
         rgb = np.clip(rgb, 0.0, 1.0)
         rgb[undefined] = NOT_A_NUMBER_RGB
         return rgb, notes
@@ -271,8 +274,8 @@ class DisplayTransform:
     def out_of_range(
         self, xyz_d65: Float[np.ndarray, "*batch 3"], rgb: Float[np.ndarray, "*batch 3"]
     ) -> tuple[Bool[np.ndarray, "*batch"], Bool[np.ndarray, "*batch"]]:
-        """Return which colours the display cannot show: a channel below its range (out of gamut), one above (brighter
-        than white).
+        """Return which colours the display cannot show: a channel below its range (out of gamut, or
+        `darker_than_black`), one above (brighter than white).
 
         Tables of a profile end at the gamut: there colours count that no code shows to within ΔE94 1, by the tables
         from codes to colours, on the side of the range at which their codes are. That the tables back are off is
@@ -292,6 +295,20 @@ class DisplayTransform:
             off[off] = self._table_error(doubtful, nearest) > _BEYOND
         above = np.asarray(off & (rgb >= 1.0 - _TABLE_STEP).any(axis=-1))
         return np.asarray(off & ~above), above
+
+    def darker_than_black(self, xyz_d65: Float[np.ndarray, "*batch 3"]) -> Bool[np.ndarray, "*batch"]:
+        """Return which colours have less luminance than the display's black in this view: no gamut is to blame where it
+        cannot show these. None where the transform cannot be turned round, or black has no light.
+        """
+        return np.asarray(np.asarray(xyz_d65)[..., 1] < self._black_y)
+
+    @cached_property
+    def _black_y(self) -> float:
+        try:
+            y = float(self.decode(np.zeros((1, 3)))[0, 1])
+        except InputError:
+            return -np.inf
+        return y if y > _NO_LIGHT else -np.inf
 
     def _table_error(self, xyz_d65: np.ndarray, rgb: np.ndarray) -> np.ndarray:
         """ΔE94 of what codes show, by the profile's tables, from XYZ."""
@@ -441,7 +458,11 @@ def composite(
 
 
 def _notes(
-    below: Bool[np.ndarray, "H W"], above: Bool[np.ndarray, "H W"], undefined: Bool[np.ndarray, "H W"], display: str
+    below: Bool[np.ndarray, "H W"],
+    above: Bool[np.ndarray, "H W"],
+    darker: Bool[np.ndarray, "H W"],
+    undefined: Bool[np.ndarray, "H W"],
+    display: str,
 ) -> tuple[str, ...]:
     notes = []
     total = undefined.size
@@ -450,7 +471,8 @@ def _notes(
     if clipped:
         sides = [
             (over, "above its range (brighter than white in a channel)"),
-            (under, "below it (outside its gamut)"),
+            (under & ~darker, "below it (outside its gamut)"),
+            (under & darker, "darker than its black"),
         ]
         counted = " and ".join(f"{np.count_nonzero(side)} {words}" for side, words in sides if side.any())
         notes.append(f"{clipped} of {total} pixels ({clipped / total:.2%}) clipped to “{display}”: {counted}.")

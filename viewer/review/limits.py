@@ -1,4 +1,4 @@
-"""Parts of a picture that its display cannot show: colours beyond its gamut, and what is brighter than its white."""
+"""Parts of a picture that its display cannot show: beyond its gamut, darker than its black, brighter than its white."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...spectral.image import ColourImage
 from ..display.transform import DISPLAY_WHITE_XYZ, DisplayTransform
 
 #: Codes of the mask.
-BELOW_GAMUT, ABOVE_WHITE = 1, 2
+BELOW_GAMUT, ABOVE_WHITE, BELOW_BLACK = 1, 2, 4
 
 
 def limits_of(
@@ -22,7 +22,8 @@ def limits_of(
     """Shares of a surface that the display cannot show, and which pixels they are; None where the view hides it.
 
     image : XYZ of the picture. share : of each pixel that the surface covers; it is judged where that is all of it.
-    The mask has `BELOW_GAMUT` for a channel below its range, `ABOVE_WHITE` for one above, and their sum for both.
+    The mask has `BELOW_GAMUT` for a channel below its range, `ABOVE_WHITE` for one above, `BELOW_BLACK` beside the
+    first for what is darker than its black, and their sums.
     """
     if not display.shows_limits:
         return None
@@ -35,10 +36,10 @@ def limits_of(
         xyz = xyz @ display.adaptation_from(image.white_xyz).T
     rgb = display.apply(xyz)
     below, above = display.out_of_range(xyz, rgb)
-    mask[surface] = BELOW_GAMUT * below + ABOVE_WHITE * above
-    return Limits(
-        float(below.mean()), float(above.mean()), _off(xyz, rgb, np.logical_and(below, ~above), display)
-    ), mask
+    darker = below & display.darker_than_black(xyz)
+    mask[surface] = BELOW_GAMUT * below + ABOVE_WHITE * above + BELOW_BLACK * darker
+    off = _off(xyz, rgb, np.logical_and(below, ~above), display)
+    return Limits(float(below.mean()), float(above.mean()), off, float(darker.mean())), mask
 
 
 def _off(

@@ -16,9 +16,9 @@ from .state import Adaptation
 
 @dataclass(frozen=True, eq=False)
 class Displayed:
-    """rgb (3,) : encoded, before it is clipped. codes : what is sent, 8 bits. clipped : "R above, B below", or "beyond
-    the gamut" of a profile whose codes end there; "" where
-    the display can show it; a view that limits values itself hides what it does.
+    """rgb (3,) : encoded, before it is clipped. codes : what is sent, 8 bits. clipped : "R above, B below", "darker
+    than black" where black has light, or "beyond the gamut" of a profile whose codes end there; "" where the display
+    can show it; a view that limits values itself hides what it does.
     """
 
     rgb: Float[np.ndarray, "3"]
@@ -49,7 +49,10 @@ def displayed(
     rgb = display.apply(xyz_d65).astype(np.float64)
     sides = [("above", rgb > 1.0 + CLIP_TOLERANCE), ("below", rgb < -CLIP_TOLERANCE)]
     clipped = [f"{name} {side}" for side, which in sides for name, hit in zip("RGB", which, strict=True) if hit]
-    if not clipped and display.out_of_range(xyz_d65, rgb)[0]:
+    below, above = (bool(side) for side in display.out_of_range(xyz_d65, rgb))
+    if below and not above and display.darker_than_black(xyz_d65):
+        clipped = ["darker than black"]
+    elif not clipped and below:
         clipped = ["beyond the gamut"]
     red, green, blue = (int(code) for code in quantise(rgb[None, None])[0, 0])
     return Displayed(rgb, (red, green, blue), ", ".join(clipped))

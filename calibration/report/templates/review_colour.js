@@ -76,8 +76,12 @@ function limitsOf(material, light) {
   if (!limits) found.push(["Not known what the screen cannot show", "The display view hides where colours leave its range."]);
   else {
     if (limits.below >= DATA.saidFrom) {
-      const more = limits.off === null ? "" : ` The real one is stronger, by ΔE2000 ${limits.off.toFixed(1)} on average.`;
+      const off = limits.off === null ? "" : `ΔE2000 ${limits.off.toFixed(1)} on average.`;
+      const more = !off ? "" : limits.black > 0 ? ` With what is darker than its black, it is off by ${off}` : ` The real one is stronger, by ${off}`;
       found.push([`Too strong for this screen: ${percent(limits.below)}`, `${percent(limits.below)} of the surface is a colour that ${DATA.screen} cannot show.${more}`]);
+    }
+    if (limits.black >= DATA.saidFrom) {
+      found.push([`Darker than this screen's black: ${percent(limits.black)}`, `${percent(limits.black)} of the surface is darker than the black of ${DATA.screen}, which is shown in its place.`]);
     }
     if (limits.above >= DATA.saidFrom) {
       found.push([`Highlight cut at white: ${percent(limits.above)}`, `${percent(limits.above)} of the surface is brighter than this screen can show. Its shape is right, its colour cannot be read there.`]);
@@ -89,5 +93,5 @@ function trouble(material) {
   const rows = Object.values(material.rows), holes = rows.reduce((sum, row) => sum + row.undefined, 0);
   const over = Math.max(0, worstError(material) - DATA.limit);
   const share = (name) => 100 * Math.max(...rows.map((row) => (row.limits ? row.limits[name] : 0)));
-  return 1e6 * (holes > 0) + 1e3 * over + share("below") + 0.5 * share("above") + worstError(material);
+  return 1e6 * (holes > 0) + 1e3 * over + share("below") + 0.5 * share("above") + 0.5 * share("black") + worstError(material);
 }

@@ -17,6 +17,10 @@ NONE = {"borderline": 0, "too_far_off": 0, "below_gamut": 0, "above_white": 0, "
             "and 9 have highlights cut at white.",
         ),
         (
+            {"pictures": 3, "accurate": 3, "below_gamut": 2, "too_strong": 0, "below_black": 2},
+            "All 3 pictures are accurate enough to judge colour by; 2 have shadows darker than the screen's black.",
+        ),
+        (
             {"pictures": 4, "accurate": 1, "borderline": 1, "too_far_off": 2, "below_gamut": 1},
             "1 of 4 pictures is accurate enough to judge colour by; 1 is borderline and 2 are too far off; "
             "1 holds colours that an sRGB screen cannot show.",
@@ -85,6 +89,13 @@ def test_a_summary_names_what_needs_a_look_as_people_do():
         "| 16 % too strong, 10 % cut at white |",
     ]
     assert "- A lamp is \\<dark\\>." in text and "reason" not in text and "Sky blue" not in text
+
+
+def test_shadows_below_black_are_not_called_too_strong():
+    """The one is part of the other in the file, whose older ones have the sum alone."""
+    review = document(("paint/sky-blue", 0.2, 0.3, 0.0))
+    review["results"][0]["limits"]["below_black"] = 0.28
+    assert "| 2 % too strong, 28 % darker than its black |" in as_markdown(review)
 
 
 def test_a_summary_of_a_good_review_has_no_table():

@@ -73,6 +73,8 @@ def test_a_proof_judges_by_the_aim_of_the_configuration(metamer, tmp_path):
         assert metamer("display", "config", display, "-o", folder, *options)[0] == 0
         said = metamer("display", "proof", folder / "display.json", picture)[1]
         assert words in said and f"{lost} of 2 pixels" in said, said
+        # It is black's, and no gamut's.
+        assert ("1 of them darker than its black" in said) == (lost == 1)
         assert ("black moved" in said) == ("bpc" in options)
     # An answer on the command goes before.
     assert "white as asked for" not in metamer("display", "proof", display, picture)[1]

@@ -1,5 +1,6 @@
 """A characterised display through OpenColorIO: files beside memory, GLSL beside the CPU, views, what is said."""
 
+import io
 from dataclasses import replace
 from datetime import UTC, datetime
 
@@ -11,13 +12,16 @@ from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.cube import Cube, make_cube
 from metamer.calibration.display.observer_aims import observer_aims, seen_by
 from metamer.calibration.display.patches import patches
+from metamer.calibration.report.plots import mask_png
 from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
 from metamer.spectral.image import ColourImage
 from metamer.viewer.display.config import COMPENSATED, display_transform, make_config, shown_transform, write_config
 from metamer.viewer.display.gl_pass import DisplayPass
 from metamer.viewer.display.transform import DEFAULT_VIEW, INTERCHANGE_ROLE, DisplayTransform
+from metamer.viewer.review.limits import limits_of
 from metamer.viewer.review.words import display_words
+from PIL import Image
 
 NAME = "Desk, left"
 
@@ -187,6 +191,29 @@ def test_what_the_display_cannot_show_is_counted(folder):
     pixels = np.repeat(PICTURE_WHITE_XYZ[None, None], 4, axis=1) * np.array([0.2, 0.5, 0.98, 1.2])[None, :, None]
     _, notes = transform.encode(ColourImage(pixels, "xyz_d65", PICTURE_WHITE_XYZ))
     assert len(notes) == 1 and notes[0].startswith("1 of 4 pixels")
+
+
+def test_shadows_below_black_are_not_called_out_of_gamut(folder, record, aim):
+    """By the light of black in the view: the compensated one has none there, and an ideal display nowhere."""
+    black = record.model.xyz(np.zeros((1, 3)))[0] @ np.linalg.inv(aim.adapted).T
+    green, grey = np.array([0.05, 0.3, 0.02]), 0.3 * PICTURE_WHITE_XYZ
+    image = ColourImage(np.stack([np.zeros(3), 0.5 * black, green, grey])[None], "xyz_d65", PICTURE_WHITE_XYZ)
+    where = str(folder / "config.ocio")
+    for name, view, counted, mask in (
+        (NAME, DEFAULT_VIEW, "1 below it (outside its gamut) and 2 darker than its black", (5, 5, 1, 0)),
+        (NAME, COMPENSATED, "1 below it (outside its gamut)", (0, 0, 1, 0)),
+        ("sRGB - Display", DEFAULT_VIEW, "1 below it (outside its gamut)", (0, 0, 1, 0)),
+    ):
+        transform = DisplayTransform(name, view, where)
+        (note,) = transform.encode(image)[1]
+        assert note.endswith(f"clipped to “{name}”: {counted}.")
+        limits, found = limits_of(image, np.ones((1, 4)), transform)
+        assert found[0].tolist() == list(mask)
+        assert (limits.below_gamut, limits.below_black) == (np.count_nonzero(mask) / 4, mask.count(5) / 4)
+        assert limits.too_strong == 0.25
+        with Image.open(io.BytesIO(mask_png(found))) as written:
+            np.testing.assert_array_equal(np.asarray(written), found)
+            assert (np.asarray(written.convert("RGBA"))[..., 3] > 0).tolist() == (found > 0).tolist()
 
 
 def test_a_review_names_the_display_and_its_last_verification(folder, record):

@@ -19,6 +19,7 @@ from metamer.viewer.display.transform import CLIP_TOLERANCE, DISPLAY_WHITE_XYZ, 
 from metamer.viewer.gl.resources import Owner
 from metamer.viewer.window.chain import chain
 from metamer.viewer.window.display_pass import STRIPE, Showing, display_of, needs_beyond, surround_xyz
+from metamer.viewer.window.displayed_value import displayed
 from metamer.viewer.window.queries import beyond
 from metamer.viewer.window.state import Adaptation, Compare, DisplaySettings, Other, Session
 
@@ -269,6 +270,8 @@ def test_the_display_is_aimed_for_the_observer_of_the_session(tmp_path):
         assert display.name == ("Desk (1964_10)" if spectra else "Desk")
         assert (f"OCIO {display.name} / Un-tone-mapped" in words) and "colorimetric, no tone mapping" in words
         assert ("display still aimed for CIE 1931 2°" in words) != spectra
+        # Its black has light: what is below it is no colour beyond its gamut.
+        assert displayed(np.zeros(3), DISPLAY_WHITE_XYZ, display, Adaptation()).clipped == "darker than black"
         first = replace(session, observer="1931_2")
         display = display_of(first, DisplayTransform())
         assert display.name == "Desk" and not any("aimed" in one for one in chain(first, display))
