@@ -7,6 +7,7 @@ move them.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NoReturn
@@ -26,6 +27,8 @@ _NOT_DRAWN = {"l": "lines", "p": "points", "call": "files that it calls"}
 _NOT_DRAWN |= dict.fromkeys(
     ("curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp", "res"), "free-form curves or surfaces"
 )
+# Lines that may go on in the next.
+_GOES_ON = re.compile(rf"\s*(?:{'|'.join(_NUMBERS)}|fo?)\s")
 # An index that is not there, as that of vt in "1//1".
 _ABSENT = np.iinfo(np.int64).max
 
@@ -180,20 +183,22 @@ def _piece(name: str, material: str, values: list[np.ndarray], corners: np.ndarr
 
 
 def _lines(data: bytes) -> Iterable[tuple[int, str]]:
-    """Return the lines of a file with their numbers; one that ends in a backslash goes on in the next."""
+    """Return the lines of a file with their numbers; a row of numbers or a face that ends in a backslash goes on in the
+    next. Comments and names of files end in one, too: what stands below those is a line of its own.
+    """
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    if "\\\n" not in text.replace("\r\n", "\n"):
+    if "\\" not in text:
         return enumerate(lines, 1)
     joined: list[tuple[int, str]] = []
     pending, start = "", 0
     for number, line in enumerate(lines, 1):
         start = start or number
-        if line.endswith("\\"):
-            pending += line[:-1] + " "
+        if line.rstrip().endswith("\\") and (pending or _GOES_ON.match(line)) and "#" not in line:
+            pending += line.rstrip()[:-1] + " "
             continue
         joined.append((start, pending + line))
         pending, start = "", 0
