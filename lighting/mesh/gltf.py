@@ -180,7 +180,7 @@ def _is_read(name: str) -> bool:
 
 def _weights(node: JsonNode, mesh: JsonNode) -> list[float]:
     """Weights of morph targets: the node's own, or else the mesh's."""
-    owner = node if node.has("weights") else mesh
+    owner = node if node.values.get("weights") else mesh
     given = owner.values.get("weights", [])
     count = len(given) if isinstance(given, list) else 1
     return owner.numbers("weights", (0.0,) * count, low=-np.inf)
@@ -188,18 +188,22 @@ def _weights(node: JsonNode, mesh: JsonNode) -> list[float]:
 
 def _local(node: JsonNode) -> Float[np.ndarray, "4 4"]:
     """Return the transform from a node to its parent."""
+    parts = _of_parts(
+        node.numbers("translation", (0.0, 0.0, 0.0), low=-np.inf),
+        node.numbers("rotation", (0.0, 0.0, 0.0, 1.0), low=-np.inf),
+        node.numbers("scale", (1.0, 1.0, 1.0), low=-np.inf),
+    )
     if node.has("matrix"):
         matrix = np.array(node.numbers("matrix", _IDENTITY, low=-np.inf)).reshape(4, 4).T
         if (matrix[3] != _IDENTITY[-4:]).any():
             node.refuse(
                 "matrix", "a transform that makes distant things smaller", matrix[3].tolist(), "0, 0, 0, 1 last"
             )
+        told = [name for name in ("translation", "rotation", "scale") if node.has(name)]
+        if told and not np.allclose(matrix, parts, rtol=1e-4, atol=1e-4 * np.abs(matrix).max()):
+            node.refuse("matrix", "two places of one node", f"matrix and {', '.join(told)}", "one of the two")
         return matrix
-    return _of_parts(
-        node.numbers("translation", (0.0, 0.0, 0.0), low=-np.inf),
-        node.numbers("rotation", (0.0, 0.0, 0.0, 1.0), low=-np.inf),
-        node.numbers("scale", (1.0, 1.0, 1.0), low=-np.inf),
-    )
+    return parts
 
 
 def _of_parts(translation, rotation, scale) -> Float[np.ndarray, "4 4"]:

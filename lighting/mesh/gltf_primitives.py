@@ -25,7 +25,9 @@ class PrimitiveGeometry:
     skin: tuple[np.ndarray, np.ndarray] | None
 
     def posed(self, joints: Float[np.ndarray, "J 4 4"], name: str, primitive: JsonNode) -> PrimitiveGeometry:
-        """These triangles carried by joints, each vertex by the mean of its own (linear blend skinning)."""
+        """These triangles carried by joints, each vertex by the mean of its own (linear blend skinning); where joints
+        mirror, they wind the other way round.
+        """
         if self.skin is None:
             primitive.refuse("attributes", "a skin without joints", name, "JOINTS_0 and WEIGHTS_0")
         which, weights = self.skin
@@ -40,11 +42,15 @@ class PrimitiveGeometry:
         carried = np.zeros((len(self.vertices), 4, 4))
         for column in range(which.shape[1]):
             carried += (weights[:, column] / total[:, 0])[:, None, None] * joints[which[:, column]]
-        vertices = np.einsum("vij,vj->vi", carried[:, :3, :3], self.vertices) + carried[:, :3, 3]
+        turns = carried[:, :3, :3]
+        vertices = np.einsum("vij,vj->vi", turns, self.vertices) + carried[:, :3, 3]
+        sides = np.where(np.linalg.det(turns) < 0.0, -1.0, 1.0)
+        mirrored = sides[self.faces].sum(axis=1) < 0.0
+        faces = np.where(mirrored[:, None], self.faces[:, ::-1], self.faces)
         if self.normals is None:
-            return PrimitiveGeometry(vertices, self.faces, None, self.uv, None)
-        normals = np.einsum("vij,vj->vi", _cofactors(carried[:, :3, :3]), self.normals)
-        return PrimitiveGeometry(vertices, self.faces, normals, self.uv, None)
+            return PrimitiveGeometry(vertices, faces, None, self.uv, None)
+        normals = np.einsum("vij,vj->vi", sides[:, None, None] * _cofactors(turns), self.normals)
+        return PrimitiveGeometry(vertices, faces, normals, self.uv, None)
 
     def repeated(self, places: Float[np.ndarray, "I 4 4"]) -> PrimitiveGeometry:
         """These triangles at each of several places; where one mirrors, they wind the other way round."""

@@ -227,6 +227,7 @@ MORPHS = {
     "weights of the node": ({}, {"weights": [1.0]}, 1.0),
     "the node's before the mesh's": ({"weights": [1.0]}, {"weights": [0.25]}, 0.25),
     "none of the node's before the mesh's": ({"weights": [1.0]}, {"weights": [0.0]}, 0.0),
+    "an empty list of the node's": ({"weights": [1.0]}, {"weights": []}, 1.0),
     "no weights": ({}, {}, 0.0),
 }
 
@@ -403,6 +404,36 @@ def test_a_skin_as_it_was_bound_is_the_mesh(tmp_path):
     assert_is_tetrahedron(read(gltf, tmp_path))
 
 
+MIRROR = [float(at % 5 == 0) * (-1.0 if at == 10 else 1.0) for at in range(16)]
+MIRRORING = {
+    "a joint": [{"children": [2]}, {"translation": [0, 0, -1], "scale": [1, 1, -1]}],
+    "both joints": [{"children": [2], "scale": [-1, 1, 1]}, {"translation": [0, 0, 1]}],
+    "both by a matrix": [{"children": [2], "matrix": MIRROR}, {"translation": [0, 0, 1]}],
+    "both in turn": [{"children": [2], "scale": [-1, 1, 1]}, {"translation": [0, 0, 1], "scale": [1, -1, 1]}],
+}
+
+
+@pytest.mark.parametrize("normals", [False, True])
+@pytest.mark.parametrize("case", MIRRORING)
+def test_a_skin_that_joints_mirror_still_looks_outwards(case, normals, tmp_path):
+    gltf = Gltf(nodes=[{"mesh": 0, "name": "body", "skin": 0}, *MIRRORING[case]])
+    skinned(gltf)
+    (primitive,) = gltf.document["meshes"][0]["primitives"]
+    if case == "a joint":
+        on_it = gltf.accessor(np.tile([1, 0, 0, 0], (4, 1)), "u1"), gltf.accessor(np.eye(4)[[0] * 4])
+        primitive["attributes"] |= dict(zip(("JOINTS_0", "WEIGHTS_0"), on_it, strict=True))
+    if normals:
+        outwards = POINTS - POINTS.mean(axis=0)
+        outwards /= np.linalg.norm(outwards, axis=1)[:, None]
+        primitive["attributes"]["NORMAL"] = gltf.accessor(outwards)
+    mesh = read(gltf, tmp_path)
+    # "in turn" brings the third corner half as far.
+    assert volume(mesh) == pytest.approx(0.25 if case == "both in turn" else 0.5, abs=1e-5)
+    middle = mesh.vertices.mean(axis=0)
+    assert (np.einsum("vi,vi->v", mesh.normals, mesh.vertices - middle) > 0.0).all()
+    assert not any("turned" in note for note in mesh.notes)
+
+
 def test_a_joint_that_is_not_there_is_refused(tmp_path):
     gltf = Gltf(nodes=[{"mesh": 0, "skin": 0}, {"children": [2]}, {}])
     skinned(gltf)
@@ -447,6 +478,20 @@ def test_a_matrix_of_perspective_is_refused(place, value, tmp_path):
     gltf = Gltf(nodes=[{"mesh": 0, "matrix": matrix}])
     gltf.tetrahedron()
     with pytest.raises(InputError, match=r"nodes\[0\]\.matrix"):
+        read(gltf, tmp_path)
+
+
+@pytest.mark.parametrize("moved", [0.0, 1e-6, 5.0])
+@pytest.mark.parametrize("part", ["translation", "rotation", "scale"])
+def test_a_matrix_and_parts_beside_it_must_agree(part, moved, tmp_path):
+    parts = {"translation": [1, 2, 3], "rotation": [0, 0, HALF, HALF], "scale": [2, 2, 2]}
+    parts[part] = [parts[part][0] + moved, *parts[part][1:]]
+    gltf = Gltf(nodes=[{"mesh": 0, "name": "body", **PLACED["a matrix"][0], **parts}])
+    gltf.tetrahedron()
+    if moved < 1.0:
+        np.testing.assert_allclose(read(gltf, tmp_path).bounds, ([1 - 3, 2, 3], [1, 4, 7]), atol=1e-5)
+        return
+    with pytest.raises(InputError, match=r"nodes\[0\]\.matrix: two places of one node"):
         read(gltf, tmp_path)
 
 
