@@ -22,9 +22,10 @@ def off_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
     """
     rows, head = _rows(path)
     (vertex_count, face_count), rows = _counts(path, rows), rows[1:]
-    if len(rows) < vertex_count + face_count:
+    if len(rows) != vertex_count + face_count:
+        problem = "the mesh file is cut short" if len(rows) < vertex_count + face_count else "more than the header says"
         found, expected = f"{len(rows)} lines", f"{vertex_count + face_count} lines"
-        raise InputError("the mesh file is cut short", file=path, found=found, expected=expected, hint=_AGAIN)
+        raise InputError(problem, file=path, found=found, expected=expected, hint=_AGAIN)
     textured, normal = head.startswith("ST"), "N" in head
     least = 3 + 3 * normal + 2 * textured
     told = [_numbers(path, line, words, least) for line, words in rows[:vertex_count]]

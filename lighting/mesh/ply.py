@@ -70,6 +70,11 @@ class _Element:
         """Return the property of that name."""
         return next((one for one in self.properties if one.name == name), None)
 
+    @property
+    def has_indices_of_no_face(self) -> bool:
+        """True for polygons under a name of their own, and for grids of a scanner."""
+        return self.name not in ("face", "tristrips") and any(one.name in _INDICES for one in self.properties)
+
 
 class _Ply:
     """The header of a file, and its numbers: bytes as they are, or the words of a text as floats."""
@@ -245,7 +250,7 @@ class _Ply:
         notes = [
             f"{self.path.stem}: left out, {element.count} rows of {element.name}"
             for element in self.elements
-            if element.name == "edge" and element.count
+            if element.count and (element.name == "edge" or element.has_indices_of_no_face)
         ]
         uv = None
         corners, counts = np.empty(0, np.int64), np.empty(0, np.int64)

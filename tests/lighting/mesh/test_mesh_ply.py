@@ -228,6 +228,14 @@ def test_faces_of_two_corners_and_edges_are_left_out_and_said(tmp_path):
     assert "u: left out, 1 faces with fewer than three corners" in mesh.notes
 
 
+@pytest.mark.parametrize("name", ["vertex_indices", "vertex_index"])
+def test_polygons_under_another_name_are_left_out_and_said(name, tmp_path):
+    quads = ("quad", [("uchar", "int", name)], [[[0, 1, 2, 3]], [[0, 3, 2, 1]]])
+    mesh = load_mesh(write_ply(tmp_path / "u.ply", [points(U_POINTS), faces(U_FACES), quads]))
+    assert_is_u(mesh)
+    assert "u: left out, 2 rows of quad" in mesh.notes
+
+
 def test_points_alone_are_refused(tmp_path):
     with pytest.raises(InputError, match="the mesh is empty"):
         load_mesh(write_ply(tmp_path / "u.ply", [points(U_POINTS)]))
@@ -282,6 +290,7 @@ def test_polygons_of_an_off_keep_their_area(kind, line_end, tmp_path):
         (["OFF BINARY"], "line 1: a kind of OFF that is not read"),
         (["OFF", "many"], "line 2: no counts"),
         (["OFF", "3 1 0", "0 0 0", "1 0 0", "0 1 0"], "cut short"),
+        (["OFF", "3 1 0", "0 0 0", "1 0 0", "0 1 0", "3 0 1 2", "3 0 2 1"], "more than the header says"),
         (["OFF", "3 1 0", "0 0 0", "1 0", "0 1 0", "3 0 1 2"], "line 4: not a vertex"),
         (["OFF", "3 1 0", "0 0 0", "1 0 0", "0 1 0", "3 0 1 3"], "line 6: a face uses a vertex"),
         (["OFF", "3 1 0", "0 0 0", "1 0 0", "0 1 0", "3 0 1 -1"], "line 6: a face uses a vertex"),
