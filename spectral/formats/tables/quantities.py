@@ -43,6 +43,7 @@ from ..shared.words import (
 )
 from .section import Column
 
+_SURFACES = ("reflectance", "transmittance", "radiance factor")
 _LETTER = re.compile(r"\s*[RT]\s*")
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
 _WANTED = "reflectance, transmittance or emission"
@@ -74,6 +75,10 @@ def judge(
     for column in columns:
         table_of.setdefault(column.table, []).append(column)
     of_file = [*hints, *signs_of_name("file name", path.stem, "the file name")]
+    # Beside what an instrument made of its readings, numbers above any percentage are those readings.
+    of_surfaces = {
+        column.table for column, sign in zip(columns, stated, strict=True) if sign and sign.says in _SURFACES
+    }
     for column, sign_stated in zip(columns, stated, strict=True):
         try:
             _check(column, sign_stated, path)
@@ -89,7 +94,8 @@ def judge(
             published = column.likeness is not None and column.likeness.published
             counted = may_be_counts or (_may_be_counted(column) and not published)
             hints_count = sign_stated is not None or not counted
-            column.signs = ([*signs, *numbers] if open_ else signs) if hints_count else []
+            own = [sign for sign in numbers if sign.origin != "range" or column.table not in of_surfaces]
+            column.signs = ([*signs, *own] if open_ else signs) if hints_count else []
             decision = decided(column.signs, numbers, answer, column.name)
             if decision and decision.quantity != "emission":
                 _check_sample(column, numbers, table_of[column.table])

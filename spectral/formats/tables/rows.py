@@ -55,24 +55,33 @@ _COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
 # What an instrument reads, in counts, to make a reflectance or a transmittance of it. Each may be a sample's name, too.
 _OF_READINGS = (
     r"(?:[ _.-]*(?:currents?|strom|readings?|spe[ck]tr\w+|counts?|signals?|scans?|lamp|intensit\w+|data|daten|mode|"
-    r"values?|werte?|messung)){0,2}"
+    r"values?|werte?|messung|abgleich|standards?|ref(?:[eé]ren\w+)?\.?|riferimento|tile|panel)){0,2}"
     r"[ _]*#?\d{0,3}\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*"
 )
 _REFERENCES = r"r[eé]f[eé]ren(?:ce|cia|z)|riferimento|ref|baseline"
-_DARKS = r"dark|dunkel|noir|obscurit[eé]|oscuro|buio"
+_DARKS = r"dark|dunkel|noir|obscurit[eé]|oscur(?:o|idad)|buio|donker|escuro"
+# What was read of a sample, as an instrument calls it whatever the sample is.
+_RAWS = (
+    r"scope|raw|roh(?=daten|signal|wert|spe[ck]tr)|donn[eé]es brutes|signal brut|datos (?:brutos|crudos)|"
+    r"dati grezzi|ruwe data"
+)
 _READING = re.compile(rf"(?:{_DARKS}|{_REFERENCES})\.?{_OF_READINGS}", re.I)
-_DARK = re.compile(rf"(?:{_DARKS}|background|hintergrund)\.?{_OF_READINGS}", re.I)
+_DARK = re.compile(
+    rf"(?:{_DARKS}|background|bkgr?d?|hintergrund|bruit de fond|arri[eè]re-plan|fondo)\.?{_OF_READINGS}", re.I
+)
+_SAMPLES = r"sample|proben?|[eé]chantillon|muestra|campione|amostra|monster"
 _LIT = re.compile(
-    rf"(?:sample|proben?|[eé]chantillon|muestra|campione|target|scope|raw|signal|{_REFERENCES}|blank)\.?{_OF_READINGS}",
+    rf"(?:{_SAMPLES}|{_RAWS}|target|(?:mess)?signal|se[nñ]al|segnale|intensit\w+|{_REFERENCES}|blank)\.?{_OF_READINGS}",
     re.I,
 )
-_WHITE = re.compile(rf"(?:white|wei(?:ß|ss)|blanco?|bianco|spectralon)\.?{_OF_READINGS}", re.I)
+_WHITE = re.compile(
+    rf"(?:(?:{_REFERENCES})[ _]?)?(?:white|wei(?:ß|ss)|blanc(?:o|he|a)?|bianc[oa]|spectralon|wit)\.?{_OF_READINGS}",
+    re.I,
+)
 # Scans without a sample, which a spectrophotometer divides by: "Baseline 100%T".
 _BASELINE = re.compile(r"baseline\W*(?:\d+\W*[rt]?\W*)?", re.I)
-_NEVER_MADE = re.compile(rf"(?:scope|raw){_OF_READINGS}", re.I)
-_RAW = re.compile(
-    rf"(?:sample|proben?|[eé]chantillon|muestra|campione|scope|raw|signal|counts?|{_REFERENCES}|{_DARKS})\b.*", re.I
-)
+_NEVER_MADE = re.compile(rf"(?:{_RAWS}){_OF_READINGS}", re.I)
+_RAW = re.compile(rf"(?:{_SAMPLES}|{_RAWS}|signal|counts?|{_REFERENCES}|{_DARKS})\b.*", re.I)
 #: Headings of a column that says what each row measures.
 OF_KINDS = re.compile("type|mode|quantity|measure|geometr|gr(?:ö|oe)(?:ß|ss)e|grandeur", re.I)
 # Headings that number the readings of a sample.

@@ -225,6 +225,14 @@ READ_IN_OTHER_LANGUAGES = [
     ("Dunkelspektrum", "Weißspektrum", "Probenspektrum", "Reflexionsgrad (%)"),
     ("noir", "référence", "échantillon", "réflectance (%)"),
     ("oscuro", "referencia", "muestra", "reflectancia (%)"),
+    ("Dunkelstrom", "Weißreferenz", "Rohdaten", "Remission (%)"),
+    ("Dunkelabgleich", "Weißabgleich", "Messsignal", "Reflexionsgrad (%)"),
+    ("Bruit de fond", "Référence blanche", "Données brutes", "Réflectance (%)"),
+    ("Oscuridad", "Referencia blanca", "Datos brutos", "Reflectancia (%)"),
+    ("Fondo", "Riferimento bianco", "Dati grezzi", "Riflettanza (%)"),
+    ("Dark ref", "White ref", "Raw", "%R"),
+    ("Background", "White standard", "Sample intensity", "Reflectance"),
+    ("Dark current", "White", "Intensity", "Reflectance (%)"),
 ]
 
 
@@ -236,6 +244,15 @@ def test_readings_are_left_out_in_other_languages(written, heads):
     assert not file.rejected
     with pytest.raises(InputError, match="readings of an instrument"):
         read_spectra(written(table(("nm", *heads[:3]), DARK, WHITE, SAMPLE, between=";"), "lamp.csv"))
+
+
+@pytest.mark.parametrize("made", ["reflectance (%)", "%T", "Reflexion"])
+@pytest.mark.parametrize("names", [("Lampe", "Nullwert", "Messung 1"), ("white lamp", "x", "y"), ("D65", "I0", "Id2")])
+def test_what_is_called_anything_beside_a_reflectance_is_no_lamp_for_its_numbers(written, names, made):
+    heads = ("nm", *names, made)
+    file = read_spectra(written(table(heads, WHITE, DARK, SAMPLE, PERCENT, between=";"), "halogen lamp.csv"))
+    assert [entry.spectrum.quantity for entry in file.entries] == ["transmittance" if "T" in made else "reflectance"]
+    assert {name for name, _ in file.rejected} <= set(names)
 
 
 @pytest.mark.parametrize("head", ["Zählrate", "Zählwert", "coups", "cuentas"])
