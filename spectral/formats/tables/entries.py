@@ -33,7 +33,7 @@ from ..shared.words import (
 from .axis import NANOMETRE, refuse_angstroms, refuse_even_reciprocals
 from .makers import name_by_maker
 from .parsing import TextTable
-from .quantities import counts_removed, identifiers_removed, judge
+from .quantities import counts_removed, identifiers_removed, judge, scatter_removed
 from .section import Column
 
 
@@ -71,6 +71,9 @@ def table_entries(
     kept, identifiers = identifiers_removed(kept)
     if identifiers:
         gathering.note(f"columns of identifiers are left out: {', '.join(identifiers[:6])}")
+    kept, scatter = scatter_removed(kept)
+    if scatter:
+        gathering.note(f"spectra beside the measurements, by their names, are left out: {', '.join(scatter[:6])}")
     together = Counter(column.table for column in kept)
     for column in kept:
         column.colours = _colours(column, table, together[column.table] == 1)

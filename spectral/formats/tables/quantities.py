@@ -41,11 +41,16 @@ from ..shared.words import (
     quantity_in_lines,
     quantity_of_set,
 )
+from .rows import is_of_rows
 from .section import Column
 
 _SURFACES = ("reflectance", "transmittance", "radiance factor")
 _LETTER = re.compile(r"\s*[RT]\s*")
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
+_MEAN = re.compile(r"(?:.*\W)?(?:mean|average|avg|mittel(?:wert)?|moyenne|media|gemiddelde|ø)\W*(?:[\[(].*)?", re.I)
+# Standards, uncoated papers and the like.
+_STANDARD = re.compile(r"(?:.*[\s_(,;])?(?:std|sd)\W*(?:[\[(].*)?", re.I)
+_SHORTENED = re.compile(r".*[\s_(,;](?:ci|cv|unc|sem|err|snr|s\.e)\W*(?:[\[(].*)?", re.I)
 _WANTED = "reflectance, transmittance or emission"
 # Largest sample of fractions of a surface that is not black: a light that was normalised has 1.
 _DARKEST_OF_FRACTIONS, _NORMALISED = 0.01, 1.0
@@ -285,6 +290,23 @@ def identifiers_removed(columns: list[Column]) -> tuple[list[Column], list[str]]
     if len(left_out) == len(columns):
         return columns, []
     return [column for at, column in enumerate(columns) if at not in left_out], [columns[at].name for at in left_out]
+
+
+def scatter_removed(columns: list[Column]) -> tuple[list[Column], list[str]]:
+    """Columns less those that are called as a scatter, a difference or a weight is, and their names, where there are
+    others. "Std" is the standard, where nothing is called a mean.
+    """
+    means = any(_MEAN.fullmatch(column.name) for column in columns)
+    samples = [
+        not is_of_rows(column.name)
+        or (_STANDARD.fullmatch(column.name) and not means)
+        or _SHORTENED.fullmatch(column.name)
+        for column in columns
+    ]
+    if not any(samples):
+        return columns, []
+    kept = [column for column, sample in zip(columns, samples, strict=True) if sample]
+    return kept, [column.name for column, sample in zip(columns, samples, strict=True) if not sample]
 
 
 def _are_identifiers(column: Column, beside_fractions: bool) -> bool:

@@ -35,11 +35,15 @@ from .layout import (
 from .one_reading import check_whole
 from .section import Column, Section, cell, ragged, trimmed
 
-# Columns that hold no spectrum: scatter of one beside it, and an instrument's own readings. Whole words at the end of a
-# heading, since "dark-skin" and "std white" are names of samples.
+# Columns and rows that hold no spectrum: scatter or a derivative of one beside it. Whole words at the end of a heading,
+# since "std white" is the name of a sample.
 SCATTER = re.compile(
-    r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|s\.?d\.?|sigma|uncert\w*|err(?:or)?s?|"
-    r"variance|σ|s\.e\.?|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr)\W*(?:[\[(].*)?|.*±.*|"
+    r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|r?\.?s\.?d\.?|sigma|uncert\w*|"
+    r"err(?:or|eur|ore)?[sei]?|varian(?:ce|z|za)|σ|s\.e\.?(?:m\.?)?|sem|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr|"
+    r"(?:standard|std\.?)abw(?:eichung|\.)?|stabw\.?|[eé]cart[- ]type|d[eé]viation standard|"
+    r"desv(?:iaci[oó]n|\.)?[ .]*(?:est\w*|t[ií]p\w*)|deviazione standard|standaardafwijking|(?:mess)?unsicherheit|"
+    r"incert\w+|streuung|(?:mess)?fehler|(?:(?:1st|2nd|first|second|[12]\.) )?(?:derivative|ableitung|d[eé]riv[eé]e)|"
+    r"residuals?)\W*(?:[\[(].*)?|.*±.*|"
     r"u(?: ?[\[(]\w{0,12}(?: ?= ?\d)?[\])]|_\w{1,12})",
     re.I,
 )

@@ -295,3 +295,17 @@ def test_further_functions_are_no_reflectances(refused, heading):
 def test_what_is_no_wavelength_is_none_whatever_its_numbers_are(refused, axis):
     """400 to 700 nm of depth, or kelvins, look like light."""
     assert "not of wavelengths" in refused(read, table("Reflectance").replace("nm", axis, 1))[0]
+
+
+SCATTER = [
+    "Std Dev", "Standard deviation", "stdev", "Variance", "Uncertainty", "σ", "CV (%)", "RSD", "Standardabweichung",
+    "Unsicherheit", "Varianz", "Écart-type", "Incertitude", "Desviación estándar", "Desv. est.", "Incertidumbre",
+    "Deviazione standard", "Incertezza", "Derivative", "2nd derivative", "Ableitung", "red residuals",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("head", SCATTER)
+def test_scatter_and_derivatives_below_the_words_of_reflectances_are_none(written, head):
+    file = read(written("Reflectance (%)\n" + table(f"red,{head}", lambda nm: nm / 10), "reds.csv"))
+    assert [entry.name for entry in file.entries] == ["red"]
+    assert any(head in note for note in file.notes)

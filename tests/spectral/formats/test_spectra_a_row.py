@@ -170,3 +170,25 @@ def test_a_row_that_ends_within_a_spectrum_is_refused(written):
     del rows[1][-3:]
     with pytest.raises(InputError, match="cut short"):
         read(written("\n".join(map(",".join, rows)) + "\n"))
+
+
+SCATTER = [
+    "Std Dev", "Standard deviation", "SD", "Variance", "Uncertainty (k=2)", "σ", "CV", "Difference", "ΔR", "red ± 2σ",
+    "Standardabweichung", "Écart-type", "Desv. est.", "Deviazione standard", "weights",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SCATTER)
+def test_rows_of_scatter_are_no_samples(written, name):
+    rows = {"red": RED, "dark": 0.5 * RED, "Mean": 0.75 * RED, name: 0.01 * RED}
+    file = read(written(sheet("R? [0..1]", values=rows)))
+    assert [entry.name for entry in file.entries] == ["red", "dark", "Mean"]
+    assert any(name in note for note in file.notes)
+
+
+@pytest.mark.parametrize("name", ["Std", "STD", "blue std", "Paper unc", "std white", "Standard", "Mean", "red 2"])
+def test_standards_and_means_are_samples(written, name):
+    file = read(written(sheet("R? [0..1]", values={name: RED, "dark": 0.5 * RED})))
+    assert [entry.name for entry in file.entries] == [name, "dark"]
+    file = read(written(sheet("R? [0..1]", values={name: RED})))
+    assert [entry.name for entry in file.entries] == [name]
