@@ -173,13 +173,31 @@ def _down_from(rows: Sequence[Row], start: int, dialect: Dialect) -> TableLayout
                 axes.append(column)
         named = [column for column in axes if column in said]
         large = [column for column in axes if (dialect.wavelength(run[0][column]) or (0.0,))[0] >= 100.0]
-        chosen = tuple(named or large[:1] or axes[:1])
+        begun = named or large[:1] or axes[:1]
+        if begun and any(_begins_below(run, column, dialect) for column in range(begun[0])):
+            continue  # a word and a fact of each column, above their wavelengths
+        # Wavelengths that stand again further right are those of the values behind them.
+        again = [at for at in axes if begun[-1] + 1 < at and _equal(run, begun[0], at, dialect)]
+        chosen = (*begun, *again)
         others = [cell for column, cell in enumerate(run[0]) if column not in chosen]
         if chosen and any(dialect.number(cell) == dialect.number(cell) for cell in others):
-            begun = _with_rows_above(rows, first, chosen[0], dialect) if len(chosen) == 1 else first
-            header = header if begun == first else header_above(rows, begun, dialect)
-            return TableLayout("down", begun, header, chosen)
+            top = _with_rows_above(rows, first, chosen[0], dialect) if len(chosen) == 1 else first
+            header = header if top == first else header_above(rows, top, dialect)
+            return TableLayout("down", top, header, chosen)
     return None
+
+
+def _begins_below(run: Sequence[Sequence[str]], column: int, dialect: Dialect) -> bool:
+    """Return whether a word stands in the first cell of a column, and wavelengths of light below it."""
+    word, *below = [cells[column] if column < len(cells) else "" for cells in run[:4]]
+    found = [dialect.wavelength(cell) for cell in below]
+    values = [pair[0] for pair in found if pair is not None]
+    return bool(word) and not dialect.wavelength(word) and len(values) == len(found) > 1 and _plausible(values)
+
+
+def _equal(rows: Sequence[Sequence[str]], a: int, b: int, dialect: Dialect) -> bool:
+    """Return whether two columns hold the same wavelengths in all rows that have both."""
+    return all(dialect.wavelength(cells[a]) == dialect.wavelength(cells[b]) for cells in rows if max(a, b) < len(cells))
 
 
 def _with_rows_above(rows: Sequence[Row], first: int, axis: int, dialect: Dialect) -> int:
@@ -214,6 +232,7 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
         index -= 1
     if index < 0 or len(rows[index][1]) < 2:
         return None
+    index = _above_facts(rows, index, len(rows[first][1]), dialect)
     cells = rows[index][1]
     if not cells[0] or is_wavelength_header(cells[0]) or (len(cells) > 2 and is_reciprocal_header(cells[0])):
         return index
@@ -227,6 +246,18 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
     if keyed or any(dialect.number(cell) == dialect.number(cell) for cell in cells[1:]):
         return None
     return index
+
+
+def _above_facts(rows: Sequence[Row], index: int, width: int, dialect: Dialect) -> int:
+    """Index of the row of names above rows with a fact of each column, such as "Gloss, 85, 20"; else `index` itself."""
+    above = index
+    while above > 0 and len(cells := rows[above][1]) == width > 2 and all(map(dialect.is_number, cells[1:])):
+        if dialect.wavelength(cells[0]) or not cells[0] or is_wavelength_header(cells[0]):
+            return index
+        above -= 1
+    cells = rows[above][1]
+    named = above < index and len(cells) == width and not any(map(dialect.is_number, cells))
+    return above if named and (is_wavelength_header(cells[0]) or is_name_header(cells[0])) else index
 
 
 def _across(rows: Sequence[Row], dialect: Dialect, least: float = _SHORTEST) -> TableLayout | None:

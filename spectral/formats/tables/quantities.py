@@ -41,7 +41,7 @@ from ..shared.words import (
     quantity_in_lines,
     quantity_of_set,
 )
-from .rows import is_of_rows
+from .rows import is_of_rows, refuse_wavelengths
 from .section import Column
 
 _SURFACES = ("reflectance", "transmittance", "radiance factor")
@@ -52,6 +52,8 @@ _MEAN = re.compile(r"(?:.*\W)?(?:mean|average|avg|mittel(?:wert)?|moyenne|media|
 _STANDARD = re.compile(r"(?:.*[\s_(,;])?(?:std|sd)\W*(?:[\[(].*)?", re.I)
 _SHORTENED = re.compile(r".*[\s_(,;](?:ci|cv|unc|sem|err|snr|s\.e)\W*(?:[\[(].*)?", re.I)
 _WANTED = "reflectance, transmittance or emission"
+# What instruments read of light, in nm.
+_SEEN_NM = (300.0, 1200.0)
 # Largest sample of fractions of a surface that is not black: a light that was normalised has 1.
 _DARKEST_OF_FRACTIONS, _NORMALISED = 0.01, 1.0
 # Largest whole number that an analogue-digital converter may give.
@@ -71,9 +73,12 @@ def judge(
     Raises
     ------
     InputError
-        Three columns that may be samples, or the channels of a camera.
+        Three columns that may be samples, or the channels of a camera; one that may hold wavelengths.
     """
     stated = _stated(columns, answer, path)
+    for column in columns:
+        if column.place != (0, 0) and not (quantity_in(column.heading) or names_power(column.words)):
+            _refuse_second_axis(column)
     _find_likenesses(columns)
     belied = _belied_by_colours(columns)
     table_of: dict[int, list[Column]] = {}
@@ -107,6 +112,13 @@ def judge(
             column.decision = decision
         except InputError as reason:
             column.refusal = reason
+
+
+def _refuse_second_axis(column: Column) -> None:
+    """Refuse a column whose values climb through the wavelengths of light in equal steps."""
+    values = [value for value in column.values if value == value]
+    if values and values[0] <= _SEEN_NM[1] and values[-1] >= _SEEN_NM[0]:
+        refuse_wavelengths(values, column.name)
 
 
 def _stated(columns: Sequence[Column], answer: ImportOptions, path: Path) -> list[Sign | None]:

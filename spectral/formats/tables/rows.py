@@ -102,10 +102,10 @@ OF_READINGS_APART = re.compile(
 )
 _UNIT_BRACKET = re.compile(r"\s{0,9}[\[(]((?:[^\[\]()]|[\[(][^\[\]()]{0,30}[\])]){0,40})[\])]\s{0,9}$")
 _GENERIC = re.compile(
-    r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|"
-    r"reflection|reflexion|remission|transmittance|transmission|(?:ir)?radiance|power|intensity|values?|data|"
+    r"(?:spectral|total|relative|rel\.?|hemispherical|diffuse|sample|measured)?[ _]*(?:reflectance|refl\.?|"
+    r"reflection|reflexion|remission|transmittance|trans\.?|transmission|(?:ir)?radiance|power|intensity|values?|data|"
     r"emission|spd|spectrum|counts?|"
-    r"measurement|[%]?[rtys][%]?|scope)(?:[ _]*(?:factor|distribution))?(?: ?%)?",
+    r"measurement|%? ?[rtys] ?%?|scope)(?:[ _]*(?:factor|distribution))?(?: ?%)?",
     re.I,
 )
 
@@ -369,12 +369,25 @@ def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:
     if bracket and no_unit and count > 1 and re.match(r"[-+\u2212]?\d", bracket[1]):
         # Headings as R (15), R (45).
         return head
-    above = table.above[-1][1] if table.above and table.layout.header is not None else []
-    if len(above) > 1 and (len(table.layout.axes) > 1 or len(above) >= len(table.heads) > 2):
-        for place in (at, axis):
-            if (name := cell(above, place)) and not is_units_row([name]):
+    above = _names_above(table)
+    of_two = len(above) == len(table.heads) == 2 and is_wavelength_header(above[0])
+    if len(above) > 1 and (of_two or len(table.layout.axes) > 1 or len(above) >= len(table.heads) > 2):
+        for place in (at,) if of_two else (at, axis):
+            if (name := cell(above, place)) and not is_units_row([name]) and not (of_two and is_generic(name)):
                 return name
     return "" if count == 1 else plain or f"column {at + 1}"
+
+
+def _names_above(table: Section) -> list[str]:
+    """Return the cells above the header; where white space parts words, too, as many phrases as there are columns."""
+    if not table.above or table.layout.header is None:
+        return []
+    line, cells = table.above[-1]
+    if not table.text.dialect.delimiter:
+        text = table.text.rows[table.text.place(line)][1][:4000].rstrip()
+        ways = (re.split(r"\s{2,}|\t", text), re.split(r"\s{2,}|\t", text.lstrip()), cells)
+        return next((list(way) for way in ways if len(way) == len(table.heads)), [])
+    return cells
 
 
 def is_generic(name: str) -> bool:
@@ -544,14 +557,26 @@ def _is_header(table: Section, others: Sequence[int], cells: Sequence[str], row:
         numbers = [dialect.number(cell) for at, cell in enumerate(cells) if at not in others and cell]
         if len(numbers) > 1 and _climbs(numbers):
             return True
+    refuse_wavelengths(values, f"line {line}")
+    return False
+
+
+def refuse_wavelengths(values: Sequence[float], field: str) -> None:
+    """Refuse values that nothing calls anything and that are as wavelengths are: they climb in equal steps.
+
+    Raises
+    ------
+    InputError
+        They do; for they may be a spectrum all the same.
+    """
     if len(values) < 5 or not _climbs(values):
-        return False
+        return
     steps = [b - a for a, b in pairwise(values)]
     if max(steps) - min(steps) > 1e-9 * abs(steps[0]):
-        return False
+        return
     raise InputError(
         "a spectrum, or the wavelengths of another table?",
-        field=f"line {line}",
+        field=field,
         found=f"{values[0]:g}, {values[1]:g} ... {values[-1]:g} in equal steps",
         expected="wavelengths with their unit, such as 380nm, or one table a file",
         hint="write the unit behind the wavelengths, or save the second table as a file of its own",

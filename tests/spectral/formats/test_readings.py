@@ -309,3 +309,63 @@ def test_scatter_and_derivatives_below_the_words_of_reflectances_are_none(writte
     file = read(written("Reflectance (%)\n" + table(f"red,{head}", lambda nm: nm / 10), "reds.csv"))
     assert [entry.name for entry in file.entries] == ["red"]
     assert any(head in note for note in file.notes)
+
+
+PARTED = {"tabs": "\t", "semicolons": ";", "commas": ",", "blanks": "   "}
+UNITS_BELOW = [("nm", "%R"), ("nm", "% R"), ("nm", "R[%]"), ("nm", "Refl."), ("nm", "Reflectance"), ("nm", "Remission")]
+
+
+@pytest.mark.parametrize("label", ["Wavelength", "Wellenlänge", "Spectrum", "Sample", "X"])
+@pytest.mark.parametrize("below", UNITS_BELOW)
+@pytest.mark.parametrize("parted", PARTED)
+def test_names_above_a_row_of_units_stay_with_their_columns(written, parted, below, label):
+    between, (axis, unit) = PARTED[parted], below
+    if between == "   " and " " in unit:
+        unit = unit.replace(" ", "")
+    names = ("lacquer red", "lacquer green")
+    lines = [(label, *names), (axis, unit, unit), *((nm, nm / 10, nm / 20) for nm in NM)]
+    file = read(written("\n".join(between.join(map(str, line)) for line in lines) + "\n", "paints.txt"))
+    assert [(entry.name, entry.spectrum.samples[0]) for entry in file.entries] == [(names[0], 0.36), (names[1], 0.18)]
+
+
+@pytest.mark.parametrize("unit", ["%R", "Refl.", "Reflectance (%)"])
+def test_the_name_above_a_row_of_units_is_that_of_the_only_column(written, unit):
+    rows = "".join(f"{nm}\t{nm / 10}\n" for nm in NM)
+    assert only(read(written(f"Wavelength\tlacquer red\nnm\t{unit}\n{rows}", "paints.txt"))).name == "lacquer red"
+    assert only(read(written(f"Wavelength\tReflectance\nnm\t{unit}\n{rows}", "paints.txt"))).name == "paints"
+
+
+def test_words_that_blanks_part_are_no_names_of_as_many_columns(written):
+    """Which of them are one name nothing tells."""
+    rows = "".join(f"{nm} {nm / 10} {nm / 20}\n" for nm in NM)
+    file = read(written(f"Wavelength lacquer red lacquer green\nnm %R %R\n{rows}", "paints.txt"))
+    assert not {"lacquer", "red"} & {entry.name for entry in file.entries}
+
+
+@pytest.mark.parametrize("facts", [["Gloss,85,20"], ["Thickness (mm),1.0,2.5", "Gloss,85,20"], ["Mean,35.1,22.2"]])
+@pytest.mark.parametrize("label", ["Wavelength (nm)", "Sample name"])
+def test_names_stay_above_rows_of_facts(written, label, facts):
+    rows = "".join(f"{nm},{nm / 10},{nm / 20}\n" for nm in NM)
+    text = "\n".join(["Reflectance (%)", f"{label},red,green", *facts]) + f"\n{rows}"
+    assert [entry.name for entry in read(written(text)).entries] == ["red", "green"]
+
+
+@pytest.mark.parametrize("shift", [0, 5])
+@pytest.mark.parametrize("heads", ["", "nm,red,again,green\n"])
+def test_wavelengths_that_stand_again_are_no_spectrum(written, refused, heads, shift):
+    """Where they are others, nothing says which values they are of."""
+    text = heads + "".join(f"{nm},{nm / 10},{nm + shift},{nm / 20}\n" for nm in NM)
+    answer = ImportOptions("reflectance", "percent")
+    if shift:
+        lines = refused(lambda path: read(path, answer), text)
+        assert "a spectrum, or the wavelengths of another table?" in lines[0]
+        return
+    entries = read(written(text), answer).entries
+    assert [entry.spectrum.samples[0] for entry in entries] == [0.36, 0.18]
+
+
+@pytest.mark.parametrize("name", ["lamp.csv", "red.csv"])
+def test_numbers_in_equal_steps_before_wavelengths_are_no_wavelengths_without_a_word(refused, name):
+    text = "".join(f"{300 + at},{nm},{nm / 10}\n" for at, nm in enumerate(NM))
+    lines = refused(lambda path: read(path, ImportOptions("reflectance", "percent")), text, name)
+    assert lines[0].endswith("column 2: a spectrum, or the wavelengths of another table?")
