@@ -169,7 +169,11 @@ _PERHAPS_IDENTIFIER = re.compile(
     rf"{_NUMBERED}|los|replicates?|repeat|position|pos\.?|line|step|counter|code|key|year|month|day|[nki]", re.I
 )
 # "grey 50%" is the name of a sample.
-_PERCENT = re.compile(r"(?<![\d.,])(?<!\d\s)%|\b0\W{1,5}100\s?%|percent|\bpct\b|_pct|prozent|pour ?cent", re.I)
+_PERCENT = re.compile(
+    r"(?<![\d.,])(?<!\d\s)%|\b0\W{1,5}100\s?%|percent|\bpct\b|_pct|prozent|pour ?cent|"
+    r"\b0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))|(?:(?<!\d)[x×*]|times) ?100\b",
+    re.I,
+)
 # Scales that are neither to 1 nor to 100, which no numbers tell: a range of codes, a factor, thousandths.
 _OTHER_SCALE = re.compile(
     r"‰|per ?mill?e?\b|promille|\bpp[mb]\b|\b\d\d? ?-?bits?\b|"

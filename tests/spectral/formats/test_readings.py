@@ -369,3 +369,11 @@ def test_numbers_in_equal_steps_before_wavelengths_are_no_wavelengths_without_a_
     text = "".join(f"{300 + at},{nm},{nm / 10}\n" for at, nm in enumerate(NM))
     lines = refused(lambda path: read(path, ImportOptions("reflectance", "percent")), text, name)
     assert lines[0].endswith("column 2: a spectrum, or the wavelengths of another table?")
+
+
+@pytest.mark.parametrize("scale", ["0..100", "0-100", "0 to 100", "x100", "× 100"])
+def test_a_scale_to_a_hundred_is_percent_however_small_the_numbers_are(written, refused, scale):
+    text = f"nm,Reflectance ({scale})\n" + "".join(f"{nm},{2 + nm / 1000}\n" for nm in NM)
+    assert only(read(written(text))).spectrum.samples[0] == pytest.approx(0.0236)
+    text = f"nm,Reflectance ({scale})\n" + "".join(f"{nm},{nm / 1000}\n" for nm in NM)
+    assert "the file states percent, and the numbers say fractions" in refused(read, text)[0]
