@@ -57,15 +57,25 @@ def parse_illuminants(text: str) -> tuple[str, ...]:
 
 def parse_lights(text: str) -> tuple[str, ...]:
     """Return names of lights: illuminants that are known, and files of measured lamps, with "#ENTRY" or without."""
-    return tuple(map(_light, comma_separated(text)))
+    return tuple(map(light_name, comma_separated(text)))
 
 
-def _light(word: str) -> str:
+def light_name(word: str) -> str:
+    """Return the name of an illuminant that is known, or of a file of measured lamps that is there."""
     file = word if Path(word).is_file() else word.rpartition("#")[0] or word
     if not Path(file).is_file():
         # Names of lamps end in no suffix.
         return checked(word, lambda name: existing_file(file)) if _FILE.search(file) else illuminant_name(word)
     return word
+
+
+def add_illuminant_option(
+    parser: argparse.ArgumentParser, words: str = "in place of every light's own spectrum"
+) -> None:
+    """Add `--illuminant`, one light by its name or its file."""
+    parser.add_argument(
+        "--illuminant", type=light_name, metavar="NAME|FILE", help=f"{words}; a measured lamp as FILE or FILE#ENTRY"
+    )
 
 
 def parse_observer(text: str) -> str:

@@ -12,10 +12,10 @@ from ..runtime.progress import TimeLeft
 from .options import (
     add_catalogue_option,
     add_display_option,
+    add_illuminant_option,
     add_renderer_option,
     catalogue_for,
     check_display_option,
-    illuminant_name,
     positive_count,
     positive_delta_e,
     renderer_for,
@@ -38,9 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
     command.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
     command.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="OUT.exr (XYZ) or OUT.png")
     command.add_argument("--spectral", action="store_true", help="a spectral EXR in place of XYZ")
-    command.add_argument(
-        "--illuminant", type=illuminant_name, metavar="NAME", help="in place of every light's own spectrum"
-    )
+    add_illuminant_option(command)
     command.add_argument("--camera", metavar="NAME", help="default: the scene's first")
     command.add_argument("--reference", action="store_true", help="the slow truth in place of the fast picture")
     command.add_argument(

@@ -55,7 +55,8 @@ def render(
     ----------
     scene : or the path of its file. catalogue : where the materials are, or its folder; default: `Catalogue.open()`.
     camera : its name in the scene; default: the first.
-    illuminant : in place of every light's own spectrum: its name, or an emission as of `Spectrum.of`.
+    illuminant : in place of every light's own spectrum: its name, a file of a measured lamp (FILE or
+        FILE#ENTRY), or an emission as of `Spectrum.of`.
     display : what the picture is encoded for, in place of the scene's: a display of its OpenColorIO configuration,
         `icc:FILE` or `icc:screen`.
     reference : the slow truth (rays, every wavelength, the original data) in place of the fast picture.

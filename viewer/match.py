@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -17,13 +16,12 @@ from ..calibration.match.pairs import MatchOptions, matched
 from ..calibration.match.tolerance import Tolerance
 from ..calibration.match.uncertainty import Repeatability
 from ..calibration.match.whites import WhiteScale
-from ..lighting.scene_file.lamps import lamp
+from ..lighting.scene_file.lamps import lamp_of_file
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.catalogue.material import Material
 from ..materials.catalogue.samples import repeated_readings, sample_of, samples_of
 from ..runtime.distribution import installed_version
 from ..runtime.errors import InputError, UnknownNameError, UsageError
-from ..runtime.files import existing_file
 from ..spectral.foreign_spectra import KINDS, foreign_curves
 from ..spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..spectral.formula import formula
@@ -39,8 +37,6 @@ from ..spectral.whiteness import WhitenessMethod
 FORMULAS = ("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976")
 AT_ANGLES = ("DIN 6175-2",)
 ILLUMINANTS, OBSERVERS = ("D65", "A", "TL84"), ("1964_10",)
-# Ends a file of spectra, and no name such as FL3.1.
-_FILE = re.compile(r"\.[A-Za-z]\w*(#.*)?$")
 
 
 def match(
@@ -199,19 +195,11 @@ def _lights(value: Any) -> tuple[tuple[str, ...] | None, tuple[str, ...]]:
 
 def _light(light: Any, label: str) -> tuple[str, tuple[str, ...]]:
     if isinstance(light, str | Path):
-        path, _, entry = str(light).rpartition("#")
-        file = str(light) if Path(light).is_file() else path
-        if not file or not Path(file).is_file():
-            if isinstance(light, Path) or _FILE.search(str(light)):
-                existing_file(light)
+        lamp = lamp_of_file(light)
+        if lamp is None:
             return (str(light), ()) if not label else (measured_lamp(label, illuminant(str(light))), ())
-        chosen = None if file == str(light) else int(entry) if entry.isdigit() else entry
-        try:
-            found, called, notes = lamp(file, chosen, Path())
-        except InputError as reason:
-            raise reason.at(hint=f'name one, as in "{file}#1"') if reason.field == "entry" else reason from None
-        stem = Path(file).stem
-        return measured_lamp(label or (stem if called == file else called), found), tuple(f"{note}." for note in notes)
+        spectrum, called, notes = lamp
+        return measured_lamp(label or called, spectrum), tuple(f"{note}." for note in notes)
     curves = foreign_curves(light)
     if not isinstance(light, Spectrum) and (curves is None or len(curves) != 1):
         raise _no_light(light)

@@ -18,6 +18,7 @@ from ..lighting.reference.noise import NOISE_SHARE
 from ..lighting.reference.placement import looks_past, placement_warnings, why_black
 from ..lighting.reference.reference import reference_images
 from ..lighting.scene import Scene
+from ..lighting.scene_file.lamps import lamp_of_file
 from ..materials.catalogue.catalogue import Catalogue
 from ..materials.records.material import MaterialRecord
 from ..runtime.distribution import installed_version
@@ -162,14 +163,21 @@ class Picture:
 
 
 def lit_by(scene: Scene, light: object) -> Scene:
-    """Return the scene under a light as of `illuminants.as_light`, which a note of it says last; None: as it is."""
+    """Return the scene under a light, which a note of it says last; None: as it is.
+
+    light : as of `illuminants.as_light`, or a file of a measured lamp as of `lamps.lamp_of_file`.
+    """
     if light is None:
         return scene
-    name = light if isinstance(light, str) else str(getattr(light, "name", "") or "a given spectrum")
+    lamp = lamp_of_file(light) if isinstance(light, str | Path) else None
+    if lamp is None:
+        name = light if isinstance(light, str) else str(getattr(light, "name", "") or "a given spectrum")
+        lamp = as_light(light), name, ()
+    spectrum, name, notes = lamp
     # What notes say of the lights' own spectra is not true of this scene any more.
     replaced = f"lit by {name} in place of the spectra that the scene gives its lights"
-    lit = scene.with_illuminant(as_light(light), name)
-    return replace(lit, notes=(*lit.notes, replaced))
+    lit = scene.with_illuminant(spectrum, name)
+    return replace(lit, notes=(*lit.notes, *notes, replaced))
 
 
 def shown_on(scene: Scene, display: str | None) -> Scene:

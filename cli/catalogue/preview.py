@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..options import add_catalogue_argument, add_renderer_option, illuminant_name, positive_count, renderer_for
+from ..options import add_catalogue_argument, add_illuminant_option, add_renderer_option, positive_count, renderer_for
 from ..output import on_standard_output, write_text
 from ..progress.lines import progress_bar
 from .query import add_query_options, found_by
@@ -40,9 +40,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     )
     preview.add_argument("--size", type=positive_count, default=128, metavar="N", help="pixels across (default: 128)")
     preview.add_argument("--columns", type=positive_count, default=8, metavar="N", help="of the PNG (default: 8)")
-    preview.add_argument(
-        "--illuminant", type=illuminant_name, metavar="NAME", help="default: the light of the scene, D65"
-    )
+    add_illuminant_option(preview, "default: the light of the scene, D65")
     add_renderer_option(preview)
     add_query_options(preview)
     preview.set_defaults(run=run)

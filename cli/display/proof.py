@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 from ..options import (
     add_catalogue_option,
+    add_illuminant_option,
     add_output_option,
     add_renderer_option,
     catalogue_for,
-    illuminant_name,
     renderer_for,
 )
 from ..output import say, warn
@@ -54,7 +54,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
         help="of pictures: as it is, or moved (default: as of the configuration)",
     )
     verb.add_argument("--camera", metavar="NAME", help="of a scene (default: its first)")
-    verb.add_argument("--illuminant", type=illuminant_name, metavar="NAME", help="in place of a scene's lights' own")
+    add_illuminant_option(verb, "in place of the spectra of a scene's lights")
     add_output_option(verb, "the picture in grey, what is lost in magenta", metavar="F.png")
     add_catalogue_option(verb)
     add_renderer_option(verb)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...runtime.errors import InputError, UnknownNameError, UsageError
-from ..options import illuminant_name
+from ..options import add_illuminant_option
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:
@@ -42,12 +42,7 @@ def add_change_options(command: argparse.ArgumentParser) -> None:
         help="a light's spectrum, by what scene.toml names (FL11, a file, an emission of the catalogue), or off; "
         "LIGHT.KEY=X a number of it, such as lamp.intensity_cd=800 or sky.rotation_deg=90; may be given again",
     )
-    command.add_argument(
-        "--illuminant",
-        type=illuminant_name,
-        metavar="NAME",
-        help="in place of every light's own spectrum, before --light",
-    )
+    add_illuminant_option(command, "in place of every light's own spectrum, before --light")
 
 
 def _material_of_part(text: str) -> tuple[str, str]:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..options import add_catalogue_option, add_json_option, catalogue_for, illuminant_name
+from ..options import add_catalogue_option, add_illuminant_option, add_json_option, catalogue_for
 from ..output import counted, figures_file, say, write_json
 from ..progress.lines import progress_bar
 from .build import add_kept_options
@@ -30,9 +30,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     )
     show.add_argument("scene", type=Path, metavar="SCENE", help="scene.toml")
     add_kept_options(show)
-    show.add_argument(
-        "--illuminant", type=illuminant_name, metavar="NAME", help="in place of every light's own spectrum"
-    )
+    add_illuminant_option(show)
     add_json_option(show)
     add_catalogue_option(show)
     show.set_defaults(run=run)

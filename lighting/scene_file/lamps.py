@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
 from ...runtime.errors import InputError, UnknownNameError
+from ...runtime.files import existing_file
 from ...spectral.formats.import_options import ImportOptions
 from ...spectral.formats.registry import SpectralEntry, read_spectra, readers
 from ...spectral.illuminants import illuminant, illuminant_names, light_source_names
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
+# The end of a file's name, with "#ENTRY" or without: names of lamps end in none.
+_FILE = re.compile(r"\.[A-Za-z]\w*(#.*)?$")
 # Only the shape of a lamp counts: its unit, and whether it is written as a percentage of its peak, are nothing to it.
 _A_LAMP = ImportOptions("emission")
 
@@ -61,6 +65,29 @@ def lamp(
             raise
         lamps = [one for one in catalogue.ids() if catalogue.summary(one).quantity == "emission"]
         raise UnknownNameError("file, illuminant or emission of the catalogue", named, lamps) from reason
+
+
+def lamp_of_file(named: str | Path) -> tuple[Spectrum, str, tuple[str, ...]] | None:
+    """Return the same of FILE or FILE#ENTRY, the entry by name or number; None where `named` is no file's name.
+
+    A lamp is called by its entry, or else by the file's stem.
+
+    Raises
+    ------
+    InputError : as of `lamp`; no such file.
+    """
+    path, _, entry = str(named).rpartition("#")
+    file = str(named) if Path(named).is_file() else path
+    if not file or not Path(file).is_file():
+        if isinstance(named, Path) or _FILE.search(named):
+            existing_file(named)
+        return None
+    chosen = None if file == str(named) else int(entry) if entry.isdigit() else entry
+    try:
+        spectrum, called, notes = lamp(file, chosen, Path())
+    except InputError as reason:
+        raise reason.at(hint=f'name one, as in "{file}#1"') if reason.field == "entry" else reason from None
+    return spectrum, Path(file).stem if called == file else called, notes
 
 
 def _from_file(file: Path, named: str, entry: str | int | None) -> tuple[Spectrum, str, tuple[str, ...]]:

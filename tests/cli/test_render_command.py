@@ -5,6 +5,7 @@ import pytest
 from icc_profiles import matrix_profile, profile
 from metamer.spectral.difference import delta_e_lab, delta_e_xyz, lab_from_xyz
 from metamer.spectral.formats.spectral_exr import read_spectral_exr
+from metamer.spectral.illuminants import illuminant
 from metamer.spectral.srgb import srgb_to_linear
 from metamer.spectral.upsampling import xyz_from_rgb
 from pictures import read_xyz_exr
@@ -82,6 +83,20 @@ def test_illuminant_replaces_that_of_every_light(render):
     assert pictures["D65"].white_xyz[2] == pytest.approx(1.0888, abs=1e-3)
     # A red surface is lighter under A.
     assert pictures["A"].values[..., 1].mean() > 1.2 * pictures["D65"].values[..., 1].mean()
+
+
+def test_a_measured_lamp_is_named_by_its_file(render, tmp_path):
+    file, nm = tmp_path / "booth.csv", np.arange(380, 781, 5)
+    lamps = np.column_stack([nm, *(np.interp(nm, one.wavelengths_nm, one.samples) for one in map(illuminant, "EA"))])
+    np.savetxt(file, lamps, "%.4f", ",", header="nm,flat,warm", comments="")
+    code, _, said, path = render("warm.exr", "--illuminant", f"{file}#warm")
+    assert code == 0, said
+    assert read_xyz_exr(path)[0].white_xyz[2] == pytest.approx(0.3558, abs=1e-3)
+    assert b"warm" in path.read_bytes()
+    code, _, said, _ = render("which.exr", "--illuminant", file)
+    assert code == 4 and "which spectrum" in said and f"{file}#1" in said
+    code, _, said, _ = render("none.exr", "--illuminant", tmp_path / "both.csv")
+    assert code == 64 and "no such file" in said
 
 
 def test_mip_mapped_factors_are_said_in_the_file(render, scene):
