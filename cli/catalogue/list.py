@@ -45,7 +45,8 @@ def run(args: argparse.Namespace) -> int:
             {"catalogue": str(folder), "materials": materials, "unusable": [str(reason) for reason in unusable]},
         )
     if not on_standard_output(args.json):
-        _print_table(found, args)
+        if found:
+            _print_table(found, args)
         for reason in unusable:
             print(reason)
         for observer in sorted({one.observer for one in found if one.light and one.observer}):

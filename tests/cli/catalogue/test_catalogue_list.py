@@ -69,6 +69,7 @@ def test_where_nothing_is_near_a_colour_the_nearest_is_named(metamer, folder, fo
     name, distance = rows[2].split()[0], float(rows[2].split()[-1])
     code, out, _ = metamer("catalogue", "list", folder, *near, "--within", "0.01", "--family", "paint")
     assert code == 0 and out.splitlines()[-1] == f"nearest is {name} at ΔE {distance:.1f}"
+    assert "L*" not in out  # no headings of an empty table
     page = ("--html", tmp_path / "page.html")
     code, _, err = metamer("catalogue", "preview", folder, *near, "--within", "0.01", *page)
     assert code == 4 and "try: nearest is " in err
