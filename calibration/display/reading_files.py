@@ -34,7 +34,7 @@ _OTHER_SPECTRA, _SAME_LUMINANCE = 0.02, 0.02
 _CODES = ("rgb_r", "rgb_g", "rgb_b"), ("r", "g", "b"), ("red", "green", "blue")
 _XYZ = ("xyz_x", "xyz_y", "xyz_z"), ("x", "y", "z")
 _STRIPPED = re.compile(r"[\s_]*(?:[\[(]|cd\s*/|nits?\b).*", re.I)
-_UNIT = re.compile(r"cd\s*/?\s*m|nit", re.I)
+_UNIT = re.compile(r"(?<![a-z])(?:cd\s*[/·.*]?\s*m|nits?\b)", re.I)
 
 
 @dataclass(frozen=True)
@@ -307,9 +307,25 @@ def _of_csv(path: Path, text: str, answers: Answers) -> Readings:
     codes, xyz = (np.array([[number(row[at]) for at in which] for row in rows]) for which in (codes_at, xyz_at))
     if not rows:
         raise InputError("no readings", field="rows", found="a head alone", expected="a row a reading")
-    unit = answers.unit or ("cd/m2" if any(_UNIT.search(heads[at]) for at in xyz_at) else None)
+    unit = _agreed("--xyz", answers.unit, _headed_unit([heads[at] for at in xyz_at], answers.unit))
     display = rows[0][lower.index("display")] if "display" in lower else ""
     return _made(path, codes, xyz, answers.codes, unit, answers, display=display)
+
+
+def _headed_unit(heads: list[str], asked: str | None) -> str | None:
+    """Return the unit that heads of X, Y, Z name; None where they name none, or another of XYZ relative to white."""
+    named = [head for head in heads if _STRIPPED.search(head)]
+    if named and all(_UNIT.search(head) for head in named):
+        return "cd/m2"
+    if named and asked != "Y100":
+        raise InputError(
+            "XYZ in a unit that is not known",
+            field="line 1",
+            found=", ".join(heads)[:120],
+            expected="X [cd/m2], Y [cd/m2], Z [cd/m2], or no unit",
+            hint="convert them (1 fL is 3.4263 cd/m2), or say that they are relative to white = 100: --xyz Y100",
+        )
+    return None
 
 
 def _one_display(names: set[str]) -> None:

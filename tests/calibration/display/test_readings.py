@@ -310,3 +310,23 @@ def test_sets_to_verify_hold_other_colours():
     one, other = (np.unique(np.round(patches(125, purpose), 6), axis=0) for purpose in ("characterise", "verify"))
     shared = [row for row in other.tolist() if row in one.tolist()]
     assert len(shared) <= 8
+
+
+@pytest.mark.parametrize("unit", ["fL", "mcd/m2", "units", "%"])
+def test_a_unit_that_is_not_known_is_not_taken_for_cd_m2(lcd, written, unit):
+    """A foot-lambert is 3.4 cd/m2; only relative to white does no unit matter."""
+    relative = Readings(lcd.codes, lcd.xyz * 100.0 / lcd.white_xyz[1])
+    path = written(relative, unit=f" [{unit}]")
+    for answers in (Answers(), Answers(unit="cd/m2")):
+        with pytest.raises(InputError, match="in a unit that is not known"):
+            read_readings(path, answers)
+    assert not read_readings(path, Answers(unit="Y100")).absolute
+
+
+@pytest.mark.parametrize("unit", [" cd/m2", " (nits)", " [cd·m-2]", "_cd/m2", " [cd / m^2]"])
+def test_cd_m2_is_known_however_it_is_written(lcd, written, unit):
+    relative = Readings(lcd.codes, lcd.xyz * 100.0 / lcd.white_xyz[1])
+    path = written(relative, unit=unit)
+    assert read_readings(path).absolute
+    with pytest.raises(InputError, match="the file says it itself"):
+        read_readings(path, Answers(unit="Y100"))
