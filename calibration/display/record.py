@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +15,7 @@ from jaxtyping import Float
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file, written_whole
 from .additivity import Additivity
-from .aim import Aim, AimSettings, aimed
+from .aim import Aim, AimSettings, Black, aimed
 from .choice import ModelChoice
 from .model import DisplayModel
 from .readings import Readings, ReadingSpectra
@@ -168,8 +168,13 @@ def read_record(path: str | Path) -> DisplayRecord:
 
 
 def _settings(kept: Mapping[str, Any]) -> AimSettings:
-    white = kept.get("white", "d65")
-    return AimSettings(**{**kept, "white": white if isinstance(white, str) else tuple(white)})
+    """Return the aim that a file keeps; ValueError where it is none."""
+    white, luminance, black = (kept.get(key, getattr(AimSettings, key)) for key in ("white", "luminance", "black"))
+    white = white if white in ("d65", "native") else tuple(float(one) for one in white)
+    luminance = None if luminance is None else float(luminance)
+    if (len(white) != 2 and not isinstance(white, str)) or black not in get_args(Black):
+        raise ValueError(f"no aim of a display: {dict(kept)}")
+    return AimSettings(white, luminance, black)
 
 
 def _unusable(path: Path, problem: str, found: str) -> InputError:

@@ -21,9 +21,15 @@ def record_of(display, scale=1.0, luminance=1.0, **settings):
 
 
 # A fourth emitter is not in any matrix of three: how far that goes is said.
-@pytest.mark.parametrize("name, mean, largest", [("LCD", 0.02, 0.1), ("WRGB OLED", 0.3, 1.5)])
-def test_codes_show_each_observer_what_its_picture_asks_for(simulated, name, mean, largest):
+@pytest.mark.parametrize(
+    "name, leak, mean, largest", [("LCD", 0, 0.02, 0.1), ("LCD", 5, 0.02, 0.1), ("WRGB OLED", 0, 0.3, 1.5)]
+)
+def test_codes_show_each_observer_what_its_picture_asks_for(simulated, name, leak, mean, largest):
+    """leak : of blue light at all codes, of a colour of its own."""
     display = simulated[name]
+    emitters = display.emitters.copy()
+    emitters[-1] += leak * emitters[2][::-1]
+    display = replace(display, emitters=emitters)
     record = record_of(display, scale=1e3)
     codes = np.random.default_rng(4).random((300, 3))
     aims = observer_aims(record)
