@@ -29,8 +29,10 @@ _USUAL = frozenset((-45.0, -30.0, -15.0, 15.0, 20.0, 25.0, 45.0, 60.0, 75.0, 80.
 _MOSTLY = 0.8
 _MANY = 64
 _COMMON = (frozenset(FLOP_ANGLES), frozenset((-15.0, 15.0)), frozenset((25.0, 45.0)), frozenset((45.0, 75.0)))
-# Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature).
-_NUMBERED = re.compile(r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(°|º|˚|∘|deg(?:rees?|\.)?|grad)?[)\]]?", re.I)
+# Digits at the end of a name, and whether they are degrees (of an angle, not of a temperature); d may be days.
+_NUMBERED = re.compile(
+    r"(.*?)(?<![\d.])([-\u2212]?\d+(?:\.\d+)?)\s*[(\[]?(?:(°|º|˚|∘|deg(?:rees?|\.)?|grad)|d\.?)?[)\]]?", re.I
+)
 _DEGREES = re.compile(r"[-\u2212]?\d+(?:\.\d+)?\s*(?:°|º|˚|∘|deg(?:rees?|\.)?|grad)", re.I)
 # Degrees before a name or within it, which are no temperature and no grid.
 _DEGREES_BEFORE = re.compile(

@@ -166,6 +166,9 @@ UNLIT = {
     "numbers of angles": [f"Angle {one}" for one in FIVE],
     "numbers of a word": [f"Silver {one}" for one in FIVE],
     "three of a word": ["Texas 15", "Texas 25", "Texas 45"],
+    "degrees or days": [f"{one}d" for one in FIVE],
+    "degrees or days of a word": [f"Silver {one} d" for one in FIVE],
+    "degrees or days on both sides": [f"{one}d" for one in (-15, 15, 25, 45, 75, 110)],
     "two": ["as15", "as45"],
     "two apart": ["as 15", "as 45"],
     "two of a word": ["Silver as15", "Silver as110"],
@@ -226,6 +229,8 @@ def test_rows_at_other_angles_are_asked_about(tmp_path, label, unit):
     "names",
     [
         ("1", "2", "3"),
+        ("7d", "14d", "28d", "56d"),
+        ("0d", "30d", "60d", "90d"),
         ("15", "16", "17"),
         ("15",),
         ("15", "25", "45", "red"),
