@@ -171,9 +171,8 @@ _PERHAPS_IDENTIFIER = re.compile(
 # "grey 50%" is the name of a sample.
 _PERCENT = re.compile(
     r"(?<![\d.,])(?<!\d\s)%|\b0\W{1,5}100\s?%|percent|\bpct\b|_pct|prozent|pour ?cent|"
-    r"\b0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))|(?:(?<!\d)[x×*]|times) ?100\b",
-    re.I,
-)
+    r"(?:r[eé]?fl\w*|remission|trans\w*|factor|scale|units?|\b[RT]|^)[^\w%]{0,4}"
+    r"(?:0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))|(?:(?<!\w)[x×*]|times) ?100\b)", re.I)  # fmt: skip
 # Scales that are neither to 1 nor to 100, which no numbers tell: a range of codes, a factor, thousandths.
 _OTHER_SCALE = re.compile(
     r"‰|per ?mill?e?\b|promille|\bpp[mb]\b|\b\d\d? ?-?bits?\b|"
