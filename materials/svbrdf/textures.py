@@ -7,7 +7,7 @@ import io
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
@@ -32,6 +32,11 @@ _MODES = ("1", "L", "LA", "RGB", "RGBA", "P", "PA", "I;16", "I;16B", "I;16L", "I
 _BLOCK = 1 << 16
 _TOO_LARGE, _SMALLER = "too large a picture", "save the picture smaller"
 _PROFILE = "the {} map carries a colour profile of its own, which is not applied: it is taken as {}"
+_TURNED = (
+    "the {} map says that it is to be turned (Exif, orientation {}), which is not applied: it is laid as it is stored"
+)
+# Tag of Exif for how a picture is to be turned; 1 is not at all.
+_ORIENTATION, _UPRIGHT = 0x0112, 1
 _STATED = "the {} map says {}, which is not applied: it is taken as {}"
 _AGAIN = "the picture is damaged or cut short: save or copy it again"
 
@@ -41,7 +46,7 @@ class _Header:
     """Header of a picture's file.
 
     mode : Pillow's word for the kind of its values. halved : True where it reads but 8 bits of 16, grey with alpha.
-    stated : what it says of its colours beside a profile that is not sRGB, in words.
+    stated : what it says of its colours beside a profile that is not sRGB, in words. orientation : Exif's number.
     """
 
     size: tuple[int, int]
@@ -50,6 +55,7 @@ class _Header:
     profile: bytes
     halved: bool
     stated: tuple[str, ...]
+    orientation: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +99,8 @@ class Texture:
             stated = ", ".join(exr_colours(self._exr_picture.attributes)) if coloured else ""
             return (_STATED.format(self.slot, stated, "linear, of the primaries of sRGB"),) if stated else ()
         notes = [f"the {self.slot} map has 16 bits, of which 8 are averaged"] if self._header.halved else []
+        if self._header.orientation != _UPRIGHT:
+            notes.append(_TURNED.format(self.slot, self._header.orientation))
         taken = "linear, of the primaries of sRGB" if self.floating else "sRGB"
         if coloured and self._header.profile and not is_srgb(self._header.profile):
             notes.append(_PROFILE.format(self.slot, taken))
@@ -182,13 +190,17 @@ class Texture:
             halved = _raw_mode(picture).startswith("LA;16")
             mode, mime = picture.mode, Image.MIME.get(str(picture.format), "image/x-tga")
             stated = other_than_srgb(picture, self.data)
+            orientation = _UPRIGHT
+            if picture.format != "TIFF":  # those Pillow turns
+                with suppress(Exception):  # Exif that is damaged is no reason not to read the picture
+                    orientation = int(picture.getexif().get(_ORIENTATION, _UPRIGHT))
         if width * height > MOST_TEXELS:
             expected = f"at most {MOST_TEXELS} texels, such as 8192 x 8192"
             self._refuse(_TOO_LARGE, f"{width} x {height}", expected, _SMALLER)
         if mode not in _MODES:
             hint = "save it as RGB, with 8 or 16 bits a channel"
             self._refuse("colours of an unknown kind", mode, "grey or RGB", hint)
-        return _Header((height, width), mime, mode, profile, halved, stated)
+        return _Header((height, width), mime, mode, profile, halved, stated, orientation)
 
     def _decoded(self) -> np.ndarray:
         from PIL import Image

@@ -180,6 +180,17 @@ def test_srgb_and_nothing_need_no_words(case, tmp_path):
     assert notes_of(PLAIN[case], tmp_path) == ()
 
 
+@pytest.mark.parametrize("form", ["PNG", "JPEG", "WEBP"])
+@pytest.mark.parametrize("slot", ["base_color", "roughness"])
+@pytest.mark.parametrize("orientation", [1, 3, 6, 8])
+def test_a_picture_that_is_to_be_turned_is_said(form, slot, orientation, tmp_path):
+    told = Image.Exif()
+    told[274] = orientation
+    notes = notes_of(saved(form, exif=told), tmp_path, slot, "linear" if slot == "roughness" else "sRGB")
+    assert len(notes) == (orientation != 1)
+    assert all(f"the {slot} map says that it is to be turned (Exif, orientation {orientation})" in one for one in notes)
+
+
 @pytest.mark.parametrize("form", ["PNG", "JPEG", "TIFF", "WEBP"])
 def test_a_profile_is_known_by_its_colours_and_not_by_its_name(form, tmp_path):
     """Profiles of linear light are called "sRGB" as well, as those of editors of pictures are."""
