@@ -99,13 +99,20 @@ _NO_LENGTH = re.compile(
 )
 _NO_WAVELENGTHS = re.compile(
     r"\W*(?:temp(?:erature|eratur)?|depth|thickness|dicke|distance|abstand|voltage|position|concentration|angles?|winkel|"
-    r"pixels?|px|pix|channels?|chan|kan[aä]le?|index|idx|indices|times?|zeit|temps|seconds?|sec|ms|frames?|scans?)"
+    r"(?:ccd|sensor|detector|x)?[ _]*[\[(]?(?:pixels?|px|pix)|channels?|chan|kan[aä]le?|canal(?:es|i)?|canaux|bins?|"
+    r"(?:data|daten|mess)?[ _]*(?:points?|punkte?)|elements?|(?:photo)?diodes?|rows?|counter|index|idx|indices|"
+    r"bands?(?!.*(?:nm|[µμu]m|mic))|(?:wave(?:length)?|wellenl[aä]ngen?|lambda|λ)[ _-]*(?:index|idx|step)|"
+    r"times?|zeit|temps|seconds?|sec|ms|frames?|scans?|fwhm|(?:band|line)[ _-]*width|slit(?:[ _-]*width)?|diameter|"
+    r"(?:(?:particle|grain)[ _]*)?size|(?:spectral[ _]*)?resolution|raman(?:[ _]*shift)?|m/z|period|kelvin|"
+    r"t ?(?=[\[(](?-i:K|s|ms|°C)[\])])|2[ _]*(?:theta|θ))"
     r"[ _.]*(?:no|nr|num(?:ber)?|index|idx|#)?\W*(?:[\[(][^\[\]()]{0,20}[\])])?\W*",
     re.I,
 )
 # Steps that differ by less than the first share of their mean are equal, but for digits that were left out; by more
-# than the second, they are not. So many values, over light that instruments read, are enough to tell.
-_EVEN, _UNEVEN, _FEWEST_EVEN, _SEEN_NM = 0.05, 0.1, 6, (300.0, 1200.0)
+# than the second, they are not. So many values are enough to tell.
+_EVEN, _UNEVEN, _FEWEST_EVEN = 0.05, 0.1, 6
+#: Light that instruments read.
+LIGHT_NM = (300.0, 1200.0)
 # Cells of numbers, of which wide tables have many thousands, need no further look.
 _LETTER = re.compile(r"[^\W\d_]")
 _LENGTH_WORD = re.compile(r"wave.?len|^wave$|^wl\b|λ|lambda", re.I)
@@ -170,7 +177,7 @@ def refuse_even_reciprocals(values: Float[np.ndarray, "L"], field: str) -> None:
         return
     for unit in (AxisUnit("THz", _NM_THZ, True), AxisUnit("eV", _NM_EV, True), AxisUnit("cm-1", 1e7, True)):
         nm = unit.wavelengths_nm(values)
-        if nm.min() >= _SEEN_NM[0] and nm.max() <= _SEEN_NM[1] and _unevenness(nm) <= _EVEN:
+        if nm.min() >= LIGHT_NM[0] and nm.max() <= LIGHT_NM[1] and _unevenness(nm) <= _EVEN:
             raise InputError(
                 f"wavelengths, or {unit.name}?",
                 field=field,
@@ -190,7 +197,7 @@ def refuse_angstroms(values: Float[np.ndarray, "L"], field: str) -> None:
     InputError
         They are; for infrared in nm may be meant all the same.
     """
-    lowest, highest = (10.0 * end for end in _SEEN_NM)
+    lowest, highest = (10.0 * end for end in LIGHT_NM)
     if values.size and values.min() >= lowest and values.max() <= highest:
         raise InputError(
             "wavelengths in nm, or in Å?",
@@ -209,15 +216,20 @@ def _unevenness(values: Float[np.ndarray, "L"]) -> float:
     return float(np.abs(steps / mean - 1.0).max()) if mean else math.inf
 
 
+def is_no_axis(heading: str) -> bool:
+    """Return whether a heading calls an axis something else than wavelengths, frequencies or energies."""
+    return _NO_WAVELENGTHS.fullmatch(heading.strip()) is not None
+
+
 def check_axis(heading: str) -> None:
-    """Refuse an axis that its heading calls places on a sensor, or times.
+    """Refuse an axis that its heading calls places on a sensor, times, or other lengths.
 
     Raises
     ------
     InputError
         The heading is a word such as "pixel".
     """
-    if _NO_WAVELENGTHS.fullmatch(heading.strip()):
+    if is_no_axis(heading):
         raise InputError(
             "an axis that is not of wavelengths",
             field=heading.strip(),

@@ -10,7 +10,7 @@ from itertools import accumulate, chain, pairwise
 from typing import Literal
 
 from ..shared.words import colour_axis
-from .axis import is_reciprocal_header
+from .axis import is_no_axis, is_reciprocal_header
 from .dialect import Dialect, words_beside
 
 #: A row of a table: line number in the file, and stripped cells.
@@ -69,7 +69,7 @@ class TableLayout:
 
 def is_wavelength_header(cell: str) -> bool:
     """Return whether a header says that its column holds wavelengths."""
-    return bool(_WAVELENGTH_WORD.search(cell)) and not is_reciprocal_header(cell)
+    return bool(_WAVELENGTH_WORD.search(cell)) and not (is_reciprocal_header(cell) or is_no_axis(cell))
 
 
 def is_name_header(cell: str) -> bool:

@@ -41,6 +41,7 @@ from ..shared.words import (
     quantity_in_lines,
     quantity_of_set,
 )
+from .axis import LIGHT_NM
 from .rows import is_of_rows, refuse_wavelengths
 from .section import Column
 
@@ -52,8 +53,6 @@ _MEAN = re.compile(r"(?:.*\W)?(?:mean|average|avg|mittel(?:wert)?|moyenne|media|
 _STANDARD = re.compile(r"(?:.*[\s_(,;])?(?:std|sd)\W*(?:[\[(].*)?", re.I)
 _SHORTENED = re.compile(r".*[\s_(,;](?:ci|cv|unc|sem|err|snr|s\.e)\W*(?:[\[(].*)?", re.I)
 _WANTED = "reflectance, transmittance or emission"
-# What instruments read of light, in nm.
-_SEEN_NM = (300.0, 1200.0)
 # Largest sample of fractions of a surface that is not black: a light that was normalised has 1.
 _DARKEST_OF_FRACTIONS, _NORMALISED = 0.01, 1.0
 # Largest whole number that an analogue-digital converter may give.
@@ -117,7 +116,7 @@ def judge(
 def _refuse_second_axis(column: Column) -> None:
     """Refuse a column whose values climb through the wavelengths of light in equal steps."""
     values = [value for value in column.values if value == value]
-    if values and values[0] <= _SEEN_NM[1] and values[-1] >= _SEEN_NM[0]:
+    if values and values[0] <= LIGHT_NM[1] and values[-1] >= LIGHT_NM[0]:
         refuse_wavelengths(values, column.name)
 
 

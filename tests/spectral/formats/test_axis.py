@@ -203,13 +203,26 @@ def test_powers_over_wavelengths_are_no_waves_in_a_length(written, values):
         np.testing.assert_allclose(read_spectra(path).entries[0].spectrum.wavelengths_nm, NM)
 
 
-@pytest.mark.parametrize("heading", ["Pixel", "pixel no.", "Channel", "Kanal", "Index", "Time (ms)", "px", "Frame #"])
+NO_AXES = [
+    "Pixel", "pixel no.", "Channel", "Kanal", "Index", "Time (ms)", "px", "Frame #", "Band", "Band no.", "Data point",
+    "Messpunkt", "Canal", "Element", "Photodiode", "Row", "Bin number", "X (pixel)", "CCD pixel", "Wavelength index",
+    "wave_index", "λ step", "FWHM (nm)", "Bandwidth (nm)", "Slit width [nm]", "Diameter (nm)", "Raman shift", "T (K)",
+    "t (s)", "m/z", "2 theta (°)",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("heading", NO_AXES)
 def test_places_on_a_sensor_and_times_are_no_wavelengths(written, heading):
     """Numbers of pixels may lie between 380 and 780, too."""
     with pytest.raises(InputError, match="not of wavelengths"):
         read_spectra(written(table(NM, heading)), ImportOptions("reflectance", "fraction"))
     rows = [f"{place},{nm:.0f},{value:.6g}" for place, (nm, value) in enumerate(zip(NM, RED, strict=True))]
     check(written("\n".join([f"{heading},Wavelength (nm),reflectance", *rows, ""])))
+
+
+@pytest.mark.parametrize("heading", ["Band (nm)", "band_nm", "X", "Sample", "Nr", "Wave no.", "T", "Line", "Step (nm)"])
+def test_other_words_above_wavelengths_are_no_hindrance(written, heading):
+    check(written(table(NM, heading)))
 
 
 @pytest.mark.parametrize("heading", ["x", "X", "a", "column 1", ""])
