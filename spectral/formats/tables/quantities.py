@@ -47,7 +47,14 @@ from .section import Column
 
 _SURFACES = ("reflectance", "transmittance", "radiance factor")
 _LETTER = re.compile(r"\s*[RT]\s*")
+# Functions of a power, beside the words for one.
+_OF_POWER = re.compile(
+    r"deriv[ae]t|ableitung|d[eé]riv[eé]e|diff[e]ren(?:ce|z|tial)|\bdelta\b|[Δ∆]|\bsqrt|√|square root|\bsquared?\b|"
+    r"\bdB(?:[mW]|(?![a-z]))|decibel|\b(?:log(?:_?10)?|ln)\b|\bd ?(?:ir)?radiance ?/ ?d",
+    re.I,
+)
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
+_LONGEST_NAME = 200
 _MEAN = re.compile(r"(?:.*\W)?(?:mean|average|avg|mittel(?:wert)?|moyenne|media|gemiddelde|ø)\W*(?:[\[(].*)?", re.I)
 # Standards, uncoated papers and the like.
 _STANDARD = re.compile(r"(?:.*[\s_(,;])?(?:std|sd)\W*(?:[\[(].*)?", re.I)
@@ -181,6 +188,8 @@ def _own(column: Column, heads: Sequence[str]) -> str | None:
     if names_sensitivity(column.words):
         return "sensitivity"
     own = names_raw(column.heading) or quantity_in(column.heading)
+    if _OF_POWER.search(column.heading) and (own == "emission" or (own is None and names_power(column.words))):
+        return "function of power"
     if own in (None, "reflectance", "transmittance") and names_derived(column.heading, heads):
         return "derived"
     if own in ("reflectance", "transmittance", "radiance factor") and other_scale_in(column.heading):
@@ -307,17 +316,16 @@ def scatter_removed(columns: list[Column]) -> tuple[list[Column], list[str]]:
     """Columns less those that are called as a scatter, a difference or a weight is, and their names, where there are
     others. "Std" is the standard, where nothing is called a mean.
     """
-    means = any(_MEAN.fullmatch(column.name) for column in columns)
+    names = [column.name[:_LONGEST_NAME] for column in columns]
+    means = any(map(_MEAN.fullmatch, names))
     samples = [
-        not is_of_rows(column.name)
-        or (_STANDARD.fullmatch(column.name) and not means)
-        or _SHORTENED.fullmatch(column.name)
-        for column in columns
+        not is_of_rows(name) or (_STANDARD.fullmatch(name) and not means) or _SHORTENED.fullmatch(name)
+        for name in names
     ]
     if not any(samples):
         return columns, []
     kept = [column for column, sample in zip(columns, samples, strict=True) if sample]
-    return kept, [column.name for column, sample in zip(columns, samples, strict=True) if not sample]
+    return kept, [name for name, sample in zip(names, samples, strict=True) if not sample]
 
 
 def _are_identifiers(column: Column, beside_fractions: bool) -> bool:
@@ -343,6 +351,10 @@ _REFUSED = {
     "derived": (
         "a function of a reflectance or a transmittance is neither",
         "export the reflectance or the transmittance itself, in percent or as fractions",
+    ),
+    "function of power": (
+        "a function of a power is none",
+        "export the power itself, such as W/m2/nm, and no logarithm, difference or derivative of it",
     ),
     "other scale": (
         "a scale that is neither to 1 nor to 100",

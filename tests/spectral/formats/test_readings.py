@@ -291,6 +291,25 @@ def test_further_functions_are_no_reflectances(refused, heading):
     assert "a function of" in refused(read, table(heading))[0]
 
 
+POWERS = [
+    "Irradiance (dB)", "log10 irradiance", "ln(radiance)", "Spectral power (dBm/nm)", "Power (dBm)", "Intensity (dB)",
+    "Irradiance derivative", "d irradiance/d lambda", "Radiance difference", "delta radiance", "ΔIrradiance",
+    "sqrt(irradiance)",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("heading", POWERS)
+def test_functions_of_a_power_are_none(refused, heading):
+    assert "a function of a power is none" in refused(read, table(heading), "lamp.csv")[0]
+
+
+@pytest.mark.parametrize(
+    "heading", ["Irradiance (W/m2/nm)", "Radiance W sr-1 m-2 nm-1", "Power dB65", "Intensity", "LED B"]
+)
+def test_other_headings_are_powers(written, heading):
+    assert only(read(written(table(heading), "lamp.csv"), ImportOptions("emission"))).spectrum.quantity == "emission"
+
+
 @pytest.mark.parametrize("axis", ["Temperature (K)", "Depth (nm)", "Thickness [nm]", "Distance (nm)", "Angle (deg)"])
 def test_what_is_no_wavelength_is_none_whatever_its_numbers_are(refused, axis):
     """400 to 700 nm of depth, or kelvins, look like light."""
