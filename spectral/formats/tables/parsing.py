@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 
 from ....runtime.errors import InputError
@@ -14,7 +14,7 @@ from ..import_options import NO_ANSWER, ImportOptions
 from ..shared.decisions import colours_alone
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
 from ..shared.words import colour_axis, quantity_in
-from .axis import axis_unit
+from .axis import LIGHT_NM, axis_unit, is_reciprocal_header
 from .dialect import Dialect, check_lengths, comment
 from .layout import (
     Row,
@@ -39,6 +39,8 @@ _READING = re.compile(r"(?:measurement|messung|reading|scan|spectrum|spektrum|ru
 # Rows that the end of the last line is compared with; and what is before the decimals of a number.
 _COMPARED_ROWS = 12
 _TO_MARK = re.compile(r"[^.,]*")
+# So many numbers of light as headings of spectra may be wavelengths.
+_FEWEST_ACROSS = 5
 # Rows of a further table, from its first, that say where its wavelengths are.
 _FIRST_ROWS = 6
 
@@ -170,6 +172,8 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
         table.heads = _as_before(before, table)
         if any(table.heads):
             notes.append("further down, numbers without a header are read under the one above them in the file")
+    if layout.way == "down":
+        _check_header(table)
     if layout.way == "down" and _is_of_colours(table):
         raise colours_alone(shortened(", ".join(table.heads[:8])))
     numbered = ((line, text.dialect.cells(row)) for line, row in islice(text.rows, table.start + layout.first, None))
@@ -185,6 +189,28 @@ def _read(table: Section, before: Section | None, notes: list[str]) -> None:
             notes.append(f"{below} lines below the table are not read")
     end = MOST_LINES if table.further is None else table.last_line
     table.preamble, table.words = _preamble(table.above, text.said(after, end + 1), text)
+
+
+def _check_header(table: Section) -> None:
+    """Refuse headings of spectra that are all wavelengths of light beside an axis that no heading calls so: it may be
+    the numbers of samples.
+    """
+    axes, dialect, first = table.layout.axes, table.text.dialect, table.shown[table.layout.first][1]
+    cells = table.heads or (table.above[-1][1] if table.above else [])
+    heads = [head for at, head in enumerate(cells) if at not in axes]
+    numbers = [dialect.number(head) for head in heads]
+    if len(cells) != len(first) or len(numbers) < _FEWEST_ACROSS or not all(a < b for a, b in pairwise(numbers)):
+        return
+    said = any(is_wavelength_header(cells[axis]) or is_reciprocal_header(cells[axis]) for axis in axes)
+    labelled = any(map(dialect.names_wavelength, first))
+    if LIGHT_NM[0] <= numbers[0] and numbers[-1] <= LIGHT_NM[1] and not (said or labelled):
+        raise InputError(
+            "wavelengths down the first column, or across the header?",
+            field="header",
+            found=shortened(", ".join(heads), 60),
+            expected="a first heading such as nm, where they run down, or Sample, where they run across",
+            hint="write it into the first cell of the header",
+        )
 
 
 def _is_of_colours(table: Section) -> bool:

@@ -22,7 +22,7 @@ from ..shared.words import (
     quantity_in_lines,
     unit_in,
 )
-from .axis import NANOMETRE, check_axis, is_reciprocal_header, stated_unit
+from .axis import LIGHT_NM, NANOMETRE, check_axis, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent, words_beside
 from .layout import (
     Row,
@@ -86,6 +86,8 @@ _WHITE = re.compile(
 _BASELINE = re.compile(r"baseline\W*(?:\d+\W*[rt]?\W*)?", re.I)
 _NEVER_MADE = re.compile(rf"(?:{_RAWS}){_OF_READINGS}", re.I)
 _RAW = re.compile(rf"(?:{_SAMPLES}|{_RAWS}|signal|counts?|{_REFERENCES}|{_DARKS})\b.*", re.I)
+# So many numbers of light in a header are wavelengths, and no years or numbers of samples.
+_FEWEST_APART = 3
 #: Headings of a column that says what each row measures.
 OF_KINDS = re.compile("type|mode|quantity|measure|geometr|gr(?:ö|oe)(?:ß|ss)e|grandeur", re.I)
 # Headings that number the readings of a sample.
@@ -498,17 +500,18 @@ def _tells_apart(head: str, text: str) -> bool:
 
 
 def _check_none_left(heads: Sequence[str], longest: int, dialect: Dialect) -> None:
-    """Refuse wavelengths across a header that are in no spectrum, half as many as the longest has; a few are readings
-    of another kind.
+    """Refuse wavelengths across a header that are in no spectrum: half as many as the longest has, since a few are
+    readings of another kind; or plain numbers of light, which stand apart from the others.
     """
     left = [head for head in heads if dialect.names_wavelength(head)]
-    if 2 * len(left) >= longest:
+    apart = [head for head in heads if dialect.is_number(head) and LIGHT_NM[0] <= dialect.number(head) <= LIGHT_NM[1]]
+    if 2 * len(left) >= longest or len(apart) >= _FEWEST_APART:
         raise InputError(
             "wavelengths in another order than those beside them",
             field="header",
-            found=shortened(", ".join(left), 120),
+            found=shortened(", ".join(left if 2 * len(left) >= longest else apart), 120),
             expected="the wavelengths of each spectrum in a row, upwards or downwards, with the same words beside them",
-            hint="give the columns of one spectrum the same words, such as SCI 400nm, SCI 410nm, ...",
+            hint="put the columns of one spectrum side by side, under the same words such as SCI 400nm, SCI 410nm, ...",
         )
 
 

@@ -310,6 +310,29 @@ def test_other_headings_are_powers(written, heading):
     assert only(read(written(table(heading), "lamp.csv"), ImportOptions("emission"))).spectrum.quantity == "emission"
 
 
+@pytest.mark.parametrize("between", ["L*", "Gloss", "Gloss 20,Gloss 60"])
+@pytest.mark.parametrize("last", [440, 540, 640])
+def test_wavelengths_across_a_header_that_words_part_are_not_left_out(refused, between, last):
+    """Of the shorter part nothing else would be read."""
+    heads = [str(nm) for nm in NM]
+    at = heads.index(str(last)) + 1
+    words = between.split(",")
+    cells = [*heads[:at], *words, *heads[at:]], ["0.5"] * at + ["50"] * len(words) + ["0.6"] * (len(heads) - at)
+    text = "\n".join([f"Name,{','.join(cells[0])}", f"red,{','.join(cells[1])}", ""])
+    assert "header: " in refused(read, "Reflectance\n" + text)[0]
+
+
+@pytest.mark.parametrize("corner", ["", "x", "Ex\\Em"])
+def test_wavelengths_both_ways_are_asked_about(refused, written, corner):
+    heads = ",".join(str(nm) for nm in NM)
+    rows = "".join(f"{first},{','.join(f'0.{nm}' for nm in NM)}\n" for first in (410, 420, 430))
+    answer = ImportOptions("reflectance", "fraction")
+    lines = refused(lambda path: read(path, answer), f"{corner},{heads}\n{rows}")
+    assert "wavelengths down the first column, or across the header?" in lines[0]
+    for word, count in (("nm", len(NM)), ("Sample", 3)):
+        assert len(read(written(f"{word},{heads}\n{rows}"), answer).entries) == count
+
+
 @pytest.mark.parametrize("axis", ["Temperature (K)", "Depth (nm)", "Thickness [nm]", "Distance (nm)", "Angle (deg)"])
 def test_what_is_no_wavelength_is_none_whatever_its_numbers_are(refused, axis):
     """400 to 700 nm of depth, or kelvins, look like light."""
