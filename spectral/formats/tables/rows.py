@@ -348,7 +348,9 @@ def _hear_rows_above(table: Section, columns: Sequence[Column]) -> None:
         if not whole or len(trimmed(cells)) > len(table.heads) or colour_axis(label):
             continue
         names = not label or is_name_header(label) or is_wavelength_header(label)
-        for column, part in zip(columns, parts, strict=True):
+        # A row with more cells than headings is refused where it is read.
+        headed = [(c, part) for c, part in zip(columns, parts, strict=True) if c.place[0] < len(table.heads)]
+        for column, part in headed:
             said = cell(cells, starts[(column.place[0] - axis - 1) // each])
             if label:
                 column.beside.setdefault(label, said)

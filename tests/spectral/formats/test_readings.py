@@ -384,6 +384,13 @@ def test_words_that_blanks_part_are_no_names_of_as_many_columns(written):
     assert not {"lacquer", "red"} & {entry.name for entry in file.entries}
 
 
+@pytest.mark.parametrize("cells", [4, 5, 7])
+def test_a_first_row_with_more_cells_than_the_headings_below_names_is_refused(refused, cells):
+    rows = "".join("\t".join(map(str, [nm, *[nm / 10] * (cells - 1 if nm == NM[0] else 2)])) + "\n" for nm in NM)
+    lines = refused(read, f"Wavelength\tlacquer red\tlacquer green\nnm\t%R\t%R\n{rows}")
+    assert "a row is too long" in lines[0] or "a row is cut short" in lines[0]
+
+
 @pytest.mark.parametrize("facts", [["Gloss,85,20"], ["Thickness (mm),1.0,2.5", "Gloss,85,20"], ["Mean,35.1,22.2"]])
 @pytest.mark.parametrize("label", ["Wavelength (nm)", "Sample name"])
 def test_names_stay_above_rows_of_facts(written, label, facts):
