@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...spectral.difference import delta_e_xyz
+from ...spectral.observers import observer, observer_name
 from ...spectral.srgb import srgb_to_linear
 from .icc_profile import PREFIX, DisplayProfile, read_display_profile
 from .readings import Readings
@@ -119,8 +120,18 @@ def held_to(readings: Readings, name: str) -> Held:
 
     Raises
     ------
-    UnknownNameError, InputError : as of `claim_named`; white was not measured.
+    UnknownNameError, InputError : as of `claim_named`; white was not measured; readings of another observer than that
+        of 1931, for whom standards and profiles are.
     """
+    if observer_name(readings.observer) != "1931_2":
+        raise InputError(
+            "readings of another observer than the claim's",
+            file=readings.source or None,
+            field="observer",
+            found=f"XYZ of {observer(readings.observer).name}",
+            expected=f"XYZ of {observer('1931_2').name}, for whom {name} is",
+            hint="--observer 1931_2 has them made of the spectra, where the file has spectra",
+        )
     claim, averaged = claim_named(name), readings.averaged()
     luminance = averaged.white_xyz[1]
     wanted = claim.xyz(averaged.codes) * luminance

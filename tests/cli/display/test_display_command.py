@@ -51,6 +51,8 @@ def test_from_patches_to_a_signed_page(metamer, tmp_path):
            for name in ("sRGB", folder / "Desk.icc")
            for said in [metamer("display", "claim", first, "--against", name)[1]]}  # fmt: skip
     assert off[folder / "Desk.icc"] < 0.8 < 2.0 < off["sRGB"]
+    code, _, err = metamer("display", "claim", first, "--observer", "10")
+    assert code == 4 and "another observer than the claim's" in err
     code, _, err = metamer("display", "claim", first, "--against", "sGRB")
     assert code == 64 and "sRGB" in err
     code, _, err = metamer("display", "claim", first, "--against", tmp_path / "none.icc")
