@@ -144,6 +144,15 @@ def make_config(
     import PyOpenColorIO as ocio
 
     config = ocio.Config.CreateFromFile(PINNED_CONFIG)
+    if '"' in name or not name.isprintable():
+        # Lists of displays have each in quotes.
+        raise InputError(
+            "a name that a configuration cannot hold",
+            field="display",
+            found=repr(name),
+            expected="a name without quotes, in one line",
+            hint="--name",
+        )
     taken = [*config.getDisplays(), *config.getColorSpaceNames()]
     if not name.strip() or name.casefold() in (one.casefold() for one in taken):
         raise InputError(

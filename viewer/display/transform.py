@@ -41,6 +41,8 @@ _BEYOND = 1.0
 _TABLE_STEP = 0.01
 # Encoded values this far outside [0, 1] count as clipped: a quarter of an 8-bit step, well above float32 rounding.
 CLIP_TOLERANCE = 1e-3
+# Times white at which it is looked whether a view limits what is brighter, and what of it may be off by rounding.
+_BRIGHT, _SAME = 10.0, 0.02
 # Luminance of black, white being 1, up to which it is none but for rounding.
 _NO_LIGHT = 1e-6
 # Shown where a pixel holds no number.
@@ -343,15 +345,23 @@ class DisplayTransform:
     @cached_property
     def shows_limits(self) -> bool:
         """True where codes beyond the display's range come out as such: the view neither limits nor changes white."""
-        both = np.stack([DISPLAY_WHITE_XYZ, 1.5 * DISPLAY_WHITE_XYZ])
-        rgb = self.apply(both)
-        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, self.shown(rgb[0]), DISPLAY_WHITE_XYZ))
-        return off <= WHITE_TOLERANCE and bool(self.out_of_range(both, rgb)[1][1])
+        white = self.shown(self.apply(DISPLAY_WHITE_XYZ))
+        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, white, DISPLAY_WHITE_XYZ))
+        return off <= WHITE_TOLERANCE and not self._limits_itself
+
+    @cached_property
+    def _limits_itself(self) -> bool:
+        """True of a view that brings what is brighter than white within its codes; one of a display that has room above
+        white shows it as it is.
+        """
+        bright = _BRIGHT * DISPLAY_WHITE_XYZ[None]
+        rgb = self.apply(bright)
+        return not (self.out_of_range(bright, rgb)[1][0] or np.allclose(self.shown(rgb), bright, rtol=_SAME))
 
     def describe(self) -> list[str]:
         """Return the chain in plain words, for a report; what white becomes is measured, not quoted."""
 
-        white, above = self.apply(np.stack([DISPLAY_WHITE_XYZ, 1.5 * DISPLAY_WHITE_XYZ]))
+        white = self.apply(DISPLAY_WHITE_XYZ)
         code = ", ".join(f"{value:.4f}" for value in white)
         x, y = DISPLAY_WHITE_XYZ[:2] / DISPLAY_WHITE_XYZ.sum()
         words = [
@@ -371,7 +381,7 @@ class DisplayTransform:
                 f"{apart.max():.1f} at most, within the gamut, at which they end: pixels beyond that no code shows to "
                 f"within ΔE94 {_BEYOND:g} are counted per picture."
             )
-        elif np.all(above <= 1.0 + CLIP_TOLERANCE):
+        elif self._limits_itself:
             words.append("This view limits values above white itself: clipped pixels cannot all be counted.")
         else:
             words.append("No tone mapping by Metamer: what the display cannot show is clipped and counted per picture.")

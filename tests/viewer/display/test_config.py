@@ -172,6 +172,8 @@ def test_the_configuration_is_valid_and_this_display_comes_first(folder, record,
     transforms = display_transform(cube, aim), shown_transform(record.model, aim)
     first = make_config(NAME, *transforms, aim, "bpc")
     assert first.getDefaultView(NAME) == COMPENSATED
+    with pytest.raises(InputError, match="a name that a configuration cannot hold"):
+        make_config('The "left" one', *transforms, aim)
     with pytest.raises(InputError, match="a name that the configuration has already"):
         make_config("sRGB - Display", *transforms, aim)
 
@@ -184,6 +186,17 @@ def test_white_below_full_code_is_told_for_what_it_is(folder):
         DisplayTransform("sRGB - Display", "ACES 1.0 - SDR Video", str(folder / "config.ocio")).describe()
     )
     assert "changes white" in mapped
+
+
+def test_room_above_white_is_not_taken_for_a_view_that_limits(tmp_path, record, cube):
+    """White at half of what the display can do, and HDR: what is brighter is shown, and beyond it counted."""
+    aim = aimed(record.model, luminance=0.5 * aimed(record.model).white_xyz[1])
+    write_config(tmp_path, NAME, record.model, cube, aim)
+    for name in (NAME, "Rec.2100-PQ - Display"):
+        transform = DisplayTransform(name, DEFAULT_VIEW, str(tmp_path / "config.ocio"))
+        assert transform.shows_limits and "limits values" not in " ".join(transform.describe())
+    toned = DisplayTransform("sRGB - Display", "ACES 1.0 - SDR Video", str(tmp_path / "config.ocio"))
+    assert not toned.shows_limits and "limits values above white itself" in " ".join(toned.describe())
 
 
 def test_what_the_display_cannot_show_is_counted(folder):
