@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from ...spectral.difference import delta_e_xyz
 from ...spectral.observers import OBSERVERS, observer
-from .aim import Aim, aimed, aimed_at, d65_xyz, largest_luminance
+from .aim import Aim, Black, aimed, aimed_at, d65_xyz, largest_luminance
 from .readings import Readings
 from .record import DisplayRecord
 
@@ -45,6 +45,13 @@ class ObserverAim:
         """Its white, and how far its matrix can be relied on."""
         off = f"ΔE94 {self.mean_off:.2f} on average, {self.largest_off:.2f} at most"
         return f"{self.aim.words}; by a matrix, off its spectra by {off}"
+
+    def for_first(
+        self, xyz_d65: Float[np.ndarray, "*batch 3"], black: Black = "absolute"
+    ) -> Float[np.ndarray, "*batch 3"]:
+        """XYZ-D65 that the first aim shows, with black as it is, as this one should show a picture for its observer."""
+        moved = self.aim.xyz(xyz_d65, black) @ np.linalg.inv(self.aim.adapted).T
+        return moved @ self.front[:, :3].T + self.front[:, 3]
 
 
 def observer_aims(record: DisplayRecord) -> tuple[ObserverAim, ...]:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
     from ...calibration.display.proof import ProofStatistics
 
+    # From a picture in XYZ-D65 and whom it is for ("": whom the display is) to the display in words, and the figures.
+    Prover = Callable[[np.ndarray, str], tuple[str, ProofStatistics]]
+
 _PROFILES = (".icc", ".icm")
 
 
@@ -80,14 +83,14 @@ def run(args: argparse.Namespace) -> int:
         if args.out.suffix.lower() != ".png":
             raise UsageError(f"{args.out}: the marked picture is written as .png")
         check_outputs([args.out], [Path(args.display.removeprefix(PREFIX)), args.picture])
-    words, prove = _profile(args.display) if is_profile else _characterised(args)
+    prove = _profile(args.display) if is_profile else _characterised(args)
     if is_scene:
-        pixels, xyz = _rendered(args)
+        pixels, xyz, seen_by = _rendered(args)
     else:
-        pixels, xyz, stated = read_picture(args.picture)
+        (pixels, xyz, stated), seen_by = read_picture(args.picture), ""
         if stated:
             warn(f"{args.picture} says {', '.join(stated)}, which is not applied: it is taken as sRGB")
-    found = prove(xyz)
+    words, found = prove(xyz, seen_by)
     count, pixel_count = int(found.lost.sum()), found.lost.size
     dark = int((found.lost & found.darker).sum())
     darker = f", {dark} of them darker than its black" if dark else ""
@@ -108,38 +111,50 @@ def run(args: argparse.Namespace) -> int:
     return 1 if count else 0
 
 
-def _profile(named: str) -> tuple[str, Callable[[np.ndarray], ProofStatistics]]:
-    """Name the display of an ICC profile, and return what proves a picture in XYZ-D65 for it."""
+def _profile(named: str) -> Prover:
+    """Return what proves a picture in XYZ-D65 for the display of an ICC profile."""
     from ...calibration.display.icc_profile import PREFIX
     from ...viewer.display.proof import Proof
     from ...viewer.display.transform import DisplayTransform
 
     display = DisplayTransform(PREFIX + named.removeprefix(PREFIX))
-    return display.name, Proof(display).statistics
+    return lambda xyz, seen_by: (display.name + _still(seen_by, display.aimed_for), Proof(display).statistics(xyz))
 
 
-def _characterised(args: argparse.Namespace) -> tuple[str, Callable[[np.ndarray], ProofStatistics]]:
-    """Name the display of a characterisation, and return the same for it."""
+def _characterised(args: argparse.Namespace) -> Prover:
+    """Return the same for the display of a characterisation, aimed for the observer of the picture where it can be."""
     from dataclasses import replace
 
     from ...calibration.display.cube import make_cube
+    from ...calibration.display.observer_aims import observer_aims
     from ...calibration.display.proof import proofed
     from ...calibration.display.record import read_record
 
     record = read_record(args.display)
     asked = {name: value for name in ("luminance", "black") if (value := getattr(args, name)) is not None}
     record = replace(record, settings=replace(record.settings, **asked))
-    aim, cube = record.aim, make_cube(record.model)
-    moved = ", black moved to its own" if record.settings.black == "bpc" else ""
-    return (
-        f"{record.name}, white {aim.words}{moved}",
-        lambda xyz: proofed(record.model, cube, aim, xyz, record.settings.black),
-    )
+    aim, black, cube = record.aim, record.settings.black, make_cube(record.model)
+    moved = ", black moved to its own" if black == "bpc" else ""
+
+    def prove(xyz: np.ndarray, seen_by: str) -> tuple[str, ProofStatistics]:
+        for one in observer_aims(record) if seen_by else ():
+            if one.observer == seen_by:
+                words = f"{record.name}, for {seen_by}, white {one.aim.words}{moved}"
+                return words, proofed(record.model, cube, aim, one.for_first(xyz, black))
+        words = f"{record.name}, white {aim.words}{moved}{_still(seen_by, record.readings.observer)}"
+        return words, proofed(record.model, cube, aim, xyz, black)
+
+    return prove
 
 
-def _rendered(args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
-    """Render a scene: codes of its display, and XYZ-D65."""
+def _still(seen_by: str, aimed_for: str) -> str:
+    return f", still aimed for {aimed_for}" if seen_by not in ("", aimed_for) else ""
+
+
+def _rendered(args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray, str]:
+    """Render a scene: codes of its display, XYZ-D65, and whom it is for."""
     from ...lighting.scene_file.files import load_scene, scene_file
+    from ...spectral.observers import observer_name
     from ...viewer.picture import lit_by, picture
     from ...viewer.render.picture_cost import picture_cost
 
@@ -153,4 +168,4 @@ def _rendered(args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray]:
         made = picture(scene, catalogue, args.camera, renderer, warn)
     for note in scene.notes:
         say(note)
-    return made.rgb(), made.display_xyz()
+    return made.rgb(), made.display_xyz(), observer_name(scene.observer.name)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.calibration.display.aim import AimSettings, d65_xyz
+from metamer.calibration.display.aim import PICTURE_WHITE_XYZ, AimSettings, d65_xyz
 from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.observer_aims import observer_aims
 from metamer.calibration.display.patches import patches
@@ -50,6 +50,14 @@ def test_codes_show_each_observer_what_its_picture_asks_for(simulated, name, lea
         assert before.mean() > 3.0 * off.mean()
     exact = name == "LCD"
     assert all((one.largest_off < 1e-6) == exact and one.mean_off < mean for one in aims)
+
+
+def test_black_is_moved_to_that_of_the_display_for_each_observer(simulated):
+    record = record_of(simulated["LCD"])
+    for one in observer_aims(record):
+        for picture, shown in ((np.zeros(3), record.model.xyz(np.zeros((1, 3)))[0]), (PICTURE_WHITE_XYZ, None)):
+            moved, plain = (record.aim.adapted @ one.for_first(picture, black) for black in ("bpc", "absolute"))
+            np.testing.assert_allclose(moved, plain if shown is None else shown, rtol=1e-6, atol=1e-9)
 
 
 def test_another_white_stays_the_light_that_it_is(simulated):

@@ -2,11 +2,13 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from icc_profiles import DULL, matrix_profile, profile
 from metamer.benchmarks.display.simulated import displays
+from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.patches import patches
 from metamer.viewer.display.transform import DisplayTransform
 from pictures import read_xyz_exr
@@ -117,6 +119,22 @@ def test_a_scene_is_proofed_for_a_profile(metamer, scene, tiny_catalogue, tmp_pa
     ):
         code, _, err = metamer("display", "proof", tmp_path / "desk.icc", subject, *option)
         assert code == 64 and message in err
+
+
+def test_a_scene_is_proofed_for_its_observer(metamer, scene, tiny_catalogue, tmp_path):
+    """Where the display's spectra tell how to aim it for that one; else it is said that it is not."""
+    display, codes = displays()[2], patches(30)
+    read = display.measured(codes, 0)
+    text = scene.read_text(encoding="utf-8")
+    scene.write_text(text.replace("[scene]", '[scene]\nobserver = "1964_10"'), encoding="utf-8")
+    own = [scene, "--catalogue", tiny_catalogue, "--renderer", "software"]
+    for spectra, words in (
+        (display.spectra(codes), "for 1964_10, white D65, x 0.3138, y 0.3310"),
+        (None, "still aimed for 1931_2"),
+    ):
+        characterise(replace(read, spectra=spectra), "Desk", "gog").record.write(tmp_path / "desk.json")
+        code, said, err = metamer("display", "proof", tmp_path / "desk.json", *own)
+        assert code in (0, 1) and words in said, said + err
 
 
 def test_the_profile_of_a_picture_is_applied(metamer, tmp_path):
