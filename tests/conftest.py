@@ -62,6 +62,13 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: item.path.name != "test_shipped_review.py")
 
 
+@pytest.hookimpl(tryfirst=True)
+def pytest_timeout_set_timer(item, settings):
+    """Make a limit as much longer as there are processes for each core when the test begins."""
+    busy = os.getloadavg()[0] / os.cpu_count() if hasattr(os, "getloadavg") else 1.0
+    return pytest_timeout.pytest_timeout_set_timer(item, settings._replace(timeout=settings.timeout * max(busy, 1.0)))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def cache_of_its_own(tmp_path_factory, request):
     """Set the caches of renderers apart, away from the user's; hashes of code, tables and compiled shaders stay."""
