@@ -129,7 +129,7 @@ def fitted_basis(
     basis = _principal(values, most)
     if not basis.axes.shape[1]:
         return basis, np.zeros((len(values), 0), dtype=np.float32)
-    # Those that are dark are one site, the last, of the sum of their weights.
+    # Dark sites are one, the last, of the sum of their weights.
     light, some = np.flatnonzero(~dark), np.flatnonzero(dark)
     count, row = np.ones(len(light)), np.cumsum(~dark) - 1
     if len(some):

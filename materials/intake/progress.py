@@ -91,7 +91,7 @@ def share_done(trials: Sequence[Trial], budget: float, phase: str = "") -> float
         growing = now >= _TABLE_TERMS
         now += 1 if not growing else 8 if now < _MANY or needed - now <= 8 else 16
         left += _work(now, growing)
-    # Where a budget is out of reach, the bounds are, too.
+    # Bounds are out of reach where a budget is.
     return done / (done + left + (4.0 if needed > MOST_TERMS else 2.5) * _ROUND * (now + _BESIDE))
 
 

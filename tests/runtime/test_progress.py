@@ -170,7 +170,7 @@ def test_a_kind_is_known_by_the_later_of_its_own():
 
 @pytest.mark.parametrize(("evenly", "seconds"), [(True, 60.0), (False, 0.5)])
 def test_a_share_falls_where_more_turns_out_to_be_left(evenly, seconds):
-    """Of what is told evenly; of all else it is the same as if nothing had been heard since."""
+    """Work that is told evenly counts so; for all else it is as if nothing had been heard since."""
     work = Work()
     work.left.expect("a", "reference", 1.0, evenly=evenly)
     work.left.at("a")

@@ -134,8 +134,8 @@ def make_config(
     """Return the pinned configuration with this display, which comes first.
 
     name : of display and colour space. transform, shown : from XYZ-D65 to codes and from codes to XYZ-D65, in memory or
-    as files. black : which view is first. others : aims for other
-    observers, each with what describes it.
+    as files. black : which view is first. others : aims for other observers, each
+    with what describes it.
 
     Raises
     ------

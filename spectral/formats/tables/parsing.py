@@ -39,7 +39,7 @@ _READING = re.compile(r"(?:measurement|messung|reading|scan|spectrum|spektrum|ru
 # Rows that the end of the last line is compared with; and what is before the decimals of a number.
 _COMPARED_ROWS = 12
 _TO_MARK = re.compile(r"[^.,]*")
-# So many numbers of light as headings of spectra may be wavelengths.
+# Fewest numbers of light as headings of spectra that may be wavelengths.
 _FEWEST_ACROSS = 5
 # Rows of a further table, from its first, that say where its wavelengths are.
 _FIRST_ROWS = 6

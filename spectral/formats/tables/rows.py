@@ -64,7 +64,7 @@ _OF_READINGS = (
 )
 _REFERENCES = r"r[eé]f[eé]ren(?:ce|cia|z)|riferimento|ref|baseline"
 _DARKS = r"dark|dunkel|noir|obscurit[eé]|oscur(?:o|idad)|buio|donker|escuro"
-# What was read of a sample, as an instrument calls it whatever the sample is.
+# Readings of a sample, as an instrument calls them whatever the sample is.
 _RAWS = (
     r"scope|raw|roh(?=daten|signal|wert|spe[ck]tr)|donn[eé]es brutes|signal brut|datos (?:brutos|crudos)|"
     r"dati grezzi|ruwe data"
@@ -86,7 +86,7 @@ _WHITE = re.compile(
 _BASELINE = re.compile(r"baseline\W*(?:\d+\W*[rt]?\W*)?", re.I)
 _NEVER_MADE = re.compile(rf"(?:{_RAWS}){_OF_READINGS}", re.I)
 _RAW = re.compile(rf"(?:{_SAMPLES}|{_RAWS}|signal|counts?|{_REFERENCES}|{_DARKS})\b.*", re.I)
-# So many numbers of light in a header are wavelengths, and no years or numbers of samples.
+# Fewest numbers of light in a header that are wavelengths, and no years or numbers of samples.
 _FEWEST_APART = 3
 #: Headings of a column that says what each row measures.
 OF_KINDS = re.compile("type|mode|quantity|measure|geometr|gr(?:ö|oe)(?:ß|ss)e|grandeur", re.I)

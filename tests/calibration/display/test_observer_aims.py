@@ -45,7 +45,7 @@ def test_codes_show_each_observer_what_its_picture_asks_for(simulated, name, lea
         assert delta_e_xyz(d65_xyz(one.observer), unit, unit) < 1e-3
         light = np.linalg.solve(display.xyz(np.eye(3), one.observer).T, one.aim.white_xyz)
         assert name != "LCD" or 0.985 < light.max() < 1.005
-        # As aimed for 1931, it is none of this observer's.
+        # White as aimed for 1931 is none of this observer's.
         before = delta_e_xyz(shown, asked @ record.aim.adapted.T, record.aim.white_xyz)
         assert before.mean() > 3.0 * off.mean()
     exact = name == "LCD"

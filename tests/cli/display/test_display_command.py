@@ -122,7 +122,7 @@ def test_a_scene_is_proofed_for_a_profile(metamer, scene, tiny_catalogue, tmp_pa
 
 
 def test_a_scene_is_proofed_for_its_observer(metamer, scene, tiny_catalogue, tmp_path):
-    """Where the display's spectra tell how to aim it for that one; else it is said that it is not."""
+    """Spectra of the display tell how to aim it for that observer; without them it is said that it is not."""
     display, codes = displays()[2], patches(30)
     read = display.measured(codes, 0)
     text = scene.read_text(encoding="utf-8")

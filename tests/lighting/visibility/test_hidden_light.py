@@ -142,7 +142,7 @@ def _hidden_by_simple_things(rng, tilt):
 
 
 def test_a_quick_basis_leaves_out_as_much_as_a_fitted_one():
-    """Of sites between those that it was made of."""
+    """Sites lie between those that it was made of."""
     values, weights, normals = _hidden_by_simple_things(np.random.default_rng(2), 0.2)
     none, left = np.zeros(240, dtype=bool), []
     quick = compression.quick_basis(values[:240], none, 48)

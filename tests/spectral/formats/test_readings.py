@@ -313,7 +313,7 @@ def test_other_headings_are_powers(written, heading):
 @pytest.mark.parametrize("between", ["L*", "Gloss", "Gloss 20,Gloss 60"])
 @pytest.mark.parametrize("last", [440, 540, 640])
 def test_wavelengths_across_a_header_that_words_part_are_not_left_out(refused, between, last):
-    """Of the shorter part nothing else would be read."""
+    """Nothing else would be read of the shorter part."""
     heads = [str(nm) for nm in NM]
     at = heads.index(str(last)) + 1
     words = between.split(",")
@@ -402,7 +402,7 @@ def test_names_stay_above_rows_of_facts(written, label, facts):
 @pytest.mark.parametrize("shift", [0, 5])
 @pytest.mark.parametrize("heads", ["", "nm,red,again,green\n"])
 def test_wavelengths_that_stand_again_are_no_spectrum(written, refused, heads, shift):
-    """Where they are others, nothing says which values they are of."""
+    """Nothing says which values other wavelengths are of."""
     text = heads + "".join(f"{nm},{nm / 10},{nm + shift},{nm / 20}\n" for nm in NM)
     answer = ImportOptions("reflectance", "percent")
     if shift:

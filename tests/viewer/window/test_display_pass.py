@@ -257,7 +257,7 @@ def test_a_profile_is_what_the_window_shows(showing, textures, differences, canv
 
 
 def test_the_display_is_aimed_for_the_observer_of_the_session(tmp_path):
-    """Where its spectra tell how; else the chain says that it still is for whom it was."""
+    """Spectra tell how; without them the chain says that it still is for whom it was."""
     for spectra in (True, False):
         record = characterised(spectra)
         folder = tmp_path / str(spectra)
