@@ -21,8 +21,10 @@ review: $(VENV)/.installed
 	  echo "Some rows are near the budget, none is over it: $(OUT)/index.html shows them first."; }
 
 # Tests start many commands; without byte code on disk each would compile all of Metamer again. Files stay together, so
-# that what a file's tests share is made once.
-PYTEST := PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) --dist loadfile --durations 40
+# that what a file's tests share is made once. Where one of the processes dies, the run ends: with files kept together,
+# pytest-xdist may wait for ever once it has replaced it.
+PYTEST := PYTHONDONTWRITEBYTECODE= OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) --dist loadfile \
+  --max-worker-restart 0 --durations 40
 FIRST_TIER := not (browser or mitsuba or slow or stress or window)
 
 test: $(VENV)/.installed-for-tests

@@ -53,12 +53,14 @@ def pytest_collection_finish():
 def pytest_collection_modifyitems(items):
     """Give every test its limit; the first to begin is the longest, which would keep one process busy at the end."""
     for item in items:
-        for marker in item.iter_markers("slow_cases"):
-            if item.callspec.id in marker.args:
+        names = set()
+        for marker in item.iter_markers():
+            names.add(marker.name)
+            if marker.name == "slow_cases" and item.callspec.id in marker.args:
                 item.add_marker(pytest.mark.slow)
-        late = any(item.get_closest_marker(name) for name in SECOND_TIER)
-        if not item.get_closest_marker("timeout"):
-            item.add_marker(pytest.mark.timeout(SECOND_TIER_LIMIT_S if late else LIMIT_S))
+                names.add("slow")
+        if "timeout" not in names:
+            item.add_marker(pytest.mark.timeout(LIMIT_S if names.isdisjoint(SECOND_TIER) else SECOND_TIER_LIMIT_S))
     items.sort(key=lambda item: item.path.name != "test_shipped_review.py")
 
 

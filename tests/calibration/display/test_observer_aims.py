@@ -11,13 +11,18 @@ from metamer.calibration.display.patches import patches
 from metamer.spectral.difference import delta_e_xyz
 
 
-def record_of(display, scale=1.0, luminance=1.0, **settings):
+def record_of(display, scale=1.0, luminance=1.0):
     """Characterise a display by readings with spectra. scale : unit of the spectra. luminance : of XYZ."""
     codes = patches(61)
     read, spectra = display.measured(codes, 0, noise=0.2), display.spectra(codes)
     spectra = replace(spectra, radiance=scale * spectra.radiance)
     read = replace(read, xyz=luminance * read.xyz, spectra=spectra, absolute=luminance == 1.0)
-    return replace(characterise(read).record, settings=AimSettings(**settings))
+    return characterise(read).record
+
+
+@pytest.fixture(scope="module")
+def lcd_record(simulated):
+    return record_of(simulated["LCD"])
 
 
 # A fourth emitter is not in any matrix of three: how far that goes is said.
@@ -52,18 +57,18 @@ def test_codes_show_each_observer_what_its_picture_asks_for(simulated, name, lea
     assert all((one.largest_off < 1e-6) == exact and one.mean_off < mean for one in aims)
 
 
-def test_black_is_moved_to_that_of_the_display_for_each_observer(simulated):
-    record = record_of(simulated["LCD"])
+def test_black_is_moved_to_that_of_the_display_for_each_observer(lcd_record):
+    record = lcd_record
     for one in observer_aims(record):
         for picture, shown in ((np.zeros(3), record.model.xyz(np.zeros((1, 3)))[0]), (PICTURE_WHITE_XYZ, None)):
             moved, plain = (record.aim.adapted @ one.for_first(picture, black) for black in ("bpc", "absolute"))
             np.testing.assert_allclose(moved, plain if shown is None else shown, rtol=1e-6, atol=1e-9)
 
 
-def test_another_white_stays_the_light_that_it_is(simulated):
+def test_another_white_stays_the_light_that_it_is(simulated, lcd_record):
     display = simulated["LCD"]
     for white in ("native", (0.33, 0.34)):
-        record = record_of(display, white=white)
+        record = replace(lcd_record, settings=AimSettings(white))
         code = record.model.xyz(np.ones((1, 3)))[0] if white == "native" else None
         for one in observer_aims(record):
             sent = record.aim.adapted @ (one.front[:, :3] @ d65_xyz("1931_2") + one.front[:, 3])
@@ -72,8 +77,8 @@ def test_another_white_stays_the_light_that_it_is(simulated):
                 np.testing.assert_allclose(one.aim.white_xyz, display.xyz(np.ones((1, 3)), one.observer)[0], rtol=0.01)
 
 
-def test_a_luminance_holds_as_far_as_an_observer_can_have_it(simulated):
-    record = record_of(simulated["LCD"])
+def test_a_luminance_holds_as_far_as_an_observer_can_have_it(lcd_record):
+    record = lcd_record
     low, high = (observer_aims(replace(record, settings=AimSettings("d65", one))) for one in (80.0, 117.0))
     assert all(one.aim.white_xyz[1] == pytest.approx(80.0) for one in low)
     assert all(one.aim.white_xyz[1] == pytest.approx(117.0) for one in high)
@@ -81,10 +86,9 @@ def test_a_luminance_holds_as_far_as_an_observer_can_have_it(simulated):
     assert all(one.aim.white_xyz[1] <= record.aim.white_xyz[1] * (1.0 + 1e-9) for one in brighter)
 
 
-def test_relative_readings_keep_their_unit(simulated):
-    display = simulated["LCD"]
-    own = observer_aims(record_of(display))
-    other = observer_aims(record_of(display, luminance=100.0 / 120.0))
+def test_relative_readings_keep_their_unit(simulated, lcd_record):
+    own = observer_aims(lcd_record)
+    other = observer_aims(record_of(simulated["LCD"], luminance=100.0 / 120.0))
     for one, relative in zip(own, other, strict=True):
         assert "of the display's white = 100" in relative.words and "cd/m2" in one.words
         np.testing.assert_allclose(relative.front, one.front, atol=2e-3)

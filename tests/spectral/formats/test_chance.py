@@ -52,7 +52,7 @@ def pink(draw, shape):
     return np.fft.irfft(parts[0] + 1j * parts[1], axis=1)[:, : shape[1]]
 
 
-@pytest.mark.parametrize("step", [5.0, 2.0, 1.0])
+@pytest.mark.parametrize("step", [5.0, *(pytest.param(step, marks=pytest.mark.stress) for step in (2.0, 1.0))])
 @pytest.mark.parametrize("kind", NOISES)
 def test_noise_has_no_lines_of_mercury(kind, step):
     grid = np.arange(380.0, 780.1, step)
@@ -104,7 +104,7 @@ def test_noise_of_any_level_resembles_no_grey_of_a_chart(contrast):
     assert sum(like is not None for like in found) <= DRAWS // 10_000
 
 
-@pytest.mark.parametrize("count", [12, 16, 31, 81, 401])
+@pytest.mark.parametrize("count", [12, 31, *(pytest.param(count, marks=pytest.mark.stress) for count in (16, 81, 401))])
 @pytest.mark.parametrize("kind", ["gaussian", "few photons", "Cauchy", "spikes", "moving average", "pink", "drift"])
 def test_noise_about_a_level_is_no_light_by_its_range(count, kind):
     noise = NOISES[kind](np.random.default_rng(4), (DRAWS, count))

@@ -130,7 +130,7 @@ def _draw_notices(window: Window, x: float, y: float, width: float) -> None:
         flags.no_decoration | flags.no_move | flags.no_saved_settings | flags.always_auto_resize
         | flags.no_focus_on_appearing | flags.no_nav,
     )  # fmt: skip
-    for number, one in enumerate(said):
+    for one in said:
         # A problem of the picture is solved or taken back: it would be told again.
         dismissed = one.problem and one.about != "picture"
         imgui.push_text_wrap_pos(wide - em(6.0 if dismissed else 1.0))
@@ -138,7 +138,8 @@ def _draw_notices(window: Window, x: float, y: float, width: float) -> None:
         imgui.pop_text_wrap_pos()
         if dismissed:
             imgui.same_line(wide - em(5.5))
-            if imgui.small_button(f"Dismiss##{number}"):
+            # By its subject: others may go, since their time is up, while the mouse is down on it.
+            if imgui.small_button(f"Dismiss##{one.about}"):
                 window.desk.forget(one.about)
     imgui.end()
     imgui.pop_style_color()

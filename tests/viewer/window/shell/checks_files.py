@@ -142,7 +142,7 @@ def check_a_light_of_no_power_is_said(it):
     it.type("Left/##lamp", "dark.csv")
     it.wait(lambda: any(one.problem for one in it.desk.notices), "that it is dark")
     assert "zero power" in it.said and "Ctrl+Z takes the last step back" in it.said
-    assert not any(it.context.item_exists(f"//Notices/Dismiss##{at}") for at in range(len(it.desk.notices)))
+    assert not any(it.context.item_exists(f"//Notices/Dismiss##{one.about}") for one in it.desk.notices)
     it.frames(3)
     assert alike(it.picture(), before)
     it.key("Ctrl+Z")
@@ -188,5 +188,21 @@ def check_a_name_without_glyphs_is_shown_all_the_same(it):
     it.settled()
     it.desk.tell("ニス 🎨 \x07", problem=True, about="test")
     it.frames(3)
-    it.click(f"Notices/Dismiss##{len(it.desk.notices) - 1}")
+    it.click("Notices/Dismiss##test")
     assert not any(one.about == "test" for one in it.desk.notices)
+
+
+def check_no_other_problem_is_dismissed_where_a_message_goes_meanwhile(it):
+    it.desk.tell("A message", about="message")
+    for about in ("first", "second"):
+        it.desk.tell("A problem", problem=True, about=about)
+    it.frames(3)
+    it.context.mouse_move("//Notices/Dismiss##first")
+    it.context.mouse_down()
+    it.desk.forget("message")
+    it.frames(3)
+    it.context.mouse_up()
+    it.frames(2)
+    assert any(one.about == "second" for one in it.desk.notices)
+    for about in ("first", "second"):
+        it.desk.forget(about)
