@@ -59,6 +59,12 @@ def one(path, answer=None):
     return found
 
 
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    """The paint of the plain table, read once."""
+    return one(table(tmp_path_factory.mktemp("usual") / "columns.csv"))
+
+
 def cxf(path, angles=SIX, colours=paint, form="names", gloss="", condition="", prefix="c"):
     """The paint in each of the forms that CxF3 allows."""
 
@@ -294,10 +300,10 @@ def exchanged(first, second):
         (exchanged("45as110", "45as15"), "L* rises"),
     ],
 )
-def test_readings_at_wrong_angles_are_noticed(tmp_path, colours, said):
+def test_readings_at_wrong_angles_are_noticed(tmp_path, usual, colours, said):
     assert said in one(table(tmp_path / "paint.csv", colours=colours)).provenance.notes
-    usual = one(table(tmp_path / "usual.csv")).provenance.notes
-    assert "exchanged" not in usual and "L* rises" not in usual and "in reverse" not in usual
+    notes = usual.provenance.notes
+    assert "exchanged" not in notes and "L* rises" not in notes and "in reverse" not in notes
 
 
 def test_repeated_readings_count_by_their_mean_and_their_scatter_is_told(tmp_path):
@@ -418,9 +424,9 @@ def rows(path, heads, cells, names=("Blue",)):
     ],
 )
 @pytest.mark.parametrize("degrees", ["", "°"])
-def test_two_columns_of_angles_are_a_geometry(tmp_path, heads, degrees):
+def test_two_columns_of_angles_are_a_geometry(tmp_path, usual, heads, degrees):
     path = rows(tmp_path / "rows.csv", heads, lambda at: (f"{at.first:g}{degrees}", f"{at.second:g}{degrees}"))
-    assert one(path).provenance.geometry == one(table(tmp_path / "columns.csv")).provenance.geometry
+    assert one(path).provenance.geometry == usual.provenance.geometry
 
 
 @pytest.mark.parametrize("heads", [("Incidence", "Detection"), ("Illumination", "Viewing"), ("Einfall", "Ausfall")])
