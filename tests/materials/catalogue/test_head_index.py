@@ -296,6 +296,7 @@ def test_what_is_too_young_to_tell_is_read_again(folder, monkeypatch):
     check(folder)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tick_ns", [0, 10**12], ids=["nothing is too young", "all is too young"])
 def test_a_table_that_is_written_anew_loses_no_row(folder, monkeypatch, tick_ns):
     """Rows beside the table that hold no more leave their numbers to others."""
