@@ -55,12 +55,12 @@ class ObserverAim:
 
 
 def observer_aims(record: DisplayRecord) -> tuple[ObserverAim, ...]:
-    """Return the aims for all other observers; none where the readings have no spectra.
+    """Return the aims for all other observers; none where neither the readings nor the primaries have spectra.
 
     D65 is that of each observer, as bright as it was asked to be or can be. Another white stays the light that it is.
     """
     readings = record.readings
-    if readings.spectra is None:
+    if readings.spectra is None and readings.primaries is None:
         return ()
     others = [short for short, name in OBSERVERS.items() if name != observer(readings.observer).name]
     return tuple(_aim(record, short) for short in others)
@@ -81,16 +81,22 @@ def _aim(record: DisplayRecord, short: str) -> ObserverAim:
 
 
 def seen_by(readings: Readings, name: str) -> tuple[Float[np.ndarray, "3 4"], Float[np.ndarray, " N"]]:
-    """Fit the matrix and offset from XYZ of readings with spectra to those of an observer, both in their unit; return
-    them, and ΔE94 of each reading by them from its spectrum.
+    """Fit the matrix and offset from XYZ of readings to those of an observer, both in their unit, by the spectra of the
+    readings or else of the primaries; return them, and ΔE94 of each spectrum by them from its own.
     """
-    assert readings.spectra is not None
-    own, wanted = (readings.spectra.xyz(one) for one in (readings.observer, name))
+    spectra, whites = readings.spectra, readings.whites
+    if spectra is None:
+        assert readings.primaries is not None
+        spectra = readings.primaries
+        whites = np.argmax(spectra.xyz(readings.observer)[:, 1:2], axis=0)
+    own, wanted = (spectra.xyz(one) for one in (readings.observer, name))
     # Spectra may be in a unit of their own.
-    scale = readings.white_xyz[1] / own[readings.whites, 1].mean()
+    scale = readings.white_xyz[1] / own[whites, 1].mean()
     own, wanted = scale * own, scale * wanted
-    white = wanted[readings.whites].mean(axis=0)
-    terms = np.column_stack([own, np.ones(len(own))])
+    white = wanted[whites].mean(axis=0)
+    # A leak has a spectrum of its own, which primaries do not tell.
+    leak = np.full(len(own), float(readings.spectra is not None))
+    terms = np.column_stack([own, leak])
     weights = (np.maximum(own[:, 1:2], 0.0) / own[:, 1].max() + _FLOOR) ** _POWER
     seen = np.linalg.lstsq(terms * weights, wanted * weights, rcond=None)[0].T
     return seen, delta_e_xyz(wanted, terms @ seen.T, white)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 
@@ -15,15 +15,26 @@ from ...spectral.formats.cgats_bands import bands, grid_of
 from ...spectral.formats.cgats_tables import read_tables
 from ...spectral.formats.registry import names_its_file
 from .aim import d65_xyz
-from .readings import ReadingSpectra
+from .readings import Readings, ReadingSpectra
+
+# ΔE94 from which on a full channel is another display's: those of five kinds of display are 3 to 15 apart.
+_ANOTHER = 5.0
 
 
 @dataclass(frozen=True, eq=False)
 class Primaries:
-    """Red, green and blue of a display. spectra : three rows, relative. name : as the file has it."""
+    """Red, green and blue of a display.
+
+    Parameters
+    ----------
+    name : as the file has it.
+    spectra : of the three, a row each, relative.
+    samples : all spectra of the file that have light; where more than three, of mixtures too.
+    """
 
     name: str
     spectra: ReadingSpectra
+    samples: ReadingSpectra
     notes: tuple[str, ...] = ()
 
     def white_for(self, observer: str) -> ReadingSpectra:
@@ -88,7 +99,50 @@ def read_primaries(path: Path) -> Primaries:
     green, blue = sorted((at for at in chosen if at != red), key=lambda at: -xy[at, 1])
     name = table.keywords.get("DISPLAY") or table.keywords.get("DESCRIPTOR") or path.stem
     notes = () if len(values) == 3 else (f"of {len(values)} spectra those with the purest colours were taken",)
-    return Primaries(name, ReadingSpectra(grid, values[[red, green, blue]]), notes)
+    pure, lit = (ReadingSpectra(grid, values[rows]) for rows in ([red, green, blue], bright))
+    return Primaries(name, pure, lit, notes)
+
+
+def with_primaries(readings: Readings, primaries: Primaries) -> Readings:
+    """Give readings the spectra of their display's primaries, by which it can be aimed for other observers.
+
+    Raises
+    ------
+    InputError : the readings have spectra of their own; the primaries are another display's.
+    """
+    name, where = primaries.name, readings.source or None
+    if readings.spectra is not None:
+        raise InputError(
+            "readings that have spectra of their own",
+            file=where,
+            field="--primaries",
+            found=f"{len(readings)} spectra, and those of {name}",
+            expected="XYZ alone, as a colorimeter gives them",
+            hint="leave --primaries out: the readings tell more",
+        )
+    averaged = readings.averaged()
+    full = [np.flatnonzero((np.abs(averaged.codes - unit) < 1e-6).all(axis=1)) for unit in np.eye(3)]
+    said = f"for other observers: {len(primaries.samples.radiance)} spectra of {name}"
+    if not all(rows.size for rows in full):
+        said += ", not held against the readings, which have no full red, green and blue"
+    else:
+        black = averaged.xyz[averaged.blacks].mean(axis=0) if averaged.blacks.size else np.zeros(3)
+        light = np.stack([averaged.xyz[rows[0]] for rows in full]) - black
+        theirs = primaries.spectra.xyz(readings.observer)
+        apart = delta_e_xyz(light, theirs * (light[:, 1:2] / theirs[:, 1:2]), readings.white_xyz)
+        worst = int(np.argmax(apart))
+        found = f"full {('red', 'green', 'blue')[worst]} is ΔE94 {apart[worst]:.1f} from that of {name}"
+        if apart[worst] >= _ANOTHER:
+            raise InputError(
+                "primaries of another display",
+                file=where,
+                field="--primaries",
+                found=found,
+                expected=f"less than {_ANOTHER:g} for each of red, green and blue, as bright as each other",
+                hint="take the .ccss of this display, or leave --primaries out",
+            )
+        said += f"; {found}, the other two are nearer"
+    return replace(readings, primaries=primaries.samples, notes=(*readings.notes, said))
 
 
 def apart_for(one: Primaries, other: Primaries, matched: str, observer: str) -> float:

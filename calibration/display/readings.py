@@ -42,6 +42,8 @@ class Readings:
     display, instrument, observer : as the file says it; "" where it does not.
     absolute : whether XYZ are cd/m2.
     spectra : radiance of the same readings, where the instrument gave it.
+    primaries : spectra (M,L) of the display's primaries and of mixtures of them, in any unit, where they are known
+        apart from the readings.
     measured : when, ISO 8601, as the file says it; "" where it does not.
     details : whatever else the file says.
     notes : what was taken, converted or corrected, a sentence each.
@@ -60,6 +62,7 @@ class Readings:
     details: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     repeats: Int[np.ndarray, " N"] | int = 1
+    primaries: ReadingSpectra | None = None
 
     def __post_init__(self) -> None:
         _check(self)

@@ -105,11 +105,10 @@ class DisplayRecord:
             "read": self.read.tolist(),
             "aim": vars(self.settings),
         }
-        if readings.spectra is not None:
-            kept["spectra"] = {
-                "wavelengths_nm": readings.spectra.wavelengths_nm.tolist(),
-                "radiance": readings.spectra.radiance.tolist(),
-            }
+        for key in ("spectra", "primaries"):
+            spectra = getattr(readings, key)
+            if spectra is not None:
+                kept[key] = {name: values.tolist() for name, values in vars(spectra).items()}
         with written_whole(path) as beside:
             beside.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
@@ -131,10 +130,12 @@ def read_record(path: str | Path) -> DisplayRecord:
         raise _unusable(path, "a characterised display of another version", f"version {version}")
     try:
         array = {key: np.array(kept["readings"][key], dtype=np.float64).reshape(-1, 3) for key in ("codes", "xyz")}
-        spectra = None
-        if "spectra" in kept:
-            held = kept["spectra"]
-            spectra = ReadingSpectra(*(np.array(held[key], dtype=np.float64) for key in ("wavelengths_nm", "radiance")))
+        spectra, primaries = (
+            ReadingSpectra(*(np.array(held[name], dtype=np.float64) for name in ("wavelengths_nm", "radiance")))
+            if (held := kept.get(key)) is not None
+            else None
+            for key in ("spectra", "primaries")
+        )
         repeatability = kept["repeatability"]
         readings = Readings(
             array["codes"],
@@ -148,6 +149,7 @@ def read_record(path: str | Path) -> DisplayRecord:
             kept["measured"],
             # Files of before it was kept have none.
             repeats=np.array(kept["readings"].get("repeats", np.ones(len(array["codes"]))), dtype=np.int64),
+            primaries=primaries,
         )
         return DisplayRecord(
             kept["name"],

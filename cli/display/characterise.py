@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from ..options import add_output_option
 from .common import add_readings_argument, readings_of
@@ -21,6 +22,12 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
     verb.add_argument(
         "--model", choices=("auto", "gog", "matrix-trc", "residual", "minima"), default="auto", help="default: auto"
     )
+    verb.add_argument(
+        "--primaries",
+        type=Path,
+        metavar="FILE.ccss",
+        help="spectra of the display's primaries, to aim it for other observers where the readings have none",
+    )
     verb.add_argument("--name", default="", metavar="WORDS", help="of the display (default: as the readings have it)")
     verb.set_defaults(run=run)
 
@@ -30,11 +37,15 @@ def run(args: argparse.Namespace) -> int:
     import numpy as np
 
     from ...calibration.display.characterise import characterise
+    from ...calibration.display.primaries import read_primaries, with_primaries
     from ...runtime.files import check_outputs
     from ..output import warn
 
-    check_outputs([args.out], [args.readings])
-    found = characterise(readings_of(args), args.name, args.model)
+    check_outputs([args.out], [one for one in (args.readings, args.primaries) if one is not None])
+    readings = readings_of(args)
+    if args.primaries is not None:
+        readings = with_primaries(readings, read_primaries(args.primaries))
+    found = characterise(readings, args.name, args.model)
     found.record.write(args.out)
     record = found.record
     black, white = record.model.xyz(np.array([[0.0] * 3, [1.0] * 3]))

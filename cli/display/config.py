@@ -68,7 +68,10 @@ def run(args: argparse.Namespace) -> int:
     for one in others:
         print(f"For observer {one.observer}: white {one.words}")
     if not others:
-        print(f"For observer {seen_by} alone: the readings have no spectra")
+        print(
+            f"For observer {seen_by} alone: the readings have no spectra "
+            "(`metamer display characterise --primaries FILE.ccss` takes those of the display)"
+        )
     code = 0
     if args.icc:
         from ...calibration.display.icc import matrix_profile, profile_error, write_profile

@@ -8,6 +8,9 @@ from metamer.calibration.display.aim import PICTURE_WHITE_XYZ, AimSettings, d65_
 from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.observer_aims import observer_aims
 from metamer.calibration.display.patches import patches
+from metamer.calibration.display.primaries import Primaries, with_primaries
+from metamer.calibration.display.record import read_record
+from metamer.runtime.errors import InputError
 from metamer.spectral.difference import delta_e_xyz
 
 
@@ -36,9 +39,32 @@ def test_codes_show_each_observer_what_its_picture_asks_for(simulated, name, lea
     emitters[-1] += leak * emitters[2][::-1]
     display = replace(display, emitters=emitters)
     record = record_of(display, scale=1e3)
-    codes = np.random.default_rng(4).random((300, 3))
     aims = observer_aims(record)
     assert [one.observer for one in aims] == ["1964_10", "2015_2", "2015_10"]
+    assert_shown(display, record, aims, mean, largest)
+    exact = name == "LCD"
+    assert all((one.largest_off < 1e-6) == exact and one.mean_off < mean for one in aims)
+    if leak:
+        return
+    # Its primaries alone, as a file has them, tell as much, but for the leak; white too where it is an emitter's.
+    by_primaries = replace(
+        record, readings=with_primaries(replace(record.readings, spectra=None), primaries_of(display))
+    )
+    aims = observer_aims(by_primaries)
+    assert_shown(display, by_primaries, aims, 2.0 * mean, 2.0 * largest)
+    assert all((one.largest_off < 1e-6) == exact for one in aims)
+
+
+def primaries_of(display):
+    """Red, green, blue and white at full code, in a unit of their own."""
+    spectra = display.spectra(np.array([*np.eye(3), np.ones(3)]))
+    pure, lit = (replace(spectra, radiance=100.0 * spectra.radiance[:count]) for count in (3, 4))
+    return Primaries(display.name, pure, lit)
+
+
+def assert_shown(display, record, aims, mean, largest):
+    """Assert that codes aimed for each observer show what was asked for, to so much of ΔE94."""
+    codes = np.random.default_rng(4).random((300, 3))
     for one in aims:
         asked = display.xyz(codes, one.observer) @ np.linalg.inv(one.aim.adapted).T
         sent = (asked @ one.front[:, :3].T + one.front[:, 3]) @ record.aim.adapted.T
@@ -49,12 +75,10 @@ def test_codes_show_each_observer_what_its_picture_asks_for(simulated, name, lea
         unit = one.aim.white_xyz / one.aim.white_xyz[1]
         assert delta_e_xyz(d65_xyz(one.observer), unit, unit) < 1e-3
         light = np.linalg.solve(display.xyz(np.eye(3), one.observer).T, one.aim.white_xyz)
-        assert name != "LCD" or 0.985 < light.max() < 1.005
+        assert display.name != "LCD" or 0.985 < light.max() < 1.005
         # White as aimed for 1931 is none of this observer's.
         before = delta_e_xyz(shown, asked @ record.aim.adapted.T, record.aim.white_xyz)
         assert before.mean() > 3.0 * off.mean()
-    exact = name == "LCD"
-    assert all((one.largest_off < 1e-6) == exact and one.mean_off < mean for one in aims)
 
 
 def test_black_is_moved_to_that_of_the_display_for_each_observer(lcd_record):
@@ -92,6 +116,26 @@ def test_relative_readings_keep_their_unit(simulated, lcd_record):
     for one, relative in zip(own, other, strict=True):
         assert "of the display's white = 100" in relative.words and "cd/m2" in one.words
         np.testing.assert_allclose(relative.front, one.front, atol=2e-3)
+
+
+def test_primaries_of_another_display_are_refused(simulated, lcd_record, tmp_path):
+    readings = replace(lcd_record.readings, spectra=None)
+    with pytest.raises(InputError, match="spectra of their own"):
+        with_primaries(lcd_record.readings, primaries_of(simulated["LCD"]))
+    for name, display in simulated.items():
+        if name.startswith("LCD"):
+            own = with_primaries(readings, primaries_of(display))
+            continue
+        with pytest.raises(InputError, match="primaries of another display"):
+            with_primaries(readings, primaries_of(display))
+    assert "is ΔE94 0." in own.notes[-1]
+    # A record keeps them.
+    replace(lcd_record, readings=own).write(tmp_path / "lcd.json")
+    again = read_record(tmp_path / "lcd.json")
+    for one, other in zip(observer_aims(replace(lcd_record, readings=own)), observer_aims(again), strict=True):
+        np.testing.assert_array_equal(one.front, other.front)
+    greys = readings.taken(np.ptp(readings.codes, axis=1) == 0.0)
+    assert "not held against" in with_primaries(greys, primaries_of(simulated["LCD"])).notes[-1]
 
 
 def test_without_spectra_there_is_none(simulated):

@@ -23,13 +23,31 @@ def _write(path, count, purpose, seed):
     return path
 
 
+def _ccss(path, number):
+    """Write the spectra of red, green, blue and white of one of the displays."""
+    spectra = displays()[number].spectra(np.array([*np.eye(3), np.ones(3)]))
+    bands = " ".join(f"SPEC_{nm:.0f}" for nm in spectra.wavelengths_nm)
+    rows = [" ".join([f"{at + 1}", *(f"{value:.6g}" for value in row)]) for at, row in enumerate(spectra.radiance)]
+    ends = f'SPECTRAL_START_NM "{spectra.wavelengths_nm[0]}"\nSPECTRAL_END_NM "{spectra.wavelengths_nm[-1]}"'
+    head = f'CCSS\n\nDISPLAY "Screen"\nSPECTRAL_BANDS "{len(spectra.wavelengths_nm)}"\n{ends}\nSPECTRAL_NORM "1"'
+    data = f"BEGIN_DATA_FORMAT\nSAMPLE_ID {bands}\nEND_DATA_FORMAT\nNUMBER_OF_SETS {len(rows)}\nBEGIN_DATA"
+    path.write_text("\n".join([head, data, *rows, "END_DATA", ""]), encoding="utf-8")
+    return path
+
+
 def test_from_patches_to_a_signed_page(metamer, tmp_path):
     first, again = _write(tmp_path / "a.csv", 40, "characterise", 0), _write(tmp_path / "b.csv", 30, "verify", 1)
     display, folder = tmp_path / "desk.json", tmp_path / "desk"
     assert metamer("display", "patches", "-n", 40, "-o", tmp_path / "p.ti1")[0] == 0
-    code, said, err = metamer("display", "characterise", first, "-o", display, "--model", "gog", "--name", "Desk")
+    words = ["display", "characterise", first, "-o", display, "--model", "gog", "--name", "Desk"]
+    code, said, err = metamer(*words)
     assert code == 0 and "gog: asked for" in said and not err
+    code, said, err = metamer(*words, "--primaries", _ccss(tmp_path / "desk.ccss", 2))
+    assert code == 0 and "for other observers: 4 spectra of Screen" in said and not err
+    code, _, err = metamer(*words, "--primaries", _ccss(tmp_path / "other.ccss", 0))
+    assert code == 4 and "primaries of another display" in err
     code, said, _ = metamer("display", "config", display, "-o", folder, "--icc", "--white", "native")
+    assert "For observer 1964_10: white" in said
     assert code == 0 and (folder / "Desk.ocioz").is_file() and (folder / "Desk.icc").is_file()
     assert metamer("display", "characterise", first, "-o", display, "--model", "gog", "--observer", "10")[0] == 0
     picture = tmp_path / "p.png"
