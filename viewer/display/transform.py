@@ -302,10 +302,11 @@ class DisplayTransform:
         """Return which colours have less luminance than the display's black in this view: no gamut is to blame where it
         cannot show these. None where the transform cannot be turned round, or black has no light.
         """
-        return np.asarray(np.asarray(xyz_d65)[..., 1] < self._black_y)
+        return np.asarray(np.asarray(xyz_d65)[..., 1] < self.black_y)
 
     @cached_property
-    def _black_y(self) -> float:
+    def black_y(self) -> float:
+        """Luminance of the display's black in this view, white = 1; -inf where it has no light, or nobody knows it."""
         try:
             y = float(self.decode(np.zeros((1, 3)))[0, 1])
         except InputError:

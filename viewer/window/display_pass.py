@@ -27,7 +27,7 @@ from .state import MODES, Adaptation, Session
 if TYPE_CHECKING:
     import moderngl
 
-#: Pixels of a warning's stripes, which are a quarter each: red above, blue below.
+#: Pixels of a warning's stripes, which are a quarter each: red above, blue or green below.
 STRIPE = 3
 Whites = tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]
 
@@ -122,16 +122,18 @@ class Showing:
         # A map's colours are no colours of the scene.
         coloured = session.seen != "difference"
         proof = proof_of(display, session.shown.proof) if coloured else None
-        limited = None
+        limited, asked, xyz = None, display, xyz_d65
         if proof is not None:
+            asked = proof.of
             limited = self._encoded(xyz_d65, proof.of, self._float(0, size), box)
             xyz_d65 = self._encoded(limited, proof.of, self._float(1, size), box, back=True)
         if not (session.shown.gamut_warning and coloured):
             self._encoded(xyz_d65, display, shown, box)
             return
         sent = self._encoded(xyz_d65, display, self._float(2, size), box)
-        numbers = {"tolerance": CLIP_TOLERANCE, "stripe": STRIPE, "tabled": sides is not None}
-        samplers = {"sent": sent, "limited": limited or sent} | ({} if sides is None else {"beyond": sides})
+        black = {"black": max(asked.black_y, -1e30)}
+        numbers = {"tolerance": CLIP_TOLERANCE, "stripe": STRIPE, "tabled": sides is not None} | black
+        samplers = {"sent": sent, "limited": limited or sent, "xyz": xyz} | ({} if sides is None else {"beyond": sides})
         self._marked.draw(shown, samplers, numbers, box)
 
     def _sides(self, size: tuple[int, int], beyond: UInt8[np.ndarray, "h w"] | None) -> moderngl.Texture:

@@ -198,6 +198,23 @@ def test_a_warning_marks_the_pixels_that_are_clipped_and_no_others(showing, text
     np.testing.assert_array_equal(found, wanted)
 
 
+def test_what_is_darker_than_black_is_marked_apart_from_what_is_out_of_gamut(showing, textures, differences, canvases):
+    display = DisplayTransform("sRGB - Display", "Un-tone-mapped", STUDIO)
+    xyz = in_numpy(canvases[0], WHITES[0], Session())
+    below = (display.apply(xyz) < -CLIP_TOLERANCE).any(axis=-1)
+    # As if this much light came of code 0.
+    vars(display)["black_y"] = float(np.median(xyz[below, 1]))
+    plain = shown(showing, textures, differences, Session(), display).copy()
+    found = shown(showing, textures, differences, Session(shown=DisplaySettings(gamut_warning=True)), display)
+    rows, columns = np.mgrid[:ROWS, :COLUMNS]
+    second = (rows + columns) // STRIPE % 4 == 2
+    darker = below & second & display.darker_than_black(xyz)
+    beyond_gamut = below & second & ~darker
+    assert darker.any() and beyond_gamut.any()
+    assert (found[darker] == (0, 255, 0)).all() and (found[beyond_gamut] == (0, 0, 255)).all()
+    assert (found[second & ~below] == plain[second & ~below]).all()
+
+
 def test_what_is_beyond_the_tables_of_a_profile_is_marked_once_it_is_known(
     showing, textures, differences, canvases, tmp_path
 ):

@@ -52,6 +52,8 @@ def draw(window: Window) -> None:
         quiet("This view is tone-mapped: it is not colorimetric.")
     if imgui.checkbox("mark what is clipped", session.shown.gamut_warning)[0]:
         desk.run("display.gamut")
+    if session.shown.gamut_warning:
+        quiet("Red: brighter than white. Blue: outside the gamut. Green: darker than black.")
     _proof(window, session.shown.proof or "")
     if imgui.button("Light panels" if session.interface == "dark" else "Dark panels"):
         desk.run("interface")
