@@ -71,15 +71,16 @@ def apparent_brdf(
 def _measured(images: BtfImages, x: int, y: int) -> Float[np.ndarray, "V Lt J"]:
     """Interpolate the texel as `BtfImages.registered` has it, of the four texels around it alone."""
     found = np.empty((len(images.views), len(images.lights), images.basis.size))
+    lights = np.arange(len(images.lights))
     for view in range(len(images.views)):
         across, down = displacement(images.views.directions[view], images.offset) + np.array([x, y])
         column, row = int(np.floor(across)), int(np.floor(down))
         rows, columns = np.meshgrid([row, row + 1], [column, column + 1], indexing="ij")
         rows, columns = rows % images.height, columns % images.width
         right, below = across - column, down - row
-        share = np.outer([1.0 - below, below], [1.0 - right, right])
-        for light in range(len(images.lights)):
-            found[view, light] = np.einsum("ab,abj->j", share, images.texels(view, light, rows, columns))
+        share = np.outer([1.0 - below, below], [1.0 - right, right]).ravel()
+        four = (np.tile(each.ravel(), (len(images.lights), 1)) for each in (rows, columns))
+        found[view] = np.einsum("k,lkj->lj", share, images.texels(view * len(images.lights) + lights, *four))
     bad = np.argwhere(~np.isfinite(found).all(axis=2))
     if len(bad):
         where = f"image of view {bad[0][0]}, light {bad[0][1]}"

@@ -113,8 +113,10 @@ class Coding:
         found = np.stack(planes, axis=-1)
         return found if found.dtype.kind == "f" else found.astype(np.float64)
 
-    def reflected(self, linear: Float[np.ndarray, "*batch C"], cosine: float) -> Float[np.ndarray, "*batch C"]:
-        """f_r cos(theta_i), 1/sr, of linear numbers; `cosine` is that of the light."""
+    def reflected(
+        self, linear: Float[np.ndarray, "*batch C"], cosine: float | Float[np.ndarray, "..."]
+    ) -> Float[np.ndarray, "*batch C"]:
+        """f_r cos(theta_i), 1/sr, of linear numbers; `cosine`, which broadcasts to them, is that of the light."""
         return linear * ((1.0 if self.includes_cosine else cosine) / (np.pi * self.white))
 
     def band(self, number: int) -> Coding:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int, Shaped
+from jaxtyping import Bool, Float, Int, Shaped
 
 from ...runtime.errors import InputError
 from ...spectral.basis import SpectralBasis
@@ -45,7 +45,7 @@ class Bytes(Protocol):
 class HeldCodes:
     """Images as numbers of their files, 8 or 16 bits or floats, for texels that are asked for again and again.
 
-    An image is held when it is asked for a second time, until `most` bytes are: who goes through all of them once keeps
+    Images are held from when one is asked for again, until `most` bytes are: who goes through all of them once keeps
     none, and who goes through more than there is room for, time and again, reads the rest from their files each time.
 
     most : bytes.
@@ -55,6 +55,7 @@ class HeldCodes:
         self.most, self.nbytes = most, 0
         self._codes: dict[tuple[int, int], list[np.ndarray]] = {}
         self._asked: set[tuple[int, int]] = set()
+        self._last, self._again = (-1, -1), False
 
     def of(self, key: tuple[int, int], read: Callable[[], list[np.ndarray]]) -> list[np.ndarray]:
         """Return the numbers of one image."""
@@ -62,10 +63,13 @@ class HeldCodes:
             return self._codes[key]
         codes = read()
         size = sum(one.nbytes for one in codes)
-        if key in self._asked and self.nbytes + size <= self.most:
+        # Who goes through many texels of all images has some of one in two pieces, which follow each other.
+        self._again = self._again or (key in self._asked and key != self._last)
+        if self._again and self.nbytes + size <= self.most:
             self._codes[key] = codes
             self.nbytes += size
         self._asked.add(key)
+        self._last = key
         return codes
 
 
@@ -109,7 +113,7 @@ class BtfFiles(BtfImages):
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]
-        found = self._filled(*key) if (self.index[key] < 0).any() else self._read(*key)
+        found = self._filled(*key) if self._made[key] else self._read(*key)
         found.setflags(write=False)
         size = max(1, found.nbytes)
         while self._kept and size * (len(self._kept) + 1) > self.kept_bytes:
@@ -121,22 +125,38 @@ class BtfFiles(BtfImages):
     @cached_property
     def missing(self) -> Int[np.ndarray, "K 2"]:
         """(K,2) views and lights of images that are made of those around them."""
-        return np.argwhere((self.index < 0).any(axis=2))
+        return np.argwhere(self._made)
+
+    @cached_property
+    def _made(self) -> Bool[np.ndarray, "V Lt"]:
+        return np.asarray((self.index < 0).any(axis=2))
 
     def texels(
-        self, view: int, light: int, rows: Int[np.ndarray, "*n"], columns: Int[np.ndarray, "*n"]
-    ) -> Float[np.ndarray, "*n J"]:
+        self, images: Int[np.ndarray, " n"], rows: Int[np.ndarray, "n k"], columns: Int[np.ndarray, "n k"]
+    ) -> Float[np.ndarray, "n k J"]:
         """Implement `BtfImages.texels`. Images asked for again stay in memory, undecoded, where `held` has room."""
-        key = (int(view), int(light))
-        if key in self._kept:
-            return self._kept[key][rows, columns]
-        if (self.index[key] < 0).any():
-            found = np.zeros((*rows.shape, self.basis.size))
-            for pair, part in self._around(*key):
-                found += part * self.texels(*pair, rows, columns)
-            return found.astype(np.float32)
-        codes = self.held.of(key, lambda: self._codes(*key))
-        return self._decoded([band[rows, columns] for band in codes], light)
+        found = np.empty((*rows.shape, self.basis.size), dtype=np.float32)
+        place, number = rows * self.width + columns, np.arange(len(images))
+        # By the kind of their numbers, which most often all images share: they are decoded together.
+        coded: dict[tuple, list[tuple[np.ndarray, list[np.ndarray]]]] = {}
+        for key, here in self._runs(images):
+            if key in self._kept:
+                found[here] = self._kept[key][rows[here], columns[here]]
+            elif self._made[key]:
+                mixed = np.zeros(found[here].shape)
+                for (view, light), part in self._around(*key):
+                    same = np.full(len(mixed), view * len(self.lights) + light)
+                    mixed += part * self.texels(same, rows[here], columns[here])
+                found[here] = mixed
+            else:
+                bands = self.held.of(key, partial(self._codes, *key))
+                codes = [band.reshape(-1, band.shape[-1]).take(place[here], axis=0) for band in bands]
+                coded.setdefault(tuple((one.dtype, one.shape[-1]) for one in codes), []).append((number[here], codes))
+        for alike in coded.values():
+            which = np.concatenate([some for some, _ in alike])
+            bands = [np.concatenate(band) for band in zip(*(codes for _, codes in alike), strict=True)]
+            found[which] = self._decoded(bands, images[which] % len(self.lights))
+        return found
 
     def _read(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         return self._decoded(self._codes(view, light), light)
@@ -159,8 +179,11 @@ class BtfFiles(BtfImages):
             raise InputError("channels unlike those of the other images", file=file, found=channels, expected=words)
         return found
 
-    def _decoded(self, codes: list[Shaped[np.ndarray, "*n C"]], light: int) -> Float[np.ndarray, "*n J"]:
-        cosine, grey = float(self.lights.directions[light, 2]), len(codes) > 1
+    def _decoded(
+        self, codes: list[Shaped[np.ndarray, "n k C"]], light: int | Int[np.ndarray, " n"]
+    ) -> Float[np.ndarray, "n k J"]:
+        """Decode texels under one light, or each row under its own."""
+        cosine, grey = self.lights.directions[light, 2, None, None], len(codes) > 1
         planes = []
         for number, band in enumerate(codes):
             coding = self.coding.band(number) if grey else self.coding

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import abc
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -43,10 +45,22 @@ class BtfImages(abc.ABC):
         """f_r cos(theta_i) of every texel as measured, 1/sr, coefficients in `basis`; float32, not registered."""
 
     def texels(
-        self, view: int, light: int, rows: Int[np.ndarray, "*n"], columns: Int[np.ndarray, "*n"]
-    ) -> Float[np.ndarray, "*n J"]:
-        """Some texels of `image`; for who comes back to the same images with others."""
-        return self.image(view, light)[rows, columns]
+        self, images: Int[np.ndarray, " n"], rows: Int[np.ndarray, "n k"], columns: Int[np.ndarray, "n k"]
+    ) -> Float[np.ndarray, "n k J"]:
+        """K texels of each of n images, numbered view * L_t + light, equal ones together; float32.
+
+        For who comes back to the same images with others.
+        """
+        found = np.empty((*rows.shape, self.basis.size), dtype=np.float32)
+        for (view, light), here in self._runs(images):
+            found[here] = self.image(view, light)[rows[here], columns[here]]
+        return found
+
+    def _runs(self, images: Int[np.ndarray, " n"]) -> Iterator[tuple[tuple[int, int], slice]]:
+        """Yield the view and light of equal numbers that stand together, and where."""
+        begins = np.flatnonzero(np.diff(images, prepend=-1))
+        for first, last in pairwise([*begins.tolist(), len(images)]):
+            yield divmod(int(images[first]), len(self.lights)), slice(first, last)
 
     def registered(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         """Return the image moved back by what `offset` displaces it, linear between texels."""

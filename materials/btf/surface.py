@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -95,11 +94,7 @@ class MeasuredBtf(Surface):
             for some in np.split(order, range(_AT_ONCE, len(order), _AT_ONCE)):
                 place = uv[some // 9] + moved[pair[some] // len(images.lights)]
                 row, column, part = between(place, images.height, images.width)
-                four = np.empty((len(some), 4, images.basis.size), dtype=np.float32)
-                ends = [0, *(np.flatnonzero(np.diff(pair[some])) + 1), len(some)]
-                for first, last in pairwise(ends):
-                    view, light = divmod(int(pair[some[first]]), len(images.lights))
-                    four[first:last] = images.texels(view, light, row[first:last], column[first:last])
+                four = images.texels(pair[some], row, column)
                 parts = share[some, None] * np.einsum("nk,nkj->nj", part, four.astype(np.float64))
                 # A point has up to nine images, and beyond what was measured one of them twice.
                 by_point = np.argsort(some, kind="stable")

@@ -1,6 +1,7 @@
 """Images in files: decoded one by one, kept within a limit, held to their digests, and filled from their neighbours."""
 
 import io
+from collections import OrderedDict
 from dataclasses import replace
 
 import h5py
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 from btf_sets import NINE, written
 from metamer.materials.btf.decoding import Coding, uplifted_basis
-from metamer.materials.btf.files import BtfFiles
+from metamer.materials.btf.files import BtfFiles, HeldCodes
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.surface import MeasuredBtf
 from metamer.materials.formats.btf_names import directions_of
@@ -50,11 +51,33 @@ def test_a_cosine_that_is_not_in_the_numbers_is_put_in(tmp_path):
 
 
 @pytest.mark.parametrize("coding", [SRGB, Coding("linear", np.array([0.5, 0.25, 2.0]), includes_cosine=False)])
-def test_some_texels_in_a_row_are_those_of_the_whole_image(tmp_path, coding):
+def test_texels_of_several_images_are_those_of_each(tmp_path, coding):
     written(tmp_path)
-    rows, columns = np.array([3, 0, 2]), np.array([1, 1, 3])
-    found = files(tmp_path, coding).texels(3, 5, rows, columns)
-    np.testing.assert_array_equal(found, files(tmp_path, coding).image(3, 5)[rows, columns])
+    whole = files(tmp_path, coding)
+    whole.index[4, 3] = -1
+    some = replace(whole, held=HeldCodes(), _kept=OrderedDict())
+    some.image(4, 5)
+    images = np.repeat([2, 4 * 9 + 3, 4 * 9 + 5, 7 * 9], [1, 2, 3, 1])
+    rows, columns = np.random.default_rng(2).integers(0, 4, (2, len(images), 4))
+    expected = [whole.image(*divmod(int(one), 9))[rows[at], columns[at]] for at, one in enumerate(images)]
+    for _ in range(3):  # from files, from files once more and held, and held
+        np.testing.assert_array_equal(some.texels(images, rows, columns), expected)
+    assert some.held.nbytes > 0
+
+
+def test_images_are_held_from_when_one_is_asked_for_again():
+    held, read = HeldCodes(100), []
+
+    def asked(*keys):
+        read.clear()
+        for key in keys:
+            held.of((0, key), lambda key=key: [read.append(key), np.zeros(40, dtype=np.uint8)][1:])
+        return list(read)
+
+    # Two pieces of one image that follow each other are no return.
+    assert asked(0, 1, 1, 2) == [0, 1, 1, 2] and held.nbytes == 0
+    assert asked(1, 3, 2) == [1, 3, 2] and held.nbytes == 80
+    assert asked(1, 3, 2) == [2]
 
 
 def test_images_that_are_kept_stay_below_the_limit_and_are_read_once(tmp_path):
