@@ -22,6 +22,15 @@ from .cgats_quantity import StatedQuantity, check_agreement, said_quantity, sign
 from .cgats_tables import CgatsTable, read_tables
 from .import_options import NO_ANSWER, ImportOptions, Scale
 from .registry import SpectralFile, StatedColour, names_its_file
+from .shared.colour_words import (
+    colour_axis,
+    condition_in,
+    illuminant_in,
+    illuminants_in,
+    observer_in,
+    observers_in,
+    stated_colours,
+)
 from .shared.decisions import (
     COLOURS_ALONE,
     Decision,
@@ -36,15 +45,6 @@ from .shared.decisions import (
 from .shared.entry_rules import MOST_SAMPLES, Gathering
 from .shared.resemblance import Luminances, luminances
 from .shared.text import head_text, is_missing, shortened
-from .shared.words import (
-    colour_axis,
-    condition_in,
-    illuminant_in,
-    illuminants_in,
-    observer_in,
-    observers_in,
-    stated_colours,
-)
 
 NAME = "CGATS"
 ASKS = True

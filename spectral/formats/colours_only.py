@@ -20,8 +20,7 @@ from .cxf import colours_without_spectra
 from .cxf import recognises as is_cxf
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import HEAD, StatedColour
-from .shared.text import read_lines
-from .shared.words import (
+from .shared.colour_words import (
     beside_colour_axis,
     colour_axis,
     condition_in,
@@ -32,6 +31,7 @@ from .shared.words import (
     observers_in,
     stated_colours,
 )
+from .shared.text import read_lines
 from .tables.dialect import Dialect, check_lengths, dialects_of
 from .tables.one_reading import check_whole
 from .tables.section import ragged, trimmed

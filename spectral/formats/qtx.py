@@ -20,10 +20,11 @@ from ...runtime.errors import InputError
 from ..spectrum import Quantity
 from .import_options import NO_ANSWER, ImportOptions
 from .registry import SpectralFile, StatedColour, names_its_file
+from .shared.colour_words import illuminant_in, observer_in, stated_colours
 from .shared.decisions import Decision, Sign, ValueRange, decided, divisor_of
 from .shared.entry_rules import Gathering, in_visible
 from .shared.text import cell_number, head_text, read_lines, shortened
-from .shared.words import illuminant_in, observer_in, quantity_in, stated_colours
+from .shared.words import quantity_in
 from .shared.xml import kept
 
 NAME = "Datacolor QTX"

@@ -136,6 +136,11 @@ def is_missing(cell: str) -> bool:
     return cell.strip().casefold() in MISSING
 
 
+def one_line(words: str) -> str:
+    """Words with single spaces, no longer than any header: what patterns are tried on stays small."""
+    return " ".join(words[:8000].split())
+
+
 def shortened(words: str, most: int = 80) -> str:
     """Words on one line that a message or a detail can hold."""
     line = " ".join(words.split())

@@ -1,35 +1,34 @@
-"""Vocabulary of measured files: quantity, unit, illuminant, observer, measurement condition."""
+"""Vocabulary of measured files: quantity, unit, scale, names of lights and samples."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Literal, get_args
 
-import numpy as np
-
-from ...observers import ANGLES
 from ...spectrum import Quantity
-from ..registry import StatedColour
+from .languages import number_of_sample, spelt
+from .text import one_line
 
 Unit = Literal["percent", "fraction"]
 Meaning = Quantity | Literal["sensitivity"]
 
-_RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor", re.I)
+_RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor|[輝亮]度[率因]", re.I)
 _REFLECTANCE = re.compile(
-    r"r[eé]flect(?!or)|r[eé]flexi|riflett|rifless|refl[e]t[âa]n|\brefl\b|\d+as-?\d+|\bas-?\d{2,3}\b|r[eé]mission|albedo|"
+    rf"reflect(?!or)|{spelt('reflectance')}|\brefl\b|\d+as-?\d+|\bas-?\d{{2,3}}\b|albedo|"
     r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
     re.I,
 )
 _TRANSMITTANCE = re.compile(
-    r"tran?sm|\btrans\b|%\s*T\b|\bT\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bT$|durchlicht",
+    rf"tran?sm|{spelt('transmittance')}|\btrans\b|%\s*T\b|"
+    r"\bT\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bT$",
     re.I,
 )
 _EMISSION = re.compile(
-    r"irradian|radian(?:ce|cy|cia|za)(?![ _-]*coeff)|[ée]clairement|"
+    rf"irradian|radian(?:ce|cy)(?![ _-]*coeff)|{spelt('radiance')}|"
     r"radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
     r"spectral[ _]*power|power[ _]*distribution|"
-    r"(?<![a-z])luminance|illuminance|bestrahlung|strahldichte|"
+    r"(?<![a-z])luminance|illuminance|"
     r"(?<![A-Za-z])[kmµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|"
     r"(?<![a-z])(?:kilo|milli|micro|nano|pico|[kmµμunp])?watts?\s*(?:/|\*|·|\.|\s|per\b)\s*"
     r"\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m|(?:square |nano|micro|centi)?met(?:er|re)|ste?radian)|"
@@ -38,7 +37,7 @@ _EMISSION = re.compile(
     re.I,
 )
 _ABSORBANCE = re.compile(
-    r"absorb|(?:^|[\s,;|])abs\.?(?:$|\s*[\[(])|\bA\.?U\.?$|log\s*\(?\s*1\s*/\s*[RT]|\bK/S\b|F\(R\)|"
+    rf"{spelt('absorbance')}|absorb|(?:^|[\s,;|])abs\.?(?:$|\s*[\[(])|\bA\.?U\.?$|log\s*\(?\s*1\s*/\s*[RT]|\bK/S\b|F\(R\)|"
     r"(?:optical|reflection|reflectance|transmission|visual)[ _]+density|^(?:OD|density)\d?\W*$",
     re.I,
 )
@@ -56,12 +55,12 @@ _DENSITY = re.compile(
     re.I,
 )
 # Functions of a reflectance or a transmittance, beside the words for these.
-_DERIVED = re.compile(
-    r"deriv[ae]t|ableitung|d[eé]riv[eé]e|\bd%?[RT]\s*/\s*d|diff[e]ren(?:ce|z|tial)|(?:[Δ∆]|\bdelta)\s?(?:r[eé]fl|trans)|"
+_DERIVED = (
+    rf"deriv[ae]t|{spelt('derivative', 'difference')}|\bd%?[RT]\s*/\s*d|difference|differential|"
+    r"(?:[Δ∆]|\bdelta)\s?(?:r[eé]fl|trans)|"
     r"\bsqrt|√|square root|\bsquared?\b|\bloss(?:es)?\b|"
     r"\bd[Bb]\b|decibel|\b(?:log(?:_?10)?|ln)\b|\b(?:1|100)\s*/\s*%?[RT]\b|continuum[ -]?removed|"
-    r"(?<!\w)(?:1\s?/\s?sr|sr\s?(?:\^|\*\*)?[-−⁻][1¹]|per ste?radian)(?!\w)",
-    re.I,
+    r"(?<!\w)(?:1\s?/\s?sr|sr\s?(?:\^|\*\*)?[-−⁻][1¹]|per ste?radian)(?!\w)"
 )
 _A_LETTER = re.compile(r"(?<![A-Za-z])d?[RT](?![A-Za-z])")
 _ONE_MINUS = re.compile(r"\W*(?:1|100)\s?%?\s*[-−–]\s*%?(?:[RT]|r[eé]fl\w*|trans\w*)\W*(?:[\[(].*)?", re.I)
@@ -98,7 +97,7 @@ _SETS = {
 # Channels of a camera, or samples: nothing else has all three colours of its own.
 _CHANNELS = re.compile(r"(?:r|g|b|gr|gb|g1|g2|ir|nir|w|red|green|blue|green ?[12rb]|clear)", re.I)
 _COUNTS = re.compile(
-    r"\bcounts?\b|\bcts\b|\bADU\b|z[äa]hl(?:er|rate|wert)|\bcoups?\b|\bcuentas?\b|\bconteggi|"
+    rf"\bcounts?\b|\bcts\b|\bADU\b|{spelt('counts')}|"
     r"\bdigital numbers?\b|(?-i:(?<![A-Za-z])DNs?(?![A-Za-z]))(?! ?\d)",
     re.I,
 )
@@ -156,23 +155,26 @@ _PERHAPS_A_LIGHT = re.compile(
     r"(?: ?\d{1,2})?)",
     re.I,
 )
-_CONDITION_COLUMN = re.compile("illum|observer|obs$|light", re.I)
 # Numbers that a sheet gives its samples, readings or rows; and words for a sample's lot, which are samples as well.
 _NUMBERED = (
     r"(?:sample|specimen|row|lot|batch|serial|order|job|part|item|article|product|panel|measurement|reading|scan|run|"
-    r"operator|instrument|device|customer|proben?|charge|chargen|serien|auftrags?)"
+    rf"operator|instrument|device|customer|charge|chargen|serien|auftrags?|{spelt('sample', alone=False)})"
 )
 _IDENTIFIER = re.compile(
-    rf"(?:{_NUMBERED}[ _.-]*)?(?:ids?|no\.?|nos\.?|nr\.?|num(?:ber)?\.?|nummer|identifier|[ug]?uid|bar ?code|#)", re.I
+    rf"(?:{_NUMBERED}[ _.-]*)?(?:ids?|no\.?|nos\.?|nr\.?|num(?:ber)?\.?|nummer|identifier|[ug]?uid|bar ?code|#)|"
+    rf"{number_of_sample()}",
+    re.I,
 )
 _PERHAPS_IDENTIFIER = re.compile(
     rf"{_NUMBERED}|los|replicates?|repeat|position|pos\.?|line|step|counter|code|key|year|month|day|[nki]", re.I
 )
 # "grey 50%" is the name of a sample.
 _PERCENT = re.compile(
-    r"(?<![\d.,])(?<!\d\s)%|\b0\W{1,5}100\s?%|percent|\bpct\b|_pct|prozent|pour ?cent|"
+    rf"(?<![\d.,])(?<!\d\s)%|\b0\W{{1,5}}100\s?%|percent|{spelt('percent')}|\bpct\b|_pct|"
     r"(?:r[eé]?fl\w*|remission|trans\w*|factor|scale|units?|\b[RT]|^)[^\w%]{0,4}"
-    r"(?:0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))|(?:(?<!\w)[x×*]|times) ?100\b)", re.I)  # fmt: skip
+    r"(?:0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))|(?:(?<!\w)[x×*]|times) ?100\b)",
+    re.I,
+)
 # Scales that are neither to 1 nor to 100, which no numbers tell: a range of codes, a factor, thousandths.
 _OTHER_SCALE = re.compile(
     r"‰|per ?mill?e?\b|promille|\bpp[mb]\b|\b\d\d? ?-?bits?\b|"
@@ -186,47 +188,12 @@ _FRACTION = re.compile(
     r"\b0(?:\.0)?\s*(?:\.\.+|-|–|to)\s*1(?:\.0)?\b|fraction|decimal|\b_?dec\b|\[-\]|unitless|dimensionless", re.I
 )
 
-_ILLUMINANT = (
-    r"D\s?(?:50|55|65|75|93)|F\s?L?\s?\d{1,2}|FL\d{1,2}|LED-[BV]\w+|ID(?:50|65)|TL[ -]?8[345]|CWF|WWF|U(?:30|40|50)|"
-    r"horizon|(?-i:[ABCE])"
-)
-_NAMED_ILLUMINANT = re.compile(
-    rf"(?:illumin\w*|lichtart|source|light|ill)(?:s|\W?\d(?=\W))?\W{{0,3}}(?:name\W{{0,3}})?(?:CIE\s*)?({_ILLUMINANT})\b",
-    re.I,
-)
-_PLAIN_ILLUMINANT = re.compile(r"(?<![A-Za-z0-9])(D\s?(?:50|55|65|75|93)|FL?\s?\d{1,2}|TL[ -]?8[345]|CWF)(?![0-9])")
-_WITH_ANGLE = re.compile(rf"(?<![A-Za-z0-9])({_ILLUMINANT})\s*[/,_ -]\s*(?:2|10)\s*(?:°|deg|º|$|[)\]])", re.I)
-_CALLED_ILLUMINANT = (
-    _NAMED_ILLUMINANT,
-    _WITH_ANGLE,
-    re.compile(r"(?<![A-Za-z0-9])(D\s?(?:50|55|65|75|93)|FL?\s?\d{1,2}|TL[ -]?8[345]|CWF)/(?:2|10)(?![\d.])"),
-)
-# A light named behind another one; a letter alone only in a list of nothing else.
-_AND = r"(?:[,;/&+]|\b(?:and|or|und|et)\b)"
-_FURTHER_ILLUMINANT = re.compile(
-    rf"\s*{_AND}\s*(?:CIE\s*)?(?:illuminant\s*)?((?!(?:CIE )?[ABCE]\b){_ILLUMINANT})(?![A-Za-z0-9])|"
-    rf"\s*{_AND}?\s*(?:CIE\s*)?(?:illuminant\s*)?({_ILLUMINANT})(?=\s*(?:{_AND}|$)|\s+(?:{_ILLUMINANT})\b)",
-    re.I,
-)
-_OBSERVER = re.compile(
-    r"(?:viewing angle|field of view)\D{0,8}(2|10)\b|"
-    r"(?<![\d.,])(2|10)(?:\.0+)?\s*(?:°|º|deg|_?degree)|observer\w*\W{0,4}(?:angle\W{0,4})?(?:CIE\s*)?(2|10|1931|1964)\b|"
-    r"CIE\s*_?(1931|1964)|(?:D\d\d|[AC]|FL?\d{1,2})\s*[/_-]\s*(2|10)\b",
-    re.I,
-)
-_CONDITION = re.compile(r"(?<![A-Za-z0-9])(M[0-3])(?![0-9A-Za-z])")
-
-
-def _one_line(words: str) -> str:
-    """Words with single spaces, no longer than any header: what patterns are tried on stays small."""
-    return " ".join(words[:8000].split())
-
 
 def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
     """Find the quantity that words name, None if they name none; absorbance and refractive indices are told, to be
     refused.
     """
-    words = _ABSOLUTE.sub(r"\1", _one_line(words))
+    words = _ABSOLUTE.sub(r"\1", one_line(words))
     if _ABSORBANCE.search(words):
         return "absorbance"
     if _INDEX.search(words):
@@ -250,7 +217,7 @@ def quantity_in_lines(
     a surface may be of an absolute white.
     """
     found: dict[str, tuple[Quantity | Literal["absorbance", "index"], str]] = {}
-    lines = [_one_line(line) for line in words.splitlines()[:400]]
+    lines = [one_line(line) for line in words.splitlines()[:400]]
     open_ones = [line for line in lines if _PERHAPS_ABSOLUTE.fullmatch(line)]
     for line in (line for line in lines if line not in open_ones):
         named = quantity_in(line) or ("emission" if names_power(line) else None)
@@ -274,11 +241,11 @@ def names_derived(heading: str, others: Sequence[str] = ()) -> bool:
     """Return whether a heading is that of a function of a reflectance or a transmittance, such as "1-R", "T (dB)" or
     "derivative of reflectance"; beside "2-R" of the `others`, "1-R" is that of sample 1.
     """
-    heading = _one_line(heading)
+    heading = one_line(heading)
     if _ONE_MINUS.fullmatch(heading):
         return not any(map(_NUMBERED_LETTER.fullmatch, others))
     named = _A_LETTER.search(heading) or _REFLECTANCE.search(heading) or _TRANSMITTANCE.search(heading)
-    return bool(named and _DERIVED.search(heading)) and not _EMISSION.search(heading)
+    return bool(named and re.search(_DERIVED, heading, re.I)) and not _EMISSION.search(heading)
 
 
 def measured(named: str | None) -> Quantity | None:
@@ -290,20 +257,20 @@ def names_sensitivity(heading: str) -> bool:
     """Return whether a heading is that of an eye's or a sensor's sensitivity; elsewhere it may be an instrument's
     setting.
     """
-    return bool(_SENSITIVITY.search(_one_line(heading)))
+    return bool(_SENSITIVITY.search(one_line(heading)))
 
 
 def names_raw(heading: str) -> Literal["counts", "photons"] | None:
     """Find the raw quantity that a heading names, counted and not measured as power: an instrument's counts, or
     photons.
     """
-    heading = _one_line(heading)
+    heading = one_line(heading)
     return "photons" if _PHOTONS.search(heading) else "counts" if _COUNTS.search(heading) else None
 
 
 def names_power_per_frequency(words: str) -> bool:
     """Return whether words name power per hertz, electronvolt or wavenumber, such as "W/m2/Hz"."""
-    return bool(_PER_FREQUENCY.search(_one_line(words)))
+    return bool(_PER_FREQUENCY.search(one_line(words)))
 
 
 def counts_in_lines(words: str) -> str | None:
@@ -320,7 +287,7 @@ def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
     "colours" is red, green and blue, which may be samples or the channels of a camera. Three columns without headings
     are an observer's where the name of the `file` says so.
     """
-    plain = [re.sub(r"\W*[\[(].*|[_ -]?bar$", "", _one_line(heading).casefold()).strip() for heading in headings]
+    plain = [re.sub(r"\W*[\[(].*|[_ -]?bar$", "", one_line(heading).casefold()).strip() for heading in headings]
     if len(plain) == 3 and not any(plain) and _OBSERVER_FILE.search(file):
         return "sensitivity"
     capital = any(heading.startswith("N") for heading in headings)  # a sample; the index is n
@@ -331,35 +298,35 @@ def quantity_of_set(headings: Sequence[str], file: str) -> str | None:
 
 def names_power(heading: str) -> bool:
     """Return whether a heading as a whole is a word for light that is given off, such as "Relative power" or "W"."""
-    return bool(_POWER.fullmatch(_one_line(heading)))
+    return bool(_POWER.fullmatch(one_line(heading)))
 
 
 def names_any_power(heading: str) -> bool:
     """Return whether a heading as a whole is a word such as "Intensity", which reflected light has, too."""
-    return bool(_ANY_POWER.fullmatch(_one_line(heading)))
+    return bool(_ANY_POWER.fullmatch(one_line(heading)))
 
 
 def names_density(name: str) -> bool:
     """Return whether a name is that of optical densities or absorbances, such as "macular density" or "den_lens"."""
-    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", _one_line(name)).replace("_", " ")
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", one_line(name)).replace("_", " ")
     return bool(_DENSITY.search(words))
 
 
 def names_perhaps_light(name: str) -> bool:
     """Return whether a name is as likely that of a light as of a sample, such as "F11" or "cool white"."""
-    return bool(_PERHAPS_LIGHT.fullmatch(_one_line(name).replace("_", " ")))
+    return bool(_PERHAPS_LIGHT.fullmatch(one_line(name).replace("_", " ")))
 
 
 def names_light(words: str) -> bool:
     """Return whether a name is that of a light, such as "D65", "LED 4000 K" or "Tungsten"."""
-    return bool(_LIGHT.search(_one_line(words).replace("_", " ")))
+    return bool(_LIGHT.search(one_line(words).replace("_", " ")))
 
 
 def names_only_light(heading: str) -> Literal["light", "perhaps"] | None:
     """Find whether a heading is as a whole that of a light, such as "D65" or "illuminant 2", or may be, as "A" or
     "F11", which samples are called, too.
     """
-    heading = _one_line(heading).replace("_", " ")
+    heading = one_line(heading).replace("_", " ")
     without_unit = re.sub(r" ?[\[(][^\[\]()]{0,20}[\])]$", "", heading)
     if _A_LIGHT.fullmatch(heading) or _A_LIGHT.fullmatch(without_unit):
         return "light"
@@ -370,20 +337,15 @@ def names_identifier(heading: str) -> Literal["identifier", "perhaps"] | None:
     """Find whether a heading is that of identifiers, such as "id" or "lot no.", or may be, as "lot" and "batch", which
     are samples beside a standard.
     """
-    heading = _one_line(heading)
+    heading = one_line(heading)
     if _IDENTIFIER.fullmatch(heading):
         return "identifier"
     return "perhaps" if _PERHAPS_IDENTIFIER.fullmatch(heading) else None
 
 
-def names_condition(heading: str) -> bool:
-    """Return whether a heading is that of the illuminant or the observer that colours are for."""
-    return bool(_CONDITION_COLUMN.search(heading))
-
-
 def unit_in(words: str) -> Unit | None:
     """Return whether words say percent or fractions of 1, None if they do not."""
-    words = _one_line(words)
+    words = one_line(words)
     if _PERCENT.search(words):
         return "percent"
     return "fraction" if _FRACTION.search(words) else None
@@ -395,168 +357,8 @@ def other_scale_in(words: str) -> str | None:
     >>> other_scale_in("Reflectance x1000"), other_scale_in("Reflectance (0-1)"), other_scale_in("R D65/10")
     ('x1000', None, None)
     """
-    found = _OTHER_SCALE.search(_one_line(words))
+    found = _OTHER_SCALE.search(one_line(words))
     return found[0].strip() if found else None
-
-
-def illuminant_in(words: str) -> str | None:
-    """Name of the illuminant in words such as "Illumination=D50", "D65/10°" or "A", as `illuminant` knows it."""
-    words = _one_line(words).strip("\"'")
-    exact = re.fullmatch(rf"(?:CIE\s*)?(?:(?:std|standard)\.?\s*)?(?:illuminant\s*)?({_ILLUMINANT})", words, re.I)
-    found = exact or _NAMED_ILLUMINANT.search(words) or _WITH_ANGLE.search(words) or _PLAIN_ILLUMINANT.search(words)
-    return None if found is None else _illuminant(found[1])
-
-
-def _illuminant(name: str) -> str:
-    return re.sub(r"^F(?=\d)", "FL", re.sub(r"\s", "", name).upper())
-
-
-def illuminants_in(lines: str) -> tuple[str, ...]:
-    """Return all illuminants that lines name, each once; lights that only stand in a line count where none is called
-    one, and with it where they follow it.
-
-    >>> illuminants_in("Illuminant: D65"), illuminants_in("Illuminants: D65, A"), illuminants_in("D65/10 A/10")
-    (('D65',), ('D65', 'A'), ('D65', 'A'))
-    """
-    called: list[str] = []
-    plain: list[str] = []
-    for line in map(_one_line, lines.splitlines()):
-        matches = sorted((one for each in _CALLED_ILLUMINANT for one in each.finditer(line)), key=re.Match.start)
-        strong = [_and_further(match, line) for match in matches]
-        weak = [_and_further(match, line) for match in _PLAIN_ILLUMINANT.finditer(line)]
-        named = {name for names in strong for name in names}
-        called += [name for names in [*strong, *(names for names in weak if named & set(names))] for name in names]
-        plain += [name for names in weak for name in names]
-    return tuple(dict.fromkeys(called or plain))
-
-
-def _and_further(found: re.Match[str], line: str) -> list[str]:
-    """Return the illuminant that was found and those that are listed behind it."""
-    names = [_illuminant(found[1])]
-    while further := _FURTHER_ILLUMINANT.match(line, found.end()):
-        names.append(_illuminant(further[1] or further[2]))
-        found = further
-    return names
-
-
-def observer_in(words: str) -> str | None:
-    """Short name of the standard observer in words such as "ObserverAngle=2", "10°" or "CIE 1931"."""
-    words = _one_line(words).strip("\"'")
-    if words in ANGLES:
-        return ANGLES[words]
-    found = _OBSERVER.search(words)
-    return None if found is None else _observer(found)
-
-
-def _observer(found: re.Match[str]) -> str:
-    return ANGLES[next(group for group in found.groups() if group)]
-
-
-def observers_in(lines: str) -> tuple[str, ...]:
-    """Return all standard observers that lines name, each once; an angle alone counts where none is called one."""
-    of_lines = [list(_OBSERVER.finditer(_one_line(line))) for line in lines.splitlines()]
-    called = [matches for matches in of_lines if any(match[2] is None for match in matches)]
-    return tuple(dict.fromkeys(_observer(match) for matches in called or of_lines for match in matches))
-
-
-def condition_in(words: str) -> str | None:
-    """Measurement condition of ISO 13655, "M0" to "M3"."""
-    found = _CONDITION.search(_one_line(words))
-    return found[1] if found else None
-
-
-_COLOUR_COLUMN = re.compile(
-    r"(?:tristimulus(?: values?)? )?(?:(?P<space>XYZ|CIE[ _]?XYZ|LAB|CIE[ _]?LAB|CIE)[ _.:-]+)?"
-    r"(?P<axis>X|Y|Z|L|a|b) ?\*?(?P<rest>$|[ (\[/,_].*|(?<=\*)[-\u2212]?\d.*)",
-    re.I,
-)
-# A reading and its axis, such as "-15° L*", "45as15 a*" and "D65/10° X"; a letter alone needs an angle or a light.
-_AXIS_LAST = re.compile(
-    r"(?P<before>.{1,60}?)(?:[ _,;:/|)\]-]+|(?<=[°º]))(?:CIE ?)?(?P<axis>L|a|b|(?-i:[XYZ]))(?P<star>(?<![XYZ]) ?\*)?",
-    re.I,
-)
-_READ_SO = re.compile(
-    rf"(?:{_ILLUMINANT})(?:\s*[/,_ -]\s*(?:2|10))?\s*(?:°|º|deg)?|(?:r?\d+)?as(?:p(?:ec\w*)?)?[ _]*[-\u2212]?\d+|"
-    r"[-\u2212]?\d+ ?(?:°|º|deg)?(?: ?as(?:p(?:ec\w*)?)?)?|SC[IE]",
-    re.I,
-)
-_ONLY_LIGHT = re.compile(rf"(?:{_ILLUMINANT})(?:\s*[/,_ -]\s*(?:2|10)\s*(?:°|º|deg)?)?", re.I)
-# Differences (not the geometry d/8), limits and other spaces with the same letters: none is a colour of CIELAB.
-_NO_COLOUR = re.compile(
-    r"[Δ∆δ]|(?<![a-z])(?:d(?! ?[/:])|delta|diff\w*|dev\w*|tol\w*|limits?|std\W?dev\w*|sd|sigma|min\w*|max\w*|hunter|"
-    r"ok|din ?99)(?![a-z0-9])",
-    re.I,
-)
-
-
-def _colour_heading(header: str) -> tuple[str, str, str] | None:
-    """Return the axis of a heading of colours, the space it names and the words beside it; None of any other."""
-    line = _one_line(header)
-    last = _AXIS_LAST.fullmatch(line)
-    # "A/10° L*" is L* under illuminant A, and no a*.
-    is_read_so = last is not None and _READ_SO.fullmatch(last["before"].strip(" ()[]")) is not None
-    if not is_read_so and (match := _COLOUR_COLUMN.match(line)) is not None:
-        axis, space, beside = match["axis"], (match["space"] or "").upper(), match["rest"]
-    elif last is not None and (is_read_so or last["star"]):
-        axis, space, beside = last["axis"], "XYZ" if last["axis"] in "XYZ" else "LAB", last["before"]
-    else:
-        return None
-    return (
-        None if _NO_COLOUR.search(beside) else (axis, space, re.sub(r"^at\b", "", beside.strip(" ()[],;:/_")).strip())
-    )
-
-
-def colour_axis(header: str) -> tuple[str, int] | None:
-    """("XYZ", 0..2) or ("Lab", 0..2) of a column such as XYZ_X, "L*", "LAB_B", "a*(10°/D65)" or "-15° L*", None of any
-    other.
-    """
-    found = _colour_heading(header)
-    if found is None:
-        return None
-    letter, space, _ = found
-    axis = letter.upper()
-    if axis in "XYZ" and "LAB" not in space:
-        # Lower-case x, y, z without a space before them are chromaticity coordinates.
-        return ("XYZ", "XYZ".index(axis)) if space or letter.isupper() else None
-    if axis in "LAB" and "XYZ" not in space:
-        starred = "*" in header or "LAB" in space or "CIE" in space
-        return ("Lab", "LAB".index(axis)) if starred or letter in ("L", "a", "b") else None
-    return None
-
-
-def beside_colour_axis(header: str) -> str:
-    """Return the words beside the axis in the heading of a colour, such as "SCI" in "L*(SCI)" and "15°" in "15° L*"."""
-    found = _colour_heading(header)
-    return found[2] if found else ""
-
-
-def stated_colours(
-    cells: Mapping[str, float], illuminant: str | None = None, observer: str | None = None
-) -> tuple[StatedColour, ...]:
-    """Tristimulus values among cells by header; an illuminant and observer in a header go before those given."""
-    found: dict[tuple[str, str | None, str | None], dict[int, float]] = {}
-    for header, value in cells.items():
-        axis = colour_axis(header)
-        if axis is None or not np.isfinite(value):
-            continue
-        own, beside = header.partition("(")[2].rstrip(" )]") or header, beside_colour_axis(header)
-        light = (
-            illuminant_in(own) if "(" in header else illuminant_in(beside) if _ONLY_LIGHT.fullmatch(beside) else None
-        )
-        found.setdefault((axis[0], light, observer_in(own)), {}).setdefault(axis[1], float(value))
-    stated = []
-    for (space, light, angle), values in found.items():
-        if len(values) == 3:
-            triple = np.array([values[index] for index in range(3)])
-            stated.append(
-                StatedColour(
-                    "XYZ" if space == "XYZ" else "Lab",
-                    triple,
-                    light or illuminant,
-                    angle or observer,
-                )
-            )
-    return tuple(stated)
 
 
 _SURFACE = re.compile(

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ....runtime.errors import InputError
+from ..shared.languages import spelt
 
 # c in m/s, h in J s, e in C: exact by the definition of the SI (BIPM, 2019); and c in nm per ps, which is nm times THz,
 # and h c / e in nm times eV.
@@ -115,13 +116,12 @@ _EVEN, _UNEVEN, _FEWEST_EVEN = 0.05, 0.1, 6
 LIGHT_NM = (300.0, 1200.0)
 # Cells of numbers, of which wide tables have many thousands, need no further look.
 _LETTER = re.compile(r"[^\W\d_]")
-_LENGTH_WORD = re.compile(r"wave.?len|^wave$|^wl\b|λ|lambda", re.I)
-#: Lines above a table that may speak of its axis.
-AXIS_LINE = re.compile(
-    r"wave|λ|lambda|freq|energ|ω|omega|\baxis\b|abscissa|x[ _-]?(?:units?|axis|label|data|values?)|"
-    r"(?:first|1st) column|"
-    r"^\W*(?:[kMGTP]?Hz|m?eV|cm-1|nm|um|µm)\W*$",
-    re.I,
+_LENGTH_WORD = rf"wave.?len|^wave$|^wl\b|λ|lambda|{spelt('wavelength')}"
+# Lines above a table that may speak of its axis.
+_AXIS_LINE = (
+    rf"wave|{spelt('wavelength')}|λ|lambda|freq|energ|ω|omega|\baxis\b|abscissa|"
+    r"x[ _-]?(?:units?|axis|label|data|values?)|"
+    r"(?:first|1st) column|^\W*(?:[kMGTP]?Hz|m?eV|cm-1|nm|um|µm)\W*$"
 )
 
 
@@ -253,8 +253,8 @@ def stated_unit(heading: str, lines: Sequence[str]) -> tuple[AxisUnit | None, bo
     unit = axis_unit(heading)
     if unit is not None:
         return unit, False
-    length, no_length = bool(_LENGTH_WORD.search(heading)), bool(_NO_LENGTH.search(heading))
-    stated = (axis_unit(line) for line in lines if AXIS_LINE.search(line))
+    length, no_length = bool(re.search(_LENGTH_WORD, heading, re.I)), bool(_NO_LENGTH.search(heading))
+    stated = (axis_unit(line) for line in lines if re.search(_AXIS_LINE, line, re.I))
     found = [unit for unit in stated if unit and not unit.is_slow]
     fitting = [unit for unit in found if not (length and unit.reciprocal) and (unit.reciprocal or not no_length)]
     fitting.sort(key=lambda unit: unit.reciprocal)

@@ -14,22 +14,20 @@ from ...angles import geometry_of_columns
 from ...measurement import at_an_angle, conditions_in
 from ..import_options import ImportOptions, Scale
 from ..registry import SpectralFile, StatedColour
-from ..shared.decisions import Sign, ValueRange, divisor_of, power_per_frequency, undecided
-from ..shared.entry_rules import DELETED, Gathering, in_visible
-from ..shared.text import shortened
-from ..shared.words import (
+from ..shared.colour_words import (
     colour_axis,
     condition_in,
     illuminant_in,
     illuminants_in,
     names_condition,
-    names_power_per_frequency,
     observer_in,
     observers_in,
-    quantity_in,
     stated_colours,
-    unit_in,
 )
+from ..shared.decisions import Sign, ValueRange, divisor_of, power_per_frequency, undecided
+from ..shared.entry_rules import DELETED, Gathering, in_visible
+from ..shared.text import shortened
+from ..shared.words import names_power_per_frequency, quantity_in, unit_in
 from .axis import NANOMETRE, refuse_angstroms, refuse_even_reciprocals
 from .makers import name_by_maker
 from .parsing import TextTable

@@ -11,8 +11,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from ....runtime.errors import InputError
+from ..shared.colour_words import colour_axis, condition_in
 from ..shared.text import read_lines
-from ..shared.words import colour_axis, condition_in, names_power, names_sensitivity, quantity_in
+from ..shared.words import names_power, names_sensitivity, quantity_in
 from .axis import is_reciprocal_header
 from .dialect import Dialect, comment, dialect_of
 from .layout import Row, is_wavelength_header, layout_of, wavelengths_across

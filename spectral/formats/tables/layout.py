@@ -9,7 +9,8 @@ from dataclasses import dataclass, replace
 from itertools import accumulate, chain, pairwise
 from typing import Literal
 
-from ..shared.words import colour_axis
+from ..shared.colour_words import colour_axis
+from ..shared.languages import number_of_sample, spelt
 from .axis import is_no_axis, is_reciprocal_header
 from .dialect import Dialect, words_beside
 
@@ -19,12 +20,12 @@ Row = tuple[int, list[str]]
 Way = Literal["down", "across"]
 
 _WAVELENGTH_WORD = re.compile(
-    r"wave.?len|^wave$|^wl\b|lambda|λ|^\W*(?:nm|µm|μm|um|microns?|[åÅ]|angstroms?)\W*$|wellenl|longueur|longitud|lunghezza",
+    rf"wave.?len|^wave$|^wl\b|lambda|λ|^\W*(?:nm|µm|μm|um|microns?|[åÅ]|angstroms?)\W*$|{spelt('wavelength')}",
     re.I,
 )
 _NAME_WORD = re.compile(
-    r"name|sample|\bid\b|^no\.?$|^#$|colou?r|patch|label|title|bezeichnung|probe|messung|nom\b|"
-    r"muster|[ée]chantillon|muestra|campione|specimen|swatch",
+    rf"name|sample|\bid\b|^no\.?$|^#$|colou?r|patch|label|title|specimen|swatch|{spelt('name')}|"
+    rf"^{number_of_sample()}$",
     re.I,
 )
 _UNIT_CELL = re.compile(
@@ -34,11 +35,9 @@ _UNIT_CELL = re.compile(
 
 
 # Key of a sample's name in a line of its own, whatever mark stands behind it.
-_SAMPLE_KEY = re.compile(
-    r"(?:sample|specimen|probe|muster|[ée]chantillon|muestra|campione|patch|swatch)n?"
-    r"[ _-]*(?:names?|id|no\.?|nr\.?|title)?|"
-    r"(?:proben?)?bezeichnung|name|nom(?:e|bre)?|title|label",
-    re.I,
+_SAMPLE_KEY = (
+    rf"(?:sample|specimen|patch|swatch|{spelt('name', 'sample', alone=False)})[ _-]*(?:names?|id|no\.?|title|"
+    rf"{spelt('name', 'number')}\.?)?|name|title|label"
 )
 # A key with its value, and a marker of a program, such as ">>>>>Begin Spectral Data<<<<<".
 _KEYED = re.compile(r"[^:=;,()\[\]]{1,40}[:=;,]\s?\S|\W*>>|.*<<")
@@ -79,7 +78,7 @@ def is_name_header(cell: str) -> bool:
 
 def is_sample_key(words: str) -> bool:
     """Return whether a line's first words say that the name of a sample follows."""
-    return bool(_SAMPLE_KEY.fullmatch(words))
+    return bool(re.fullmatch(_SAMPLE_KEY, words, re.I))
 
 
 def is_units_row(cells: Sequence[str]) -> bool:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from ....runtime.errors import InputError
 from ...measurement import is_condition
+from ..shared.languages import spelt
 from ..shared.text import is_missing, shortened
 from ..shared.words import names_identifier, quantity_in
 from .axis import is_reciprocal_header
@@ -22,10 +23,10 @@ from .section import Column, Section, cell, ragged, trimmed
 
 # Headings, as a whole, of the names of samples in a table in long form.
 _OF_SAMPLES = re.compile(
-    r"(?:(?:colou?r|farb|file|spectrum|curve)[ _-]?)?(?:samples?|specimens?|swatch|patch|proben?|muster|[ée]chantillon|"
-    r"muestra|campione|monster|material|mat[ée]riau|object|target|panel|part|product|paint|pigment|ink|item|label|names?|"
-    r"nom(?:br)?e?|naam|tit(?:le|el)|id|uid|identifier|spectrum|curve|series|bezeichnung|#)"
-    r"[ _.-]{0,2}(?:names?|ids?|no\.?|nr\.?|num(?:ber)?|nummer|#|code|label|bezeichnung)?\W*",
+    r"(?:(?:colou?r|farb|file|spectrum|curve)[ _-]?)?(?:samples?|specimens?|swatch|patch|material|mat[ée]riau|object|"
+    r"target|panel|part|product|paint|pigment|ink|item|label|names?|tit(?:le|el)|id|uid|identifier|spectrum|curve|"
+    rf"series|#|{spelt('sample', 'name', alone=False)})[ _.-]{{0,2}}(?:names?|ids?|no\.?|num(?:ber)?|#|code|label|"
+    rf"{spelt('number', 'name')}\.?)?\W*",
     re.I,
 )
 _OF_UNITS = re.compile(r"units?|einheit|unit[ée]s?|unidad|unit[àa]", re.I)

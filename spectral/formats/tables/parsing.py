@@ -11,9 +11,10 @@ from pathlib import Path
 from ....runtime.errors import InputError
 from ...measurement import is_condition
 from ..import_options import NO_ANSWER, ImportOptions
+from ..shared.colour_words import colour_axis
 from ..shared.decisions import colours_alone
 from ..shared.text import MOST_LINES, is_jcamp, read_lines, shortened
-from ..shared.words import colour_axis, quantity_in
+from ..shared.words import quantity_in
 from .axis import LIGHT_NM, axis_unit, is_reciprocal_header
 from .dialect import Dialect, check_lengths, comment
 from .layout import (

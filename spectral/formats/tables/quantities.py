@@ -13,6 +13,7 @@ import numpy as np
 
 from ....runtime.errors import InputError
 from ..import_options import ImportOptions
+from ..shared.colour_words import colour_axis, illuminant_in
 from ..shared.decisions import (
     NO_COUNTS,
     Sign,
@@ -22,12 +23,11 @@ from ..shared.decisions import (
     signs_of_name,
     signs_of_numbers,
 )
+from ..shared.languages import spelt
 from ..shared.resemblance import likenesses, luminances
 from ..shared.text import shortened
 from ..shared.words import (
-    colour_axis,
     counts_in_lines,
-    illuminant_in,
     names_any_power,
     names_density,
     names_derived,
@@ -48,14 +48,14 @@ from .section import Column
 _SURFACES = ("reflectance", "transmittance", "radiance factor")
 _LETTER = re.compile(r"\s*[RT]\s*")
 # Functions of a power, beside the words for one.
-_OF_POWER = re.compile(
-    r"deriv[ae]t|ableitung|d[eé]riv[eé]e|diff[e]ren(?:ce|z|tial)|\bdelta\b|[Δ∆]|\bsqrt|√|square root|\bsquared?\b|"
-    r"\bdB(?:[mW]|(?![a-z]))|decibel|\b(?:log(?:_?10)?|ln)\b|\bd ?(?:ir)?radiance ?/ ?d",
-    re.I,
+_OF_POWER = (
+    rf"deriv[ae]t|{spelt('derivative', 'difference')}|difference|differential|\bdelta\b|[Δ∆]|\bsqrt|√|"
+    r"square root|\bsquared?\b|"
+    r"\bdB(?:[mW]|(?![a-z]))|decibel|\b(?:log(?:_?10)?|ln)\b|\bd ?(?:ir)?radiance ?/ ?d"
 )
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
 _LONGEST_NAME = 200
-_MEAN = re.compile(r"(?:.*\W)?(?:mean|average|avg|mittel(?:wert)?|moyenne|media|gemiddelde|ø)\W*(?:[\[(].*)?", re.I)
+_MEAN = re.compile(rf"(?:.*\W)?(?:mean|average|avg|{spelt('mean')}|ø)\W*(?:[\[(].*)?", re.I)
 # Standards, uncoated papers and the like.
 _STANDARD = re.compile(r"(?:.*[\s_(,;])?(?:std|sd)\W*(?:[\[(].*)?", re.I)
 _SHORTENED = re.compile(r".*[\s_(,;](?:ci|cv|unc|sem|err|snr|s\.e)\W*(?:[\[(].*)?", re.I)
@@ -188,7 +188,9 @@ def _own(column: Column, heads: Sequence[str]) -> str | None:
     if names_sensitivity(column.words):
         return "sensitivity"
     own = names_raw(column.heading) or quantity_in(column.heading)
-    if _OF_POWER.search(column.heading) and (own == "emission" or (own is None and names_power(column.words))):
+    if re.search(_OF_POWER, column.heading, re.I) and (
+        own == "emission" or (own is None and names_power(column.words))
+    ):
         return "function of power"
     if own in (None, "reflectance", "transmittance") and names_derived(column.heading, heads):
         return "derived"

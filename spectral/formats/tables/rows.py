@@ -12,16 +12,11 @@ from itertools import pairwise
 from ....runtime.errors import InputError
 from ...angles import are_angles
 from ...measurement import conditions_in
+from ..shared.colour_words import colour_axis, names_condition
 from ..shared.decisions import NO_COUNTS
+from ..shared.languages import OF, spelt
 from ..shared.text import shortened
-from ..shared.words import (
-    colour_axis,
-    measured,
-    names_condition,
-    quantity_in,
-    quantity_in_lines,
-    unit_in,
-)
+from ..shared.words import measured, quantity_in, quantity_in_lines, unit_in
 from .axis import LIGHT_NM, NANOMETRE, check_axis, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent, words_beside
 from .layout import (
@@ -39,53 +34,48 @@ from .section import Column, Section, cell, ragged, trimmed
 # since "std white" is the name of a sample.
 SCATTER = re.compile(
     r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|r?\.?s\.?d\.?|sigma|uncert\w*|"
-    r"err(?:or|eur|ore)?[sei]?|varian(?:ce|z|za)|σ|s\.e\.?(?:m\.?)?|sem|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr|"
-    r"(?:standard|std\.?)abw(?:eichung|\.)?|stabw\.?|[eé]cart[- ]type|d[eé]viation standard|"
-    r"desv(?:iaci[oó]n|\.)?[ .]*(?:est\w*|t[ií]p\w*)|deviazione standard|standaardafwijking|(?:mess)?unsicherheit|"
-    r"incert\w+|streuung|(?:mess)?fehler|(?:(?:1st|2nd|first|second|[12]\.) )?(?:derivative|ableitung|d[eé]riv[eé]e)|"
+    r"err(?:ors?)?|varian(?:ce|z|za)|σ|s\.e\.?(?:m\.?)?|sem|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr|"
+    rf"{spelt('scatter')}\.?|(?:(?:1st|2nd|first|second|[12]\.) )?(?:derivative|{spelt('derivative')})|"
     r"residuals?)\W*(?:[\[(].*)?|.*±.*|"
     r"u(?: ?[\[(]\w{0,12}(?: ?= ?\d)?[\])]|_\w{1,12})",
     re.I,
 )
 # Headings of numbers about a row or its reading, and no spectrum.
 _OF_ROWS = re.compile(
-    r"(?:(?:re)?marks?|weights?|gains?|offsets?|averages|thickness|saturat\w+|comments?|notes?|flags?|status|state|quality|qa|qc|valid(?:ity)?|warnings?|date|"
-    r"(?:(?:integration|exposure|measurement|elapsed)[ _]*)?times?|temp(?:\.|erature)?|temperatur|t (?=\(°)|humidity|"
-    r"no\.|nr\.|bemerkung|anmerkung|zeit|datum|diff(?:\.|erence)|[Δ∆]\w*|delta (?:e|r|l)\b.*)"
+    r"(?:(?:re)?marks?|weights?|gains?|offsets?|averages|thickness|saturat\w+|comments?|notes?|flags?|status|state|"
+    r"quality|qa|qc|valid(?:ity)?|warnings?|date|(?:(?:integration|exposure|measurement|elapsed)[ _]*)?times?|"
+    r"temp(?:\.|erature)?|t (?=\(°)|humidity|no\.|nr\.|diff(?:\.|erence)|[Δ∆]\w*|delta (?:e|r|l)\b.*|"
+    rf"{spelt('aside', 'difference')}\.?)"
     r"\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*",
     re.I,
 )
 _COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
 # What an instrument reads, in counts, to make a reflectance or a transmittance of it. Each may be a sample's name, too.
+_OF_READING = rf"(?:currents?|readings?|spe[ck]tr\w+|signals?|{spelt('reading', alone=False)})"
+_BEFORE = rf"(?:{_OF_READING}[ _.-]*{OF})?"
 _OF_READINGS = (
-    r"(?:[ _.-]*(?:currents?|strom|readings?|spe[ck]tr\w+|counts?|signals?|scans?|lamp|intensit\w+|data|daten|mode|"
-    r"values?|werte?|messung|abgleich|standards?|ref(?:[eé]ren\w+)?\.?|riferimento|tile|panel)){0,2}"
+    rf"(?:[ _.-]*(?:{_OF_READING}|counts?|scans?|lamp|intensit\w+|data|mode|values?|standards?|tile|panel|"
+    rf"ref(?:[eé]ren\w+)?\.?|{spelt('reference', 'sample', alone=False)})){{0,2}}"
     r"[ _]*#?\d{0,3}\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*"
 )
-_REFERENCES = r"r[eé]f[eé]ren(?:ce|cia|z)|riferimento|ref|baseline"
-_DARKS = r"dark|dunkel|noir|obscurit[eé]|oscur(?:o|idad)|buio|donker|escuro"
+_REFERENCES = rf"reference|ref|baseline|{spelt('reference', alone=False)}"
+_DARKS = rf"dark|{spelt('dark', alone=False)}"
 # Readings of a sample, as an instrument calls them whatever the sample is.
-_RAWS = (
-    r"scope|raw|roh(?=daten|signal|wert|spe[ck]tr)|donn[eé]es brutes|signal brut|datos (?:brutos|crudos)|"
-    r"dati grezzi|ruwe data"
+_RAWS = rf"scope|raw|{spelt('raw', alone=False)}"
+_READING = rf"{_BEFORE}(?:{_DARKS}|{_REFERENCES})\.?{_OF_READINGS}"
+_BACKGROUNDS = rf"background|bkgr?d?|{spelt('background', alone=False)}"
+_DARK = rf"{_BEFORE}(?:{_DARKS}|{_BACKGROUNDS})\.?{_OF_READINGS}"
+_SAMPLES = rf"sample|{spelt('sample', alone=False)}"
+_LIT = (
+    rf"(?:{_BEFORE}(?:{_SAMPLES}|{_RAWS}|{_REFERENCES}|target|blank)|(?:mess)?signal|se[nñ]al|segnale|sinal|"
+    rf"intensit\w+)\.?{_OF_READINGS}"
 )
-_READING = re.compile(rf"(?:{_DARKS}|{_REFERENCES})\.?{_OF_READINGS}", re.I)
-_DARK = re.compile(
-    rf"(?:{_DARKS}|background|bkgr?d?|hintergrund|bruit de fond|arri[eè]re-plan|fondo)\.?{_OF_READINGS}", re.I
-)
-_SAMPLES = r"sample|proben?|[eé]chantillon|muestra|campione|amostra|monster"
-_LIT = re.compile(
-    rf"(?:{_SAMPLES}|{_RAWS}|target|(?:mess)?signal|se[nñ]al|segnale|intensit\w+|{_REFERENCES}|blank)\.?{_OF_READINGS}",
-    re.I,
-)
-_WHITE = re.compile(
-    rf"(?:(?:{_REFERENCES})[ _]?)?(?:white|wei(?:ß|ss)|blanc(?:o|he|a)?|bianc[oa]|spectralon|wit)\.?{_OF_READINGS}",
-    re.I,
-)
+_WHITE = rf"{_BEFORE}(?:(?:{_REFERENCES})[ _]*)?(?:white|spectralon|{spelt('white', alone=False)})\.?{_OF_READINGS}"
 # Scans without a sample, which a spectrophotometer divides by: "Baseline 100%T".
 _BASELINE = re.compile(r"baseline\W*(?:\d+\W*[rt]?\W*)?", re.I)
-_NEVER_MADE = re.compile(rf"(?:{_RAWS}){_OF_READINGS}", re.I)
-_RAW = re.compile(rf"(?:{_SAMPLES}|{_RAWS}|signal|counts?|{_REFERENCES}|{_DARKS})\b.*", re.I)
+_NEVER_MADE = rf"(?:{_RAWS}){_OF_READINGS}"
+_RAW = rf"{_BEFORE}(?:{_SAMPLES}|{_RAWS}|signal|counts?|{_REFERENCES}|{_DARKS})\b.*"
+_OF_WAVELENGTHS = rf"wave|λ|lambda|{spelt('wavelength')}"
 # Fewest numbers of light in a header that are wavelengths, and no years or numbers of samples.
 _FEWEST_APART = 3
 #: Headings of a column that says what each row measures.
@@ -227,8 +217,8 @@ def _beside(columns: Sequence[Column], cells: Sequence[str]) -> bool:
 
 def _aside(head: str, heads: Sequence[str]) -> bool:
     """True for a column beside the spectra; "dark" and "reference" only next to an instrument's other readings."""
-    if _READING.fullmatch(head):
-        return any(_RAW.fullmatch(other) for other in heads if other != head)
+    if re.fullmatch(_READING, head, re.I):
+        return any(re.fullmatch(_RAW, other, re.I) for other in heads if other != head)
     beside = (SCATTER, _COUNTER, _OF_ROWS)
     return any(pattern.fullmatch(head) for pattern in beside) or is_reciprocal_header(head)
 
@@ -245,16 +235,16 @@ def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:
     table that says of nothing else what it measures. A unit of their own, such as percent, speaks against it.
     """
     silent = [head for head in heads if head and quantity_in(head) is None and unit_in(head) is None]
-    dark = [head for head in silent if _DARK.fullmatch(head)]
-    lit = [head for head in silent if _LIT.fullmatch(head)]
-    white = [head for head in silent if _WHITE.fullmatch(head)]
+    dark = [head for head in silent if re.fullmatch(_DARK, head, re.I)]
+    lit = [head for head in silent if re.fullmatch(_LIT, head, re.I)]
+    white = [head for head in silent if re.fullmatch(_WHITE, head, re.I)]
     made = any(measured(quantity_in(head)) for head in heads)
     if lit and (dark or made):
         return {*dark, *lit, *white}
     if made and dark:
         return {*dark, *white}
     if quantity_in_lines(table.words)[0] is None and unit_in(table.words) is None:
-        return {head for head in lit if _NEVER_MADE.fullmatch(head)}
+        return {head for head in lit if re.fullmatch(_NEVER_MADE, head, re.I)}
     return set()
 
 
@@ -267,7 +257,7 @@ def empty_columns(
     values where its heading says so.
     """
     axes, heads, units = table.layout.axes, table.heads, table.units
-    said = "\n".join(line for line in table.words.splitlines() if re.search("wave|λ|lambda", line, re.I))
+    said = "\n".join(line for line in table.words.splitlines() if re.search(_OF_WAVELENGTHS, line, re.I))
     columns: list[Column] = []
     aside = []
     width = max(width, len(heads))

@@ -3,17 +3,14 @@
 import time
 
 import pytest
-from metamer.spectral.formats.shared.words import (
+from metamer.spectral.formats.shared.colour_words import (
     colour_axis,
     condition_in,
     illuminant_in,
-    names_derived,
-    names_light,
     observer_in,
-    quantity_in,
     stated_colours,
-    unit_in,
 )
+from metamer.spectral.formats.shared.words import names_derived, names_light, quantity_in, unit_in
 from metamer.spectral.illuminants import illuminant
 
 

@@ -1,0 +1,419 @@
+"""Words of measured files in other languages than English, by language and by what they say.
+
+A language is added as one more block. A word stands by itself; `-` before it: anywhere in a longer one; `-` behind it:
+with any ending. A space is also "_", "." or nothing, and letters with marks may be written without them, as many
+exports do.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+from functools import cache
+from typing import Literal, get_args
+
+Role = Literal[
+    "wavelength", "reflectance", "transmittance", "radiance", "absorbance", "percent", "derivative", "difference",
+    "reading", "counts", "raw", "sample", "reference", "white", "dark", "background",
+    "scatter", "mean", "aside", "number", "name",
+]  # fmt: skip
+ROLES: tuple[Role, ...] = get_args(Role)
+
+_TABLE = """
+German
+    wavelength: wellenl-
+    reflectance: -reflexi, -reflektan, -remission
+    transmittance: -transm, -durchlicht, -durchlässig
+    radiance: -bestrahlung, -strahldichte, -strahlungsleistung
+    absorbance: -absorb, extinktion
+    percent: prozent
+    derivative: -ableitung
+    difference: -differenz
+    reading: strom, spannung, messung, abgleich, daten, werte, signal
+    counts: -zähler, -zählrate, -zählwert
+    raw: rohdaten, rohsignal, rohwert, rohspektr
+    sample: proben, probe
+    reference: referenz
+    white: weiß
+    dark: dunkel
+    background: hintergrund
+    scatter: standardabw-, stabw, std abw-, unsicherheit, messunsicherheit, streuung, fehler, messfehler
+    mean: mittelwert, mittel
+    aside: bemerkung, anmerkung, zeit, datum, temperatur
+    number: nr, nummer
+    name: -bezeichnung, -messung, -probe, -muster
+French
+    wavelength: longueur-
+    reflectance: -réflectan, -réflectiv, -réflexi, -rémission
+    transmittance: -transm
+    radiance: -éclairement, luminance énergétique
+    absorbance: -absorb
+    percent: pour cent, pourcent
+    derivative: dérivée
+    difference: différence
+    reading: courant, spectre, signal, mesure
+    counts: coups, coup
+    raw: données brutes, signal brut, spectre brut
+    sample: échantillon
+    reference: référence
+    white: blanche, blanc
+    dark: noir, obscurité
+    background: bruit de fond, arrière-plan
+    scatter: écart type, déviation standard, incert-, erreur
+    mean: moyenne
+    aside: remarque, commentaire, heure
+    number: numéro, no, n°
+    name: nom, échantillon
+Spanish
+    wavelength: longitud-
+    reflectance: -reflectan, -reflectiv, -reflexi
+    transmittance: -transm
+    radiance: -irradiancia, -radiancia
+    absorbance: -absorb
+    percent: por ciento, porcentaje
+    derivative: derivada
+    difference: diferencia
+    reading: corriente, espectro, señal, medida
+    counts: cuentas, cuenta
+    raw: datos brutos, datos crudos, señal bruta
+    sample: muestra
+    reference: referencia
+    white: blanca, blanco
+    dark: oscuridad, oscuro, oscura
+    background: fondo
+    scatter: desv est-, desviación est-, desv típ-, desviación típ-, incert-, error
+    mean: media, promedio
+    aside: observación, observaciones, fecha, hora, temperatura
+    number: número, núm
+    name: nombre, muestra
+Italian
+    wavelength: lunghezza-
+    reflectance: -riflett, -rifless
+    transmittance: -transm, -trasm
+    radiance: -irradianza, -radianza
+    absorbance: -assorb
+    percent: per cento, percentuale
+    derivative: derivata
+    difference: differenza
+    reading: corrente, spettro, segnale, misura
+    counts: conteggi, conteggio
+    raw: dati grezzi, segnale grezzo
+    sample: campione
+    reference: riferimento
+    white: bianco, bianca
+    dark: buio, oscuro
+    background: fondo
+    scatter: deviazione standard, scarto tipo, incert-, errore
+    mean: media
+    aside: osservazioni, ora, temperatura
+    number: numero
+    name: nome, campione
+Portuguese
+    wavelength: comprimento de onda
+    reflectance: -refletân, -refletiv, -reflectân, -reflectiv, -reflexão
+    transmittance: -transmi
+    radiance: -irradiância, -radiância
+    absorbance: -absorb, -absorv
+    percent: por cento, porcentagem, percentagem
+    derivative: derivada
+    difference: diferença
+    reading: corrente, espectro, sinal, medida, leitura
+    counts: contagens, contagem
+    raw: dados brutos, sinal bruto
+    sample: amostra
+    reference: referência
+    white: branco, branca
+    dark: escuro, escura, escuridão
+    background: fundo
+    scatter: desvio padrão, desvio pad, incert-, erro
+    mean: média
+    aside: observação, observações, hora, temperatura
+    number: número, núm
+    name: nome, amostra
+Dutch
+    wavelength: golflengte-
+    reflectance: -reflectan, -reflectie, -remissie, weerkaatsing
+    transmittance: -transm, doorlaat-
+    radiance: -irradiantie, -radiantie, bestralingssterkte, stralingsdichtheid
+    absorbance: -absorb, extinctie
+    percent: procent
+    derivative: afgeleide
+    difference: verschil
+    reading: stroom, signaal, meting, spectrum
+    counts: tellingen, telling
+    raw: ruwe data, ruw signaal, ruwe
+    sample: monster
+    reference: referentie
+    white: witte, wit
+    dark: donker
+    background: achtergrond
+    scatter: standaardafw-, standaarddev-, stdafw, onzekerheid, fout
+    mean: gemiddelde
+    aside: opmerking, datum, tijd, temperatuur
+    number: nummer, nr
+    name: -naam, monster
+Swedish
+    wavelength: våglängd-
+    reflectance: -reflektan, -reflektion, -reflexi, -remittans
+    transmittance: -transm
+    radiance: -irradians, -strålningstäthet, -instrålning
+    absorbance: -absorb
+    percent: procent
+    derivative: derivata
+    difference: skillnad
+    reading: ström, signal, mätning, spektrum
+    counts: räkningar, räknevärde, pulser
+    raw: rådata, råsignal, råvärde, råspektr
+    sample: prov
+    reference: referens
+    white: vitt, vit
+    dark: mörkt, mörk, mörker
+    background: bakgrund
+    scatter: standardavvik-, std avv-, osäkerhet, mätosäkerhet, fel, mätfel
+    mean: medelvärde, medel
+    aside: anmärkning, kommentar, tid, datum, temperatur
+    number: nummer, nr
+    name: -namn, prov, benämning
+Danish and Norwegian
+    wavelength: bølgelængde-, bølgelengde-
+    reflectance: -reflektan, -reflektion, -refleksjon, -refleksion, -remission, -remisjon
+    transmittance: -transm
+    radiance: -irradians, bestråling-, -strålingstæthed, -strålingstetthet, -innstråling
+    absorbance: -absorb
+    percent: procent, prosent
+    derivative: afledte, deriverte
+    difference: forskel, forskjell
+    reading: strøm, signal, måling, spektrum
+    counts: tællinger, tælling, tellinger, telling
+    raw: rådata, råsignal, råverdi, råværdi, råspektr
+    sample: prøven, prøve
+    reference: referance, referanse, reference
+    white: hvidt, hvid, hvitt, hvit
+    dark: mørke, mørkt, mørk
+    background: baggrund, bakgrunn
+    scatter: standardafvig-, standardavvik-, std afv-, std avv-, usikkerhed, usikkerhet, fejl, feil, målefejl, målefeil
+    mean: gennemsnit, gjennomsnitt, middelværdi, middelverdi
+    aside: bemærkning, merknad, kommentar, tid, dato, temperatur
+    number: nummer, nr
+    name: -navn, prøve, betegnelse
+Finnish
+    wavelength: aallonpituu-
+    reflectance: -heijast, -reflektan
+    transmittance: -läpäis, -transm
+    radiance: -irradians, -radianss, säteilyvoimakkuu-, säteilyteho, säteilytysvoimakkuu-
+    absorbance: -absorb
+    percent: prosent
+    derivative: derivaatta
+    difference: erotus
+    reading: virta, signaali, mittaus, spektri, lukema
+    counts: pulssit, pulssia, laskurilukema
+    raw: raakadata, raakasignaali, raaka
+    sample: näytteen, näyte
+    reference: referenssi, vertailu
+    white: valkoisen, valkoinen, valko
+    dark: pimeän, pimeä
+    background: tausta
+    scatter: keskihajonta, hajonta, epävarmuus, mittausepävarmuus, virhe
+    mean: keskiarvo
+    aside: huomautus, huom, aika, päivämäärä, lämpötila
+    number: numero, nro
+    name: -nimi, näyte
+Polish
+    wavelength: długość fali, dł fali, długości fali
+    reflectance: -odbici, -reflektanc, -remisj
+    transmittance: -transmi, -przepuszczaln
+    radiance: -irradianc, -radiancj, -napromieni, -luminancj
+    absorbance: -absorb, ekstynkcj-, gęstość optyczna
+    percent: procent
+    derivative: pochodna
+    difference: różnica
+    reading: prąd, sygnał, widmo, pomiar
+    counts: zliczenia, zliczeń, liczba zliczeń
+    raw: dane surowe, surowe dane, surowe, surowy, sygnał surowy
+    sample: próbki, próbka, próba
+    reference: referencyjny, referencyjne, referencyjna, referencja, referencji, odniesienia, odniesienie
+    white: białego, biały, biała, białe, biel
+    dark: ciemny, ciemne, ciemna, ciemności
+    background: tło, tła
+    scatter: odchylenie std-, odchylenie standard-, odch std, odch stand-, niepewność, błąd
+    mean: średnia, wartość średnia
+    aside: uwagi, uwaga, czas, temperatura
+    number: numer, nr
+    name: nazwa, próbka
+Czech
+    wavelength: vlnová délka, vlnové délky
+    reflectance: -odraz, -reflektan, -remise
+    transmittance: -propustnost, -transmi
+    radiance: -ozářen, -zářivost, -zářivý výkon
+    absorbance: -absorb, extinkce
+    percent: procent
+    derivative: derivace
+    difference: rozdíl
+    reading: proud, signál, měření, spektrum
+    counts: počet impulzů, počet impulsů, impulzy, impulsy
+    raw: surová data, hrubá data, surový signál, surový
+    sample: vzorku, vzorek
+    reference: referenční, reference
+    white: bílého, bílý, bílá, bílé
+    dark: temný, temné, temná, tmavý, tma
+    background: pozadí
+    scatter: směrodatná odch-, směr odch-, standardní odch-, nejistota, chyba
+    mean: průměr
+    aside: poznámka, čas, teplota
+    number: číslo
+    name: název, jméno, vzorek
+Russian
+    wavelength: длина волны, длины волн, длина волн
+    reflectance: -отраж, -отражен
+    transmittance: -пропускан
+    radiance: -облученность, -энергетическая яркость, -мощность излучения, -плотность излучения
+    absorbance: -поглощен, оптическая плотность
+    percent: процент-
+    derivative: производная
+    difference: разность, разница
+    reading: ток, сигнал, спектр, измерение
+    counts: отсчеты, отсчетов, отсчет, импульсы, импульсов
+    raw: сырые данные, исходные данные, необработанные данные, сырой сигнал, исходный сигнал
+    sample: образца, образец, пробы, проба
+    reference: опорный, опорного, референсный, эталонный, эталона, эталон
+    white: белого, белый, белая, белое
+    dark: темновой, темновое, темнового, темный
+    background: фоновый, фон
+    scatter: стандартное отклонение, станд откл, ст откл, ско, с к о, погрешность, неопределенность, ошибка
+    mean: среднее, средний, сред
+    aside: примечание, комментарий, время, дата, температура
+    number: номер, №
+    name: имя, название, наименование, образец
+Turkish
+    wavelength: dalga boy-
+    reflectance: -yansı, -reflektan
+    transmittance: -geçirg, -geçirim, -transmi
+    radiance: -ışınım, -ışıma, -irradyans, -radyans
+    absorbance: -absorb, soğur-
+    percent: yüzde
+    derivative: türev
+    difference: fark
+    reading: akımı, akım, sinyali, sinyal, ölçümü, ölçüm, spektrumu, spektrum
+    counts: sayımlar, sayım
+    raw: ham veri, ham sinyal
+    sample: numune, örnek
+    reference: referans
+    white: beyaz
+    dark: karanlık
+    background: arka plan
+    scatter: standart sapma, std sapma, belirsizlik, hata
+    mean: ortalama
+    aside: açıklama, tarih, zaman, sıcaklık
+    number: numarası, numara, no
+    name: adı, ismi, numune, örnek
+Japanese
+    wavelength: -波長
+    reflectance: -反射
+    transmittance: -透過
+    radiance: -放射照度, -放射輝度, -放射強度, -照度, -輝度
+    absorbance: -吸光, -吸収
+    percent: -パーセント
+    derivative: -微分
+    difference: -差分
+    reading: 電流, スペクトル, 信号, 測定値, データ, 値
+    counts: -カウント, -計数
+    raw: 生データ, 生信号, 生スペクトル
+    sample: 試料, サンプル, 測定試料
+    reference: 参照, 基準, リファレンス, レファレンス
+    white: 白色板, 白色, 白板, ホワイト, 白
+    dark: 暗, ダーク
+    background: バックグラウンド, 背景
+    scatter: 標準偏差, 不確かさ, 偏差, 誤差
+    mean: 平均値, 平均
+    aside: 備考, コメント, 日付, 時刻, 日時, 温度
+    number: 番号, no
+    name: 名前, 名称, 試料, サンプル
+Chinese
+    wavelength: -波长, -波長
+    reflectance: -反射
+    transmittance: -透射, -透过, -透光, -穿透率
+    radiance: -辐照度, -辐亮度, -辐射亮度, -辐射照度, -輻照度, -輻射
+    absorbance: -吸光, -吸收
+    percent: -百分
+    derivative: -导数, -導數
+    difference: 差值
+    reading: 电流, 電流, 光谱, 光譜, 信号, 訊號, 数据, 值
+    counts: -计数, -計數
+    raw: 原始数据, 原始信号, 原始光谱, 原始
+    sample: 样品, 樣品, 样本, 試樣
+    reference: 参比, 参考, 参照, 參考
+    white: 白板, 白色, 白
+    dark: 暗
+    background: 背景, 本底
+    scatter: 标准偏差, 标准差, 標準差, 不确定度, 误差
+    mean: 平均值, 均值, 平均
+    aside: 备注, 註, 日期, 时间, 温度
+    number: 编号, 編號, 序号, 号
+    name: 名称, 名稱, 样品, 样本
+"""
+_MARKED = {
+    "ß": "(?:ß|ss)",
+    "ø": "(?:ø|oe?|ö)",
+    "æ": "(?:æ|ae?)",
+    "å": "(?:å|aa?)",
+    "ł": "[łl]",
+    "ı": "[ıi]",
+    "е": "[её]",
+}
+_MARKED |= {letter: f"(?:{letter}|{plain}e?)" for letter, plain in zip("äöü", "aou", strict=True)}
+# Scripts that put no spaces between words begin here.
+_CJK = "\u2e80"
+
+
+@cache
+def spelt(*roles: Role, alone: bool = True) -> str:
+    """Return a pattern of all words that say one of these in some language, for any case.
+
+    alone : whether letters beside a word make another one of it, as "coupe" of "coup"; else it may be a part of one, as
+        in "Dunkelstrom".
+
+    >>> bool(re.search(spelt("reflectance"), "współczynnik odbicia")), bool(re.search(spelt("counts"), "coupe"))
+    (True, False)
+    """
+    words = sorted({word for role in roles for word in _words()[role]}, key=lambda word: (-len(word), word))
+    inside = [word for word in words if not alone or word.startswith("-") or word[0] >= _CJK]
+    begun = [word for word in words if word not in inside and word.endswith("-")]
+    whole = [word for word in words if word not in inside and word not in begun]
+    parts = [_any_of(inside)] if inside else []
+    parts += [rf"(?<![^\W\d_]){_any_of(begun)}\w*"] if begun else []
+    parts += [rf"(?<![^\W\d_]){_any_of(whole)}(?![^\W\d_])"] if whole else []
+    return f"(?:{'|'.join(parts)})"
+
+
+def _any_of(words: Iterable[str]) -> str:
+    return f"(?:{'|'.join(''.join(map(_letter, word.strip('-'))) for word in words)})"
+
+
+#: Words between a thing and what it is of, as in "número de la muestra" and "spectre d'échantillon".
+OF = r"(?:(?:d[aeiou]?(?:l{1,2}[aeo]?|s)?(?: l[aeo]s?| el)?|l)[ _'’]+(?:l['’])?)?"
+
+
+def number_of_sample() -> str:
+    """Return a pattern of the words that head the numbers of samples, such as "Probennummer" and "numéro"."""
+    sample, number = spelt("sample", alone=False), spelt("number", alone=False)
+    return rf"(?:(?:{sample}[ _.-]*)?{number}\.?|{number}[ _.-]*{OF}{sample})"
+
+
+@cache
+def _words() -> dict[Role, set[str]]:
+    """Return the words of the table by role."""
+    lines = [line.strip().split(":") for line in _TABLE.splitlines() if line.startswith(" ")]
+    found: dict[Role, set[str]] = {role: set() for role in ROLES}
+    for role in ROLES:
+        found[role].update(word.strip() for at, words in lines if at == role for word in words.split(","))
+    return found
+
+
+@cache
+def _letter(letter: str) -> str:
+    """Return a pattern of a letter, with its mark or without."""
+    base = unicodedata.normalize("NFD", letter)[0]
+    if letter == " ":
+        return r"[ _.'’-]{0,2}"
+    return _MARKED.get(letter) or (f"[{letter}{base}]" if base != letter and base.isascii() else re.escape(letter))
