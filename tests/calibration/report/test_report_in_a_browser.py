@@ -147,6 +147,17 @@ def test_keys_change_light_view_marks_observer_and_grey_and_lead_from_picture_to
 
 
 @pytest.mark.browser
+def test_no_row_wraps_on_a_laptop_and_the_first_picture_is_within_300_pixels(page, opened):
+    found = opened(page)
+    found.set_viewport_size({"width": 1280, "height": 800})
+    top = "document.querySelector('#grid li').getBoundingClientRect().top"
+    assert found.evaluate(top) <= 300
+    found.evaluate("openDetail(MATERIALS[0])")
+    heights = found.evaluate("[...document.querySelectorAll('.bar, .dhead')].map((one) => one.clientHeight)")
+    assert max(heights) < 60
+
+
+@pytest.mark.browser
 def test_what_needs_a_look_is_first_and_all_words_of_a_search_must_match(page, opened):
     found = opened(page)
     assert shown(found) == ["Blue", "Red", "Gold"]
