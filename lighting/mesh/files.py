@@ -19,6 +19,11 @@ from .ply import ply_pieces
 
 # Characters of a text by which its encoding is told.
 _SHORT_TEXT = 8
+# A normal of a facet and its corners in a text STL; and the cosine beyond which a normal points to the other side.
+_STL_NUMBERS = re.compile(
+    rb"(?:\bfacet\s+normal|\bvertex)(?:\s+[-+]?(?:\d+\.?\d*|\.\d+|nan|inf)(?:e[-+]?\d+)?){3}(?=\s)"
+)
+_AGAINST = 0.1
 
 
 def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None = None) -> Mesh:
@@ -122,7 +127,28 @@ def _stl_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
         ) from reason
     meshes = loaded.geometry if isinstance(loaded, trimesh.Scene) else {path.stem: loaded}
     solids = ((name, mesh) for name, mesh in sorted(meshes.items()) if isinstance(mesh, trimesh.Trimesh))
-    return [MeshPiece(name, mesh.vertices, mesh.faces) for name, mesh in solids], []
+    return [MeshPiece(name, mesh.vertices, mesh.faces) for name, mesh in solids], _windings_noted(path)
+
+
+def _windings_noted(path: Path) -> list[str]:
+    """Say of how many facets of an STL file the normals point against the winding, which is followed."""
+    data = path.read_bytes()
+    if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        facets = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("", "<u2")], offset=84)
+        normals, corners = facets["normal"].astype(np.float64), facets["corners"].astype(np.float64)
+    else:
+        said = re.findall(_STL_NUMBERS, data.lower())
+        rows = np.array([row.split()[-3:] for row in said], dtype=np.float64).reshape(-1, 3)
+        kinds = [row[0] for row in said]
+        if kinds != [*b"fvvv"] * (len(said) // 4):
+            return []
+        normals, corners = rows[::4], rows.reshape(-1, 4, 3)[:, 1:]
+    with np.errstate(all="ignore"):
+        wound = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        least = _AGAINST * np.linalg.norm(wound, axis=1) * np.linalg.norm(normals, axis=1)
+        count = int((np.einsum("fk,fk->f", wound, normals) < -least).sum())
+    sentence = f"{count} of {len(normals)} facets have normals against the order of their corners, which is followed"
+    return [f"{path.stem}: {sentence}"] if count else []
 
 
 def cleaned_mesh(

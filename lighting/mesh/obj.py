@@ -15,7 +15,7 @@ from typing import NoReturn
 import numpy as np
 
 from ...runtime.errors import InputError
-from ...spectral.formats.shared.text import is_number
+from ...spectral.formats.shared.text import is_number, shortened
 from .mesh import MeshPiece, floats
 from .polygons import triangulated
 
@@ -26,6 +26,11 @@ _KINDS = {"v": "vertex", "vt": "texture coordinate", "vn": "normal"}
 _NOT_DRAWN = {"l": "lines", "p": "points", "call": "files that it calls"}
 _NOT_DRAWN |= dict.fromkeys(
     ("curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp", "res"), "free-form curves or surfaces"
+)
+# Statements that move no face: groups, smoothing, files of materials, attributes of display and of curves.
+_MOVES_NOTHING = re.compile(
+    r"[ogs]|mg|mtllib|usemap|maplib|lod|shadow_obj|trace_obj|bevel|[cd]_interp|[cs]tech|cs(?:type|h)|deg|bmat|step|parm|"
+    r"trim|hole|scrv|sp|end|con|vp"
 )
 # Lines that may go on in the next.
 _GOES_ON = re.compile(rf"\s*(?:{'|'.join(_NUMBERS)}|fo?)\s")
@@ -58,6 +63,7 @@ class _Obj:
         self.faces: list[int] = []
         self.materials: dict[str, int] = {"": 0}
         self.left_out: dict[str, int] = {}
+        self.unknown: dict[str, int] = {}
         self._read()
 
     def _read(self) -> None:
@@ -91,6 +97,8 @@ class _Obj:
                 material = self.materials.setdefault(line.strip()[6:].strip(), len(self.materials))
             elif kind in _NOT_DRAWN:
                 self._leave_out(_NOT_DRAWN[kind])
+            elif kind[0].isalpha() and not _MOVES_NOTHING.fullmatch(kind):
+                self.unknown[kind] = self.unknown.get(kind, 0) + 1
 
     def _leave_out(self, what: str) -> None:
         self.left_out[what] = self.left_out.get(what, 0) + 1
@@ -98,6 +106,12 @@ class _Obj:
     def pieces(self) -> tuple[list[MeshPiece], list[str]]:
         """Triangles by material, and notes."""
         notes = [f"{self.path.stem}: left out, {count} {what}" for what, count in self.left_out.items()]
+        if self.unknown:
+            kinds, count = (
+                ", ".join(f"{shortened(kind, 20)!r}" for kind in [*self.unknown][:4]),
+                sum(self.unknown.values()),
+            )
+            notes.append(f"{self.path.stem}: left out, {count} lines of kinds that OBJ does not have: {kinds}")
         if not self.faces:
             return [], notes
         counts, lines, above, worn = np.array(self.faces).reshape(-1, 4).T

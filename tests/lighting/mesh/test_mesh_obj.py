@@ -191,6 +191,15 @@ def test_lines_points_and_curves_are_left_out_and_said(tmp_path):
     )
 
 
+@pytest.mark.parametrize("line", ["F 1 2 3", "tri 1 2 3", "xf 2 0 0", "scale 1000", "Vertex 0 0 0"])
+def test_lines_that_no_obj_has_are_said(line, tmp_path):
+    path = tmp_path / "odd.obj"
+    path.write_text(f"{HEAD}f 1 2 3\n{line}\n{line}\n")
+    assert f"left out, 2 lines of kinds that OBJ does not have: {line.split()[0]!r}" in load_mesh(path).notes[-1]
+    path.write_text(f"{HEAD}#note\no a\ng b\ns 1\nmtllib a.mtl\ncsh ls\nlod 3\nf 1 2 3\ndeg 2\nparm u 0 1 \\\n2\nend\n")
+    assert not any("kinds" in note for note in load_mesh(path).notes)
+
+
 def test_a_file_of_lines_alone_is_refused_for_what_it_holds(tmp_path):
     path = tmp_path / "wire.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nl 1 2\n")

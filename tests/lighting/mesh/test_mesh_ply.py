@@ -353,6 +353,22 @@ def test_a_binary_stl_of_another_length_is_refused_for_it(off, head, tmp_path):
         load_mesh(path)
 
 
+@pytest.mark.parametrize("form", ["binary", "text", "upper case"])
+@pytest.mark.parametrize(("normal", "against"), [((0, 0, 1), 0), ((0, 0, -1), 2), ((0, 0, 0), 0), ((0.1, 0, -9), 2)])
+def test_normals_of_an_stl_against_its_corners_are_said(form, normal, against, tmp_path):
+    corners = (0, 0, 0, 1, 0, 0, 0, 1, 0)
+    path = tmp_path / "sheet.stl"
+    if form == "binary":
+        path.write_bytes(struct.pack("<80sI", b"", 2) + 2 * struct.pack("<12fH", *normal, *corners, 0))
+    else:
+        vertices = "".join("vertex {} {} {}\n".format(*corners[k : k + 3]) for k in (0, 3, 6))
+        facet = "facet normal {} {:.1e} {}\nouter loop\n".format(*normal) + f"{vertices}endloop\nendfacet\n"
+        text = f"solid normal view\n{2 * facet}endsolid normal view\n"
+        path.write_text(text.upper() if form == "upper case" else text)
+    notes = [note for note in load_mesh(path).notes if "against" in note]
+    assert len(notes) == bool(against) and all(f"{against} of 2 facets" in note for note in notes)
+
+
 @pytest.mark.parametrize("form", ["binary", "binary that begins with solid", "text", "text of two solids"])
 def test_an_stl_keeps_its_area_and_volume(form, tmp_path):
     fan = [(a, face[k], face[k + 1]) for face in U_FACES[2:] for a in face[:1] for k in range(1, len(face) - 1)]
