@@ -46,6 +46,14 @@ def imports_from(path):
     return [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
 
 
+@pytest.fixture(scope="module")
+def trees():
+    """Syntax trees of the product's files by their paths, benchmarks and examples too."""
+    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()}
+    ours = (path for path in tracked("*.py") if path.parts[0] in packages or len(path.parts) == 1)
+    return {path: ast.parse((ROOT / path).read_text(encoding="utf-8")) for path in ours}
+
+
 def tool(name):
     """Path of a command that stands beside this Python; the test skips where it is not installed."""
     found = shutil.which(name, path=os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")]))
@@ -176,14 +184,14 @@ def test_a_hint_to_install_metamer_has_its_own_name_on_the_package_index():
 
 
 @pytest.mark.parametrize("folder", ["lighting", "viewer", "calibration"])
-def test_every_refusal_says_what_would_do(folder):
+def test_every_refusal_says_what_would_do(trees, folder):
     """An `InputError` that is raised says what was expected, or what to try."""
     mute = []
-    for path in sorted((ROOT / folder).rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for path in (path for path in trees if path.parts[0] == folder):
+        for node in ast.walk(trees[path]):
             made = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "InputError"
             if made and not {keyword.arg for keyword in node.keywords} & {"expected", "hint"}:
-                mute.append(f"{path.relative_to(ROOT)}:{node.lineno}")
+                mute.append(f"{path}:{node.lineno}")
     assert not mute, mute
 
 
@@ -301,8 +309,7 @@ class Definition(NamedTuple):
 
 
 @pytest.fixture(scope="module")
-def definitions():
-    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()} - {"examples"}
+def definitions(trees):
     found = []
 
     def look(path, node, names):
@@ -313,9 +320,9 @@ def definitions():
             if isinstance(inner, ast.FunctionDef | ast.ClassDef):
                 look(path, inner, (*names, inner.name))
 
-    for path in tracked("*.py"):
-        if path.parts[0] in packages or len(path.parts) == 1:
-            look(path, ast.parse((ROOT / path).read_text(encoding="utf-8")), ())
+    for path, tree in trees.items():
+        if path.parts[0] != "examples":
+            look(path, tree, ())
     return found
 
 
@@ -349,13 +356,12 @@ def test_no_two_public_classes_have_one_name(definitions):
     assert not {name: where for name, where in places.items() if len(where) > 1}
 
 
-def test_no_module_gives_two_constants_one_name():
+def test_no_module_gives_two_constants_one_name(trees):
     """The last of two would win, also where the first is meant."""
-    packages = {folder.relative_to(ROOT).parts[0] for folder in FOLDERS.values()}
     twice = []
-    for path in tracked("*.py"):
+    for path, tree in trees.items():
         given = set()
-        for node in ast.parse((ROOT / path).read_text(encoding="utf-8")).body if path.parts[0] in packages else ():
+        for node in tree.body:
             targets = getattr(node, "targets", None) or ([node.target] if isinstance(node, ast.AnnAssign) else [])
             parts = [part for target in targets for part in ast.walk(target)]
             for name in (part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)):
