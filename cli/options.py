@@ -69,6 +69,21 @@ def light_name(word: str) -> str:
     return word
 
 
+def add_lights_options(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add the lights and the observer that something is seen under and by."""
+    parser.add_argument(
+        "--illuminants",
+        type=parse_illuminants,
+        action=Added,
+        default=("D65", "A", "FL11"),
+        metavar="X,Y",
+        help=f"{what} (default: D65,A,FL11)",
+    )
+    parser.add_argument(
+        "--observer", type=parse_observer, default="1931_2", metavar="NAME", help="of the same (default: 1931_2)"
+    )
+
+
 def add_illuminant_option(
     parser: argparse.ArgumentParser, words: str = "in place of every light's own spectrum"
 ) -> None:

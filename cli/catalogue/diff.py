@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING
 from ...calibration.report.text_tables import columns
 from ...runtime.remote import place
 from ..options import (
-    Added,
     add_json_option,
+    add_lights_options,
     open_catalogue,
-    parse_illuminants,
-    parse_observer,
     positive_count,
     positive_delta_e,
 )
@@ -41,15 +39,7 @@ def add_parser(verbs: argparse._SubParsersAction[argparse.ArgumentParser]) -> No
     for side in ("A", "B"):
         diff.add_argument(side.lower(), metavar=side, help="catalogue folder, material file, or id of a material")
     diff.add_argument("--catalogue", type=place, metavar="CAT", help="where ids are looked up (default: as for list)")
-    diff.add_argument(
-        "--illuminants",
-        type=parse_illuminants,
-        action=Added,
-        default=("D65", "A", "FL11"),
-        metavar="X,Y",
-        help="default: D65,A,FL11",
-    )
-    diff.add_argument("--observer", type=parse_observer, default="1931_2", metavar="NAME", help="default: 1931_2")
+    add_lights_options(diff, "under which materials are compared")
     diff.add_argument(
         "--of",
         choices=("packs", "original"),

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..options import Added, add_across_option, add_answer_options, answer_of, parse_illuminants, parse_observer
+from ..options import add_across_option, add_answer_options, add_lights_options, answer_of
 from ..output import on_standard_output
 from ..progress.lines import progress_bar
 from .output import EXIT_CODES, add_output_options, check_output_options, report_result
@@ -52,17 +52,7 @@ def run(args: argparse.Namespace) -> int:
 
 def add_side_options(command: argparse.ArgumentParser) -> None:
     """Add the options for what files leave open."""
-    command.add_argument(
-        "--illuminants",
-        type=parse_illuminants,
-        action=Added,
-        default=("D65", "A", "FL11"),
-        metavar="X,Y",
-        help="under which spectra, readings and catalogues are seen (default: D65,A,FL11); pictures in XYZ have theirs",
-    )
-    command.add_argument(
-        "--observer", type=parse_observer, default="1931_2", metavar="NAME", help="of the same (default: 1931_2)"
-    )
+    add_lights_options(command, "under which spectra, readings and catalogues are seen; pictures in XYZ have theirs")
     command.add_argument(
         "--display", choices=("sRGB",), metavar="NAME", help="that PNG pictures are for, where they do not say: sRGB"
     )

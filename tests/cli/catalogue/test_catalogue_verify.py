@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metamer.cli.catalogue import diff as catalogue_diff
+from metamer.cli.options import add_lights_options
 from metamer.cli.parser import parser
 from metamer.materials.catalogue.compare import ILLUMINANTS, compare_catalogues
 from metamer.materials.records.record import read_record, write_record
@@ -136,7 +136,7 @@ def test_diff_takes_the_lights_of_the_comparison_by_default():
     takes = inspect.signature(compare_catalogues).parameters
     assert args.illuminants == takes["illuminants"].default == ILLUMINANTS
     assert (args.observer, args.of) == (takes["observer_name"].default, takes["of"].default)
-    words = inspect.getsource(catalogue_diff.add_parser)
+    words = inspect.getsource(add_lights_options)
     assert f"default: {','.join(ILLUMINANTS)}" in words and f"default: {args.observer}" in words
 
 
