@@ -45,6 +45,7 @@ from .shared.decisions import (
 from .shared.entry_rules import MOST_SAMPLES, Gathering
 from .shared.resemblance import Luminances, luminances
 from .shared.text import head_text, is_missing, shortened
+from .tables.quantities import OF_STATISTICS, scatter_alone, scatter_among
 
 NAME = "CGATS"
 ASKS = True
@@ -156,7 +157,16 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
     except InputError as reason:
         gathering.rejected.append((place or path.stem, reason))
         return
+    stated_of = [at for at, head in beside if OF_STATISTICS.search(head)]
+    left_out = scatter_among(names, [[*table.keywords.values(), *(row[at] for at in stated_of)] for row in table.rows])
+    if left_out:
+        called = ", ".join(dict.fromkeys(names[index] or f"set {index + 1}" for index in left_out[:6]))
+        gathering.note(f"sets that are the scatter or the limits of others are left out: {called}")
+    if len(left_out) == len(names) > 0:
+        gathering.rejected.append((place or path.stem, scatter_alone(place or path.stem, "its keywords or its names")))
     for index, row in enumerate(table.rows):
+        if index in left_out:
+            continue
         name = names[index] or (path.stem if len(table.rows) == 1 else f"{path.stem} {index + 1}")
         wrong = next((row[at] for at in values_at if np.isnan(table.number(row[at])) and not is_missing(row[at])), None)
         if wrong is not None:

@@ -13,7 +13,7 @@ from .text import one_line
 Unit = Literal["percent", "fraction"]
 Meaning = Quantity | Literal["sensitivity"]
 
-_RADIANCE_FACTOR = re.compile(r"radiance[ _-]*factor|strahldichtefaktor|[輝亮]度[率因]", re.I)
+_RADIANCE_FACTOR = re.compile(r"(?:radiance|luminance)[ _-]*factor|(?:strahl|leucht)dichtefaktor|[輝亮]度[率因]", re.I)
 _REFLECTANCE = re.compile(
     rf"reflect(?!or)|{spelt('reflectance')}|\brefl\b|\d+as-?\d+|\bas-?\d{{2,3}}\b|albedo|"
     r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
@@ -24,6 +24,9 @@ _TRANSMITTANCE = re.compile(
     r"\bT\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bT$",
     re.I,
 )
+# Light that a surface sends on, and words for light: a power, if no percentage.
+_SENT_ON = re.compile(r"(?<![a-z])(?:back)?(?:reflected|transmitted|remitted)(?![a-z])", re.I)
+_OF_LIGHT = re.compile(r"(?<![a-z])(?:light|intensit(?:y|ies)|power|flux|signal|energy|beam)(?![a-z])", re.I)
 _EMISSION = re.compile(
     rf"irradian|radian(?:ce|cy)(?![ _-]*coeff)|{spelt('radiance')}|"
     r"radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
@@ -191,7 +194,7 @@ _FRACTION = re.compile(
 
 def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
     """Find the quantity that words name, None if they name none; absorbance and refractive indices are told, to be
-    refused.
+    refused. Reflected radiance is no reflectance.
     """
     words = _ABSOLUTE.sub(r"\1", one_line(words))
     if _ABSORBANCE.search(words):
@@ -200,6 +203,12 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
         return "index"
     if _RADIANCE_FACTOR.search(words):
         return "radiance factor"
+    without = _SENT_ON.sub("", words)
+    if without != words and not (_TRANSMITTANCE.search(without) or _REFLECTANCE.search(without)):
+        if _EMISSION.search(without):
+            return "emission"
+        if _OF_LIGHT.search(without) and unit_in(words) is None:
+            return None
     through, back = _TRANSMITTANCE.search(words), _REFLECTANCE.search(words)
     if through or back:
         return None if through and back else "transmittance" if through else "reflectance"

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -42,13 +42,14 @@ from ..shared.words import (
     quantity_of_set,
 )
 from .axis import LIGHT_NM
-from .rows import is_of_rows, refuse_wavelengths
+from .rows import SCATTER, is_of_rows, refuse_wavelengths
 from .section import Column
 
 _SURFACES = ("reflectance", "transmittance", "radiance factor")
 _LETTER = re.compile(r"\s*[RT]\s*")
 # Functions of a power, beside the words for one.
 _OF_POWER = (
+    r"radiance ?/ ?irradiance|"
     rf"deriv[ae]t|{spelt('derivative', 'difference')}|difference|differential|\bdelta\b|[Δ∆]|\bsqrt|√|"
     r"square root|\bsquared?\b|"
     r"\bdB(?:[mW]|(?![a-z]))|decibel|\b(?:log(?:_?10)?|ln)\b|\bd ?(?:ir)?radiance ?/ ?d"
@@ -59,6 +60,22 @@ _MEAN = re.compile(rf"(?:.*\W)?(?:mean|average|avg|{spelt('mean')}|ø)\W*(?:[\[(
 # Standards, uncoated papers and the like.
 _STANDARD = re.compile(r"(?:.*[\s_(,;])?(?:std|sd)\W*(?:[\[(].*)?", re.I)
 _SHORTENED = re.compile(r".*[\s_(,;](?:ci|cv|unc|sem|err|snr|s\.e)\W*(?:[\[(].*)?", re.I)
+# Limits of what is accepted, and the spread of several readings.
+_LIMIT = re.compile(
+    r"(?:.*[\s_(,;])?(?:tol\.?|tol[eé]ran\w{1,4}|tolleranze?|"
+    r"(?:upper|lower|control|warning|action)[ _]limits?|[ul]cl|[ul]sl)\s*[-+±]?\W*(?:[\[(].*)?|"
+    r"range|spannweite",
+    re.I,
+)
+# Ends of what was read; a sample may be called so where no mean and no other end stands beside.
+_END = re.compile(r"(?:.*[\s_(,;])?(min|max)(?:\.|imum|imal)?\W*(?:[\[(].*)?", re.I)
+_OF_WHAT = re.compile(r"\s+(?:of|over|from|in|for|n ?=)\s.*$", re.I)
+_TITLE_OF_SCATTER = (
+    r"(?:(?:spectral|relative|expanded|combined|reflectance|transmittance|measurement) )?(?:std\.?[ _]?dev\w*|stdev\w*|"
+    rf"standard deviations?|uncertaint(?:y|ies)|variance|tolerances?|{spelt('scatter')})\W*(?:[\[(].*)?"
+)
+#: Headings of a column that says which statistic each row is.
+OF_STATISTICS = re.compile(r"stat|type|kind|value|function|measure|quantity", re.I)
 _WANTED = "reflectance, transmittance or emission"
 # Largest sample of fractions of a surface that is not black: a light that was normalised has 1.
 _DARKEST_OF_FRACTIONS, _NORMALISED = 0.01, 1.0
@@ -194,6 +211,8 @@ def _own(column: Column, heads: Sequence[str]) -> str | None:
         return "function of power"
     if own in (None, "reflectance", "transmittance") and names_derived(column.heading, heads):
         return "derived"
+    if own in (*_SURFACES, "emission") and " " in column.words.strip() and _is_scatter(column.words):
+        return "scatter"
     if own in ("reflectance", "transmittance", "radiance factor") and other_scale_in(column.heading):
         return "other scale"
     # "a.u." behind a word for power are arbitrary units.
@@ -318,16 +337,61 @@ def scatter_removed(columns: list[Column]) -> tuple[list[Column], list[str]]:
     """Columns less those that are called as a scatter, a difference or a weight is, and their names, where there are
     others. "Std" is the standard, where nothing is called a mean.
     """
-    names = [column.name[:_LONGEST_NAME] for column in columns]
-    means = any(map(_MEAN.fullmatch, names))
-    samples = [
-        not is_of_rows(name) or (_STANDARD.fullmatch(name) and not means) or _SHORTENED.fullmatch(name)
-        for name in names
+    if columns and all(_is_titled([column.around]) for column in columns):
+        raise scatter_alone(columns[0].name, "the lines above")
+    left_out = scatter_among(
+        [column.name for column in columns],
+        [
+            [column.around, *(said for head, said in column.beside.items() if OF_STATISTICS.search(head))]
+            for column in columns
+        ],
+    )
+    kept = [column for at, column in enumerate(columns) if at not in left_out]
+    return kept, [columns[at].name[:_LONGEST_NAME] for at in left_out]
+
+
+def scatter_alone(field: str, by: str) -> InputError:
+    """Return the refusal of a table without a measurement; `by` : what says so."""
+    problem, hint = _REFUSED["scatter"]
+    return InputError(problem, field=field, found=f"a scatter or limits, by {by}", expected=_WANTED, hint=hint)
+
+
+def scatter_among(names: Sequence[str], said: Sequence[Sequence[str]]) -> list[int]:
+    """Places of the spectra that are a scatter, a limit, a difference or a weight of others, by their names or by what
+    is said of each; none where nothing else is left by name.
+
+    said : cells that say what each is, and lines above its table.
+    """
+    names = [name[:_LONGEST_NAME] for name in names]
+    words = [[name, *said_of] for name, said_of in zip(names, said, strict=True)]
+    means = any(_MEAN.fullmatch(each[:_LONGEST_NAME]) for words_of in words for each in words_of)
+    ends = [next((end[1].casefold() for each in words_of if (end := _END.fullmatch(each))), "") for words_of in words]
+    spread = means or {"min", "max"} <= set(ends)
+    called = [
+        _is_scatter(name, means) or (is_of_rows(name) and not SCATTER.fullmatch(name)) or bool(end and spread)
+        for name, end in zip(names, ends, strict=True)
     ]
-    if not any(samples):
-        return columns, []
-    kept = [column for column, sample in zip(columns, samples, strict=True) if sample]
-    return kept, [name for name, sample in zip(names, samples, strict=True) if not sample]
+    if all(called):
+        called = [False] * len(names)
+    return [at for at, said_of in enumerate(said) if called[at] or _is_titled(said_of)]
+
+
+def _is_titled(said: Iterable[str]) -> bool:
+    """Return whether a cell or a line that is no key says that what it is about is a scatter."""
+    lines = (line.strip() for words in said for line in words.splitlines()[:400])
+    titles = (_OF_WHAT.sub("", line[:_LONGEST_NAME]) for line in lines if not line.endswith((":", "=")))
+    return any(re.fullmatch(_TITLE_OF_SCATTER, title, re.I) for title in titles)
+
+
+def _is_scatter(words: str, means: bool = False) -> bool:
+    """Return whether words say scatter or limits and nothing else; means : whether a mean stands beside, else "std" is
+    the standard.
+    """
+    words = _OF_WHAT.sub("", words.strip()[:_LONGEST_NAME])
+    if _LIMIT.fullmatch(words):
+        return True
+    standard = (_STANDARD.fullmatch(words) and not means) or _SHORTENED.fullmatch(words)
+    return bool(SCATTER.fullmatch(words)) and not standard
 
 
 def _are_identifiers(column: Column, beside_fractions: bool) -> bool:
@@ -346,6 +410,10 @@ def _is_whole(column: Column) -> bool:
 
 
 _REFUSED = {
+    "scatter": (
+        "the scatter of readings, their limits or their uncertainty is no measurement of a colour",
+        "export the readings themselves, or their mean",
+    ),
     "absorbance": (
         "absorbance is neither reflectance nor transmittance",
         "export %R or %T: instruments show absorbance, K/S or log(1/R) as another mode of the same scan",

@@ -65,7 +65,7 @@ _RAWS = rf"scope|raw|{spelt('raw', alone=False)}"
 _READING = rf"{_BEFORE}(?:{_DARKS}|{_REFERENCES})\.?{_OF_READINGS}"
 _BACKGROUNDS = rf"background|bkgr?d?|{spelt('background', alone=False)}"
 _DARK = rf"{_BEFORE}(?:{_DARKS}|{_BACKGROUNDS})\.?{_OF_READINGS}"
-_SAMPLES = rf"sample|{spelt('sample', alone=False)}"
+_SAMPLES = rf"sample|smp|{spelt('sample', alone=False)}"
 _LIT = (
     rf"(?:{_BEFORE}(?:{_SAMPLES}|{_RAWS}|{_REFERENCES}|target|blank)|(?:mess)?signal|se[nñ]al|segnale|sinal|"
     rf"intensit\w+)\.?{_OF_READINGS}"
@@ -73,7 +73,7 @@ _LIT = (
 _WHITE = rf"{_BEFORE}(?:(?:{_REFERENCES})[ _]*)?(?:white|spectralon|{spelt('white', alone=False)})\.?{_OF_READINGS}"
 # Scans without a sample, which a spectrophotometer divides by: "Baseline 100%T".
 _BASELINE = re.compile(r"baseline\W*(?:\d+\W*[rt]?\W*)?", re.I)
-_NEVER_MADE = rf"(?:{_RAWS}){_OF_READINGS}"
+_NEVER_MADE = rf"(?:(?:{_SAMPLES})[ _]*)?(?:{_RAWS}){_OF_READINGS}"
 _RAW = rf"{_BEFORE}(?:{_SAMPLES}|{_RAWS}|signal|counts?|{_REFERENCES}|{_DARKS})\b.*"
 _OF_WAVELENGTHS = rf"wave|λ|lambda|{spelt('wavelength')}"
 # Fewest numbers of light in a header that are wavelengths, and no years or numbers of samples.
@@ -236,7 +236,7 @@ def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:
     """
     silent = [head for head in heads if head and quantity_in(head) is None and unit_in(head) is None]
     dark = [head for head in silent if re.fullmatch(_DARK, head, re.I)]
-    lit = [head for head in silent if re.fullmatch(_LIT, head, re.I)]
+    lit = [head for head in silent if re.fullmatch(rf"{_LIT}|{_NEVER_MADE}", head, re.I)]
     white = [head for head in silent if re.fullmatch(_WHITE, head, re.I)]
     made = any(measured(quantity_in(head)) for head in heads)
     if lit and (dark or made):
@@ -364,6 +364,10 @@ def _name(table: Section, head: str, at: int, axis: int, count: int) -> str:
         # Headings as R (15), R (45).
         return head
     above = _names_above(table)
+    if len(above) == len(table.layout.axes) > 1 and all(above):
+        above = [
+            above[table.layout.axes.index(at)] if at in table.layout.axes else "" for at in range(len(table.heads))
+        ]
     of_two = len(above) == len(table.heads) == 2 and is_wavelength_header(above[0])
     if len(above) > 1 and (of_two or len(table.layout.axes) > 1 or len(above) >= len(table.heads) > 2):
         for place in (at,) if of_two else (at, axis):

@@ -1,0 +1,110 @@
+"""Scatter, limits and ends of readings are no samples; light that a surface sends on is no reflectance."""
+
+import numpy as np
+import pytest
+from metamer.runtime.errors import InputError
+from metamer.spectral.formats.registry import read_spectra
+from metamer.spectral.formats.shared.words import quantity_in
+
+NM = np.arange(400, 701, 50)
+RED = 6.2 + 57.0 / (1.0 + np.exp(-(NM - 583.0) / 13.0))
+BLUE = 80.0 - 0.5 * RED
+
+# Names of sets after two samples: those that are left out are marked.
+SETS = ["Mean,*StdDev", "Average,*Std Dev", "MEAN,*STDEV", "Mean,*Tolerance", "*MIN,*MAX", "Mean,*Min,*Max",
+        "*Minimum,*Maximum", "Avg,*Range", "*Upper limit,*Lower limit", "*Tolerance +,*Tolerance -",
+        "blue mean,*blue stdev,*blue min,*blue max", "Mittelwert,*Standardabweichung", "Moyenne,*Écart type",
+        "*standard deviation of readings", "min red", "Max", "Mountain range", "tolerant red"]  # fmt: skip
+
+
+def chart(names, *columns, keywords="", fields=()):
+    heads = [*(["SAMPLE_NAME", *fields]), *(f"SPECTRAL_NM{nm}" for nm in NM)]
+    rows = [
+        " ".join([*(f'"{word}"' for word in name.split("|")), *(f"{value:.4f}" for value in values)])
+        for name, values in zip(names, columns, strict=True)
+    ]
+    return (
+        f'CGATS.17\nMEASUREMENT_TYPE "Reflectance"\n{keywords}SPECTRAL_NORM 100\nNUMBER_OF_FIELDS {len(heads)}\n'
+        f"BEGIN_DATA_FORMAT\n{' '.join(heads)}\nEND_DATA_FORMAT\nNUMBER_OF_SETS {len(rows)}\nBEGIN_DATA\n"
+        + "\n".join(rows)
+        + "\nEND_DATA\n"
+    )
+
+
+def across(names, *columns):
+    rows = [
+        ",".join([name, *(f"{value:.4f}" for value in values)]) for name, values in zip(names, columns, strict=True)
+    ]
+    return "Reflectance (%)\n" + "\n".join([",".join(["Name", *map(str, NM)]), *rows]) + "\n"
+
+
+def down(heads, *columns):
+    rows = [",".join(f"{value:.6g}" for value in row) for row in zip(NM, *columns, strict=True)]
+    return "\n".join([",".join(heads), *rows]) + "\n"
+
+
+@pytest.mark.parametrize("sets", SETS)
+def test_statistics_behind_samples_are_none(written, sets):
+    names = ["red", "blue", *sets.replace("*", "").split(",")]
+    kept = ["red", "blue", *(name for name in sets.split(",") if name[0] != "*")]
+    columns = [RED, BLUE, *([RED / 9.0] * (len(names) - 2))]
+    table = "Reflectance (%)\n" + down(["nm", *names], *columns)
+    for content, name in ((chart(names, *columns), "a.txt"), (across(names, *columns), "a.csv"), (table, "b.csv")):
+        file = read_spectra(written(content, name))
+        assert [entry.name for entry in file.entries] == kept and not file.rejected
+        assert all(any(left_out in note for note in file.notes) for left_out in set(names) - set(kept))
+
+
+def test_a_column_says_which_statistic_a_set_is(written):
+    names = ["red|mean", "red|stdev", "red|min", "red|max"]
+    for field in ("STATISTIC", "DATA_TYPE", "VALUE_KIND"):
+        file = read_spectra(written(chart(names, *([RED] * 4), fields=(field,)), "a.txt"))
+        assert len(file.entries) == 1
+
+
+@pytest.mark.parametrize("line", ["Standard deviation", "StdDev of 10 readings", "Standardabweichung", "Uncertainty"])
+def test_a_table_may_be_of_scatter_by_its_title(written, line):
+    both = f"Reflectance (%)\nMean\n{down(['nm', 'red'], RED)}\n{line}\n{down(['nm', 'red'], RED / 50.0)}"
+    charts = chart(["red"], RED) + chart(["red"], RED / 50.0, keywords=f'DESCRIPTOR "{line}"\n')
+    for content, name in ((both, "a.csv"), (charts, "a.txt")):
+        (entry,) = read_spectra(written(content, name)).entries
+        np.testing.assert_allclose(entry.spectrum.samples, RED / 100.0, rtol=1e-4)
+    for content in (f"{line}\nReflectance (%)\n{down(['nm', 'red'], RED)}", down(["nm", f"Reflectance {line}"], RED)):
+        with pytest.raises(InputError, match="is no measurement of a colour"):
+            read_spectra(written(content))
+
+
+@pytest.mark.parametrize("verb", ["Reflected", "transmitted", "Backreflected"])
+def test_light_that_is_sent_on_is_no_reflectance(verb):
+    for words in ("{} radiance", "{} light (W/m2/nm)", "Irradiance {} by the panel", "{} luminance [cd/m2]"):
+        assert quantity_in(words.format(verb)) == "emission"
+    for words in ("{} power (mW)", "{} light", "{} intensity", "{} signal", "{} flux"):
+        assert quantity_in(words.format(verb)) is None
+    surface = "transmittance" if verb == "transmitted" else "reflectance"
+    for words in ("{} (%)", "{} light (%)", "{} power [0-1]", f"{{}} {surface}"):
+        assert quantity_in(words.format(verb)) == surface
+
+
+def test_a_luminance_factor_is_of_no_lamp():
+    assert quantity_in("Luminance factor") == quantity_in("Leuchtdichtefaktor") == "radiance factor"
+    assert quantity_in("Luminance") == "emission"
+
+
+@pytest.mark.parametrize("between", ["\t", ","])
+@pytest.mark.parametrize("names", ["Red,Blue", "Red,,Blue", "Red,,Blue,"])
+def test_names_above_pairs_of_columns_are_of_each_pair(written, names, between):
+    heads = '"Wavelength nm."\t"R%"\t"Wavelength nm."\t"R%"'
+    rows = [f"{nm}\t{red:.3f}\t{nm}\t{blue:.3f}" for nm, red, blue in zip(NM, RED, BLUE, strict=True)]
+    above = names.replace(",", "\t")
+    content = "\n".join([above, heads, *rows]).replace("\t", between) + "\n"
+    entries = read_spectra(written(content)).entries
+    assert [entry.name for entry in entries] == ["Red", "Blue"]
+    np.testing.assert_allclose(entries[0].spectrum.samples, RED / 100.0, atol=1e-5)
+
+
+def test_a_scope_reading_of_a_sample_is_no_lamp(written):
+    content = '"CH1" "Smp" scope\n' + "".join(
+        f"  {nm:.2f}   {600.3 * red:.6E}\n" for nm, red in zip(NM, RED, strict=True)
+    )
+    with pytest.raises(InputError, match="readings of an instrument"):
+        read_spectra(written(content, "fluorescent lamp.SSM"))
