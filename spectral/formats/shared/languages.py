@@ -400,6 +400,23 @@ def number_of_sample() -> str:
     return rf"(?:(?:{sample}[ _.-]*)?{number}\.?|{number}[ _.-]*{OF}{sample})"
 
 
+def words_spoken(text: str) -> int:
+    """Return how many words of the table that no English text has are in a text.
+
+    >>> words_spoken("Длина волны; эталон"), words_spoken("reference; Äëèíà âîëíû")
+    (2, 0)
+    """
+    lower = text.lower()
+    return sum(word in lower for word in _foreign_words())
+
+
+@cache
+def _foreign_words() -> frozenset[str]:
+    """Return words with letters of their own that are too long to be there by chance."""
+    words = {word.strip("-") for words in _words().values() for word in words}
+    return frozenset(word for word in words if not word.isascii() and len(word) >= (2 if word[0] >= _CJK else 4))
+
+
 @cache
 def _words() -> dict[Role, set[str]]:
     """Return the words of the table by role."""

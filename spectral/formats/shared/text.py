@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from functools import lru_cache
 from pathlib import Path
 
 from ....runtime.errors import InputError
 from ....runtime.files import existing_file
+from .languages import words_spoken
 
 #: Bytes and lines; a text that is larger is no measurement that a person meant to import.
 LARGEST, MOST_LINES = 256 * 2**20, 1_000_000
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _WIDE = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
+# Encodings of older systems, by region; and the bytes that are looked through for words.
+_LEGACY = ("cp1252", "cp1250", "cp1251", "cp1254", "koi8-r", "cp932", "gb18030", "euc_jp", "big5")
+_SPOKEN = 1 << 14
+_FULL_WIDTH = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: " ", 0x339A: "nm"}
 # What no text holds: control characters other than tab, line and page ends, escape.
 _BINARY = re.compile(r"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 
@@ -29,7 +35,10 @@ MISSING = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "n.a.", "#n/a", "
 
 
 def _decoded(data: bytes) -> str | None:
-    """Text of bytes: UTF-8, UTF-16 with a byte-order mark, or one byte a character; None if it is no text."""
+    """Text of bytes: UTF-8, UTF-16 with a byte-order mark, or an older encoding; None if it is no text.
+
+    Letters and their marks are one character each, and signs of full width are as any others.
+    """
     if encoding := _WIDE.get(data[:2]):
         text = data[2:].decode(encoding, errors="replace")
     else:
@@ -42,11 +51,23 @@ def _decoded(data: bytes) -> str | None:
         try:
             text = data.decode("utf-8-sig")
         except UnicodeDecodeError:
-            try:
-                text = data.decode("cp1252")
-            except UnicodeDecodeError:
-                text = data.decode("latin-1")
-    return None if _BINARY.search(text) else text
+            text = _legacy_decoded(data)
+    if _BINARY.search(text):
+        return None
+    return text if text.isascii() else unicodedata.normalize("NFC", text).translate(_FULL_WIDTH)
+
+
+def _legacy_decoded(data: bytes) -> str:
+    """Text in the encoding of an older system: the one in which most of the words that files have are found."""
+    start = data[:_SPOKEN]
+    found = {encoding: words_spoken(start.decode(encoding, errors="ignore")) for encoding in _LEGACY}
+    best = max(_LEGACY, key=found.__getitem__)
+    if found[best] and best != "cp1252":
+        return data.decode(best, errors="replace")
+    try:
+        return data.decode("cp1252")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
 
 @lru_cache(maxsize=2)  # each reader in turn asks for the same one

@@ -79,6 +79,36 @@ def test_readings_and_scatter_are_no_samples(written, language):
                     read_spectra(written(table((nm, *names), *columns), "fluorescent lamp.csv"), answer)
 
 
+ENCODINGS = ["German cp1252", "French cp1252", "Polish cp1250", "Czech cp1250", "Russian cp1251", "Russian koi8-r",
+             "Turkish cp1254", "Japanese cp932", "Japanese euc_jp", "Chinese gb18030", "Japanese utf-16"]  # fmt: skip
+
+
+@pytest.mark.parametrize("which", ENCODINGS)
+def test_words_are_known_in_the_encodings_of_older_systems(written, which):
+    language, encoding = which.split()
+    nm, dark, _, white, sample, _, reflectance, _, scatter, _ = WORDS[language]
+    content = table((nm, f"{reflectance} (%)", scatter), PERCENT, PERCENT / 90.0)
+    (entry,) = read_spectra(written(content.encode(encoding))).entries
+    assert entry.name == reflectance and entry.spectrum.quantity == "reflectance"
+    with pytest.raises(InputError, match="readings of an instrument"):
+        read_spectra(written(table((nm, dark, white, sample), DARK, WHITE, SAMPLE).encode(encoding), "lamp.csv"))
+
+
+@pytest.mark.parametrize("language", ["French", "Swedish", "Polish", "Japanese"])
+def test_marks_that_stand_behind_their_letters_are_parts_of_them(written, language):
+    nm, dark, _, white, sample, *_ = (unicodedata.normalize("NFD", word) for word in WORDS[language])
+    with pytest.raises(InputError, match="readings of an instrument"):
+        read_spectra(written(table((nm, dark, white, sample), DARK, WHITE, SAMPLE), "lamp.csv"))
+
+
+@pytest.mark.parametrize("head", ["反射率（％）", "Ｒ％", "反射率 ［％］", "Reflectance（％）"])
+def test_signs_of_full_width_are_as_any_others(written, head):
+    (entry,) = read_spectra(written(table(("波長（㎚）", head), PERCENT))).entries
+    np.testing.assert_allclose(entry.spectrum.samples, PERCENT / 100.0, rtol=1e-5)
+    with pytest.raises(InputError, match="the file states percent, and the numbers say fractions"):
+        read_spectra(written(table(("波長（㎚）", head), PERCENT / 100.0)))
+
+
 @pytest.mark.parametrize("language", WORDS)
 def test_numbers_of_samples_are_no_wavelengths(written, language):
     """Samples may be numbered as wavelengths are: the heading of their column tells which way the table goes."""
