@@ -19,6 +19,7 @@ import pytest
 import pytest_timeout
 import shape_checks
 from hypothesis import HealthCheck, settings
+from patience import patient
 from shape_checks import check_shapes, next_test
 
 # Shapes in signatures are checked while tests run, and only then: where they cross the public border, which is what
@@ -67,8 +68,7 @@ def pytest_collection_modifyitems(items):
 @pytest.hookimpl(tryfirst=True)
 def pytest_timeout_set_timer(item, settings):
     """Make a limit as much longer as there are processes for each core when the test begins."""
-    busy = os.getloadavg()[0] / os.cpu_count() if hasattr(os, "getloadavg") else 1.0
-    return pytest_timeout.pytest_timeout_set_timer(item, settings._replace(timeout=settings.timeout * max(busy, 1.0)))
+    return pytest_timeout.pytest_timeout_set_timer(item, settings._replace(timeout=patient(settings.timeout)))
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -202,7 +202,7 @@ def kept_catalogue(tmp_path_factory, request):
             # In a process without the checks of this one.
             command = [sys.executable, "-m", "metamer.cli.main", "catalogue", "import", sources]
             command += ["--into", folder / "catalogue", *words]
-            done = subprocess.run(command, capture_output=True, text=True, timeout=LONGEST_IMPORT_S)
+            done = subprocess.run(command, capture_output=True, text=True, timeout=patient(LONGEST_IMPORT_S))
             assert done.returncode == 0, done.stdout + done.stderr
             if kept is not None:
                 whole = shutil.copytree(folder / "catalogue", kept.with_suffix(".new"), dirs_exist_ok=True)

@@ -21,6 +21,7 @@ from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import Spectrum
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM
+from patience import patient
 from pictures import read_xyz_exr
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -37,7 +38,7 @@ def run(name, folder, *arguments, examples=EXAMPLES):
         env={**os.environ, "PYTHONUTF8": "1", "TMPDIR": str(folder), "OPENBLAS_NUM_THREADS": "1"},
         capture_output=True,
         encoding="utf-8",
-        timeout=300,
+        timeout=patient(300),
     )
     assert done.returncode == 0 and not done.stderr, f"{name}\n{done.stdout}{done.stderr}"
     return done.stdout
@@ -239,7 +240,7 @@ def test_notebooks_run_as_they_stand(monkeypatch, tmp_path):
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     # A kernel ends within seconds, but not on a machine that is busy.
     patient = pytest.importorskip("traitlets.config").Config({"KernelManager": {"shutdown_wait_time": 120.0}})
-    options, told = {"timeout": 120, "kernel_name": "python3", "config": patient}, {}
+    options, told = {"timeout": round(patient(120)), "kernel_name": "python3", "config": patient}, {}
     for path in NOTEBOOKS:
         made = nbclient.NotebookClient(nbformat.read(path, 4), **options).execute(cwd=tmp_path)
         outputs = [output for cell in made.cells for output in cell.get("outputs", ())]

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from patience import patient
 
 ROOT = Path(__file__).resolve().parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -63,7 +64,7 @@ def tool(name):
 
 
 def clean(*command):
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=patient(300))
     assert done.returncode == 0, f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}"
 
 
@@ -227,7 +228,7 @@ def test_the_import_contract_bites(tmp_path):
         f"[importlinter:contract:1]\nname = upside down\ntype = layers\nlayers =\n{turned}\n"
     )
     command = [tool("lint-imports"), "--no-cache", "--no-logo", "--config", str(config)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=patient(300))
     assert done.returncode == 1 and "is not allowed to import" in done.stdout, done.stdout + done.stderr
 
 
@@ -246,7 +247,7 @@ def test_the_contract_against_circles_sees_imports_in_functions_and_for_types(tm
     )
     command = [tool("lint-imports"), "--no-cache", "--no-logo", "--config", str(config)]
     environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=patient(300))
     assert done.returncode == 1 and "No cycles are allowed in round" in done.stdout, done.stdout + done.stderr
 
 

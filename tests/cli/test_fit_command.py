@@ -10,6 +10,7 @@ from metamer.cli import fit as command
 from metamer.cli.main import main
 from metamer.cli.progress import fit as fit_progress
 from metamer.materials.fitting import fit as engine
+from patience import patient
 
 
 def test_trials_are_shown_and_the_choice_is_explained(tiny_catalogue, tmp_path, capsys):
@@ -85,7 +86,7 @@ told = command._line
 command._line = lambda trial: os.kill(os.getpid(), signal.SIGINT) if trial.rank > 1 else told(trial)
 sys.exit(main())
 """
-    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, timeout=patient(120))
     assert done.returncode == 130, done.stderr
     begin = "metamer: interrupted; nothing half-written is left behind. Best so far: 1 term in io, mean"
     assert done.stderr.splitlines()[-1].startswith(begin)
@@ -141,7 +142,7 @@ def test_nothing_heavy_is_loaded_before_the_first_word():
         "with ExitStack() as stack:\n"
         "    print(FitProgress(stack, 'a/b').line(), *{'numpy', 'scipy', 'colour', 'rich'} & set(sys.modules))\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=patient(120))
     assert (done.stdout, done.stderr) == ("still loading a/b\n", "loading a/b\n")
 
 

@@ -16,6 +16,7 @@ from metamer.materials.intake.import_plan import PlannedFile, PlannedMaterial
 from metamer.materials.intake.importing import ImportOutcome
 from metamer.materials.intake.progress import Doing
 from metamer.runtime import progress as estimate
+from patience import patient
 
 PENDING = [PlannedMaterial("measured/gold", "new", model="merl"), PlannedMaterial("paint/red", "new", model="lambert")]
 
@@ -46,7 +47,7 @@ def test_the_first_line_comes_before_anything_heavy_is_loaded():
         "    import_shown(stack, ['scans'])\n"
         "    print(*{'numpy', 'scipy', 'colour', 'h5py', 'metamer.materials.intake.importing'} & set(sys.modules))\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=patient(120))
     assert done.stderr == "looking at scans\n" and done.stdout.strip() == ""
 
 

@@ -7,6 +7,7 @@ import signal
 import h5py
 import pytest
 from metamer.viewer.review.review import OWN_LIGHT
+from patience import patient
 from pictures import read_xyz_exr
 from PIL import Image
 
@@ -257,7 +258,7 @@ def test_ctrl_c_leaves_nothing_half_written(started, scene, tiny_catalogue, tmp_
         if "Reviewing: " in line:
             break
     process.send_signal(signal.SIGINT)
-    said, err = process.communicate(timeout=60)
+    said, err = process.communicate(timeout=patient(60))
     assert process.returncode == 130, said + err
     assert "interrupted; nothing half-written is left behind" in err
     assert "Traceback" not in err

@@ -28,6 +28,7 @@ from metamer.benchmarks.timing import command, write_json
 from metamer.calibration.regression.baseline import MANIFEST, baseline_side
 from metamer.cli.main import main as main_of_metamer
 from metamer.runtime.files import half_written
+from patience import patient
 
 VERBS = ("baseline", "run", "accept")
 # What a run leaves beside its record: reviews, which say when and how long.
@@ -88,7 +89,7 @@ def undisturbed(place: Place, verb: str) -> tuple[dict[str, str], float]:
     """Return what a verb leaves that nobody disturbs, and its seconds."""
     place.restore(with_run=verb == "accept")
     begin = time.perf_counter()
-    done = subprocess.run(place.words(verb), capture_output=True, text=True, timeout=600)
+    done = subprocess.run(place.words(verb), capture_output=True, text=True, timeout=patient(600))
     if done.returncode not in (0, 1, 2) or "Traceback" in done.stderr:
         raise RuntimeError(f"{verb} ended with {done.returncode}: {done.stderr}")
     return place.state(), time.perf_counter() - begin
@@ -106,7 +107,7 @@ def killed(place: Place, verb: str, moment: float, expected: dict[str, str]) -> 
         hit = process.poll() is None
         if hit:
             os.killpg(process.pid, signal.SIGKILL)
-        process.wait(timeout=60)
+        process.wait(timeout=patient(60))
     now = contents(place.baseline)
     wrong = [] if now[MANIFEST] in manifests else ["another baseline.json"]
     if verb == "run" and now != old:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
+from patience import patient
+
 _RANGE = re.compile(r"bytes=(\d+)-(\d*)")
 
 
@@ -31,7 +33,7 @@ class Store:
     def answer(self, method, path, headers):
         """Status, headers and body of a request without faults."""
         if self.upstream:
-            connection = http.client.HTTPConnection(self.upstream, timeout=30)
+            connection = http.client.HTTPConnection(self.upstream, timeout=patient(30))
             try:
                 connection.request(method, path, headers=headers)
                 answer = connection.getresponse()
@@ -99,4 +101,4 @@ def served(folder=None, upstream=""):
         store.go_on.set()
         server.shutdown()
         server.server_close()
-        thread.join(timeout=30)
+        thread.join(timeout=patient(30))

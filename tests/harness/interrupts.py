@@ -37,6 +37,7 @@ from metamer.benchmarks.timing import command, write_json
 from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.runtime.files import half_written
 from metamer.runtime.kept_arrays import read_arrays
+from patience import patient
 
 LIMIT_S = 3.0
 # A command that goes on for longer after a signal, and ends as if there had been none, has not heard it.
@@ -143,7 +144,7 @@ class Workplace:
         """Seconds of an undisturbed run into an empty place; raises where that goes wrong."""
         self.cleared(name)
         begin = time.perf_counter()
-        code = self.started(name).wait(timeout=600)
+        code = self.started(name).wait(timeout=patient(600))
         if code not in (0, 1, 2) or self.left():
             raise RuntimeError(f"{name} ended with {code}: {self.said()}; left {self.left()}")
         return time.perf_counter() - begin
@@ -191,7 +192,7 @@ def hit(place: Workplace, name: str, kind: str, moment: float) -> Hit:
     except ProcessLookupError:
         done = True
     try:
-        code = process.wait(timeout=30)
+        code = process.wait(timeout=patient(30))
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         code = process.wait()
@@ -240,7 +241,7 @@ def killed(place: Workplace, name: str, moment: float, expected: dict[str, str])
     while (alive := _alive(process.pid)) and time.perf_counter() - sent < LIMIT_S:
         time.sleep(0.01)
     seconds = time.perf_counter() - sent
-    again = place.started(name).wait(timeout=600)
+    again = place.started(name).wait(timeout=patient(600))
     wrong = [f"process {pid}" for pid in alive] + place.left()
     wrong += [] if again in (0, 1, 2) else [f"code {again}: {place.said()}"]
     wrong += [] if results(place, name) == expected else ["other files"]

@@ -26,6 +26,7 @@ from metamer.materials.catalogue.catalogue import Catalogue
 from metamer.materials.intake import import_history
 from metamer.materials.records.record import MARKER
 from metamer.runtime.files import half_written
+from patience import patient
 
 
 def contents(catalogue: Path) -> dict[str, str]:
@@ -51,7 +52,7 @@ def killed_import(source: Path, catalogue: Path, jobs: int, seconds: float, rng:
                 os.kill(victim, signal.SIGKILL)
             except ProcessLookupError:
                 hit = False
-        process.wait(timeout=600)
+        process.wait(timeout=patient(600))
         said = text()
     for pid in there[1:]:
         gone_within(pid, 10.0)
@@ -74,7 +75,7 @@ def killed_import(source: Path, catalogue: Path, jobs: int, seconds: float, rng:
 
 def gone_within(pid: int, seconds: float) -> None:
     """Raises where a process still lives after that time."""
-    deadline = time.monotonic() + seconds
+    deadline = time.monotonic() + patient(seconds)
     while Path(f"/proc/{pid}").exists() and "Z (zombie)" not in _status(pid):
         if time.monotonic() > deadline:
             raise RuntimeError(f"process {pid} outlived the import")

@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from types import SimpleNamespace
 
 import paramiko
+from patience import patient
 
 
 class _Door(paramiko.ServerInterface):
@@ -80,7 +81,7 @@ def served_by_ssh(folder, host_key, user_key):
         # A socket that is only closed would leave the thread waiting.
         listener.shutdown(socket.SHUT_RDWR)
         listener.close()
-        thread.join(timeout=30)
+        thread.join(timeout=patient(30))
         for transport in open_ones:
             transport.close()
-            transport.join(timeout=30)
+            transport.join(timeout=patient(30))

@@ -27,6 +27,7 @@ from metamer.benchmarks import timing
 from metamer.benchmarks.importing import processes_of, started, timed_command
 from metamer.materials.intake.importing import import_sources
 from metamer.runtime.files import half_written
+from patience import patient
 
 SCENE = """
 [[part]]
@@ -86,7 +87,7 @@ def killed_round(
                 living = processes_of(process.pid)
             hits["command" if process.poll() is None else "nothing"] += 1
             _kill(process.pid)
-            process.wait(timeout=600)
+            process.wait(timeout=patient(600))
         for pid in living[1:]:
             gone_within(pid, 10.0)
         whole = {name: held for name, held in contents(folder).items() if not name.startswith(".")}

@@ -22,6 +22,7 @@ from metamer.viewer.window.session_loader import comparison_of, load, subject_of
 from metamer.viewer.window.shell import main_loop
 from metamer.viewer.window.state import Session
 from metamer.viewer.window.workspace import Desk, begun
+from patience import patient
 
 # Seconds that anything may take to come about; software GL on a busy machine is slow.
 PATIENCE_S = 45.0
@@ -50,7 +51,7 @@ class It:
 
     def wait(self, condition, what=""):
         """Wait until it is true."""
-        end = time.monotonic() + PATIENCE_S
+        end = time.monotonic() + patient(PATIENCE_S)
         while not condition():
             assert time.monotonic() < end, f"waited for {what or condition}; {self.state}"
             self.frames(1)

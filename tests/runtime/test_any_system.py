@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from filelock import FileLock
 from metamer.runtime.files import written_whole
+from patience import patient
 
 #: Modules and functions that Windows lacks, hidden from us; libraries that need them are imported before.
 HIDE = """
@@ -51,7 +52,7 @@ def elsewhere(tmp_path):
 
     def run(*words, others=()):
         processes = [started(command) for command in (words, *others)]
-        said = [process.communicate(timeout=300) for process in processes]
+        said = [process.communicate(timeout=patient(300)) for process in processes]
         done = [(process.returncode, *texts) for process, texts in zip(processes, said, strict=True)]
         return done if others else done[0]
 

@@ -8,6 +8,7 @@ import pytest
 from metamer.runtime import dask_cluster
 from metamer.runtime.dask_cluster import _drained, _keep, _served, _Unprepared
 from metamer.runtime.worker_pool import Lost, Task
+from patience import patient
 
 CODE = "today", lambda: "today"
 
@@ -39,7 +40,7 @@ def test_each_thread_of_a_worker_begins_for_itself():
     for name in ("one", "other"):
         thread = threading.Thread(target=two_tasks, name=name)
         thread.start()
-        thread.join(timeout=30)
+        thread.join(timeout=patient(30))
     assert begun == ["one", "other"]
 
 

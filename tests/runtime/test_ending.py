@@ -10,6 +10,7 @@ from metamer.runtime.errors import InputError
 from metamer.runtime.files import check_writable, half_written, written_whole
 from metamer.runtime.locks import alone_at_work, made_and_held, remove_abandoned
 from metamer.runtime.shutdown import clearing, saying, undisturbed
+from patience import patient
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 
@@ -25,10 +26,10 @@ def hit(number=signal.SIGINT): os.kill(os.getpid(), number)
 """
 
 
-def ended(code, folder, *, timeout=60):
+def ended(code, folder):
     """Code, lines of stderr, and files left of a process that did this to itself."""
     words = [sys.executable, "-c", START + code, str(folder)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=timeout)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=patient(60))
     return done.returncode, done.stderr.splitlines(), sorted(path.name for path in folder.iterdir())
 
 
@@ -112,7 +113,7 @@ def test_a_second_signal_changes_nothing(tmp_path):
 
 def test_what_was_said_before_comes_out(tmp_path):
     words = [sys.executable, "-c", START + "print('first')\nhit()\ntime.sleep(60)", str(tmp_path)]
-    assert subprocess.run(words, capture_output=True, text=True, timeout=60).stdout == "first\n"
+    assert subprocess.run(words, capture_output=True, text=True, timeout=patient(60)).stdout == "first\n"
 
 
 def test_when_all_is_done_a_signal_changes_nothing(tmp_path):
@@ -123,7 +124,9 @@ def test_when_all_is_done_a_signal_changes_nothing(tmp_path):
 
 def test_what_the_process_was_told_to_ignore_is_ignored(tmp_path):
     code = START.replace("signal.default_int_handler", "signal.SIG_IGN") + "hit()\ntime.sleep(0.1)\nprint('on')"
-    done = subprocess.run([sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)], capture_output=True, text=True, timeout=patient(60)
+    )
     assert (done.returncode, done.stdout) == (0, "on\n")
 
 
@@ -277,7 +280,7 @@ def test_the_command_hears_signals_before_it_imports_anything_else():
         "print(*sorted(name for name in new if name.startswith('metamer.')))\n"
         "print(*({'argparse', 'numpy', 'jaxtyping', 'rich', 'multiprocessing'} & new))\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=patient(60))
     assert done.stdout.splitlines() == ["metamer.cli metamer.cli.main metamer.runtime metamer.runtime.shutdown", ""]
 
 

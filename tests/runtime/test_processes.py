@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from metamer.runtime.errors import MetamerError
 from metamer.runtime.worker_pool import Lost, Task, each_done, in_order, supervised
+from patience import patient
 
 # Work that a fresh Python can import: each call is one that the standard library has.
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks for processes in /proc")
@@ -136,7 +137,7 @@ def test_no_semaphore_and_no_shared_memory_is_taken():
         "if __name__ == '__main__':\n"
         "    print(list(in_order(pow, [(2, 2), (3, 2)], 2)), kept)\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=patient(120))
     assert done.stdout == "[4, 9] []\n", done.stdout + done.stderr
 
 
@@ -158,7 +159,7 @@ def test_every_process_is_deaf_to_ctrl_c():
         "    tasks = [Task(n, (signal.SIG_BLOCK, [])) for n in range(3)]\n"
         "    print(*(signal.SIGINT in blocked for _, blocked in supervised(signal.pthread_sigmask, tasks, 3)))\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=patient(120))
     assert done.stdout.split() == ["True"] * 3, done.stdout + done.stderr
 
 
@@ -188,10 +189,10 @@ def test_processes_end_with_a_parent_that_is_killed():
         "    print(*(child.pid for child in multiprocessing.active_children()), flush=True)\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=patient(120))
     ours = [int(pid) for pid in done.stdout.split()]
     assert done.returncode == -9 and len(ours) == 2, done.stderr
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + patient(30)
     while any(alive(pid) for pid in ours) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not any(alive(pid) for pid in ours)
@@ -218,7 +219,7 @@ def test_a_script_without_a_guard_is_run_once(tmp_path):
         "print('begun')\nprint(sorted(each_done(math.sqrt, [(4.0,), (9.0,)], 2)))\n"
         "import sys\nassert sys.modules['__main__'].__file__ == __file__\n"
     )
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=120)
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=patient(120))
     assert (done.stdout, done.stderr) == ("begun\n[2.0, 3.0]\n", "")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from metamer.runtime.disk_cache import cache_folder
 from metamer.spectral import colour_library
+from patience import patient
 
 HEAVY = ("colour", "scipy", "matplotlib", "moderngl", "trimesh", "h5py", "tensorly", "OpenEXR", "PyOpenColorIO", "PIL")
 
@@ -17,7 +18,9 @@ HEAVY = ("colour", "scipy", "matplotlib", "moderngl", "trimesh", "h5py", "tensor
 def heavy_after(code):
     """Heavy packages that a fresh interpreter holds after running `code`."""
     report = f"import sys; print('HEAVY', *(name for name in {HEAVY!r} if name in sys.modules))"
-    done = subprocess.run([sys.executable, "-c", f"{code}\n{report}"], capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}\n{report}"], capture_output=True, text=True, timeout=patient(120)
+    )
     assert done.returncode == 0 and done.stderr == "", done.stderr
     return done.stdout.splitlines()[-1].split()[1:]
 

@@ -16,6 +16,7 @@ from metamer.lighting.transfer.edge_refinement import placed
 from metamer.lighting.transfer.ray_cache import build_rays, kept_hits, ray_key
 from metamer.lighting.visibility import cache_limits
 from metamer.runtime.errors import NoRoomError
+from patience import patient
 
 RAYS = 16
 
@@ -154,7 +155,7 @@ def test_a_build_that_is_killed_goes_on_from_what_is_there(tmp_path):
     whole, killed = tmp_path / "whole", tmp_path / "killed"
     subprocess.run(command(whole, 1), check=True, stdout=subprocess.DEVNULL)
     with subprocess.Popen(command(killed, 2), stdout=subprocess.PIPE) as process:
-        deadline = time.monotonic() + 60.0
+        deadline = time.monotonic() + patient(60.0)
         while not list(killed.glob("[!.]*.npz")) and time.monotonic() < deadline:
             time.sleep(0.002)
         process.send_signal(signal.SIGKILL)

@@ -14,6 +14,7 @@ from metamer.materials.records.query import Query
 from metamer.materials.records.record_head import HEAD_BYTES
 from metamer.runtime import remote
 from metamer.runtime.errors import InputError, UnknownNameError
+from patience import patient
 
 pytest.importorskip("moto", reason="moto, an S3 server, is not installed: make test installs it")
 s3fs = pytest.importorskip("s3fs", reason="s3fs is in the extra `remote`")
@@ -36,7 +37,7 @@ def server(tmp_path_factory):
     with words.open("w") as said:
         process = subprocess.Popen(command, stdout=said, stderr=said, env=os.environ | KEYS)
     try:
-        until = time.monotonic() + BEGINS_S
+        until = time.monotonic() + patient(BEGINS_S)
         while True:
             try:
                 socket.create_connection(("127.0.0.1", port), timeout=1).close()
@@ -48,7 +49,7 @@ def server(tmp_path_factory):
         yield f"127.0.0.1:{port}"
     finally:
         process.kill()
-        process.wait(timeout=30)
+        process.wait(timeout=patient(30))
 
 
 @pytest.fixture

@@ -20,6 +20,7 @@ from metamer.materials.records.record import SUFFIX, material_path
 from metamer.materials.records.record_head import HEAD_BYTES, head_bytes
 from metamer.materials.search.neighbours import like
 from metamer.runtime.locks import alone_at_work
+from patience import patient
 
 pytest.importorskip("duckdb")
 
@@ -377,7 +378,7 @@ def test_a_kill_at_any_moment_leaves_nothing_that_is_believed(tmp_path):
         assert process.stdout.readline() == "begun\n"
         time.sleep(wait_s)
         process.kill()
-        process.communicate(timeout=50)
+        process.communicate(timeout=patient(50))
         check(folder)
         assert {path.suffix for path in (folder / FOLDER).iterdir()} == {"", ".parquet"}
 
@@ -388,7 +389,7 @@ def test_two_processes_that_index_at_once_both_answer(tmp_path):
     both = [subprocess.Popen(words, stdout=subprocess.PIPE, text=True) for _ in range(2)]
     expected = [ids(every_head(folder).select(query)) for query in made.QUERIES.values()]
     for one in both:
-        assert json.loads(one.communicate(timeout=50)[0].splitlines()[1]) == expected and one.returncode == 0
+        assert json.loads(one.communicate(timeout=patient(50))[0].splitlines()[1]) == expected and one.returncode == 0
     check(folder)
 
 

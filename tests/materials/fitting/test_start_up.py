@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+from patience import patient
+
 _RENDER = """
 import sys
 import numpy as np
@@ -22,7 +24,9 @@ print(*(name for name in ("tensorly", "scipy", "colour") if name in sys.modules)
 
 def imported_by(code):
     """Names of the heavy libraries that a program says it holds."""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=patient(120)
+    )
     return done.stdout.split()
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from metamer.materials.formats import registry
+from patience import patient
 
 ROOT = Path(__file__).resolve().parents[3]
 PACKAGES = ("runtime", "spectral", "materials", "cli", "catalogs")
@@ -51,7 +52,9 @@ def copy(example, tmp_path_factory):
 
 def imported(copy, file, catalogue):
     words = [sys.executable, "-c", SCRIPT, str(copy), str(file), str(catalogue)]
-    done = subprocess.run(words, capture_output=True, text=True, env={"PYTHONPATH": str(copy), "PATH": ""}, timeout=300)
+    done = subprocess.run(
+        words, capture_output=True, text=True, env={"PYTHONPATH": str(copy), "PATH": ""}, timeout=patient(300)
+    )
     assert done.returncode == 0, done.stderr
     return [line.split("|") for line in done.stdout.splitlines()]
 

@@ -21,6 +21,7 @@ from metamer.materials.records.record import MARKER
 from metamer.materials.records.source import Rejected
 from metamer.runtime.errors import InputError
 from metamer.runtime.files import made_folder
+from patience import patient
 
 SPECTRA = "# reflectance\nwavelength_nm,red,blue\n400,0.1,0.6\n500,0.2,0.4\n600,0.7,0.1\n700,0.8,0.1\n"
 TABLES = """
@@ -406,11 +407,11 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
         if "imported" in line:
             break
     os.killpg(process.pid, signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=patient(60))
     assert process.returncode == 130, (out, err)
     assert "Traceback" not in err
     assert "the same command goes on from here" in err
-    deadline = time.monotonic() + 10
+    deadline = time.monotonic() + patient(10)
     while _group_alive(process.pid) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not _group_alive(process.pid)

@@ -13,6 +13,7 @@ from metamer.materials.intake import cluster, import_history
 from metamer.materials.intake.importing import ImportInterrupted, import_sources
 from metamer.runtime import dask_cluster as spectral_cluster
 from metamer.runtime.errors import InputError
+from patience import patient
 
 pytestmark = [
     # Imported where it is needed: whoever collects these tests need not wait for it.
@@ -95,7 +96,7 @@ def test_interrupt_keeps_what_is_finished_and_leaves_the_cluster_idle(workers, s
     from distributed import Client
 
     with Client(workers.scheduler_address, set_as_default=False) as client:
-        client.wait_for_workers(2, timeout=240)
+        client.wait_for_workers(2, timeout=patient(240))
         assert not any(client.has_what().values())
 
 

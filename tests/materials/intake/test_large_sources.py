@@ -23,6 +23,7 @@ from metamer.materials.records.source import MaterialSource
 from metamer.materials.records.stored_array import StoredArray
 from metamer.materials.records.verification import verify_catalogue
 from metamer.runtime.files import half_written
+from patience import patient
 
 HERE = Path(__file__).parent
 # Texels and pairs of directions: 0.3 MB, and what does not fit beside what Python and its libraries take.
@@ -64,7 +65,7 @@ def under_a_limit(*words):
         env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
         capture_output=True,
         text=True,
-        timeout=300,
+        timeout=patient(300),
     )
 
 
@@ -208,7 +209,7 @@ def test_who_is_ended_while_it_copies_leaves_no_half(stacks, tmp_path, signal_na
         stderr=subprocess.PIPE,
         text=True,
     )
-    ends = time.monotonic() + 120
+    ends = time.monotonic() + patient(120)
     while not any(stray.stat().st_size > 1_000_000 for stray in folder.glob(".large.*.h5")):
         assert running.poll() is None and time.monotonic() < ends, running.communicate()
         time.sleep(0.02)
@@ -216,7 +217,7 @@ def test_who_is_ended_while_it_copies_leaves_no_half(stacks, tmp_path, signal_na
     while running.poll() is None:
         running.send_signal(getattr(signal, signal_name))
         time.sleep(0.3)
-    _, said = running.communicate(timeout=60)
+    _, said = running.communicate(timeout=patient(60))
     assert running.returncode and not material_path(tmp_path / "cat", "stacks/large").exists(), said
     assert len(half_written(tmp_path / "cat")) == (signal_name == "SIGKILL"), said
     assert signal_name == "SIGKILL" or "ImportInterrupted" in said

@@ -20,6 +20,7 @@ from metamer.materials.records.stored_array import StoredArray
 from metamer.materials.records.verification import verify_catalogue, verify_material
 from metamer.runtime.errors import InputError, NoRoomError
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
+from patience import patient
 
 STACK = np.random.default_rng(0).random((20, 30, 50)).astype(np.float16)
 
@@ -202,7 +203,7 @@ with tempfile.TemporaryDirectory() as folder:
 """
     pytest.importorskip("resource")
     command = [sys.executable, "-c", code, str(Path(__file__).parent)]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=patient(120))
     assert ended.returncode == 0 and not ended.stderr, ended
     assert "no room for the file" in ended.stdout and ended.stdout.endswith("[]\n")
 

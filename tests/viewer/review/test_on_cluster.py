@@ -15,6 +15,7 @@ from metamer.viewer.review.cases import prepare_review
 from metamer.viewer.review.review import review
 from metamer.viewer.review.row_key import case_key
 from metamer.viewer.software.backend import software_session
+from patience import patient
 from review_folder import pictures_of, results_of
 
 pytestmark = [
@@ -91,7 +92,7 @@ def test_what_is_broken_off_keeps_its_rows_and_goes_on_anywhere(workers, sphere,
     from distributed import Client
 
     with Client(workers.scheduler_address, set_as_default=False) as client:
-        client.wait_for_workers(2, timeout=240)
+        client.wait_for_workers(2, timeout=patient(240))
         assert not any(client.has_what().values())
     found = reviewed(sphere, catalogue, tmp_path / "out", progress=lambda done, total, material: seen.append(material))
     assert found.resumed == 2 and len(seen) == len(set(seen)) == 4

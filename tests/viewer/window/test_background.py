@@ -7,10 +7,11 @@ from metamer.materials.catalogue.material import Material
 from metamer.viewer.window import edited_materials
 from metamer.viewer.window.background import Background
 from metamer.viewer.window.edited_materials import Fitting
+from patience import patient
 
 
 def until(true, seconds=30.0):
-    end = time.monotonic() + seconds
+    end = time.monotonic() + patient(seconds)
     while not true():
         assert time.monotonic() < end
         time.sleep(0.001)

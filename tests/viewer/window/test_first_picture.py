@@ -26,6 +26,7 @@ from metamer.viewer.window.sides import SessionObjects
 from metamer.viewer.window.state import Other, Subject
 from metamer.viewer.window.view_error import Tracers
 from metamer.viewer.window.viewpoint import Viewpoint, orbited
+from patience import patient
 
 from .test_frame import SIZE, Shelf, assert_as_headless
 
@@ -63,7 +64,7 @@ class SlowVisibility:
     def __call__(self, scene, folder, jobs, progress, say, before, seen, on_seen):
         self.begun += 1
         found = computed_visibility(scene, 1, progress, before, seen, on_seen) if self.real else None
-        end = time.monotonic() + 50.0
+        end = time.monotonic() + patient(50.0)
         try:
             while not self.may_end.wait(0.002):
                 assert time.monotonic() < end
@@ -95,7 +96,7 @@ def frame(gl, scene, scenes):
 
 def steps(frame, until, seconds=40.0):
     """Work until something holds; the qualities on the way, each once."""
-    seen, end = [frame.quality], time.monotonic() + seconds
+    seen, end = [frame.quality], time.monotonic() + patient(seconds)
     while not until():
         assert time.monotonic() < end
         frame.step(0.01)

@@ -28,6 +28,7 @@ from metamer.viewer.window.sides import SessionObjects
 from metamer.viewer.window.state import Compare, DisplaySettings, Other, Session, Subject
 from metamer.viewer.window.viewpoint import orbited
 from metamer.viewer.window.work import WORK_OF, Work, work
+from patience import patient
 
 SIZE = 40, 30
 
@@ -343,7 +344,7 @@ def test_what_is_beyond_a_profile_is_marked_in_the_picture_that_stands_still(fra
             frame.settle()
             plain = read_codes(frame.texture)
             mark_beyond(asking, frame, now, "seen")
-            end = time.monotonic() + 30.0
+            end = time.monotonic() + patient(30.0)
             while asking.busy():
                 assert time.monotonic() < end, "what is beyond is not found"
                 time.sleep(0.01)

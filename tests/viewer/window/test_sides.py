@@ -29,6 +29,7 @@ from metamer.viewer.window.light_choice import Lamp, LightChoice
 from metamer.viewer.window.sides import SessionObjects
 from metamer.viewer.window.state import Compare, Other, Subject
 from metamer.viewer.window.work import Work
+from patience import patient
 
 from .test_frame import Shelf
 
@@ -291,7 +292,7 @@ def test_an_edited_material_is_fitted_beside_what_is_seen(frame, headless, worn,
     edited = session.edited("tiny/matt-red", "reflectance_scale", 0.5)
     frame.show(edited, SIZE)
     assert frame.step(0.0)
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + patient(60)
     while frame.step(0.05):
         assert time.monotonic() < deadline
     assert len(held) == 1 and frame.problem is None and frame.quality == Quality.EXACT
@@ -344,7 +345,7 @@ def test_what_cannot_be_worked_out_is_said_once_and_the_window_goes_on(frame, sc
     monkeypatch.setattr("metamer.viewer.gl.side_layers.SideLayers.work_out", refused)
     asked = replace(session, bounces=True).wearing(FLOOR, "gloss")
     frame.show(asked, SIZE)
-    deadline = time.monotonic() + 20
+    deadline = time.monotonic() + patient(20)
     while frame.step(0.05):
         assert time.monotonic() < deadline
     assert "reflects more" in frame.problem

@@ -15,6 +15,7 @@ from metamer.viewer.software.backend import software_session
 from metamer.viewer.window import worker as worker_module
 from metamer.viewer.window.view_error import AskedView, Tracers, ViewError, rounds, view_errors
 from metamer.viewer.window.worker import Failed, ReferenceWorker, pack_message, unpack_message
+from patience import patient
 
 
 @pytest.fixture(autouse=True)
@@ -43,7 +44,7 @@ def surfaces(scene, tiny_catalogue):
 
 def heard(worker, seconds=60.0, whole=True):
     """Return what is polled until all rows are done, or the worker fails."""
-    found, until = [], time.monotonic() + seconds
+    found, until = [], time.monotonic() + patient(seconds)
     while time.monotonic() < until:
         one = worker.poll()
         if one is not None:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from patience import patient
 
 # Run in processes of their own, and import what only windows have.
 collect_ignore_glob = ["*checks*.py"]
@@ -127,7 +128,7 @@ def in_window(surroundings, tiny_catalogue, tmp_path_factory):
             cwd=folder,
             capture_output=True,
             text=True,
-            timeout=240,
+            timeout=patient(240),
         )
         said = f"{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
         assert out.is_file(), said

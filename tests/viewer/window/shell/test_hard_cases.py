@@ -17,6 +17,7 @@ from metamer.spectral.image import ColourImage
 from metamer.spectral.observers import OBSERVERS
 from metamer.spectral.spectrum import Spectrum
 from metamer.viewer.window.state import SESSION_FILE
+from patience import patient
 
 HERE = Path(__file__).resolve().parent
 HARNESS = HERE.parents[2] / "harness"
@@ -29,7 +30,7 @@ def view(surroundings, tiny_catalogue, tmp_path):
     def run(*words, without=(), **more):
         env = {key: value for key, value in (surroundings | more).items() if key not in without}
         command = [sys.executable, "-m", "metamer.cli.main", "view", *words, "--catalogue", tiny_catalogue]
-        return subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        return subprocess.run(command, env=env, cwd=tmp_path, capture_output=True, text=True, timeout=patient(120))
 
     return run
 
@@ -79,7 +80,9 @@ def end(surroundings, tiny_catalogue, small_scene, tmp_path):
 
     def run(how):
         command = [sys.executable, HARNESS / "window_endings.py", how, small_scene, tiny_catalogue]
-        return subprocess.run(command, env=surroundings, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+        return subprocess.run(
+            command, env=surroundings, cwd=tmp_path, capture_output=True, text=True, timeout=patient(120)
+        )
 
     return run
 
