@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -47,30 +46,48 @@ class HeldCodes:
 
     Images are held from when one is asked for again, until `most` bytes are: who goes through all of them once keeps
     none, and who goes through more than there is room for, time and again, reads the rest from their files each time.
+    Those whose numbers are of another kind than the first one's are not held.
 
-    most : bytes.
+    images : how many there are. most : bytes.
+
+    Attributes
+    ----------
+    slot : (images,) where each is held; -1 where it is not.
     """
 
-    def __init__(self, most: int = HELD_BYTES) -> None:
-        self.most, self.nbytes = most, 0
-        self._codes: dict[tuple[int, int], list[np.ndarray]] = {}
-        self._asked: set[tuple[int, int]] = set()
-        self._last, self._again = (-1, -1), False
+    def __init__(self, images: int, most: int = HELD_BYTES) -> None:
+        self.slot, self._most = np.full(images, -1), most
+        self._bands: list[np.ndarray] = []
+        self._count = 0
+        self._asked, self._last, self._again = np.zeros(images, dtype=bool), -1, False
 
-    def of(self, key: tuple[int, int], read: Callable[[], list[np.ndarray]]) -> list[np.ndarray]:
-        """Return the numbers of one image."""
-        if key in self._codes:
-            return self._codes[key]
-        codes = read()
-        size = sum(one.nbytes for one in codes)
+    def offer(self, image: int, codes: list[Shaped[np.ndarray, "H W C"]]) -> None:
+        """Hold an image that was read, as far as the class does."""
         # Who goes through many texels of all images has some of one in two pieces, which follow each other.
-        self._again = self._again or (key in self._asked and key != self._last)
-        if self._again and self.nbytes + size <= self.most:
-            self._codes[key] = codes
-            self.nbytes += size
-        self._asked.add(key)
-        self._last = key
-        return codes
+        self._again = self._again or bool(self._asked[image] and image != self._last)
+        self._asked[image], self._last = True, image
+        if not self._again:
+            return
+        if not self._bands:
+            room = min(len(self.slot), self._most // max(1, sum(one.nbytes for one in codes)))
+            # Memory is taken as it is written to.
+            self._bands = [np.empty((room, *one.shape), one.dtype) for one in codes]
+        kinds = [[(one.dtype, *one.shape[-3:]) for one in some] for some in (self._bands, codes)]
+        if kinds[0] == kinds[1] and self._count < len(self._bands[0]):
+            for band, one in zip(self._bands, codes, strict=True):
+                band[self._count] = one
+            self.slot[image] = self._count
+            self._count += 1
+
+    def texels(
+        self, images: Int[np.ndarray, " n"], places: Int[np.ndarray, "n k"]
+    ) -> list[Shaped[np.ndarray, "n k C"]]:
+        """Numbers of some texels, counted row by row, of images that are held."""
+        found = []
+        for band in self._bands:
+            _, height, width, channels = band.shape
+            found.append(band.reshape(-1, channels).take(self.slot[images, None] * (height * width) + places, axis=0))
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +116,6 @@ class BtfFiles(BtfImages):
     texel_mm: float | None = None
     offset: float = 0.0
     kept_bytes: int = KEPT_BYTES
-    held: HeldCodes = field(default_factory=HeldCodes, repr=False)
     _kept: OrderedDict[tuple[int, int], np.ndarray] = field(default_factory=OrderedDict, repr=False)
 
     def __post_init__(self) -> None:
@@ -136,27 +152,31 @@ class BtfFiles(BtfImages):
     ) -> Float[np.ndarray, "n k J"]:
         """Implement `BtfImages.texels`. Images asked for again stay in memory, undecoded, where `held` has room."""
         found = np.empty((*rows.shape, self.basis.size), dtype=np.float32)
-        place, number = rows * self.width + columns, np.arange(len(images))
-        # By the kind of their numbers, which most often all images share: they are decoded together.
-        coded: dict[tuple, list[tuple[np.ndarray, list[np.ndarray]]]] = {}
-        for key, here in self._runs(images):
+        held, places = self.held.slot[images] >= 0, rows * self.width + columns
+        if held.any():
+            codes = self.held.texels(images[held], places[held])
+            found[held] = self._decoded(codes, images[held] % len(self.lights))
+        rest = np.flatnonzero(~held)
+        for key, run in self._runs(images[rest]):
+            here = rest[run]
             if key in self._kept:
                 found[here] = self._kept[key][rows[here], columns[here]]
             elif self._made[key]:
-                mixed = np.zeros(found[here].shape)
+                mixed = np.zeros((len(here), *found.shape[1:]))
                 for (view, light), part in self._around(*key):
-                    same = np.full(len(mixed), view * len(self.lights) + light)
+                    same = np.full(len(here), view * len(self.lights) + light)
                     mixed += part * self.texels(same, rows[here], columns[here])
                 found[here] = mixed
             else:
-                bands = self.held.of(key, partial(self._codes, *key))
-                codes = [band.reshape(-1, band.shape[-1]).take(place[here], axis=0) for band in bands]
-                coded.setdefault(tuple((one.dtype, one.shape[-1]) for one in codes), []).append((number[here], codes))
-        for alike in coded.values():
-            which = np.concatenate([some for some, _ in alike])
-            bands = [np.concatenate(band) for band in zip(*(codes for _, codes in alike), strict=True)]
-            found[which] = self._decoded(bands, images[which] % len(self.lights))
+                codes = self._codes(*key)
+                self.held.offer(int(images[here[0]]), codes)
+                found[here] = self._decoded([band[rows[here], columns[here]] for band in codes], key[1])
         return found
+
+    @cached_property
+    def held(self) -> HeldCodes:
+        """Images whose texels are asked for again and again."""
+        return HeldCodes(len(self.views) * len(self.lights))
 
     def _read(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         return self._decoded(self._codes(view, light), light)

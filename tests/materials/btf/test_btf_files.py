@@ -55,29 +55,31 @@ def test_texels_of_several_images_are_those_of_each(tmp_path, coding):
     written(tmp_path)
     whole = files(tmp_path, coding)
     whole.index[4, 3] = -1
-    some = replace(whole, held=HeldCodes(), _kept=OrderedDict())
+    some = replace(whole, _kept=OrderedDict())
     some.image(4, 5)
     images = np.repeat([2, 4 * 9 + 3, 4 * 9 + 5, 7 * 9], [1, 2, 3, 1])
     rows, columns = np.random.default_rng(2).integers(0, 4, (2, len(images), 4))
     expected = [whole.image(*divmod(int(one), 9))[rows[at], columns[at]] for at, one in enumerate(images)]
     for _ in range(3):  # from files, from files once more and held, and held
         np.testing.assert_array_equal(some.texels(images, rows, columns), expected)
-    assert some.held.nbytes > 0
+    assert (some.held.slot[[2, 4 * 9 + 5, 7 * 9]] >= 0).tolist() == [True, False, True]
 
 
 def test_images_are_held_from_when_one_is_asked_for_again():
-    held, read = HeldCodes(100), []
+    held, codes = HeldCodes(9, 100), np.arange(40, dtype=np.uint8).reshape(4, 5, 2)
 
-    def asked(*keys):
-        read.clear()
-        for key in keys:
-            held.of((0, key), lambda key=key: [read.append(key), np.zeros(40, dtype=np.uint8)][1:])
-        return list(read)
+    def after(*images):
+        for image in images:
+            held.offer(image, [codes + image])
+        return np.flatnonzero(held.slot >= 0).tolist()
 
     # Two pieces of one image that follow each other are no return.
-    assert asked(0, 1, 1, 2) == [0, 1, 1, 2] and held.nbytes == 0
-    assert asked(1, 3, 2) == [1, 3, 2] and held.nbytes == 80
-    assert asked(1, 3, 2) == [2]
+    assert after(0, 1, 1, 2) == []
+    assert after(1) == [1]
+    held.offer(4, [codes.astype(np.float32)])
+    assert after(3, 2) == [1, 3]
+    (found,) = held.texels(np.array([3, 1]), np.array([[7], [19]]))
+    np.testing.assert_array_equal(found, [[[17, 18]], [[39, 40]]])
 
 
 def test_images_that_are_kept_stay_below_the_limit_and_are_read_once(tmp_path):
