@@ -15,7 +15,6 @@ Here here_at(Gathered s) {
     for (int k = 0; k < TERMS * FOURS; ++k) here.terms[k] = vec4(0.0);
     Corners corners = corners_about(s.uv, s.footprint);
     Around seen = around(views, VIEW_CELLS, plane_of(s.wo), -1.0);
-    int width = textureSize(components, 0).x;
     vec4 weights[QUADS_A_TEXEL];
     for (int look = 0; look < LOOKS; ++look) {
         if (corners.share[look] == 0.0) continue;
@@ -30,7 +29,7 @@ Here here_at(Gathered s) {
                     float part = weight * seen.share[a];
                     int at = ((from.cluster[corner] * VIEWS + seen.number[a]) * COMPONENTS + i) * TERMS * FOURS;
                     for (int k = 0; k < TERMS * FOURS; ++k)
-                        here.terms[k] += part * texelFetch(components, ivec2((at + k) % width, (at + k) / width), 0);
+                        here.terms[k] += part * listed(components, at + k);
                 }
             }
         }

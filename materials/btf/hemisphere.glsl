@@ -1,16 +1,13 @@
 // Between measured directions, twin of hemisphere.py: the three around another one, and what each counts.
 
+#include "listed.glsl"
+
 const float HORIZON = 1.5707963267948966;
 
 struct Around {
     ivec3 number;
     vec3 share;
 };
-
-vec4 listed(sampler2D list, int number) {
-    int width = textureSize(list, 0).x;
-    return texelFetch(list, ivec2(number % width, number / width), 0);
-}
 
 // `plane`: theta (cos phi, sin phi); `most`: triangles of a cell; `cosine`: of a direction whose values fall with it
 // beyond the outermost, or less than 0.

@@ -2,16 +2,12 @@
 // of each amplitude. Levels lie one behind the other.
 
 #include "corners.glsl"
+#include "listed.glsl"
 
 uniform sampler2D kept;
 uniform float tallest;          // what amplitudes are relative to
 
 const int STRIDE = SETS * KEPT_LOBES + (KEPT_LOBES + 1) * FOURS;
-
-vec4 kept_at(int place) {
-    int width = textureSize(kept, 0).x;
-    return texelFetch(kept, ivec2(place % width, place / width), 0);
-}
 
 // Where the numbers of a texel in a view begin.
 int start_of(ivec2 texel, ivec3 level, int view) {

@@ -76,15 +76,15 @@ Here here_at(Gathered s) {
         float part = counted(here.corners, here.view, number) * tallest;
         if (part == 0.0) continue;
         int start = start_at(here.corners, here.view, number), amplitudes = start + EACH;
-        for (int row = 0; row < FOURS; ++row) here.even[row] += part * kept_at(amplitudes + row);
+        for (int row = 0; row < FOURS; ++row) here.even[row] += part * listed(kept, amplitudes + row);
         for (int i = 0; i < EACH; ++i) {
-            vec4 code = kept_at(start + i);
+            vec4 code = listed(kept, start + i);
             vec3 axis = axis_of(code.xy);
             ivec2 at = ivec2(angle_of(axis), row_of(code.z));
             vec4 low = texelFetch(prefiltered, at + ivec2(1, 0), 0), high = texelFetch(prefiltered, at + ivec2(2, 0), 0);
             bend(low, high, azimuth_of(axis), taken);
             for (int row = 0; row < FOURS; ++row) {
-                vec4 amplitude = kept_at(amplitudes + (i % KEPT_LOBES + 1) * FOURS + row);
+                vec4 amplitude = listed(kept, amplitudes + (i % KEPT_LOBES + 1) * FOURS + row);
                 amplitude = part * of_set(amplitude, i / KEPT_LOBES, row);
                 for (int b = 0; b < BENT; ++b) here.matt[b * FOURS + row] += taken[b] * amplitude;
             }
@@ -108,7 +108,7 @@ vec4 lobe(Here here, int number) {
         float spread = texelFetch(prefiltered, ivec2(0, textureSize(prefiltered, 0).y - 1), 0).z;
         return vec4(0.0, 0.0, 1.0, spread);
     }
-    vec4 code = kept_at(start_at(here.corners, here.view, number / EACH) + number % EACH);
+    vec4 code = listed(kept, start_at(here.corners, here.view, number / EACH) + number % EACH);
     vec3 axis = axis_of(code.xy);
     vec4 gaussian = texelFetch(prefiltered, ivec2(angle_of(axis), row_of(code.z)), 0);
     float level = length(axis.xy);
@@ -126,8 +126,8 @@ vec4 value(Here here, int number, int row) {
     float part = counted(here.corners, here.view, place);
     if (part == 0.0) return vec4(0.0);
     int start = start_at(here.corners, here.view, place);
-    vec4 code = kept_at(start + i);
+    vec4 code = listed(kept, start + i);
     float gaussian = texelFetch(prefiltered, ivec2(angle_of(axis_of(code.xy)), row_of(code.z)), 0).w;
-    vec4 amplitude = kept_at(start + EACH + (i % KEPT_LOBES + 1) * FOURS + row);
+    vec4 amplitude = listed(kept, start + EACH + (i % KEPT_LOBES + 1) * FOURS + row);
     return part * tallest * gaussian * of_set(amplitude, i / KEPT_LOBES, row);
 }

@@ -1,22 +1,18 @@
 // Polynomials of the light, twin of polynomials.py: whole numbers of steps above an offset, of each view and coefficient.
 
 #include "corners.glsl"
+#include "listed.glsl"
 
 uniform sampler2D codes;
 uniform sampler2D steps;
 uniform sampler2D lowest;
 
-vec4 listed_at(sampler2D list, int number) {
-    int width = textureSize(list, 0).x;
-    return texelFetch(list, ivec2(number % width, number / width), 0);
-}
-
 // The coefficient of monomial number `number`; codes of coarser texels are means.
 vec4 field_term(ivec2 texel, ivec3 level, int view, int number, int row) {
     int place = VIEWS * level.z + (view * level.y + texel.y) * level.x + texel.x;
     int of_view = (view * 6 + number) * FOURS + row;
-    vec4 code = listed_at(codes, (place * 6 + number) * FOURS + row);
-    return code * listed_at(steps, of_view) + listed_at(lowest, of_view);
+    vec4 code = listed(codes, (place * 6 + number) * FOURS + row);
+    return code * listed(steps, of_view) + listed(lowest, of_view);
 }
 
 vec4 field_value(ivec2 texel, ivec3 level, int view, vec3 light, int row) {

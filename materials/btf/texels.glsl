@@ -26,7 +26,6 @@ int entry(Here here, int mixed) {
 }
 
 vec4 cluster_at(int cluster, vec4 weights[QUADS_A_TEXEL], Here here, int row) {
-    int width = textureSize(components, 0).x;
     vec4 total = vec4(0.0);
     for (int a = 0; a < 3; ++a) {
         for (int b = 0; b < 3; ++b) {
@@ -36,7 +35,7 @@ vec4 cluster_at(int cluster, vec4 weights[QUADS_A_TEXEL], Here here, int row) {
             int at = pair * COMPONENTS * FOURS + row;
             vec4 found = vec4(0.0);
             for (int i = 1; i <= COMPONENTS; ++i) {
-                found += weights[i / 4][i % 4] * texelFetch(components, ivec2(at % width, at / width), 0);
+                found += weights[i / 4][i % 4] * listed(components, at);
                 at += FOURS;
             }
             total += share * found;

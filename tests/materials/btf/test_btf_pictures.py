@@ -1,15 +1,19 @@
 """BTFs in pictures: both renderers draw the same, and what the images show."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from btf_samples import bumps, gathering_error, sky
 from metamer.lighting.camera import Camera
 from metamer.lighting.mesh import shapes
+from metamer.materials.btf import texels
 from metamer.materials.btf.form import btf_form
 from metamer.materials.btf.light_basis import light_functions
 from metamer.materials.btf.local_pca import Size
+from metamer.materials.core.fast import MOST_TEXELS
 
 
 @pytest.fixture(scope="module")
@@ -59,3 +63,12 @@ def test_hats_are_what_lights_stand_for(form):
     functions = light_functions(form.texels.form.lights)
     even = np.concatenate([np.ones(len(functions.axes)), [np.pi, 0, 0, 2 * np.pi / 3, 0, 0, 0, 0, np.pi / 2]])
     np.testing.assert_allclose(functions.hats @ even, form.texels.form.lights.solid_angles, atol=0.02)
+
+
+def test_long_lists_are_read_where_they_lie():
+    rows = np.arange(4 * (MOST_TEXELS + 3)).reshape(-1, 4)
+    text = Path(texels.__file__).with_name("listed.glsl").read_text("utf-8")
+    mask, shift = (int(found) for found in re.findall(r"number (?:&|>>) (\d+)", text))
+    at = np.array([0, MOST_TEXELS - 1, MOST_TEXELS, MOST_TEXELS + 2])
+    np.testing.assert_array_equal(texels.folded(rows)[at >> shift, at & mask], rows[at])
+    np.testing.assert_array_equal(texels.folded(rows[:9])[0, :9], rows[:9])
