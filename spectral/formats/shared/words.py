@@ -13,7 +13,11 @@ from .text import one_line
 Unit = Literal["percent", "fraction"]
 Meaning = Quantity | Literal["sensitivity"]
 
-_RADIANCE_FACTOR = re.compile(r"(?:radiance|luminance)[ _-]*factor|(?:strahl|leucht)dichtefaktor|[輝亮]度[率因]", re.I)
+_RADIANCE_FACTOR = re.compile(
+    r"(?:radiance|luminance)[ _-]*factor|(?:strahl|leucht)dichtefaktor|[輝亮]度[率因]|"
+    r"fa[ct]+(?:eur|or|ore) d[ei] (?:radian|luminan)",
+    re.I,
+)
 _REFLECTANCE = re.compile(
     rf"reflect(?!or)|{spelt('reflectance')}|\brefl\b|\d+as-?\d+|\bas-?\d{{2,3}}\b|albedo|"
     r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
@@ -24,6 +28,8 @@ _TRANSMITTANCE = re.compile(
     r"\bT\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bT$",
     re.I,
 )
+# Light that a surface sends on, by a word for it in another language than English, or by its unit.
+_RADIANCE = re.compile(rf"{spelt('radiance')}|(?-i:[\[(] ?[mµμ]?W ?(?:[/·*]|m[-−^]?[1-3]))", re.I)
 # Light that a surface sends on, and words for light: a power, if no percentage.
 _SENT_ON = re.compile(r"(?<![a-z])(?:back)?(?:reflected|transmitted|remitted)(?![a-z])", re.I)
 _OF_LIGHT = re.compile(r"(?<![a-z])(?:light|intensit(?:y|ies)|power|flux|signal|energy|beam)(?![a-z])", re.I)
@@ -101,7 +107,10 @@ _SETS = {
 _CHANNELS = re.compile(r"(?:r|g|b|gr|gb|g1|g2|ir|nir|w|red|green|blue|green ?[12rb]|clear)", re.I)
 _COUNTS = re.compile(
     rf"\bcounts?\b|\bcts\b|\bADU\b|{spelt('counts')}|"
-    r"\bdigital numbers?\b|(?-i:(?<![A-Za-z])DNs?(?![A-Za-z]))(?! ?\d)",
+    r"\bdigital numbers?\b|(?-i:(?<![A-Za-z])DNs?(?![A-Za-z]))(?! ?\d)|"
+    # A detector's voltage or current; one letter may be a name.
+    r"[\[(] ?(?:(?-i:[munpµμ][VA])|volts?|amp(?:s|eres?)) ?[\])]|"
+    r"(?:reflect|transmi|reflexion|remission)\w*[ _-]?signal\b",
     re.I,
 )
 # Lines above a table that say so of what is in it.
@@ -211,6 +220,8 @@ def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
             return None
     through, back = _TRANSMITTANCE.search(words), _REFLECTANCE.search(words)
     if through or back:
+        if _RADIANCE.search(words) and unit_in(words) is None:
+            return None
         return None if through and back else "transmittance" if through else "reflectance"
     return "emission" if _EMISSION.search(words) else None
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from metamer.runtime.errors import InputError
 from metamer.spectral.formats.registry import read_spectra
-from metamer.spectral.formats.shared.words import quantity_in
+from metamer.spectral.formats.shared.words import names_raw, quantity_in
 
 NM = np.arange(400, 701, 50)
 RED = 6.2 + 57.0 / (1.0 + np.exp(-(NM - 583.0) / 13.0))
@@ -83,6 +83,42 @@ def test_light_that_is_sent_on_is_no_reflectance(verb):
     surface = "transmittance" if verb == "transmitted" else "reflectance"
     for words in ("{} (%)", "{} light (%)", "{} power [0-1]", f"{{}} {surface}"):
         assert quantity_in(words.format(verb)) == surface
+
+
+@pytest.mark.parametrize(
+    ("heading", "raw", "quantity"),
+    [
+        ("Reflection (mV)", "counts", None),
+        ("Reflectance [nA]", "counts", None),
+        ("Transmission (volts)", "counts", None),
+        ("Reflectance signal", "counts", None),
+        ("Remissionssignal", "counts", None),
+        ("Intensity (mV)", "counts", None),
+        ("Reflectance (A)", None, "reflectance"),
+        ("Reflectance (V)", None, "reflectance"),
+        ("Reflectance (signal/reference)", None, "reflectance"),
+        ("Reflection intensity (W/m2)", None, None),
+        ("Reflectance (W m-2 nm-1)", None, None),
+        ("Reflectance (W matt)", None, "reflectance"),
+        ("反射放射輝度", None, None),
+        ("Radianza riflessa", None, None),
+        ("Fattore di radianza", None, "radiance factor"),
+        ("facteur de luminance", None, "radiance factor"),
+        ("Factor de radiancia", None, "radiance factor"),
+    ],
+)
+def test_signals_and_powers_of_a_surface_are_no_reflectance(written, heading, raw, quantity):
+    assert names_raw(heading) == raw and (raw or quantity_in(heading) == quantity)
+    path = written(
+        "\n".join([f"nm,{heading}", *(f"{nm},{value:.3f}" for nm, value in zip(NM, RED / 100.0, strict=True))])
+    )
+    if quantity is None:
+        with pytest.raises(InputError):
+            read_spectra(path)
+    else:
+        (entry,) = read_spectra(path).entries
+        assert quantity in entry.taken
+        np.testing.assert_allclose(entry.spectrum.samples, RED / 100.0, atol=1e-3)
 
 
 def test_a_luminance_factor_is_of_no_lamp():
