@@ -239,8 +239,8 @@ def test_notebooks_run_as_they_stand(monkeypatch, tmp_path):
     monkeypatch.setattr(tempfile, "tempdir", None)
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     # A kernel ends within seconds, but not on a machine that is busy.
-    patient = pytest.importorskip("traitlets.config").Config({"KernelManager": {"shutdown_wait_time": 120.0}})
-    options, told = {"timeout": round(patient(120)), "kernel_name": "python3", "config": patient}, {}
+    config = pytest.importorskip("traitlets.config").Config({"KernelManager": {"shutdown_wait_time": patient(120)}})
+    options, told = {"timeout": round(patient(120)), "kernel_name": "python3", "config": config}, {}
     for path in NOTEBOOKS:
         made = nbclient.NotebookClient(nbformat.read(path, 4), **options).execute(cwd=tmp_path)
         outputs = [output for cell in made.cells for output in cell.get("outputs", ())]

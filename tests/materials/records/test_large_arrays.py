@@ -189,7 +189,7 @@ import resource, sys, tempfile
 from pathlib import Path
 from types import SimpleNamespace
 import numpy as np
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = sys.argv[1:]
 import test_large_arrays as tests
 from metamer.runtime.errors import NoRoomError
 stack = np.random.default_rng(0).random((2, 1000, 1000))
@@ -202,7 +202,8 @@ with tempfile.TemporaryDirectory() as folder:
     print([entry.name for entry in Path(folder).iterdir()])
 """
     pytest.importorskip("resource")
-    command = [sys.executable, "-c", code, str(Path(__file__).parent)]
+    here = Path(__file__).parent
+    command = [sys.executable, "-c", code, str(here), str(here.parents[1] / "harness")]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=patient(120))
     assert ended.returncode == 0 and not ended.stderr, ended
     assert "no room for the file" in ended.stdout and ended.stdout.endswith("[]\n")
