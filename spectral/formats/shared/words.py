@@ -15,7 +15,7 @@ Meaning = Quantity | Literal["sensitivity"]
 
 _RADIANCE_FACTOR = re.compile(
     r"(?:radiance|luminance)[ _-]*factor|(?:strahl|leucht)dichtefaktor|[輝亮]度[率因]|"
-    r"fa[ct]+(?:eur|or|ore) d[ei] (?:radian|luminan)",
+    r"fa[ct]+(?:eur|or|or[e]) d[ei] (?:radian|luminan)",
     re.I,
 )
 _REFLECTANCE = re.compile(
