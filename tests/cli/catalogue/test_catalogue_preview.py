@@ -69,6 +69,7 @@ def test_filters_choose_and_order(metamer, folder, tmp_path):
     assert code == 0 and [card[0] for card in data(html.read_text("utf-8"))["cards"]] == ["paint/light"]
 
 
+@pytest.mark.slow
 def test_pictures_that_are_many_lie_beside_the_page(metamer, folder, tmp_path, monkeypatch):
     """And only those: sheets of another page go once it has been replaced, whatever else is there stays."""
     html, beside = tmp_path / "my page.html", tmp_path / "my page_pictures"

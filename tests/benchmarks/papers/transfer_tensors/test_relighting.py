@@ -172,6 +172,7 @@ def test_materials_change_without_precomputing(room):
     np.testing.assert_array_equal(again, before)
 
 
+@pytest.mark.slow
 def test_clusters_lose_little_and_say_how_much(room):
     one = room.tensors.one[::2, :, :2]
     errors = []
