@@ -117,12 +117,8 @@ def _other_whites(readings: Readings) -> str | None:
 
 def _exchanged(readings: Readings) -> str | None:
     """Say where full red, green and blue are not the reddest, greenest and bluest of the three."""
-    averaged = readings.averaged()
-    alone = [np.flatnonzero((np.abs(averaged.codes - unit) < 1e-6).all(axis=1)) for unit in np.eye(3)]
-    if not all(rows.size for rows in alone):
-        return None
-    light = np.stack([averaged.xyz[rows[0]] for rows in alone]) - averaged.xyz[averaged.blacks].mean(axis=0)
-    if not (light.sum(axis=1) > 0.0).all():
+    light = readings.channel_light
+    if light is None or not (light.sum(axis=1) > 0.0).all():
         return None
     x, y = (light[:, :2] / light.sum(axis=1, keepdims=True)).T
     if int(np.argmax(x)) == 0 and int(np.argmax(y)) == 1 and int(np.argmin(y)) == 2:

@@ -120,14 +120,11 @@ def with_primaries(readings: Readings, primaries: Primaries) -> Readings:
             expected="XYZ alone, as a colorimeter gives them",
             hint="leave --primaries out: the readings tell more",
         )
-    averaged = readings.averaged()
-    full = [np.flatnonzero((np.abs(averaged.codes - unit) < 1e-6).all(axis=1)) for unit in np.eye(3)]
+    light = readings.channel_light
     said = f"for other observers: {len(primaries.samples.radiance)} spectra of {name}"
-    if not all(rows.size for rows in full):
+    if light is None:
         said += ", not held against the readings, which have no full red, green and blue"
     else:
-        black = averaged.xyz[averaged.blacks].mean(axis=0) if averaged.blacks.size else np.zeros(3)
-        light = np.stack([averaged.xyz[rows[0]] for rows in full]) - black
         theirs = primaries.spectra.xyz(readings.observer)
         apart = delta_e_xyz(light, theirs * (light[:, 1:2] / theirs[:, 1:2]), readings.white_xyz)
         worst = int(np.argmax(apart))

@@ -108,6 +108,16 @@ class Readings:
             )
         return self.xyz[self.whites].mean(axis=0)
 
+    @property
+    def channel_light(self) -> Float[np.ndarray, "3 3"] | None:
+        """XYZ of full red, green and blue alone, a row each, less black where it was read; None without one of them."""
+        averaged = self.averaged()
+        alone = [np.flatnonzero((np.abs(averaged.codes - unit) < 1e-6).all(axis=1)) for unit in np.eye(3)]
+        if not all(rows.size for rows in alone):
+            return None
+        black = averaged.xyz[averaged.blacks].mean(axis=0) if averaged.blacks.size else np.zeros(3)
+        return np.stack([averaged.xyz[rows[0]] for rows in alone]) - black
+
     def averaged(self) -> Readings:
         """One reading a patch, the mean of its readings, in the order in which patches first came."""
         codes, which = self.groups

@@ -63,7 +63,7 @@ class HeldCodes:
 
     def offer(self, image: int, codes: list[Shaped[np.ndarray, "H W C"]]) -> None:
         """Hold an image that was read, as far as the class does."""
-        # Who goes through many texels of all images has some of one in two pieces, which follow each other.
+        # A pass over many texels of all images has some of one in two pieces, which follow each other.
         self._again = self._again or bool(self._asked[image] and image != self._last)
         self._asked[image], self._last = True, image
         if not self._again:

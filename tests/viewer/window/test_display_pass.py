@@ -202,7 +202,7 @@ def test_what_is_darker_than_black_is_marked_apart_from_what_is_out_of_gamut(sho
     display = DisplayTransform("sRGB - Display", "Un-tone-mapped", STUDIO)
     xyz = in_numpy(canvases[0], WHITES[0], Session())
     below = (display.apply(xyz) < -CLIP_TOLERANCE).any(axis=-1)
-    # As if this much light came of code 0.
+    # Black of a display that sends this much light at code 0.
     vars(display)["black_y"] = float(np.median(xyz[below, 1]))
     plain = shown(showing, textures, differences, Session(), display).copy()
     found = shown(showing, textures, differences, Session(shown=DisplaySettings(gamut_warning=True)), display)
