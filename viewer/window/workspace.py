@@ -195,10 +195,10 @@ class Desk:
         """Drop what was said about something."""
         self.notices = tuple(one for one in self.notices if one.about != about)
 
-    def said(self) -> tuple[Notice, ...]:
-        """Messages to be read now."""
+    def said(self, held: bool = False) -> tuple[Notice, ...]:
+        """Messages to be read now; while they are held, none goes because its time is up."""
         now = self._clock()
-        self.notices = tuple(one for one in self.notices if one.until is None or now < one.until)
+        self.notices = tuple(one for one in self.notices if held or one.until is None or now < one.until)
         return self.notices
 
 

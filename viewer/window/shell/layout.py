@@ -114,9 +114,10 @@ def _area(name: str, x: float, y: float, width: float, height: float, scrolled: 
 
 def _draw_notices(window: Window, x: float, y: float, width: float) -> None:
     """Say what there is to say over the upper edge of the picture, whose area begins at x, y; problems stay until
-    they are dismissed or solved.
+    they are dismissed or solved, and messages while the mouse is over them: nothing moves away from under it.
     """
-    said = window.desk.said()
+    said = window.desk.said(held=window.kept.notices_hovered)
+    window.kept.notices_hovered = False
     if not said or width < em(12.0):
         return
     wide = min(em(44.0), width - em(2.0))
@@ -130,6 +131,7 @@ def _draw_notices(window: Window, x: float, y: float, width: float) -> None:
         flags.no_decoration | flags.no_move | flags.no_saved_settings | flags.always_auto_resize
         | flags.no_focus_on_appearing | flags.no_nav,
     )  # fmt: skip
+    window.kept.notices_hovered = imgui.is_window_hovered(imgui.HoveredFlags_.allow_when_blocked_by_active_item)
     for one in said:
         # A problem of the picture is solved or taken back: it would be told again.
         dismissed = one.problem and one.about != "picture"

@@ -48,7 +48,7 @@ class PanelState:
     searched : of materials. typed : into fields, by their names. tab : that is to be opened next. spectrum : which
     kind is plotted. compared : materials that are looked at for metamerism. note, score : of the next rating.
     amount : that a wish asks for. chain_in_full : whether the chain is told at length. found : typed into the palette,
-    and the row chosen.
+    and the row chosen. notices_hovered : whether the mouse is over what is said.
     """
 
     searched: str = ""
@@ -62,6 +62,7 @@ class PanelState:
     chain_in_full: bool = False
     found: str = ""
     row: int = 0
+    notices_hovered: bool = False
 
 
 class Window:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from metamer.viewer.window.state import SESSION_FILE
+from metamer.viewer.window.workspace import SAID_S
 from PIL import Image
 
 # All of it is done in the folder that the process runs in.
@@ -190,6 +191,25 @@ def check_a_name_without_glyphs_is_shown_all_the_same(it):
     it.frames(3)
     it.click("Notices/Dismiss##test")
     assert not any(one.about == "test" for one in it.desk.notices)
+
+
+def check_a_message_stays_while_the_mouse_is_over_it(it):
+    """Else what is below it moves up, away from under the mouse."""
+    it.desk.tell("A message", about="message")
+    it.desk.tell("A problem", problem=True, about="problem")
+    it.frames(3)
+    it.context.mouse_move("//Notices/Dismiss##problem")
+    clock = it.desk._clock
+    it.desk._clock = lambda: clock() + 2.0 * SAID_S
+    it.frames(3)
+    it.context.mouse_down()
+    it.frames(3)
+    assert "A message" in it.said
+    it.context.mouse_up()
+    it.context.mouse_move_to_pos((1.0, 1.0))
+    it.frames(3)
+    it.desk._clock = clock
+    assert "A message" not in it.said and "A problem" not in it.said
 
 
 def check_no_other_problem_is_dismissed_where_a_message_goes_meanwhile(it):
