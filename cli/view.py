@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 
 from ..runtime.distribution import install_hint, system_hint
@@ -53,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
         raise UsageError("--last: it says what to look at, name nothing else")
     folder = local_folder(args.catalogue or default_catalogue(), "the window")
     check_display_option(args.display)
-    shell = _shell()
+    shell = window_module("main_loop")
     shell.check_screen()
     # For images none is made where there is none.
     of_images = bool(args.what) and all(Path(word).suffix.lower() == ".exr" for word in args.what)
@@ -79,10 +80,10 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _shell():
-    """Import the module that opens the window, where it is installed."""
+def window_module(name: str):
+    """Import a module of the window's shell, where what it needs is installed."""
     try:
-        from ..viewer.window.shell import main_loop
+        return import_module(f"..viewer.window.shell.{name}", __package__)
     except ImportError as reason:
         if "cannot open shared object file" in str(reason):
             hint = system_hint(_LIBRARIES)
@@ -92,7 +93,6 @@ def _shell():
         raise InputError(
             "the window is not installed", found=str(reason), expected="the extra `window`", hint=_INSTALL
         ) from reason
-    return main_loop
 
 
 def _kept() -> Path:

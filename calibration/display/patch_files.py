@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from ...runtime.errors import UsageError
-from ...runtime.files import written_whole
+from ...runtime.errors import InputError, UsageError
+from ...runtime.files import existing_file, read_text, written_whole
+from ...spectral.formats import cgats
+from ...spectral.formats.cgats_tables import read_tables
+from ...spectral.formats.registry import names_its_file
 from ...spectral.srgb import srgb_to_linear
 
 _SUFFIXES = (".ti1", ".csv")
+_RGB = "RGB_R", "RGB_G", "RGB_B"
+_HEAD = "# codes from 0 to {}; measure X, Y, Z in cd/m2 and add them as further columns\npatch,r,g,b\n"
+_SCALE = re.compile(r"# codes from 0 to (\d+)")
 
 
 def write_patches(path: str | Path, codes: Float[np.ndarray, "N 3"], bits: int = 8) -> None:
@@ -31,9 +38,56 @@ def write_patches(path: str | Path, codes: Float[np.ndarray, "N 3"], bits: int =
         beside.write_text(text, encoding="utf-8")
 
 
+@names_its_file
+def read_patches(path: str | Path) -> Float[np.ndarray, "N 3"]:
+    """Read the codes, from 0 to 1, of a `.ti1`, or of a CSV as `write_patches` writes it.
+
+    Raises
+    ------
+    InputError : no such file; other contents; codes beyond the scale.
+    """
+    path = existing_file(path)
+    with path.open("rb") as file:
+        of_argyll = cgats.recognises(path, file.read(4096))
+    full, codes = _percent(path) if of_argyll else _whole(read_text(path))
+    if not len(codes) or not (np.isfinite(codes).all() and codes.min() >= 0.0 and codes.max() <= full):
+        found = f"{codes.min():g} to {codes.max():g}" if len(codes) else "none"
+        raise InputError("no codes of a display", field="codes", found=found, expected=f"numbers from 0 to {full:g}",
+                         hint="`metamer display patches` writes them")  # fmt: skip
+    return codes / full
+
+
+def _percent(path: Path) -> tuple[float, np.ndarray]:
+    for table in read_tables(path):
+        fields = [field.upper() for field in table.fields]
+        if table.identifier.upper().startswith("CTI1") and all(name in fields for name in _RGB):
+            at = [fields.index(name) for name in _RGB]
+            return 100.0, np.array([[table.number(row[column]) for column in at] for row in table.rows]).reshape(-1, 3)
+    raise _no_patches("no table of RGB_R, RGB_G, RGB_B in a CTI1 file")
+
+
+def _whole(text: str) -> tuple[float, np.ndarray]:
+    scale, lines = _SCALE.match(text), [line for line in text.splitlines() if line and not line.startswith("#")]
+    if scale is None or not lines or not lines[0].startswith("patch,r,g,b"):
+        raise _no_patches(text.partition("\n")[0][:120])
+    try:
+        # What was measured may stand in further columns.
+        codes = [[float(cell) for cell in line.split(",")[1:4]] for line in lines[1:]]
+    except ValueError as reason:
+        raise _no_patches(str(reason)) from None
+    if short := [at for at, row in enumerate(codes, 1) if len(row) < 3]:
+        raise _no_patches(f"fewer than three codes in row {short[0]}")
+    return float(scale[1]), np.array(codes).reshape(-1, 3)
+
+
+def _no_patches(found: str) -> InputError:
+    return InputError(
+        "not a file of patches", found=found, expected="a .ti1, or the .csv that `metamer display patches` writes"
+    )
+
+
 def _csv(sent: np.ndarray, steps: int) -> str:
-    head = f"# codes from 0 to {steps}; measure X, Y, Z in cd/m2 and add them as further columns\npatch,r,g,b\n"
-    return head + "".join(f"{at},{r},{g},{b}\n" for at, (r, g, b) in enumerate(sent, 1))
+    return _HEAD.format(steps) + "".join(f"{at},{r},{g},{b}\n" for at, (r, g, b) in enumerate(sent, 1))
 
 
 def _ti1(codes: np.ndarray) -> str:

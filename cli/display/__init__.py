@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from types import ModuleType
 
-from . import characterise, claim, config, observer, patches, proof, verify
+from . import characterise, claim, config, measure, observer, patches, proof, show, verify
+
+# In the order of the way through.
+_VERBS = patches, show, measure, claim, characterise, config, verify, proof, observer
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -15,14 +19,10 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         description="What a display really shows: patches to measure, a model of the readings, a configuration of "
         "OpenColorIO, and a verification that is signed. docs/display.md has the way through.",
     )
-    kinds = command.add_subparsers(metavar="{patches,characterise,claim,config,verify,proof,observer}", required=True)
-    for module in (
-        patches,
-        characterise,
-        claim,
-        config,
-        verify,
-        proof,
-        observer,
-    ):
+    kinds = command.add_subparsers(metavar=f"{{{','.join(map(_name, _VERBS))}}}", required=True)
+    for module in _VERBS:
         module.add_parser(kinds)
+
+
+def _name(module: ModuleType) -> str:
+    return module.__name__.rpartition(".")[2]

@@ -24,24 +24,22 @@ from .window import Window
 
 #: In 96ths of an inch, as hello_imgui counts.
 SIZE = (1440, 860)
+_WITHOUT = "`metamer render SCENE -o OUT.png` and `metamer review` need no display"
 _VERSION = f"{REQUIRED_VERSION // 100}.{REQUIRED_VERSION % 100 // 10}"
 
 
 class NoWindow(MetamerError):
     """No window can be opened here; the message says why, and what there is without."""
 
-    def __init__(self, reason: str) -> None:
-        super().__init__(
-            f"no window can be opened: {reason}\n"
-            "  without one: `metamer render SCENE -o OUT.png` and `metamer review` need no display"
-        )
+    def __init__(self, reason: str, without: str = _WITHOUT) -> None:
+        super().__init__(f"no window can be opened: {reason}\n  without one: {without}")
 
 
-def check_screen() -> None:
+def check_screen(without: str = _WITHOUT) -> None:
     """Raise `NoWindow` where this system has no display to open a window on."""
     linux = sys.platform.startswith(("linux", "freebsd"))
     if linux and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise NoWindow("neither DISPLAY nor WAYLAND_DISPLAY is set, so there is no display")
+        raise NoWindow("neither DISPLAY nor WAYLAND_DISPLAY is set, so there is no display", without)
 
 
 def run(
