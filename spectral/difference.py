@@ -18,7 +18,7 @@ from .axis_letters import XYZ, Lab, White
 
 #: Share of white, in X, Y or Z, below which CIELAB is linear (CIE 015:2018, equation 8.5).
 KNEE = (24.0 / 116.0) ** 3
-Formula = Literal["CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1"]
+FormulaName = Literal["CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1"]
 
 # Y added before differentiating L*: what a dark surface reflects anyway, so that the darkest decades do not rule.
 _DARK = 0.01
@@ -51,7 +51,7 @@ def xyz_from_lab(lab: Lab, white_xyz: White) -> XYZ:
     return white_xyz * np.where(f > 24.0 / 116.0, f**3, (f - 16.0 / 116.0) * 108.0 / 841.0)
 
 
-def delta_e_lab(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994") -> Float[np.ndarray, "*batch"]:
+def delta_e_lab(reference_lab: Lab, sample_lab: Lab, method: FormulaName = "CIE 1994") -> Float[np.ndarray, "*batch"]:
     """Colour difference (...) of CIELAB pairs.
 
     CIE 1994 and CMC weigh by the reference and are not symmetric: mind which side is which.
@@ -74,7 +74,7 @@ def delta_e_lab(reference_lab: Lab, sample_lab: Lab, method: Formula = "CIE 1994
         "CMC 2:1": partial(_delta_e_cmc, 2.0, 1.0),
     }
     if method not in formulas:
-        raise UnknownNameError("colour difference", method, get_args(Formula))
+        raise UnknownNameError("colour difference", method, get_args(FormulaName))
     # One leading axis more, so that a single pair is an array too.
     reference, sample = (
         np.moveaxis(np.asarray(lab, dtype=np.float64)[None], -1, 0) for lab in (reference_lab, sample_lab)
@@ -93,7 +93,7 @@ def delta_e_cmc(reference_lab: Lab, sample_lab: Lab, lightness: float, chroma: f
 
 
 def delta_e_xyz(
-    reference_xyz: XYZ, sample_xyz: XYZ, white_xyz: White, method: Formula = "CIE 1994"
+    reference_xyz: XYZ, sample_xyz: XYZ, white_xyz: White, method: FormulaName = "CIE 1994"
 ) -> Float[np.ndarray, "*batch"]:
     """Colour difference (...) of XYZ pairs, both relative to the same white."""
     return delta_e_lab(lab_from_xyz(reference_xyz, white_xyz), lab_from_xyz(sample_xyz, white_xyz), method)

@@ -24,7 +24,7 @@ from ..materials.records.material import MaterialRecord
 from ..runtime.distribution import installed_version
 from ..runtime.errors import ComparisonError, UsageError
 from ..runtime.notebook import new_axes
-from ..spectral.difference import Formula, delta_e_xyz, lab_from_xyz
+from ..spectral.difference import FormulaName, delta_e_xyz, lab_from_xyz
 from ..spectral.formats.png_writer import png_bytes
 from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
 from ..spectral.formats.xyz_exr import SpaceName, write_rgb_exr, write_xyz_exr
@@ -91,7 +91,7 @@ class Picture:
         whole = composite(self.xyz, self.coverage, _background(self.scene))
         return whole @ display.adaptation_from(self.white).T
 
-    def difference(self, reference: Picture, method: Formula = "CIE 1994") -> DeltaEStatistics:
+    def difference(self, reference: Picture, method: FormulaName = "CIE 1994") -> DeltaEStatistics:
         """Compute the statistics of ΔE from a reference of the same view, over the pixels that both show wholly.
 
         Raises

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...runtime.errors import InputError, UnknownNameError
 from ...runtime.toml_records import RecordFile
-from ...spectral.difference import Formula
+from ...spectral.difference import FormulaName
 
 #: Figures that `verification` knows, in words.
 STATISTICS = {
@@ -54,7 +54,7 @@ class VerificationCriteria:
     criteria: tuple[VerificationCriterion, ...] = ()
 
 
-_E00: Formula = "CIE 2000"
+_E00: FormulaName = "CIE 2000"
 #: Criteria by name. The first are those that Metamer takes where none are named.
 KNOWN = {
     "metamer": VerificationCriteria(

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ...runtime.errors import ComparisonError
-from ...spectral.difference import Formula, delta_e_xyz, lab_from_xyz
+from ...spectral.difference import FormulaName, delta_e_xyz, lab_from_xyz
 from ...spectral.observers import observer
 from .criteria import STATISTICS, VerificationCriteria, VerificationCriterion
 from .readings import Readings
@@ -294,7 +294,7 @@ def record_black(predicted: np.ndarray, black: np.ndarray) -> float:
     return float(predicted[black, 1].mean())
 
 
-def _formula(name: str) -> Formula:
+def _formula(name: str) -> FormulaName:
     from ...spectral.formula import formula
 
     return formula(name).name  # type: ignore[return-value]

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...runtime.errors import ComparisonError, InputError
-from ...spectral.difference import Formula, delta_e_xyz, lab_from_xyz, xyz_from_lab
+from ...spectral.difference import FormulaName, delta_e_xyz, lab_from_xyz, xyz_from_lab
 
 # A pixel on a silhouette compares two ways of anti-aliasing, not two colours.
 FULL_COVERAGE = 1.0 - 1e-3
@@ -80,7 +80,7 @@ def delta_e_map(
     sample_xyz: Float[np.ndarray, "_ _ 3"],
     white_xyz: Float[np.ndarray, "3"],
     coverage: Float[np.ndarray, "_ _"],
-    method: Formula = "CIE 1994",
+    method: FormulaName = "CIE 1994",
 ) -> Float[np.ndarray, "H W"]:
     """ΔE (H,W) of two pictures of one scene under one light.
 

@@ -1,8 +1,9 @@
 """Visibility that was computed before: a file for each geometry, in a folder that may be deleted at any time.
 
 A file is named by a hash of all that it depends on: the vertices, normals and triangles of all parts, the code of this
-room, and the libraries that give the numbers. Materials, lights and cameras do not count. It holds a hash of its
-content; one that is damaged is computed anew, and that is said. `cache_limits` bounds what all of them take.
+room, and the libraries that give the numbers. Materials, lights and cameras do not count, but for the plane of a
+softbox that only what lies before it can hide. It holds a hash of its content; one that is damaged is computed anew,
+and that is said. `cache_limits` bounds what all of them take.
 """
 
 from __future__ import annotations

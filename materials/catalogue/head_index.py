@@ -37,7 +37,7 @@ from ...runtime.errors import InputError
 from ...runtime.files import half_written, made_folder, written_whole
 from ...runtime.locks import alone_at_work, remove_abandoned
 from ...runtime.private_folder import private_folder
-from ...spectral.difference import Formula, delta_e_lab
+from ...spectral.difference import FormulaName, delta_e_lab
 from ..records.query import SORTED_BY, WORDS, Query, Summary, material_files, order_key, read_heads, summary
 from ..records.record import SUFFIX
 
@@ -226,7 +226,7 @@ class HeadIndex:
         assert query.near is not None
         if query.within is None and query.limit is None:
             return None
-        near, formula = np.array(query.near, dtype=float), cast(Formula, query.formula)
+        near, formula = np.array(query.near, dtype=float), cast(FormulaName, query.formula)
         if where:
             numbers, labs = self._colours_of(f"heads{where}", values)
             far = _distances(near, labs, formula)
@@ -546,7 +546,7 @@ def _like(pattern: str) -> str:
     return re.sub(r"\[!?\]?[^\]]*\]", "?", text).replace("*", "%").replace("?", "_")
 
 
-def _distances(near: np.ndarray, labs: Float[np.ndarray, "N 3"], formula: Formula) -> Float[np.ndarray, " N"]:
+def _distances(near: np.ndarray, labs: Float[np.ndarray, "N 3"], formula: FormulaName) -> Float[np.ndarray, " N"]:
     """ΔE of colours from `near`, the reference, some at a time: those are at hand when they are asked for again."""
     far = np.empty(len(labs))
     for first in range(0, len(labs), _BLOCK):

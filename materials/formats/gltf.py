@@ -205,6 +205,7 @@ class _Material:
             raise NotDrawn("its maps lie apart on the mesh")
         return MoreMaps(
             normal=None if matt else normal,
+            green="opengl",
             normal_scale=self.node.child("normalTexture").number("scale", 1, low=-math.inf),
             coat_normal=over,
             coat_normal_scale=coat.child("clearcoatNormalTexture").number("scale", 1, low=-math.inf),

@@ -17,7 +17,7 @@ from .remote_heads import remote_heads
 from .standing import standing_of
 
 if TYPE_CHECKING:
-    from ...spectral.difference import Formula
+    from ...spectral.difference import FormulaName
 
 _DIGITS = re.compile(r"([0-9]+)")
 #: Words of a summary, with the field of `Query` that asks for each.
@@ -293,7 +293,7 @@ class Query:
 
         coloured = [one for one in found if one.lab is not None]
         labs = np.array([one.lab for one in coloured], dtype=float).reshape(-1, 3)
-        far = delta_e_lab(np.broadcast_to(near, labs.shape), labs, cast("Formula", self.formula))
+        far = delta_e_lab(np.broadcast_to(near, labs.shape), labs, cast("FormulaName", self.formula))
         placed = [replace(one, distance=float(d)) for one, d in zip(coloured, far, strict=True)]
         if self.within is not None:
             return [one for one in placed if one.distance is not None and one.distance <= self.within]

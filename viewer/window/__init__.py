@@ -1,4 +1,5 @@
 """Review window, `metamer view`: its state, every change of it, its pictures and probes.
 
-Begin with `state.py`; `commands.py` is every change, `frame.py` the picture. Panels are in `shell/`.
+Begin with `state.py`; `commands.py` is the type of a change, `command_list.py` has all with their
+keys; `frame.py` is the picture. Panels are in `shell/`.
 """
