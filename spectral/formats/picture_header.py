@@ -27,6 +27,11 @@ _XY_OFF, _GAMMA_OFF, _SRGB_GAMMA = 0.002, 0.02, 1 / 2.2
 # Linear light of a gamma of 2.2 is off by 0.009 from that of sRGB, with primaries of BT.601 by 0.06, of P3 by 0.15.
 _LIGHT_OFF = 0.02
 _TORN_PROFILE = "a colour profile that cannot be read"
+#: Beginnings of words on pictures for displays of high dynamic range: their codes are no sRGB of any sort.
+HDR_LIGHT = "light of an HDR display"
+HDR = (HDR_LIGHT, "PQ (", "HLG (")
+# Mastering display and light levels (PNG 3, sections 11.3.2.7 and 11.3.2.8), also as drafts spelt them.
+_HDR_CHUNKS = {b"mDCV", b"mDCv", b"cLLI", b"cLLi"}
 _TGA_END = b"TRUEVISION-XFILE.\0"
 _EXIF, _INTEROPERABILITY = 0x8769, 0xA005
 _COLOUR_SPACE, _GAMMA, _WHITE, _PRIMARIES_TAG, _TRANSFER = 0xA001, 0xA500, 318, 319, 301
@@ -149,6 +154,8 @@ def _of_png(chunks: dict[bytes, bytes], profiled: bool) -> Iterator[str]:
     coded = chunks.get(b"cICP", b"")
     coded = coded if len(coded) == 4 else bytes([_UNSAID, _UNSAID, 0, 1])
     yield from _of_codes(coded[0], coded[1], "cICP")
+    if coded[1] == _UNSAID and (levels := _HDR_CHUNKS & chunks.keys()):
+        yield f"{HDR_LIGHT}, and not by which curve ({', '.join(sorted(key.decode() for key in levels))})"
     if coded[2]:
         yield f"brightness and colour apart, by matrix number {coded[2]} (cICP)"
     if not coded[3]:

@@ -15,7 +15,7 @@ from ...calibration.display.claims import CLAIMS
 from ...calibration.display.icc_profile import read_display_profile
 from ...runtime.errors import InputError
 from ...runtime.files import existing_file
-from ...spectral.formats.picture_header import is_srgb, other_than_srgb, profile_of
+from ...spectral.formats.picture_header import HDR, is_srgb, other_than_srgb, profile_of
 
 # Words of a header whose codes are those of Display P3 (H.273).
 _P3 = "primaries of Display P3 (cICP)"
@@ -30,7 +30,7 @@ def read_picture(
 
     Raises
     ------
-    InputError : no picture that can be read.
+    InputError : no picture that can be read, or one for a display of high dynamic range.
     """
     from PIL import Image, UnidentifiedImageError
 
@@ -44,6 +44,14 @@ def read_picture(
         raise InputError(
             "not a picture that can be read", file=path, found=str(reason)[:120], expected="a PNG or JPEG file"
         ) from None
+    if any(words.startswith(HDR) for words in stated):
+        raise InputError(
+            "a picture for an HDR display",
+            file=path,
+            found=", ".join(stated),
+            expected="codes of sRGB, of Display P3, or with an ICC profile",
+            hint="save it for sRGB, or name the scene that it is of",
+        )
     codes = pixels.reshape(-1, 3) / 255.0
     xyz = CLAIMS["sRGB"].xyz
     if stated == (_P3,):

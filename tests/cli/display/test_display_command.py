@@ -10,6 +10,7 @@ from icc_profiles import DULL, matrix_profile, profile
 from metamer.benchmarks.display.simulated import displays
 from metamer.calibration.display.characterise import characterise
 from metamer.calibration.display.patches import patches
+from metamer.spectral.formats.png_writer import png_bytes
 from metamer.viewer.display.transform import DisplayTransform
 from pictures import read_xyz_exr
 from PIL import Image
@@ -170,6 +171,19 @@ def test_the_profile_of_a_picture_is_applied(metamer, tmp_path):
     Image.fromarray(codes).save(tmp_path / "odd.png", icc_profile=profile({}, kind=b"prtr"))
     _, _, err = metamer("display", "proof", tmp_path / "desk.icc", tmp_path / "odd.png")
     assert "a profile that cannot be used" in err and "taken as sRGB" in err
+
+
+@pytest.mark.parametrize(
+    ("chunk", "words"),
+    [((b"cICP", bytes([9, 16, 0, 1])), "PQ (cICP)"), ((b"cICP", bytes([9, 18, 0, 1])), "HLG (cICP)"),
+     ((b"cLLI", bytes(8)), "not by which curve (cLLI)"), ((b"mDCv", bytes(24)), "not by which curve (mDCv)")],
+)  # fmt: skip
+def test_hdr_metadata_is_no_srgb(metamer, tmp_path, chunk, words):
+    """A picture in PQ has other codes for every colour."""
+    (tmp_path / "desk.icc").write_bytes(matrix_profile())
+    (tmp_path / "p.png").write_bytes(png_bytes(np.zeros((2, 2, 3), dtype=np.uint8), [chunk]))
+    code, said, err = metamer("display", "proof", tmp_path / "desk.icc", tmp_path / "p.png")
+    assert code == 4 and not said and "an HDR display" in err and words in err and "p.png" in err
 
 
 def test_what_a_file_leaves_open_is_asked(metamer, tmp_path):

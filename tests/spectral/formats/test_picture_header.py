@@ -136,6 +136,8 @@ STATED = {
     "calibrated BMP": (bmp(b"\0\0\0\0", ends_of(P3_XY), (1, 1, 1)), "calibrated BMP), linear (calibrated BMP 1)"),
     "BMP with a profile": (bmp(b"DEBM"), "a colour profile (BMP)"),
 }  # fmt: skip
+STATED["light levels of HDR"] = png((b"cLLI", bytes(8))), "not by which curve (cLLI)"
+STATED["a mastering display beside sRGB"] = png(RENDERING, (b"mDCV", bytes(24))), "not by which curve (mDCV)"
 PLAIN = {
     "nothing": saved("PNG"),
     "sRGB": png(RENDERING),
@@ -287,8 +289,10 @@ def test_images_of_a_btf_and_pictures_that_somebody_sends_say_so_too(tmp_path):
     assert header_notes(files, tmp_path) == [
         "images that say primaries of BT.2020 (cICP), PQ (cICP): 2 (a.png), not applied"
     ]
-    assert read_picture(files[0])[2] == ("primaries of BT.2020 (cICP)", "PQ (cICP)")
-    assert read_picture(files[2])[2] == ()
+    with pytest.raises(InputError, match=r"HDR display[^\n]*\n  found: primaries of BT.2020 \(cICP\), PQ \(cICP\)"):
+        read_picture(files[0])
+    files[0].write_bytes(STATED["gamma 1"][0])
+    assert read_picture(files[0])[2] == ("linear (gAMA 1)",) and read_picture(files[2])[2] == ()
 
 
 def test_code_points_of_srgb_stand_above_a_profile_of_other_colours(tmp_path):
