@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -115,9 +116,10 @@ def _stl_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
     """Read the solids of an STL file, by trimesh."""
     import trimesh
 
-    _check_stl_facets(path)
+    data = path.read_bytes()
+    _check_stl_facets(path, data)
     try:
-        loaded = trimesh.load(path, file_type="stl", process=False)
+        loaded = trimesh.load(BytesIO(data), file_type="stl", process=False)
     except Exception as reason:  # trimesh's readers let any exception out when a file ends early
         raise InputError(
             "the mesh cannot be read; it may be cut short",
@@ -127,12 +129,11 @@ def _stl_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
         ) from reason
     meshes = loaded.geometry if isinstance(loaded, trimesh.Scene) else {path.stem: loaded}
     solids = ((name, mesh) for name, mesh in sorted(meshes.items()) if isinstance(mesh, trimesh.Trimesh))
-    return [MeshPiece(name, mesh.vertices, mesh.faces) for name, mesh in solids], _windings_noted(path)
+    return [MeshPiece(name, mesh.vertices, mesh.faces) for name, mesh in solids], _windings_noted(path.stem, data)
 
 
-def _windings_noted(path: Path) -> list[str]:
+def _windings_noted(name: str, data: bytes) -> list[str]:
     """Say of how many facets of an STL file the normals point against the winding, which is followed."""
-    data = path.read_bytes()
     if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         facets = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("", "<u2")], offset=84)
         normals, corners = facets["normal"].astype(np.float64), facets["corners"].astype(np.float64)
@@ -148,7 +149,7 @@ def _windings_noted(path: Path) -> list[str]:
         least = _AGAINST * np.linalg.norm(wound, axis=1) * np.linalg.norm(normals, axis=1)
         count = int((np.einsum("fk,fk->f", wound, normals) < -least).sum())
     sentence = f"{count} of {len(normals)} facets have normals against the order of their corners, which is followed"
-    return [f"{path.stem}: {sentence}"] if count else []
+    return [f"{name}: {sentence}"] if count else []
 
 
 def cleaned_mesh(
@@ -234,9 +235,8 @@ def joined(meshes: list[Mesh], name: str) -> Mesh:
     )
 
 
-def _check_stl_facets(path: Path) -> None:
+def _check_stl_facets(path: Path, data: bytes) -> None:
     """Hold facets of a text to three vertices, and solids to their ends, where trimesh would go on without a word."""
-    data = path.read_bytes()
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         return
     if data.lstrip()[:5].lower() != b"solid" or b"\0" in data[:84]:
