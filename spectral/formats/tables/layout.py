@@ -231,7 +231,8 @@ def header_above(rows: Sequence[Row], first: int, dialect: Dialect) -> int | Non
         index -= 1
     if index < 0 or len(rows[index][1]) < 2:
         return None
-    index = _above_facts(rows, index, len(rows[first][1]), dialect)
+    if dialect.wavelength(rows[first][1][0]):
+        index = _above_facts(rows, index, len(rows[first][1]), dialect)
     cells = rows[index][1]
     if not cells[0] or is_wavelength_header(cells[0]) or (len(cells) > 2 and is_reciprocal_header(cells[0])):
         return index
