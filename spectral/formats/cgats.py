@@ -39,13 +39,14 @@ from .shared.decisions import (
     ValueRange,
     decided,
     divisor_of,
+    scatter_alone,
     signs_of_all,
     undecided,
 )
 from .shared.entry_rules import MOST_SAMPLES, Gathering
 from .shared.resemblance import Luminances, luminances
 from .shared.text import head_text, is_missing, shortened
-from .tables.quantities import OF_STATISTICS, scatter_alone, scatter_among
+from .shared.words import OF_STATISTICS, statistics_among
 
 NAME = "CGATS"
 ASKS = True
@@ -158,7 +159,9 @@ def _gather(table: CgatsTable, gathering: Gathering, path: Path, place: str, ans
         gathering.rejected.append((place or path.stem, reason))
         return
     stated_of = [at for at, head in beside if OF_STATISTICS.search(head)]
-    left_out = scatter_among(names, [[*table.keywords.values(), *(row[at] for at in stated_of)] for row in table.rows])
+    left_out = statistics_among(
+        names, [[*table.keywords.values(), *(row[at] for at in stated_of)] for row in table.rows]
+    )
     if left_out:
         called = ", ".join(dict.fromkeys(names[index] or f"set {index + 1}" for index in left_out[:6]))
         gathering.note(f"sets that are the scatter or the limits of others are left out: {called}")

@@ -45,6 +45,11 @@ COLOURS_ALONE = (
     "export the measurement with its spectra: a colour alone does not tell how it looks in another light; "
     "metamer match compares colours as they are"
 )
+#: Why a scatter is refused, and what to do.
+NO_SCATTER = (
+    "the scatter of readings, their limits or their uncertainty is no measurement of a colour",
+    "export the readings themselves, or their mean",
+)
 # A surface as dark at all wavelengths, as a fraction, is a trap for light, or a radiance: black paints send back more.
 _BLACKEST = 0.01
 # A black in percent may read less, and a white more: that one table has both below one per cent does not happen.
@@ -257,6 +262,13 @@ def colours_alone(found: str) -> InputError:
         expected="reflectance, transmittance or emission at wavelengths",
         hint=COLOURS_ALONE,
     )
+
+
+def scatter_alone(field: str, by: str) -> InputError:
+    """Return the refusal of a table without a measurement; `by` : what says so."""
+    problem, hint = NO_SCATTER
+    expected = "reflectance, transmittance or emission"
+    return InputError(problem, field=field, found=f"a scatter or limits, by {by}", expected=expected, hint=hint)
 
 
 def power_per_frequency(field: str, found: str) -> InputError:

@@ -16,7 +16,7 @@ from typing import Literal, get_args
 Role = Literal[
     "wavelength", "reflectance", "transmittance", "radiance", "absorbance", "percent", "derivative", "difference",
     "reading", "counts", "raw", "sample", "reference", "white", "dark", "background",
-    "scatter", "mean", "aside", "number", "name",
+    "sent on", "scatter", "end", "median", "sum", "mean", "aside", "number", "name",
 ]  # fmt: skip
 ROLES: tuple[Role, ...] = get_args(Role)
 
@@ -26,6 +26,7 @@ German
     reflectance: -reflexi, -reflektan, -remission
     transmittance: -transm, -durchlicht, -durchlässig
     radiance: -bestrahlung, -strahldichte, -strahlungsleistung
+    sent on: reflektiert-, remittiert-, transmittiert-, durchgelassen-
     absorbance: -absorb, extinktion
     percent: prozent
     derivative: -ableitung
@@ -39,6 +40,10 @@ German
     dark: dunkel
     background: hintergrund
     scatter: standardabw-, stabw, std abw-, unsicherheit, messunsicherheit, streuung, fehler, messfehler
+    scatter: varianz, variationskoeff-, wiederholbarkeit, reproduzierbarkeit, vertrauensbereich, konfidenz-
+    end: minimalwert, maximalwert, kleinster wert, größter wert
+    median: zentralwert
+    sum: summe, anzahl
     mean: mittelwert, mittel
     aside: bemerkung, anmerkung, zeit, datum, temperatur
     number: nr, nummer
@@ -48,6 +53,7 @@ French
     reflectance: -réflectan, -réflectiv, -réflexi, -rémission
     transmittance: -transm
     radiance: -éclairement, luminance énergétique
+    sent on: réfléchi-, transmis, transmise
     absorbance: -absorb
     percent: pour cent, pourcent
     derivative: dérivée
@@ -61,6 +67,10 @@ French
     dark: noir, obscurité
     background: bruit de fond, arrière-plan
     scatter: écart type, déviation standard, incert-, erreur
+    scatter: variance, coefficient de variation, répétabilité, reproductibilité, intervalle de confiance
+    end: minimale, maximale
+    median: médiane
+    sum: somme, nombre de mesures, effectif
     mean: moyenne
     aside: remarque, commentaire, heure
     number: numéro, no, n°
@@ -70,6 +80,7 @@ Spanish
     reflectance: -reflectan, -reflectiv, -reflexi
     transmittance: -transm
     radiance: -irradiancia, -radiancia
+    sent on: reflejad-, transmitid-
     absorbance: -absorb
     percent: por ciento, porcentaje
     derivative: derivada
@@ -83,6 +94,10 @@ Spanish
     dark: oscuridad, oscuro, oscura
     background: fondo
     scatter: desv est-, desviación est-, desv típ-, desviación típ-, incert-, error
+    scatter: varianza, coeficiente de variación, repetibilidad, reproducibilidad, intervalo de confianza
+    end: mínimo, máximo
+    median: mediana
+    sum: suma, recuento
     mean: media, promedio
     aside: observación, observaciones, fecha, hora, temperatura
     number: número, núm
@@ -92,6 +107,7 @@ Italian
     reflectance: -riflett, -rifless
     transmittance: -transm, -trasm
     radiance: -irradianza, -radianza
+    sent on: riflessa, riflesso, trasmessa, trasmesso
     absorbance: -assorb
     percent: per cento, percentuale
     derivative: derivata
@@ -105,6 +121,10 @@ Italian
     dark: buio, oscuro
     background: fondo
     scatter: deviazione standard, scarto tipo, incert-, errore
+    scatter: varianza, coefficiente di variazione, ripetibilità, riproducibilità
+    end: minimo, massimo
+    median: mediana
+    sum: somma, conteggio
     mean: media
     aside: osservazioni, ora, temperatura
     number: numero
@@ -114,6 +134,7 @@ Portuguese
     reflectance: -refletân, -refletiv, -reflectân, -reflectiv, -reflexão
     transmittance: -transmi
     radiance: -irradiância, -radiância
+    sent on: refletid-, transmitid-
     absorbance: -absorb, -absorv
     percent: por cento, porcentagem, percentagem
     derivative: derivada
@@ -127,6 +148,10 @@ Portuguese
     dark: escuro, escura, escuridão
     background: fundo
     scatter: desvio padrão, desvio pad, incert-, erro
+    scatter: variância, coeficiente de variação, repetibilidade, reprodutibilidade
+    end: mínimo, máximo
+    median: mediana
+    sum: soma, número de medidas
     mean: média
     aside: observação, observações, hora, temperatura
     number: número, núm
@@ -136,6 +161,7 @@ Dutch
     reflectance: -reflectan, -reflectie, -remissie, weerkaatsing
     transmittance: -transm, doorlaat-
     radiance: -irradiantie, -radiantie, bestralingssterkte, stralingsdichtheid
+    sent on: gereflecteerd-, doorgelaten
     absorbance: -absorb, extinctie
     percent: procent
     derivative: afgeleide
@@ -149,6 +175,9 @@ Dutch
     dark: donker
     background: achtergrond
     scatter: standaardafw-, standaarddev-, stdafw, onzekerheid, fout
+    scatter: variantie, variatiecoëff-, herhaalbaarheid, reproduceerbaarheid
+    median: mediaan
+    sum: som, aantal
     mean: gemiddelde
     aside: opmerking, datum, tijd, temperatuur
     number: nummer, nr
@@ -158,6 +187,7 @@ Swedish
     reflectance: -reflektan, -reflektion, -reflexi, -remittans
     transmittance: -transm
     radiance: -irradians, -strålningstäthet, -instrålning
+    sent on: reflekterad-, reflekterat, transmitterad-
     absorbance: -absorb
     percent: procent
     derivative: derivata
@@ -171,6 +201,9 @@ Swedish
     dark: mörkt, mörk, mörker
     background: bakgrund
     scatter: standardavvik-, std avv-, osäkerhet, mätosäkerhet, fel, mätfel
+    scatter: varians, variationskoeff-, repeterbarhet, reproducerbarhet
+    end: lägsta värde, högsta värde
+    sum: summa, antal
     mean: medelvärde, medel
     aside: anmärkning, kommentar, tid, datum, temperatur
     number: nummer, nr
@@ -180,6 +213,7 @@ Danish and Norwegian
     reflectance: -reflektan, -reflektion, -refleksjon, -refleksion, -remission, -remisjon
     transmittance: -transm
     radiance: -irradians, bestråling-, -strålingstæthed, -strålingstetthet, -innstråling
+    sent on: reflekteret, reflekterede, reflektert, transmitteret, transmittert
     absorbance: -absorb
     percent: procent, prosent
     derivative: afledte, deriverte
@@ -193,6 +227,9 @@ Danish and Norwegian
     dark: mørke, mørkt, mørk
     background: baggrund, bakgrunn
     scatter: standardafvig-, standardavvik-, std afv-, std avv-, usikkerhed, usikkerhet, fejl, feil, målefejl, målefeil
+    scatter: varians, variationskoeff-, variasjonskoeff-, repeterbarhed, repeterbarhet
+    end: mindste værdi, største værdi, minste verdi, største verdi
+    sum: sum, antal, antall
     mean: gennemsnit, gjennomsnitt, middelværdi, middelverdi
     aside: bemærkning, merknad, kommentar, tid, dato, temperatur
     number: nummer, nr
@@ -202,6 +239,7 @@ Finnish
     reflectance: -heijast, -reflektan
     transmittance: -läpäis, -transm
     radiance: -irradians, -radianss, säteilyvoimakkuu-, säteilyteho, säteilytysvoimakkuu-
+    sent on: heijastunut, heijastuva, heijastettu, läpäissyt
     absorbance: -absorb
     percent: prosent
     derivative: derivaatta
@@ -215,6 +253,10 @@ Finnish
     dark: pimeän, pimeä
     background: tausta
     scatter: keskihajonta, hajonta, epävarmuus, mittausepävarmuus, virhe
+    scatter: varianssi, variaatiokerroin, toistettavuus, uusittavuus
+    end: minimi, maksimi
+    median: mediaani
+    sum: summa, lukumäärä
     mean: keskiarvo
     aside: huomautus, huom, aika, päivämäärä, lämpötila
     number: numero, nro
@@ -224,6 +266,7 @@ Polish
     reflectance: -odbici, -reflektanc, -remisj
     transmittance: -transmi, -przepuszczaln
     radiance: -irradianc, -radiancj, -napromieni, -luminancj
+    sent on: odbit-, przepuszczon-
     absorbance: -absorb, ekstynkcj-, gęstość optyczna
     percent: procent
     derivative: pochodna
@@ -237,6 +280,10 @@ Polish
     dark: ciemny, ciemne, ciemna, ciemności
     background: tło, tła
     scatter: odchylenie std-, odchylenie standard-, odch std, odch stand-, niepewność, błąd
+    scatter: wariancja, współczynnik zmienności, powtarzalność, odtwarzalność
+    end: minimalna, maksymalna, maksimum
+    median: mediana
+    sum: suma, liczba pomiarów
     mean: średnia, wartość średnia
     aside: uwagi, uwaga, czas, temperatura
     number: numer, nr
@@ -246,6 +293,7 @@ Czech
     reflectance: -odraz, -reflektan, -remise
     transmittance: -propustnost, -transmi
     radiance: -ozářen, -zářivost, -zářivý výkon
+    sent on: odražen-, propuštěn-, prošl-
     absorbance: -absorb, extinkce
     percent: procent
     derivative: derivace
@@ -259,6 +307,9 @@ Czech
     dark: temný, temné, temná, tmavý, tma
     background: pozadí
     scatter: směrodatná odch-, směr odch-, standardní odch-, nejistota, chyba
+    scatter: rozptyl, variační koeff-, opakovatelnost, reprodukovatelnost
+    median: medián
+    sum: součet, počet
     mean: průměr
     aside: poznámka, čas, teplota
     number: číslo
@@ -268,6 +319,7 @@ Russian
     reflectance: -отраж, -отражен
     transmittance: -пропускан
     radiance: -облученность, -энергетическая яркость, -мощность излучения, -плотность излучения
+    sent on: отраженн-, отражённ-, прошедш-, пропущенн-
     absorbance: -поглощен, оптическая плотность
     percent: процент-
     derivative: производная
@@ -281,6 +333,10 @@ Russian
     dark: темновой, темновое, темнового, темный
     background: фоновый, фон
     scatter: стандартное отклонение, станд откл, ст откл, ско, с к о, погрешность, неопределенность, ошибка
+    scatter: дисперсия, коэффициент вариации, повторяемость, сходимость, воспроизводимость
+    end: минимум, максимум, минимальное, максимальное
+    median: медиана
+    sum: сумма, количество
     mean: среднее, средний, сред
     aside: примечание, комментарий, время, дата, температура
     number: номер, №
@@ -290,6 +346,7 @@ Turkish
     reflectance: -yansı, -reflektan
     transmittance: -geçirg, -geçirim, -transmi
     radiance: -ışınım, -ışıma, -irradyans, -radyans
+    sent on: yansıyan, yansıtılan, iletilen
     absorbance: -absorb, soğur-
     percent: yüzde
     derivative: türev
@@ -303,6 +360,10 @@ Turkish
     dark: karanlık
     background: arka plan
     scatter: standart sapma, std sapma, belirsizlik, hata
+    scatter: varyans, tekrarlanabilirlik, varyasyon katsayısı
+    end: en küçük, en büyük
+    median: medyan, ortanca
+    sum: toplam, adet
     mean: ortalama
     aside: açıklama, tarih, zaman, sıcaklık
     number: numarası, numara, no
@@ -312,6 +373,7 @@ Japanese
     reflectance: -反射
     transmittance: -透過
     radiance: -放射照度, -放射輝度, -放射強度, -照度, -輝度
+    sent on: 反射された, 透過した
     absorbance: -吸光, -吸収
     percent: -パーセント
     derivative: -微分
@@ -325,6 +387,10 @@ Japanese
     dark: 暗, ダーク
     background: バックグラウンド, 背景
     scatter: 標準偏差, 不確かさ, 偏差, 誤差
+    scatter: 分散, 変動係数, 再現性, 繰返し性, 繰り返し性
+    end: 最小値, 最小, 最大値, 最大
+    median: 中央値
+    sum: 合計, 総和
     mean: 平均値, 平均
     aside: 備考, コメント, 日付, 時刻, 日時, 温度
     number: 番号, no
@@ -334,6 +400,7 @@ Chinese
     reflectance: -反射
     transmittance: -透射, -透过, -透光, -穿透率
     radiance: -辐照度, -辐亮度, -辐射亮度, -辐射照度, -輻照度, -輻射
+    sent on: 被反射的, 透过的
     absorbance: -吸光, -吸收
     percent: -百分
     derivative: -导数, -導數
@@ -347,6 +414,10 @@ Chinese
     dark: 暗
     background: 背景, 本底
     scatter: 标准偏差, 标准差, 標準差, 不确定度, 误差
+    scatter: 方差, 变异系数, 變異係數, 重复性, 重複性
+    end: 最小值, 最大值
+    median: 中位数, 中值
+    sum: 总和, 求和
     mean: 平均值, 均值, 平均
     aside: 备注, 註, 日期, 时间, 温度
     number: 编号, 編號, 序号, 号

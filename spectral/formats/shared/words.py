@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Literal, get_args
 
 from ...spectrum import Quantity
@@ -20,22 +20,22 @@ _RADIANCE_FACTOR = re.compile(
 )
 _REFLECTANCE = re.compile(
     rf"reflect(?!or)|{spelt('reflectance')}|\brefl\b|\d+as-?\d+|\bas-?\d{{2,3}}\b|albedo|"
-    r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
+    r"%\s*R\b|\bR\s*(?:[\[(]?\s?%|[\[(]\d+ ?°[\])]|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|"
+    r"\bR$|\bR(?:SCI|SCE)\b|\bSC[IE]\b",
     re.I,
 )
 _TRANSMITTANCE = re.compile(
     rf"tran?sm|{spelt('transmittance')}|\btrans\b|%\s*T\b|"
-    r"\bT\s*(?:[\[(]?\s?%|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bT$",
+    r"\bT\s*(?:[\[(]?\s?%|[\[(]\d+ ?°[\])]|[\[(]\s?(?:0\W{1,4}1\b|1?\s?[\])]|-\s?[\])]|frac|dec))|\bT$",
     re.I,
 )
 # Light that a surface sends on, by a word for it in another language than English, or by its unit.
 _RADIANCE = re.compile(rf"{spelt('radiance')}|(?-i:[\[(] ?[mµμ]?W ?(?:[/·*]|m[-−^]?[1-3]))", re.I)
-# Light that a surface sends on, and words for light: a power, if no percentage.
-_SENT_ON = re.compile(r"(?<![a-z])(?:back)?(?:reflected|transmitted|remitted)(?![a-z])", re.I)
-_OF_LIGHT = re.compile(r"(?<![a-z])(?:light|intensit(?:y|ies)|power|flux|signal|energy|beam)(?![a-z])", re.I)
+# What a surface does with the light: what it sends on is what the other words say.
+_SENT_ON = re.compile(rf"(?<![a-z])(?:back)?(?:reflected|transmitted|remitted)(?![a-z])|{spelt('sent on')}", re.I)
 _EMISSION = re.compile(
     rf"irradian|radian(?:ce|cy)(?![ _-]*coeff)|{spelt('radiance')}|"
-    r"radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|emissi(?:on|ve)\b|\bspd\b|"
+    r"radiant[ _]*(?:flux|power|energy|exi|intens|emitt)|(?<!r)emissi(?:on|ve)\b|\bspd\b|"
     r"spectral[ _]*power|power[ _]*distribution|"
     r"(?<![a-z])luminance|illuminance|"
     r"(?<![A-Za-z])[kmµμunp]?W\s*(?:/|\*|·|\.|\s)?\s*(?:\(?\s*(?:c?m\s*(?:\^|\*\*)?-?[2²]|sr|nm|[µu]m)|m⁻²|cm⁻²)|"
@@ -50,6 +50,7 @@ _ABSORBANCE = re.compile(
     r"(?:optical|reflection|reflectance|transmission|visual)[ _]+density|^(?:OD|density)\d?\W*$",
     re.I,
 )
+_ARBITRARY = re.compile(r"\bA\.?U\.?\W*$", re.I)
 # An absolute white, and a mode that may be so: "Abs" there is no absorbance.
 _ABSOLUTE = re.compile(
     r"(?<![a-z])((?:(?:white|calibration|measuring|instrument|reference) ?){0,2}(?:"
@@ -68,7 +69,8 @@ _DERIVED = (
     rf"deriv[ae]t|{spelt('derivative', 'difference')}|\bd%?[RT]\s*/\s*d|difference|differential|"
     r"(?:[Δ∆]|\bdelta)\s?(?:r[eé]fl|trans)|"
     r"\bsqrt|√|square root|\bsquared?\b|\bloss(?:es)?\b|"
-    r"\bd[Bb]\b|decibel|\b(?:log(?:_?10)?|ln)\b|\b(?:1|100)\s*/\s*%?[RT]\b|continuum[ -]?removed|"
+    r"\b%?[RT] ?\+ ?%?[RT]\b|\bd[Bb]\b(?!\*)|decibel|\b(?:log(?:_?10)?|ln)\b|\b(?:1|100)\s*/\s*%?[RT]\b|"
+    r"continuum[ -]?removed|"
     r"(?<!\w)(?:1\s?/\s?sr|sr\s?(?:\^|\*\*)?[-−⁻][1¹]|per ste?radian)(?!\w)"
 )
 _A_LETTER = re.compile(r"(?<![A-Za-z])d?[RT](?![A-Za-z])")
@@ -130,8 +132,8 @@ _PER_FREQUENCY = re.compile(
 )
 # Lines that say so strongly that two of them on different things leave the question open.
 _STRONG_EMISSION = re.compile(
-    r"irradian|(?<![a-z])radiance(?![ _-]*factor)|emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|power[ _]*distribution|"
-    r"W\s?/?\s?\(?(?:m|cm)\s?(?:\^|\*\*)?-?[2²]",
+    r"irradian|(?<![a-z])radiance(?![ _-]*factor)|(?<!r)emissi(?:on|ve)\b|\bspd\b|spectral[ _]*power|"
+    r"power[ _]*distribution|W\s?/?\s?\(?(?:m|cm)\s?(?:\^|\*\*)?-?[2²]",
     re.I,
 )
 _OBSERVER_FILE = re.compile(r"xyz|linss|lms|cmf|colou?r.?match", re.I)
@@ -184,13 +186,15 @@ _PERHAPS_IDENTIFIER = re.compile(
 _PERCENT = re.compile(
     rf"(?<![\d.,])(?<!\d\s)%|\b0\W{{1,5}}100\s?%|percent|{spelt('percent')}|\bpct\b|_pct|"
     r"(?:r[eé]?fl\w*|remission|trans\w*|factor|scale|units?|\b[RT]|^)[^\w%]{0,4}"
-    r"(?:0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))|(?:(?<!\w)[x×*]|times) ?100\b)",
+    r"(?:0 ?(?:-|–|to|\.\.+|…) ?100\b(?! ?(?:nm|mm|°|deg))|(?:(?<!\w)x|[×*]|times) ?100\b)|"
+    r"\b100 ?[x×*·] ?(?:[RT]\b|r[eé]?fl|trans)",
     re.I,
 )
 # Scales that are neither to 1 nor to 100, which no numbers tell: a range of codes, a factor, thousandths.
 _OTHER_SCALE = re.compile(
     r"‰|per ?mill?e?\b|promille|\bpp[mb]\b|\b\d\d? ?-?bits?\b|"
     r"\b0 ?(?:-|–|to|\.\.+|…) ?(?:255|1000|1023|4095|10000|65535)\b(?! ?(?:nm|mm|°|deg))|"
+    r"\b(?:10(?:00|000)?|255|65535) ?[x×*·] ?(?:[RT]\b|r[eé]?fl|trans)|(?:reflectance|transmittance|\b[RT]) ?/ ?10+\b|"
     r"(?:(?<!\d)[x×*]|times|scaled?(?: by)?|multiplied by|divided by|(?<![A-Z0-9])/) ?(?:10(?:00|000)?|255|65535)"
     r"(?!\d| ?(?:nm|mm|°|deg|\^|\*\*)|[⁻¹²³⁴])|"
     r"(?<![\d.])1e[-−+]?0?[134]\b|(?<!\d)10 ?(?:\^|\*\*) ?\(?[-−]?[134]\b|(?<!\d)10⁻?[¹³⁴](?!\d)",
@@ -200,29 +204,87 @@ _FRACTION = re.compile(
     r"\b0(?:\.0)?\s*(?:\.\.+|-|–|to)\s*1(?:\.0)?\b|fraction|decimal|\b_?dec\b|\[-\]|unitless|dimensionless", re.I
 )
 
+# Spectra that are no measurement: scatter, derivatives, percentiles. Whole words at the end of a heading, since "std
+# white" is the name of a sample.
+SCATTER = re.compile(
+    r"(?:.*[\s_(,;%-])?(?:st(?:an)?d[. _]*dev\w*|std|standard deviation|stdev\w*|r?\.?s\.?d\.?|sigma|uncert\w*|"
+    r"err(?:ors?)?|varian(?:ce|z|za)|σ|s\.e\.?(?:m\.?)?|sem|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr|rms[ed]?|"
+    r"coeff?(?:icient|\.)?(?: of)? ?var(?:iation|\.)?|repeatability|reproducibility|precision|accuracy|bias|"
+    rf"skew(?:ness)?|kurtosis|iqr|{spelt('scatter')}\.?|"
+    rf"(?:(?:1st|2nd|first|second|[12]\.) )?(?:deriv(?:ative|\.)?(?: ?\d)?|{spelt('derivative')})|"
+    r"residuals?|(?:per[csz]ent[iy]{1,2}e?l|centile|[qk][uvw]an?r?t[iy]{1,2}e?l|перцентил|процентил|квантил|"
+    r"квартил|百分位|パーセンタイル)\w*[\W_]*\d{0,2})\W*(?:[\[(].*)?|.*±.*|"
+    r"u(?: ?[\[(]\w{0,12}(?: ?= ?\d)?[\])]|_\w{1,12})",
+    re.I,
+)
+# Headings of numbers about a row or its reading, and no spectrum.
+_OF_ROWS = re.compile(
+    r"(?:(?:re)?marks?|weights?|gains?|offsets?|averages|thickness|saturat\w+|comments?|notes?|flags?|status|state|"
+    r"quality|qa|qc|valid(?:ity)?|warnings?|date|(?:(?:integration|exposure|measurement|elapsed)[ _]*)?times?|"
+    r"temp(?:\.|erature)?|t (?=\(°)|humidity|no\.|nr\.|(?:(?:rel(?:\.|ative)?|abs(?:\.|olute)?) ?)?diff(?:\.|erence)|"
+    r"[Δ∆]\w*|d[lcheab]\*\w*|(?-i:dE)|de(?:94|00|2000|cmc|\*?ab)|delta (?:e|r|l)\b.*|"
+    rf"{spelt('aside', 'difference')}\.?)"
+    r"\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*",
+    re.I,
+)
+_COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
+_MEAN = re.compile(rf"(?:.*[\W_])?(?:mean|average|avg|{spelt('mean')}|ø)\W*(?:[\[(].*)?", re.I)
+# Standards, uncoated papers and the like, where no mean stands beside.
+_PERHAPS_SCATTER = re.compile(
+    r"(?:.*[\s_(,;%-])?(?:std|sd)\W*(?:[\[(].*)?|.*[\s_(,;-](?:ci|cv|unc|sem|err|snr|s\.e)\W*(?:[\[(].*)?", re.I
+)
+# Limits of what is accepted, and the spread of several readings.
+_LIMIT = re.compile(
+    r"(?:.*[\s_(,;])?(?:tol\.?|tol[eé]ran\w{1,4}|tolleranze?|"
+    r"(?:upper|lower|control|warning|action|confidence)[ _](?:95 ?% ?)?(?:limits?|bounds?|ci)|"
+    r"ci[ _](?:upper|lower|low|high)|[ul]cl|[ul]sl)\s*[-+±]?\W*(?:[\[(].*)?|range|spannweite",
+    re.I,
+)
+# Statistics of what was read; a sample may be called so where no mean, no median and no two ends stand beside.
+_STATISTIC = re.compile(
+    rf"(?:.*[\s_(,;])?(?:(?P<end>min(?:\.|imum|imal)?|max(?:\.|imum|imal)?|{spelt('end')})|"
+    rf"(?P<median>median|{spelt('median')})|(?P<sum>sum|count|{spelt('sum')}))\W*(?:[\[(].*)?|"
+    r"(?P<alone>(?:.*[\s_])?[pq] ?\d{1,2}|(?:n|se)(?: ?= ?\d+)?)",
+    re.I,
+)
+_NUMBERED_PATCH = re.compile(r"(?:.*[\s_])?[pq] ?\d+", re.I)
+_QUANTILES = re.compile(r"(?:.*[\s_])?[pq] ?(?:1|2|3|0?5|10|25|50|75|90|95|98|99)", re.I)
+_OF_WHAT = re.compile(r"\s+(?:of|over|from|in|for|n ?=)\s.*$", re.I)
+_TITLE_OF_SCATTER = re.compile(
+    r"(?:(?:spectral|relative|expanded|combined|reflectance|transmittance|measurement) )?(?:std\.?[ _]?dev\w*|stdev\w*|"
+    r"standard ?deviations?|uncertaint(?:y|ies)|variance|tolerances?|(?:coefficients? of )variation|repeatability|"
+    rf"reproducibility|{spelt('scatter')})\W*(?:[\[(].*)?",
+    re.I,
+)
+#: Headings of a column that says which statistic each row is.
+OF_STATISTICS = re.compile(r"stat|type|kind|value|function|measure|quantity", re.I)
+_LONGEST_NAME = 200
+_LETTERS = re.compile(r"[^\W\d_]{2}")
+
 
 def quantity_in(words: str) -> Quantity | Literal["absorbance", "index"] | None:
     """Find the quantity that words name, None if they name none; absorbance and refractive indices are told, to be
     refused. Reflected radiance is no reflectance.
     """
     words = _ABSOLUTE.sub(r"\1", one_line(words))
-    if _ABSORBANCE.search(words):
+    # Arbitrary units, where it is light.
+    if _ABSORBANCE.search(_ARBITRARY.sub("", words) if _EMISSION.search(words) else words):
         return "absorbance"
     if _INDEX.search(words):
         return "index"
     if _RADIANCE_FACTOR.search(words):
         return "radiance factor"
-    without = _SENT_ON.sub("", words)
-    if without != words and not (_TRANSMITTANCE.search(without) or _REFLECTANCE.search(without)):
-        if _EMISSION.search(without):
-            return "emission"
-        if _OF_LIGHT.search(without) and unit_in(words) is None:
-            return None
     through, back = _TRANSMITTANCE.search(words), _REFLECTANCE.search(words)
+    light = _SENT_ON.sub("", words)
+    if light != words and not (_TRANSMITTANCE.search(light) or _REFLECTANCE.search(light)):
+        if _EMISSION.search(light):
+            return "emission"
+        sent_on = _LETTERS.search(light) is not None
+    else:
+        sent_on = _RADIANCE.search(light) is not None
     if through or back:
-        if _RADIANCE.search(words) and unit_in(words) is None:
-            return None
-        return None if through and back else "transmittance" if through else "reflectance"
+        unclear = (sent_on and unit_in(words) is None) or (through and back)
+        return None if unclear else "transmittance" if through else "reflectance"
     return "emission" if _EMISSION.search(words) else None
 
 
@@ -361,6 +423,59 @@ def names_identifier(heading: str) -> Literal["identifier", "perhaps"] | None:
     if _IDENTIFIER.fullmatch(heading):
         return "identifier"
     return "perhaps" if _PERHAPS_IDENTIFIER.fullmatch(heading) else None
+
+
+def is_aside(heading: str) -> bool:
+    """Return whether a heading is that of counters, remarks or differences."""
+    return any(pattern.fullmatch(heading) for pattern in (_COUNTER, _OF_ROWS)) and heading != "#"
+
+
+def is_of_rows(heading: str) -> bool:
+    """Return whether a heading is that of scatter, counters or remarks."""
+    return SCATTER.fullmatch(heading) is not None or is_aside(heading)
+
+
+def names_scatter(words: str, means: bool = False) -> bool:
+    """Return whether words say scatter or limits and nothing else; means : whether a mean stands beside, else "std" is
+    the standard.
+    """
+    whole = words.strip()[:_LONGEST_NAME]
+    words = _OF_WHAT.sub("", whole)
+    perhaps = _PERHAPS_SCATTER.fullmatch(words) is not None and not means
+    return any(map(_LIMIT.fullmatch, (whole, words))) or (any(map(SCATTER.fullmatch, (whole, words))) and not perhaps)
+
+
+def names_scatter_in_lines(said: Iterable[str]) -> bool:
+    """Return whether a cell or a line that is no key says that what it is about is a scatter."""
+    lines = (line.strip() for words in said for line in words.splitlines()[:400])
+    titles = (_OF_WHAT.sub("", line[:_LONGEST_NAME]) for line in lines if not line.endswith((":", "=")))
+    return any(map(_TITLE_OF_SCATTER.fullmatch, titles))
+
+
+def statistics_among(names: Sequence[str], said: Sequence[Sequence[str]]) -> list[int]:
+    """Places of the spectra that are a scatter, a limit, another statistic, a difference or a weight of others, by
+    their names or by what is said of each; none where nothing else is left by name.
+
+    said : cells that say what each is, and lines above its table.
+    """
+    names = [name[:_LONGEST_NAME].strip() for name in names]
+    words = [[name, *(each[:_LONGEST_NAME] for each in said_of)] for name, said_of in zip(names, said, strict=True)]
+    means = any(_MEAN.fullmatch(each) for words_of in words for each in words_of)
+    found = [[match for each in words_of if (match := _STATISTIC.fullmatch(each))] for words_of in words]
+    medians = any(match["median"] for matches in found for match in matches)
+    ends = {match["end"].casefold() for matches in found for match in matches if match["end"]}
+    kinds = {"end", "sum"} if means or medians or len(ends) > 1 else set()
+    # Patches are numbered P1 to P99, too.
+    if kinds and all(map(_QUANTILES.fullmatch, (name for name in names if _NUMBERED_PATCH.fullmatch(name)))):
+        kinds |= {"alone"}
+    kinds |= {"median"} if means else set()
+    called = [
+        names_scatter(name, means) or is_aside(name) or any(match.lastgroup in kinds for match in matches)
+        for name, matches in zip(names, found, strict=True)
+    ]
+    if all(called):
+        called = [False] * len(names)
+    return [at for at, said_of in enumerate(said) if called[at] or names_scatter_in_lines(said_of)]
 
 
 def unit_in(words: str) -> Unit | None:

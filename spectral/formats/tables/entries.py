@@ -34,6 +34,9 @@ from .parsing import TextTable
 from .quantities import counts_removed, identifiers_removed, judge, scatter_removed
 from .section import Column
 
+# Words of a line above a table that speaks of the scale of its values.
+_OF_SCALES = r"unit|scale|\b(?:values?|data|numbers) (?:are |is )?(?:in|as|given|stated|expressed)\b"
+
 
 def table_entries(
     table: TextTable,
@@ -252,6 +255,6 @@ def _unit(column: Column) -> tuple[Scale | None, str]:
         if unit := unit_in(words):
             return unit, f"{what} {shortened(words, 60)!r}"
     for line in column.around.splitlines():
-        if (quantity_in(line) in about or re.search("unit|scale", line, re.I)) and (unit := unit_in(line)):
+        if (quantity_in(line) in about or re.search(_OF_SCALES, line, re.I)) and (unit := unit_in(line)):
             return unit, f"the line {shortened(line, 60)!r}"
     return None, ""

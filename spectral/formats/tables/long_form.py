@@ -13,12 +13,12 @@ from ....runtime.errors import InputError
 from ...measurement import is_condition
 from ..shared.languages import spelt
 from ..shared.text import is_missing, shortened
-from ..shared.words import names_identifier, quantity_in
+from ..shared.words import SCATTER, is_of_rows, names_identifier, quantity_in
 from .axis import is_reciprocal_header
 from .dialect import Dialect
 from .layout import Row, is_wavelength_header
 from .one_reading import check_whole
-from .rows import OF_KINDS, OF_READINGS_APART, SCATTER, check_columns, empty_columns, is_generic, is_of_rows
+from .rows import OF_KINDS, OF_READINGS_APART, check_columns, empty_columns, is_generic
 from .section import Column, Section, cell, ragged, trimmed
 
 # Headings, as a whole, of the names of samples in a table in long form.

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -16,9 +16,11 @@ from ..import_options import ImportOptions
 from ..shared.colour_words import colour_axis, illuminant_in
 from ..shared.decisions import (
     NO_COUNTS,
+    NO_SCATTER,
     Sign,
     decided,
     refuse_sensitivity,
+    scatter_alone,
     signs_beside,
     signs_of_name,
     signs_of_numbers,
@@ -27,6 +29,7 @@ from ..shared.languages import spelt
 from ..shared.resemblance import likenesses, luminances
 from ..shared.text import shortened
 from ..shared.words import (
+    OF_STATISTICS,
     counts_in_lines,
     names_any_power,
     names_density,
@@ -35,14 +38,17 @@ from ..shared.words import (
     names_only_light,
     names_power,
     names_raw,
+    names_scatter,
+    names_scatter_in_lines,
     names_sensitivity,
     other_scale_in,
     quantity_in,
     quantity_in_lines,
     quantity_of_set,
+    statistics_among,
 )
 from .axis import LIGHT_NM
-from .rows import SCATTER, is_of_rows, refuse_wavelengths
+from .rows import refuse_wavelengths
 from .section import Column
 
 _SURFACES = ("reflectance", "transmittance", "radiance factor")
@@ -55,30 +61,11 @@ _OF_POWER = (
     r"\bdB(?:[mW]|(?![a-z]))|decibel|\b(?:log(?:_?10)?|ln)\b|\bd ?(?:ir)?radiance ?/ ?d"
 )
 _TITLE = re.compile(r"title|comments?|descript\w*|name|sample(?: ?name)?|material|product|object", re.I)
-_LONGEST_NAME = 200
-_MEAN = re.compile(rf"(?:.*\W)?(?:mean|average|avg|{spelt('mean')}|ø)\W*(?:[\[(].*)?", re.I)
-# Standards, uncoated papers and the like.
-_STANDARD = re.compile(r"(?:.*[\s_(,;])?(?:std|sd)\W*(?:[\[(].*)?", re.I)
-_SHORTENED = re.compile(r".*[\s_(,;](?:ci|cv|unc|sem|err|snr|s\.e)\W*(?:[\[(].*)?", re.I)
-# Limits of what is accepted, and the spread of several readings.
-_LIMIT = re.compile(
-    r"(?:.*[\s_(,;])?(?:tol\.?|tol[eé]ran\w{1,4}|tolleranze?|"
-    r"(?:upper|lower|control|warning|action)[ _]limits?|[ul]cl|[ul]sl)\s*[-+±]?\W*(?:[\[(].*)?|"
-    r"range|spannweite",
-    re.I,
-)
-# Ends of what was read; a sample may be called so where no mean and no other end stands beside.
-_END = re.compile(r"(?:.*[\s_(,;])?(min|max)(?:\.|imum|imal)?\W*(?:[\[(].*)?", re.I)
-_OF_WHAT = re.compile(r"\s+(?:of|over|from|in|for|n ?=)\s.*$", re.I)
-_TITLE_OF_SCATTER = (
-    r"(?:(?:spectral|relative|expanded|combined|reflectance|transmittance|measurement) )?(?:std\.?[ _]?dev\w*|stdev\w*|"
-    rf"standard deviations?|uncertaint(?:y|ies)|variance|tolerances?|{spelt('scatter')})\W*(?:[\[(].*)?"
-)
-#: Headings of a column that says which statistic each row is.
-OF_STATISTICS = re.compile(r"stat|type|kind|value|function|measure|quantity", re.I)
 _WANTED = "reflectance, transmittance or emission"
 # Largest sample of fractions of a surface that is not black: a light that was normalised has 1.
 _DARKEST_OF_FRACTIONS, _NORMALISED = 0.01, 1.0
+# Largest number without a percent sign that may be a fraction.
+_PERHAPS_FRACTIONS = 2.0
 # Largest whole number that an analogue-digital converter may give.
 _COUNTED = 1000.0
 
@@ -211,7 +198,7 @@ def _own(column: Column, heads: Sequence[str]) -> str | None:
         return "function of power"
     if own in (None, "reflectance", "transmittance") and names_derived(column.heading, heads):
         return "derived"
-    if own in (*_SURFACES, "emission") and " " in column.words.strip() and _is_scatter(column.words):
+    if own in (*_SURFACES, "emission") and " " in column.words.strip() and names_scatter(column.words):
         return "scatter"
     if own in ("reflectance", "transmittance", "radiance factor") and other_scale_in(column.heading):
         return "other scale"
@@ -289,6 +276,14 @@ def _check(column: Column, sign_stated: Sign | None, path: Path) -> None:
             found=repr(shortened(cell, 40)),
             expected="a number, or an empty cell where there is none",
         )
+    if column.in_percent and 0.0 < column.without_sign <= _PERHAPS_FRACTIONS:
+        raise InputError(
+            "percent beside fractions?",
+            field=column.name,
+            found=f"numbers with a percent sign, and others without one up to {column.without_sign:g}",
+            expected="a percent sign behind each number of a spectrum, or behind none",
+            hint="write all of its numbers in one way",
+        )
 
 
 def _check_sample(column: Column, numbers: Sequence[Sign], table: Sequence[Column]) -> None:
@@ -337,9 +332,9 @@ def scatter_removed(columns: list[Column]) -> tuple[list[Column], list[str]]:
     """Columns less those that are called as a scatter, a difference or a weight is, and their names, where there are
     others. "Std" is the standard, where nothing is called a mean.
     """
-    if columns and all(_is_titled([column.around]) for column in columns):
+    if columns and all(names_scatter_in_lines([column.around]) for column in columns):
         raise scatter_alone(columns[0].name, "the lines above")
-    left_out = scatter_among(
+    left_out = statistics_among(
         [column.name for column in columns],
         [
             [column.around, *(said for head, said in column.beside.items() if OF_STATISTICS.search(head))]
@@ -347,51 +342,7 @@ def scatter_removed(columns: list[Column]) -> tuple[list[Column], list[str]]:
         ],
     )
     kept = [column for at, column in enumerate(columns) if at not in left_out]
-    return kept, [columns[at].name[:_LONGEST_NAME] for at in left_out]
-
-
-def scatter_alone(field: str, by: str) -> InputError:
-    """Return the refusal of a table without a measurement; `by` : what says so."""
-    problem, hint = _REFUSED["scatter"]
-    return InputError(problem, field=field, found=f"a scatter or limits, by {by}", expected=_WANTED, hint=hint)
-
-
-def scatter_among(names: Sequence[str], said: Sequence[Sequence[str]]) -> list[int]:
-    """Places of the spectra that are a scatter, a limit, a difference or a weight of others, by their names or by what
-    is said of each; none where nothing else is left by name.
-
-    said : cells that say what each is, and lines above its table.
-    """
-    names = [name[:_LONGEST_NAME] for name in names]
-    words = [[name, *said_of] for name, said_of in zip(names, said, strict=True)]
-    means = any(_MEAN.fullmatch(each[:_LONGEST_NAME]) for words_of in words for each in words_of)
-    ends = [next((end[1].casefold() for each in words_of if (end := _END.fullmatch(each))), "") for words_of in words]
-    spread = means or {"min", "max"} <= set(ends)
-    called = [
-        _is_scatter(name, means) or (is_of_rows(name) and not SCATTER.fullmatch(name)) or bool(end and spread)
-        for name, end in zip(names, ends, strict=True)
-    ]
-    if all(called):
-        called = [False] * len(names)
-    return [at for at, said_of in enumerate(said) if called[at] or _is_titled(said_of)]
-
-
-def _is_titled(said: Iterable[str]) -> bool:
-    """Return whether a cell or a line that is no key says that what it is about is a scatter."""
-    lines = (line.strip() for words in said for line in words.splitlines()[:400])
-    titles = (_OF_WHAT.sub("", line[:_LONGEST_NAME]) for line in lines if not line.endswith((":", "=")))
-    return any(re.fullmatch(_TITLE_OF_SCATTER, title, re.I) for title in titles)
-
-
-def _is_scatter(words: str, means: bool = False) -> bool:
-    """Return whether words say scatter or limits and nothing else; means : whether a mean stands beside, else "std" is
-    the standard.
-    """
-    words = _OF_WHAT.sub("", words.strip()[:_LONGEST_NAME])
-    if _LIMIT.fullmatch(words):
-        return True
-    standard = (_STANDARD.fullmatch(words) and not means) or _SHORTENED.fullmatch(words)
-    return bool(SCATTER.fullmatch(words)) and not standard
+    return kept, [shortened(columns[at].name, 200) for at in left_out]
 
 
 def _are_identifiers(column: Column, beside_fractions: bool) -> bool:
@@ -410,10 +361,7 @@ def _is_whole(column: Column) -> bool:
 
 
 _REFUSED = {
-    "scatter": (
-        "the scatter of readings, their limits or their uncertainty is no measurement of a colour",
-        "export the readings themselves, or their mean",
-    ),
+    "scatter": NO_SCATTER,
     "absorbance": (
         "absorbance is neither reflectance nor transmittance",
         "export %R or %T: instruments show absorbance, K/S or log(1/R) as another mode of the same scan",

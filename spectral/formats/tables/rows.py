@@ -16,7 +16,7 @@ from ..shared.colour_words import colour_axis, names_condition
 from ..shared.decisions import NO_COUNTS
 from ..shared.languages import OF, spelt
 from ..shared.text import shortened
-from ..shared.words import measured, quantity_in, quantity_in_lines, unit_in
+from ..shared.words import is_of_rows, measured, quantity_in, quantity_in_lines, unit_in
 from .axis import LIGHT_NM, NANOMETRE, check_axis, is_reciprocal_header, stated_unit
 from .dialect import Dialect, in_percent, words_beside
 from .layout import (
@@ -30,26 +30,6 @@ from .layout import (
 from .one_reading import check_whole
 from .section import Column, Section, cell, ragged, trimmed
 
-# Columns and rows that hold no spectrum: scatter or a derivative of one beside it. Whole words at the end of a heading,
-# since "std white" is the name of a sample.
-SCATTER = re.compile(
-    r"(?:.*[\s_(,;])?(?:std(?:[. _]*dev\w*)?|standard deviation|stdev\w*|r?\.?s\.?d\.?|sigma|uncert\w*|"
-    r"err(?:ors?)?|varian(?:ce|z|za)|σ|s\.e\.?(?:m\.?)?|sem|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr|"
-    rf"{spelt('scatter')}\.?|(?:(?:1st|2nd|first|second|[12]\.) )?(?:derivative|{spelt('derivative')})|"
-    r"residuals?)\W*(?:[\[(].*)?|.*±.*|"
-    r"u(?: ?[\[(]\w{0,12}(?: ?= ?\d)?[\])]|_\w{1,12})",
-    re.I,
-)
-# Headings of numbers about a row or its reading, and no spectrum.
-_OF_ROWS = re.compile(
-    r"(?:(?:re)?marks?|weights?|gains?|offsets?|averages|thickness|saturat\w+|comments?|notes?|flags?|status|state|"
-    r"quality|qa|qc|valid(?:ity)?|warnings?|date|(?:(?:integration|exposure|measurement|elapsed)[ _]*)?times?|"
-    r"temp(?:\.|erature)?|t (?=\(°)|humidity|no\.|nr\.|diff(?:\.|erence)|[Δ∆]\w*|delta (?:e|r|l)\b.*|"
-    rf"{spelt('aside', 'difference')}\.?)"
-    r"\W*(?:[\[(][^\[\]()]{0,30}[\])])?\W*",
-    re.I,
-)
-_COUNTER = re.compile(r"#|index|pixel\w*|chan(?:nel)?\.? ?#?", re.I)
 # What an instrument reads, in counts, to make a reflectance or a transmittance of it. Each may be a sample's name, too.
 _OF_READING = rf"(?:currents?|readings?|spe[ck]tr\w+|signals?|{spelt('reading', alone=False)})"
 _BEFORE = rf"(?:{_OF_READING}[ _.-]*{OF})?"
@@ -219,13 +199,8 @@ def _aside(head: str, heads: Sequence[str]) -> bool:
     """True for a column beside the spectra; "dark" and "reference" only next to an instrument's other readings."""
     if re.fullmatch(_READING, head, re.I):
         return any(re.fullmatch(_RAW, other, re.I) for other in heads if other != head)
-    beside = (SCATTER, _COUNTER, _OF_ROWS)
-    return any(pattern.fullmatch(head) for pattern in beside) or is_reciprocal_header(head)
-
-
-def is_of_rows(head: str) -> bool:
-    """Return whether a heading is that of scatter, counters or remarks."""
-    return any(pattern.fullmatch(head) for pattern in (SCATTER, _COUNTER, _OF_ROWS)) and head != "#"
+    starred = (colour_axis(head) or ("",))[0] == "Lab" and ("*" in head or "lab" in head.casefold())
+    return starred or head == "#" or is_of_rows(head) or is_reciprocal_header(head)
 
 
 def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:

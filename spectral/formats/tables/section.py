@@ -36,6 +36,7 @@ class Column:
     wavelengths, values : as in the file; NaN where a cell is empty.
     axis, axis_by_line : unit of `wavelengths`, and whether a line above the table gives it.
     bad : line and text of the first cell that is neither a number nor empty.
+    in_percent, without_sign : whether a number has a percent sign, and the largest of those that have none.
     beside : other cells that belong to it, by header.
     unit_open : whether the table calls them wavelengths and gives no unit.
     unsaid : whether nothing says that they are wavelengths.
@@ -58,6 +59,8 @@ class Column:
     axis_by_line: bool = False
     values: array[float] = field(default_factory=lambda: array("d"))
     bad: tuple[int, str] | None = None
+    in_percent: bool = False
+    without_sign: float = 0.0
     beside: dict[str, str] = field(default_factory=dict)
     unit_open: bool = False
     unsaid: bool = False
@@ -81,6 +84,10 @@ class Column:
         value = dialect.number(cell)
         if value != value and self.bad is None and not is_missing(cell):
             self.bad = (line, cell)
+        if cell[-1:] == "%":
+            self.in_percent = True
+        elif value > self.without_sign:
+            self.without_sign = value
         self.values.append(value)
 
     @property

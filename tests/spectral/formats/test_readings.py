@@ -426,3 +426,32 @@ def test_a_scale_to_a_hundred_is_percent_however_small_the_numbers_are(written, 
     assert only(read(written(text))).spectrum.samples[0] == pytest.approx(0.0236)
     text = f"nm,Reflectance ({scale})\n" + "".join(f"{nm},{nm / 1000}\n" for nm in NM)
     assert "the file states percent, and the numbers say fractions" in refused(read, text)[0]
+
+
+@pytest.mark.parametrize("line", ["Values are given in % of the light", "Data in percent", "values as %"])
+def test_a_line_about_values_says_their_scale(written, refused, line):
+    assert "the file states percent" in refused(read, f"{line}\n" + table("Reflectance", lambda nm: nm / 1000))[0]
+    file = read(written(f"{line}\n" + table("Reflectance", lambda nm: 2 + nm / 1000)))
+    assert only(file).spectrum.samples[0] == pytest.approx(0.0236)
+
+
+def test_percent_signs_behind_some_numbers_and_fractions_beside_them_are_asked_about(written, refused):
+    rows = "".join(f"{nm},{nm / 1000}\n" if nm < 500 else f"{nm},{nm / 10}%\n" for nm in NM)
+    assert "percent beside fractions?" in refused(read, f"nm,Reflectance\n{rows}")[0]
+    rows = "".join(f"{nm},{nm / 10}%\n" if nm < 500 else f"{nm},{nm / 10}\n" for nm in NM)
+    assert only(read(written(f"nm,Reflectance\n{rows}"))).spectrum.samples[0] == pytest.approx(0.36)
+
+
+@pytest.mark.parametrize(
+    "heads", ["L*,a*,b*,Reflectance (%)", "CIELAB L,CIELAB a,CIELAB b,%R", "Reflectance (%),L*,a*,b*"]
+)
+def test_colours_in_columns_beside_a_spectrum_are_none(written, heads):
+    first = heads.split(",")[0].startswith("R")
+    rows = [f"{nm},{nm / 10},54.8,46.7,31.4" if first else f"{nm},54.8,46.7,31.4,{nm / 10}" for nm in NM]
+    file = read(written("\n".join([f"nm,{heads}", *rows]) + "\n"))
+    assert only(file).spectrum.samples[0] == pytest.approx(0.36) and not file.rejected
+    assert any("left out" in note for note in file.notes)
+
+
+def test_the_sum_of_reflectance_and_transmittance_is_neither(refused):
+    assert "is neither" in refused(read, table("R+T"))[0]

@@ -14,7 +14,16 @@ BLUE = 80.0 - 0.5 * RED
 SETS = ["Mean,*StdDev", "Average,*Std Dev", "MEAN,*STDEV", "Mean,*Tolerance", "*MIN,*MAX", "Mean,*Min,*Max",
         "*Minimum,*Maximum", "Avg,*Range", "*Upper limit,*Lower limit", "*Tolerance +,*Tolerance -",
         "blue mean,*blue stdev,*blue min,*blue max", "Mittelwert,*Standardabweichung", "Moyenne,*Écart type",
-        "*standard deviation of readings", "min red", "Max", "Mountain range", "tolerant red"]  # fmt: skip
+        "*standard deviation of readings", "min red", "Max", "Mountain range", "tolerant red", "Mean,*Median,*P95,*SE",
+        "Average,*n=10,*red CV", "*95th percentile", "*Percentile 95", "*Repeatability", "*RMS", "*red % RSD",
+        "Mean,*Sum", "*Coefficient of variation", "*Rel. difference", "*Upper 95% CI", "Median,*Q1,*Q3", "Median",
+        "*red-Deriv1", "*dE", "Mean,P10,P11", "Q1,Q3", "Sum", "Mittelwert,*Zentralwert,*Varianz,*Summe",
+        "Moyenne,*Médiane,*Répétabilité", "Media,*Mediana,*Máximo,*Varianza",
+        "Media,*Somma,*Varianza,*Ripetibilità", "Média,*Mínimo,*Variância",
+        "Gemiddelde,*Mediaan,*Herhaalbaarheid", "Medelvärde,*Summa,*Varians", "Gennemsnit,*Antal,*Repeterbarhed",
+        "Keskiarvo,*Mediaani,*Toistettavuus", "Średnia,*Mediana,*Wariancja", "Průměr,*Medián,*Rozptyl",
+        "Среднее,*Медиана,*Дисперсия,*Сходимость", "Ortalama,*Medyan,*Varyans", "平均,*中央値,*最大値,*再現性",
+        "平均值,*中位数,*最小值,*方差"]  # fmt: skip
 
 
 def chart(names, *columns, keywords="", fields=()):
@@ -101,7 +110,16 @@ def test_light_that_is_sent_on_is_no_reflectance(verb):
         ("Reflectance (W m-2 nm-1)", None, None),
         ("Reflectance (W matt)", None, "reflectance"),
         ("反射放射輝度", None, None),
-        ("Radianza riflessa", None, None),
+        ("Radianza riflessa", None, "emission"),
+        ("отражённая яркость", None, None),
+        ("luce riflessa", None, None),
+        ("reflektiertes Licht", None, None),
+        ("Reflected sunshine", None, None),
+        ("Luminance réfléchie", None, "emission"),
+        ("reflektierte Strahldichte", None, "emission"),
+        ("riflessione diffusa", None, "reflectance"),
+        ("Transmission diffuse", None, "transmittance"),
+        ("коэффициент отражения", None, "reflectance"),
         ("Fattore di radianza", None, "radiance factor"),
         ("facteur de luminance", None, "radiance factor"),
         ("Factor de radiancia", None, "radiance factor"),

@@ -178,6 +178,13 @@ SCATTER = [
 ]  # fmt: skip
 
 
+def test_differences_of_colour_beside_a_row_say_nothing_of_it(written):
+    """Db* is the difference in b*, and no decibel."""
+    heads = ",".join(["Name", "DL*", "Da*", "Db*", *(f"R{nm}" for nm in NM)])
+    (entry,) = read(written("\n".join([heads, ",".join(["red", "0.1", "0.2", "0.3", *map(str, RED)])]))).entries
+    np.testing.assert_allclose(entry.spectrum.samples, RED)
+
+
 @pytest.mark.parametrize("name", SCATTER)
 def test_rows_of_scatter_are_no_samples(written, name):
     rows = {"red": RED, "dark": 0.5 * RED, "Mean": 0.75 * RED, name: 0.01 * RED}

@@ -10,7 +10,14 @@ from metamer.spectral.formats.shared.colour_words import (
     observer_in,
     stated_colours,
 )
-from metamer.spectral.formats.shared.words import names_derived, names_light, quantity_in, unit_in
+from metamer.spectral.formats.shared.words import (
+    names_derived,
+    names_light,
+    other_scale_in,
+    quantity_in,
+    quantity_in_lines,
+    unit_in,
+)
 from metamer.spectral.illuminants import illuminant
 
 
@@ -48,10 +55,29 @@ from metamer.spectral.illuminants import illuminant
         ("Illuminance [lx]", "emission"),
         ("Red", None),
         ("sample 12", None),
+        ("Emission intensity a.u.", "emission"),
+        ("Reflectance a.u.", "absorbance"),
+        ("R(8°)", "reflectance"),
+        ("T (60°)", "transmittance"),
     ],
 )
 def test_quantities(words, told):
     assert quantity_in(words) == told
+
+
+def test_remission_is_no_emission():
+    """The word for the one ends with the word for the other."""
+    assert quantity_in_lines("Modus=Remission") == ("reflectance", "Modus=Remission")
+
+
+@pytest.mark.parametrize("words", ["Reflectance*100", "100*R", "100 x Reflectance", "R ×100"])
+def test_a_hundred_times_a_fraction_is_percent(words):
+    assert unit_in(words) == "percent" and other_scale_in(words) is None
+
+
+@pytest.mark.parametrize("words", ["1000*R", "10 x R", "Reflectance/10", "R/100", "1000 × transmittance"])
+def test_other_factors_are_another_scale(words):
+    assert other_scale_in(words) and unit_in(words) is None
 
 
 @pytest.mark.parametrize(
