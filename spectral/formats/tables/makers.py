@@ -3,7 +3,8 @@
 Spectra Vista's .sig has no header: wavelength, what a white panel sends back, what the target sends back, each in the
 unit that the line "units=" gives, and their ratio in percent. Ocean Optics' Jaz heads its columns with letters: W for
 wavelengths, D, R and S for the counts of dark, reference and sample, P for what was made of them. Spectral Evolution's
-.sed shortens radiance, irradiance and the ratio of target and reference.
+.sed shortens radiance, irradiance and the ratio of target and reference. ASD's ViewSpec Pro calls columns after files,
+whose endings say what was made of the reading: "leaf.00001.asd.ref.sco" is a reflectance, corrected at splices.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ _UNITS = re.compile(r"^\W*units\s*[=:;,\t]\s*(.+)$", re.I | re.M)
 _JAZ = {"D": "dark counts", "R": "reference counts", "S": "sample counts", "P": ""}
 _JAZ_FILE = re.compile(r"\bJaz\b|Begin Processed Spectral Data", re.I)
 _SHORTENED = re.compile(r"((?:ir)?rad)\.(?=\s*[(\[]|\s*$)", re.I)
+_ASD = re.compile(r".*\.asd\.(ref|rad)(?:\.(?:sco|pco|mn|md))*(?:\.txt)?", re.I)
+_ASD_MADE = {"ref": "reflectance", "rad": "radiance"}
 _RATIO = re.compile(r"t(?:ar)?ge?t\.?\s*/\s*ref(?:erence)?\.?\s*(.*)", re.I)
 
 
@@ -38,6 +41,8 @@ def name_by_maker(table: TextTable, stem: str) -> None:
         else:
             for column in block:
                 _name_spectral_evolution(column)
+                if made := _ASD.fullmatch(column.words.strip()):
+                    column.words = _ASD_MADE[made[1].lower()]
 
 
 def _name_spectra_vista(block: Sequence[Column], stem: str) -> None:

@@ -147,6 +147,18 @@ def test_a_spectral_evolution_file_says_by_column_what_it_holds(written, heads, 
     check_percent(file.entries[-1])
 
 
+@pytest.mark.parametrize("ending", ["ref", "ref.sco", "ref.sco.mn", "REF"])
+def test_columns_that_viewspec_calls_after_its_files_are_what_their_endings_say(written, ending):
+    heads = f"Wavelength\tleaf.00001.asd.{ending}\tsky.00002.asd.rad\tleaf.00001.asd"
+    rows = "".join(f"{nm}\t{r / 100:.5f}\t{r / 2000:.6f}\t{r * 300:.1f}\n" for nm, r in zip(NM, PERCENT, strict=True))
+    file = read_spectra(written(f"{heads}\n{rows}", "field.txt"))
+    assert [(entry.name, entry.spectrum.quantity) for entry in file.entries] == [
+        (f"leaf.00001.asd.{ending}", "reflectance"),
+        ("sky.00002.asd.rad", "emission"),
+    ]
+    assert [name for name, _ in file.rejected] == ["leaf.00001.asd"]
+
+
 @pytest.mark.parametrize("head", ["Intensity", "W", "Power", "Relative intensity"])
 def test_large_whole_numbers_are_counted_whatever_is_called_intensity(written, head):
     for factor, counted in ((700.0, True), (0.1, False), (1e-5, False)):
