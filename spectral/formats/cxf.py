@@ -25,6 +25,7 @@ from .registry import SpectralFile, StatedColour, names_its_file
 from .shared.decisions import Divisor, divisor_by_format
 from .shared.entry_rules import Gathering, in_visible
 from .shared.text import shortened
+from .shared.words import is_aside, statistics_among
 from .shared.xml import Vocabulary, number, read_xml, root_name
 
 if TYPE_CHECKING:
@@ -80,9 +81,15 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
         if spectra:
             measured.append((item, values, spectra))
     names = _names([item for item, _, _ in measured], gathered)
+    kinds = [[item.get("ObjectType", "")] for item, _, _ in measured]
+    left_out = [at for at in statistics_among(names, kinds) if not is_aside(names[at])]
+    if left_out:
+        gathered.note(f"statistics of others are left out: {', '.join(names[at] for at in left_out[:6])}")
     percent = None
     read_ones: list[_Reading] = []
-    for name, (item, values, spectra) in zip(names, measured, strict=True):
+    for at, (name, (item, values, spectra)) in enumerate(zip(names, measured, strict=True)):
+        if at in left_out:
+            continue
         beside = [value for value in values if known.name(value) not in _SPECTRA]
         colours, other = stated_values(beside, name, specifications, known, gathered)
         own = [_named_by(value, specifications) for value in spectra]
@@ -290,6 +297,8 @@ def _samples(
             found=f"MeasurementType {told.details.get('measurement', 'missing')}",
             expected="Spectrum_Reflectance, Spectrum_Transmittance or Spectrum_Emissive",
         )
+    if listed and not told.assumed and told.quantity not in (None, listed):
+        gathered.note(f"its MeasurementType is {told.details.get('measurement')}; what counts is its {kind}", field)
     if listed:
         samples = np.array([number(text, field) for text in (value.text or "").split()])
         grid = _even_grid(value, told, len(samples), field, gathered)

@@ -31,7 +31,7 @@ from .shared.decisions import (
 )
 from .shared.entry_rules import MOST_SPECTRA, Gathering, in_visible
 from .shared.text import shortened
-from .shared.words import measured, quantity_in, quantity_in_lines, unit_in
+from .shared.words import measured, names_scatter, quantity_in, quantity_in_lines, statistics_among, unit_in
 
 NAME = "MATLAB"
 ASKS = True
@@ -126,6 +126,11 @@ def read(path: Path, answer: ImportOptions = NO_ANSWER) -> SpectralFile:
             expected=f"an array with {sizes} rows or columns",
             hint="save the spectra as a matrix of two dimensions; a spectral image is not a set of samples",
         )
+    names = [name.rpartition(".")[2] for name in left]
+    scatter = [names_scatter(name, means=True) for name in names]
+    of_others = set(statistics_among(names, [[]] * len(names))) | {at for at, is_one in enumerate(scatter) if is_one}
+    if len(of_others) < len(names):
+        left = {name: axis for at, (name, axis) in enumerate(left.items()) if at not in of_others}
     for name in [each for each in arrays if each not in left]:
         gathering.note(f"{name} is left out: {responses.get(name, 'no spectrum, by its name')}")
     details = {name: shortened("; ".join(value), 400) for name, value in words.items()}

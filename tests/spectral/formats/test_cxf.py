@@ -127,9 +127,22 @@ def test_a_list_may_say_its_own_start(written):
 def test_emission_and_transmittance(written):
     glass = '<cc:TransmittanceSpectrum ColorSpecification="M1">0.9 0.91</cc:TransmittanceSpectrum>'
     lamp = '<cc:EmissiveSpectrum ColorSpecification="M1">5 120.5</cc:EmissiveSpectrum>'
-    glass, lamp = cxf.read(written(document(item(glass) + item(lamp, "lamp", "o2")))).entries
+    file = cxf.read(written(document(item(glass) + item(lamp, "lamp", "o2") + item(RED, "paint", "o3"))))
+    glass, lamp, _ = file.entries
     assert glass.spectrum.quantity == "transmittance" and "units" not in glass.details
     assert lamp.spectrum.quantity == "emission" and lamp.details["units"] == "W/(sr m^2 nm)"
+    notes = [note for note in file.notes if "its MeasurementType is Spectrum_Reflectance; what counts is its" in note]
+    assert len(notes) == 2 and not any("paint" in note for note in notes)
+
+
+def test_statistics_beside_readings_are_no_samples(written):
+    small = RED.replace("0.05 0.1 0.4 0.8", "0.001 0.002 0.01 0.02")
+    others = zip(("red mean", "red stdev", "tolerance of red"), (RED, small, small), strict=True)
+    objects = [item(RED), *(item(value, name, f"s{at}") for at, (name, value) in enumerate(others))]
+    objects.append(item(small, "last", "l1").replace('"Standard"', '"StandardDeviation"'))
+    file = cxf.read(written(document("".join(objects))))
+    assert [entry.name for entry in file.entries] == ["red", "red mean"] and not file.rejected
+    assert any("statistics of others are left out: red stdev, tolerance of red, last" in note for note in file.notes)
 
 
 @pytest.mark.parametrize(

@@ -173,6 +173,13 @@ def test_names_that_say_reflectance_count_before_others(saved, paints):
 
 
 @pytest.mark.usefixtures("here")
+def test_statistics_of_reflectances_are_none(saved, paints):
+    others = {f"reflectance_{which}": paints for which in ("std", "median", "p95", "CV")}
+    file = mat.read(saved(wavelength=WAVELENGTHS, reflectance_mean=paints, **others))
+    assert len(file.entries) == len(mat.read(saved(wavelength=WAVELENGTHS, reflectance_mean=paints)).entries)
+    assert all(any(f"{name} is left out" in note for note in file.notes) for name in others)
+
+
 def test_a_light_beside_reflectances(saved, paints):
     file = read(saved(wave=WAVELENGTHS, refl_A=paints, illum=np.linspace(10, 100, 31)))
     assert [entry.spectrum.quantity for entry in file.entries] == ["reflectance"] * 5 + ["emission"]
