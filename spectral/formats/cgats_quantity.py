@@ -27,7 +27,7 @@ from .cgats_tables import CgatsTable
 from .shared.decisions import Sign, signs_beside, signs_of_name
 from .shared.resemblance import Luminances
 from .shared.text import shortened
-from .shared.words import measured, names_light, quantity_in
+from .shared.words import measured, names_light, names_raw, quantity_in
 
 _MEASURED: tuple[tuple[str, Quantity], ...] = (
     ("EMIS|AMBIENT|FLASH|DISPLAY|PROJECTOR", "emission"),
@@ -74,6 +74,7 @@ def said_quantity(table: CgatsTable, named: Iterable[Quantity | None]) -> Stated
     """
     keywords = table.keywords
     for key in ("MEAS_TYPE", "MEASUREMENT_TYPE"):
+        _check_named(key, keywords.get(key, ""), names_raw(keywords.get(key, "")))
         for pattern, quantity in _MEASURED:
             if re.search(pattern, keywords.get(key, ""), re.I):
                 return StatedQuantity(quantity, f"the keyword {key}")
@@ -106,17 +107,9 @@ def _by_words(keywords: dict[str, str]) -> Quantity | None:
     by_rank: tuple[dict[str, Quantity], ...] = ({}, {}, {})  # of mode, descriptions, any other
     for key, words in keywords.items():
         if key in _DESCRIPTIONS:
-            named = None if _BOILERPLATE.search(words) else quantity_in(words)
-            if named in ("absorbance", "index"):
-                expected = "reflectance, transmittance or emission"
-                raise InputError(
-                    f"{named} is not the spectrum of a colour",
-                    field=key,
-                    found=shortened(words),
-                    expected=expected,
-                    hint=f"where it is another one, {_STATE}",
-                )
-            if quantity := measured(named):
+            words = "" if _BOILERPLATE.search(words) else words
+            _check_named(key, words)
+            if quantity := measured(quantity_in(words)):
                 by_rank[1][key] = quantity
         elif quantity := measured(quantity_in(words)) if "UNIT" in key else _one_of(words):
             if _MODE.search(key):
@@ -129,6 +122,19 @@ def _by_words(keywords: dict[str, str]) -> Quantity | None:
         if found:
             return next(iter(found.values()))
     return None
+
+
+def _check_named(key: str, words: str, raw: str | None = None) -> None:
+    """Refuse what a keyword calls an absorbance or an index; raw : what it calls counts or photons, refused, too."""
+    named = raw or quantity_in(words)
+    if named and not measured(named):
+        raise InputError(
+            f"{named} {'are' if raw else 'is'} not the spectrum of a colour",
+            field=key,
+            found=shortened(words),
+            expected="reflectance, transmittance or emission",
+            hint=f"where it is another one, {_STATE}",
+        )
 
 
 def _one_of(words: str) -> Quantity | None:

@@ -80,6 +80,13 @@ def test_words_that_contradict_each_other_are_refused(refused, identifier, lines
     assert "two things of what was measured" in said[0] and "MEAS_TYPE" in said[-1]
 
 
+@pytest.mark.parametrize("said", ["Absorbance", "DENSITY", "Raw counts"])
+def test_a_type_of_measurement_that_is_no_colour_is_refused_whatever_anybody_answers(written, said):
+    path = written(chart(f'MEASUREMENT_TYPE "{said}"'), "a.txt")
+    with pytest.raises(InputError, match="not the spectrum of a colour"):
+        read(path, ImportOptions("reflectance", "fraction"))
+
+
 def test_absorbance_is_refused_by_name(refused):
     assert "absorbance is not the spectrum" in refused(read, chart('DESCRIPTOR "Absorbance of dyes"'), "a.txt")[0]
 
