@@ -79,8 +79,8 @@ def _measured(images: BtfImages, x: int, y: int) -> Float[np.ndarray, "V Lt J"]:
         rows, columns = rows % images.height, columns % images.width
         right, below = across - column, down - row
         share = np.outer([1.0 - below, below], [1.0 - right, right]).ravel()
-        four = (np.tile(each.ravel(), (len(images.lights), 1)) for each in (rows, columns))
-        found[view] = np.einsum("k,lkj->lj", share, images.texels(view * len(images.lights) + lights, *four))
+        four = np.tile((rows * images.width + columns).ravel(), (len(images.lights), 1))
+        found[view] = np.einsum("k,lkj->lj", share, images.texels(view * len(images.lights) + lights, four))
     bad = np.argwhere(~np.isfinite(found).all(axis=2))
     if len(bad):
         where = f"image of view {bad[0][0]}, light {bad[0][1]}"

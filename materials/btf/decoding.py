@@ -79,10 +79,10 @@ class Coding:
         return found @ np.linalg.inv(xyz_from_rgb()).T if self.encoding == "xyz" and not grey else found
 
     def _of_picture(self, data: bytes, file: Path, grey: bool) -> Shaped[np.ndarray, "H W C"]:
-        texture = Texture("image", data, "sRGB" if self.encoding == "srgb" else "linear", file, "image")
-        if texture.floating and self.encoding == "srgb":
+        values = Texture("image", data, "sRGB" if self.encoding == "srgb" else "linear", file, "image").values
+        floating = values.dtype.kind == "f"
+        if floating and self.encoding == "srgb":
             raise _encoded_floats(file)
-        values = texture.values
         # Alpha is no light.
         colours = values[..., :3] if values.shape[2] >= 3 else values[..., :1]
         if grey and (colours != colours[..., :1]).any():
@@ -90,7 +90,7 @@ class Coding:
             raise InputError(
                 "an image in colour", file=file, field="image", found="red, green, blue", expected=expected
             )
-        if texture.floating and not grey:
+        if floating and not grey:
             colours = np.broadcast_to(colours, (*colours.shape[:2], 3))
         return np.ascontiguousarray(colours[..., :1] if grey else colours)
 
@@ -118,6 +118,21 @@ class Coding:
     ) -> Float[np.ndarray, "*batch C"]:
         """f_r cos(theta_i), 1/sr, of linear numbers; `cosine`, which broadcasts to them, is that of the light."""
         return linear * ((1.0 if self.includes_cosine else cosine) / (np.pi * self.white))
+
+    def reflectance(
+        self, codes: Shaped[np.ndarray, "*batch C"], cosine: float | Float[np.ndarray, "..."], grey: bool = False
+    ) -> Float[np.ndarray, "*batch D"]:
+        """Return `reflected` of `decoded` texels, float32; of many, worked out for each number that there is."""
+        every, channels = 1 << 8 * codes.dtype.itemsize, codes.shape[-1]
+        alike = codes.dtype.kind == "u" and self.includes_cosine and self.encoding != "xyz"
+        if not alike or codes.size <= every * channels:
+            return self.reflected(self.decoded(codes, grey), cosine).astype(np.float32)
+        numbers = np.repeat(np.arange(every, dtype=codes.dtype)[:, None], channels, axis=1)
+        table = self.reflectance(numbers, 1.0, grey)
+        found = np.empty((*codes.shape[:-1], table.shape[1]), np.float32)
+        for band in range(table.shape[1]):
+            found[..., band] = table[:, band].take(codes[..., min(band, channels - 1)])
+        return found
 
     def band(self, number: int) -> Coding:
         """Return the coding of one wavelength alone."""

@@ -59,13 +59,12 @@ class HeldCodes:
         self.slot, self._most = np.full(images, -1), most
         self._bands: list[np.ndarray] = []
         self._count = 0
-        self._asked, self._last, self._again = np.zeros(images, dtype=bool), -1, False
+        self._asked, self._again = np.zeros(images, dtype=bool), False
 
     def offer(self, image: int, codes: list[Shaped[np.ndarray, "H W C"]]) -> None:
         """Hold an image that was read, as far as the class does."""
-        # A pass over many texels of all images has some of one in two pieces, which follow each other.
-        self._again = self._again or bool(self._asked[image] and image != self._last)
-        self._asked[image], self._last = True, image
+        self._again = self._again or bool(self._asked[image])
+        self._asked[image] = True
         if not self._again:
             return
         if not self._bands:
@@ -147,31 +146,36 @@ class BtfFiles(BtfImages):
     def _made(self) -> Bool[np.ndarray, "V Lt"]:
         return np.asarray((self.index < 0).any(axis=2))
 
-    def texels(
-        self, images: Int[np.ndarray, " n"], rows: Int[np.ndarray, "n k"], columns: Int[np.ndarray, "n k"]
-    ) -> Float[np.ndarray, "n k J"]:
+    def texels(self, images: Int[np.ndarray, " n"], places: Int[np.ndarray, "n k"]) -> Float[np.ndarray, "n k J"]:
         """Implement `BtfImages.texels`. Images asked for again stay in memory, undecoded, where `held` has room."""
-        found = np.empty((*rows.shape, self.basis.size), dtype=np.float32)
-        held, places = self.held.slot[images] >= 0, rows * self.width + columns
+        held = self.held.slot[images] >= 0
+        if len(held) and held.all():
+            return self._decoded(self.held.texels(images, places), images % len(self.lights))
+        found = np.empty((*places.shape, self.basis.size), dtype=np.float32)
         if held.any():
-            codes = self.held.texels(images[held], places[held])
-            found[held] = self._decoded(codes, images[held] % len(self.lights))
+            found[held] = self.texels(images[held], places[held])
         rest = np.flatnonzero(~held)
         for key, run in self._runs(images[rest]):
             here = rest[run]
             if key in self._kept:
-                found[here] = self._kept[key][rows[here], columns[here]]
+                found[here] = self._kept[key].reshape(-1, self.basis.size)[places[here]]
             elif self._made[key]:
                 mixed = np.zeros((len(here), *found.shape[1:]))
                 for (view, light), part in self._around(*key):
                     same = np.full(len(here), view * len(self.lights) + light)
-                    mixed += part * self.texels(same, rows[here], columns[here])
+                    mixed += part * self.texels(same, places[here])
                 found[here] = mixed
             else:
                 codes = self._codes(*key)
                 self.held.offer(int(images[here[0]]), codes)
-                found[here] = self._decoded([band[rows[here], columns[here]] for band in codes], key[1])
+                some = [band.reshape(-1, band.shape[2])[places[here]] for band in codes]
+                found[here] = self._decoded(some, key[1])
         return found
+
+    @cached_property
+    def reading_order(self) -> Int[np.ndarray, " n"]:
+        """Implement `BtfImages.reading_order`: as the files lie, one behind the other."""
+        return np.argsort(np.argsort(self.index[..., 0].ravel(), kind="stable"))
 
     @cached_property
     def held(self) -> HeldCodes:
@@ -207,7 +211,7 @@ class BtfFiles(BtfImages):
         planes = []
         for number, band in enumerate(codes):
             coding = self.coding.band(number) if grey else self.coding
-            planes.append(coding.reflected(coding.decoded(band, grey), cosine).astype(np.float32))
+            planes.append(coding.reflectance(band, cosine, grey))
         return planes[0] if len(planes) == 1 else np.concatenate(planes, axis=-1)
 
     def name(self, view: int, light: int, band: int = 0) -> str:
@@ -218,8 +222,14 @@ class BtfFiles(BtfImages):
 
     def words(self, view: int, light: int) -> str:
         """Return the directions of an image, in degrees, as names of files have them."""
-        found = [*_degrees(self.lights.directions[light]), *_degrees(self.views.directions[view])]
-        return " ".join(f"{name}{angle:03.4g}" for name, angle in zip(("tl", "pl", "tv", "pv"), found, strict=True))
+        lights, views = self._words
+        return f"{lights[light]} {views[view]}"
+
+    @cached_property
+    def _words(self) -> list[list[str]]:
+        """Directions of lights and of views, in words."""
+        both = (("tl{:03.4g} pl{:03.4g}", self.lights), ("tv{:03.4g} pv{:03.4g}", self.views))
+        return [[words.format(*_degrees(one)) for one in around.directions] for words, around in both]
 
     def _around(self, view: int, light: int) -> list[tuple[tuple[int, int], float]]:
         """Return the images that a missing one is made of, and the share of each.

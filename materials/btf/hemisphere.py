@@ -27,6 +27,8 @@ _TURNED = 1e-3
 _CELLS = 48
 # Cosine at and below which a direction counts as level.
 _LEVEL = 1e-3
+# Smallest share of a corner from which a direction is in a triangle beyond rounding.
+_WITHIN = 1e-9
 # Directions along theta and along phi that a hat is summed over.
 _FINE = (512, 1440)
 
@@ -150,11 +152,12 @@ class Hemisphere:
         """
         plane = _plane(directions)
         at = np.clip(((plane / np.pi + 0.5) * _CELLS).astype(np.int64), 0, _CELLS - 1)
-        number, share = self._within(plane, self.cells[at[:, 1], at[:, 0]])
-        corners = self.triangles[number]
+        cells = self.cells.reshape(_CELLS**2, -1)
+        number, share = self._within(plane, cells.take(at[:, 1] * _CELLS + at[:, 0], axis=0))
+        corners = self.triangles.take(number, axis=0)
         share = np.maximum(share, 0.0)
         share /= share.sum(axis=1, keepdims=True)
-        index = self.measured[corners]
+        index = self.measured.take(corners)
         if falling:
             held = (corners >= len(self)).any(axis=1)
             cosine = np.einsum("nk,nk->n", share, self.directions[index, 2])
@@ -188,15 +191,17 @@ class Hemisphere:
         here = np.concatenate([plane, np.ones((len(plane), 1))], axis=1)
         best = np.full(len(plane), -np.inf)
         found, share = np.zeros(len(plane), dtype=np.int64), np.zeros((len(plane), 3))
+        left = np.arange(len(plane))
         for column in range(which.shape[1]):
-            number = which[:, column]
-            shares = np.einsum("nij,nj->ni", self.inverse[number], here)
+            # Well within one triangle, a point is in no other.
+            left = left[(which[left, column] >= 0) & (best[left] < _WITHIN)]
+            number = which[left, column]
+            shares = np.einsum("nij,nj->ni", self.inverse.take(number, axis=0), here.take(left, axis=0))
             # Of three columns, many times faster than along the rows.
-            smallest = np.minimum(np.minimum(shares[:, 0], shares[:, 1]), shares[:, 2])
-            least = np.where(number < 0, -np.inf, smallest)
-            better = least > best
-            found, best = np.where(better, number, found), np.where(better, least, best)
-            share = np.where(better[:, None], shares, share)
+            least = np.minimum(np.minimum(shares[:, 0], shares[:, 1]), shares[:, 2])
+            better = least > best[left]
+            at = left[better]
+            found[at], best[at], share[at] = number[better], least[better], shares[better]
         return found, share
 
     @cached_property

@@ -5,6 +5,7 @@ from __future__ import annotations
 import abc
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -44,17 +45,20 @@ class BtfImages(abc.ABC):
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         """f_r cos(theta_i) of every texel as measured, 1/sr, coefficients in `basis`; float32, not registered."""
 
-    def texels(
-        self, images: Int[np.ndarray, " n"], rows: Int[np.ndarray, "n k"], columns: Int[np.ndarray, "n k"]
-    ) -> Float[np.ndarray, "n k J"]:
-        """K texels of each of n images, numbered view * L_t + light, equal ones together; float32.
+    def texels(self, images: Int[np.ndarray, " n"], places: Int[np.ndarray, "n k"]) -> Float[np.ndarray, "n k J"]:
+        """K texels, counted row by row, of each of n images, numbered view * L_t + light, equal ones together; float32.
 
         For who comes back to the same images with others.
         """
-        found = np.empty((*rows.shape, self.basis.size), dtype=np.float32)
-        for (view, light), here in self._runs(images):
-            found[here] = self.image(view, light)[rows[here], columns[here]]
+        found = np.empty((*places.shape, self.basis.size), dtype=np.float32)
+        for pair, here in self._runs(images):
+            found[here] = self.image(*pair).reshape(-1, self.basis.size)[places[here]]
         return found
+
+    @cached_property
+    def reading_order(self) -> Int[np.ndarray, " n"]:
+        """Place of each of the V L_t images in the order that they are best read in, numbered as of `texels`."""
+        return np.arange(len(self.views) * len(self.lights))
 
     def _runs(self, images: Int[np.ndarray, " n"]) -> Iterator[tuple[tuple[int, int], slice]]:
         """Yield the view and light of equal numbers that stand together, and where."""

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Literal, NoReturn
+from typing import Any, Literal, NoReturn
 
 import numpy as np
 from jaxtyping import Float
@@ -28,6 +28,8 @@ Encoding = Literal["sRGB", "linear"]
 #: 8192 x 8192; a larger picture would take gigabytes once it is decoded.
 MOST_TEXELS = 1 << 26
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "AVIF")
+# How a JPEG begins; all that is asked of its header is known before its pixels, so that it is opened once.
+_JPEG = b"\xff\xd8"
 _MODES = ("1", "L", "LA", "RGB", "RGBA", "P", "PA", "I;16", "I;16B", "I;16L", "I;16N", "I", "F")
 _BLOCK = 1 << 16
 _TOO_LARGE, _SMALLER = "too large a picture", "save the picture smaller"
@@ -185,15 +187,20 @@ class Texture:
         from PIL import Image
 
         with _guarded(self), Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
-            width, height = picture.size
-            profile = profile_of(picture, self.data)
-            halved = _raw_mode(picture).startswith("LA;16")
-            mode, mime = picture.mode, Image.MIME.get(str(picture.format), "image/x-tga")
-            stated = other_than_srgb(picture, self.data)
-            orientation = _UPRIGHT
-            if picture.format != "TIFF":  # those Pillow turns
-                with suppress(Exception):  # Exif that is damaged is no reason not to read the picture
-                    orientation = int(picture.getexif().get(_ORIENTATION, _UPRIGHT))
+            return self._header_of(picture)
+
+    def _header_of(self, picture: Any) -> _Header:
+        from PIL import Image
+
+        width, height = picture.size
+        profile = profile_of(picture, self.data)
+        halved = _raw_mode(picture).startswith("LA;16")
+        mode, mime = picture.mode, Image.MIME.get(str(picture.format), "image/x-tga")
+        stated = other_than_srgb(picture, self.data)
+        orientation = _UPRIGHT
+        if picture.format != "TIFF":  # those Pillow turns
+            with suppress(Exception):  # Exif that is damaged is no reason not to read the picture
+                orientation = int(picture.getexif().get(_ORIENTATION, _UPRIGHT))
         if width * height > MOST_TEXELS:
             expected = f"at most {MOST_TEXELS} texels, such as 8192 x 8192"
             self._refuse(_TOO_LARGE, f"{width} x {height}", expected, _SMALLER)
@@ -205,9 +212,12 @@ class Texture:
     def _decoded(self) -> np.ndarray:
         from PIL import Image
 
-        _ = self._header
+        if not self.data.startswith(_JPEG):
+            _ = self._header
         with _guarded(self):
             with Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
+                if "_header" not in vars(self):
+                    vars(self)["_header"] = self._header_of(picture)
                 key, mode, raw = picture.info.get("transparency"), picture.mode, _raw_mode(picture)
                 fine = raw.startswith(("RGB;16", "RGBA;16", "RGBX;16"))
                 # A key of 16 bits is looked for among values of 16 bits.

@@ -3,6 +3,7 @@
 import io
 from collections import OrderedDict
 from dataclasses import replace
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -12,6 +13,7 @@ from metamer.materials.btf.decoding import Coding, uplifted_basis
 from metamer.materials.btf.files import BtfFiles, HeldCodes
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.materials.btf.surface import MeasuredBtf
+from metamer.materials.core.points import Points
 from metamer.materials.formats.btf_names import directions_of
 from metamer.materials.records.hdf5_tree import mapping_from, mapping_node, read_tree, write_tree
 from metamer.materials.records.stored_array import StoredArray
@@ -21,6 +23,7 @@ from metamer.spectral.basis import SpectralBasis
 from metamer.spectral.formats.exr import write_exr
 from metamer.spectral.srgb import srgb_to_linear
 from metamer.spectral.upsampling import xyz_from_rgb
+from PIL import Image
 
 SRGB = Coding("srgb", np.ones(1))
 
@@ -50,6 +53,22 @@ def test_a_cosine_that_is_not_in_the_numbers_is_put_in(tmp_path):
     np.testing.assert_allclose(images.image(0, light), codes[0, light] / 255.0 * 0.5 / np.pi, rtol=1e-6)
 
 
+@pytest.mark.parametrize(("channels", "grey"), [(3, False), (1, False), (1, True)])
+def test_equal_numbers_of_many_texels_are_decoded_once(monkeypatch, channels, grey):
+    coding, decoded = Coding("srgb", np.ones(1) if grey else np.array([0.5, 0.25, 2.0])), []
+    codes = np.random.default_rng(3).integers(0, 256, (500, 4, channels)).astype(np.uint8)
+    expected = coding.reflected(coding.decoded(codes, grey), 1.0).astype(np.float32)
+    of_codes = Coding.decoded
+    monkeypatch.setattr(
+        Coding, "decoded", lambda self, some, grey: decoded.append(some.size) or of_codes(self, some, grey)
+    )
+    np.testing.assert_array_equal(coding.reflectance(codes, 1.0, grey), expected)
+    assert decoded == [256 * channels]
+    few = codes[:5]
+    np.testing.assert_array_equal(coding.reflectance(few, 1.0, grey), expected[:5])
+    assert decoded[1:] == [few.size]
+
+
 @pytest.mark.parametrize("coding", [SRGB, Coding("linear", np.array([0.5, 0.25, 2.0]), includes_cosine=False)])
 def test_texels_of_several_images_are_those_of_each(tmp_path, coding):
     written(tmp_path)
@@ -58,11 +77,35 @@ def test_texels_of_several_images_are_those_of_each(tmp_path, coding):
     some = replace(whole, _kept=OrderedDict())
     some.image(4, 5)
     images = np.repeat([2, 4 * 9 + 3, 4 * 9 + 5, 7 * 9], [1, 2, 3, 1])
-    rows, columns = np.random.default_rng(2).integers(0, 4, (2, len(images), 4))
-    expected = [whole.image(*divmod(int(one), 9))[rows[at], columns[at]] for at, one in enumerate(images)]
+    places = np.random.default_rng(2).integers(0, 16, (len(images), 4))
+    expected = [whole.image(*divmod(int(one), 9)).reshape(-1, 3)[places[at]] for at, one in enumerate(images)]
     for _ in range(3):  # from files, from files once more and held, and held
-        np.testing.assert_array_equal(some.texels(images, rows, columns), expected)
+        np.testing.assert_array_equal(some.texels(images, places), expected)
     assert (some.held.slot[[2, 4 * 9 + 5, 7 * 9]] >= 0).tolist() == [True, False, True]
+
+
+def test_images_are_read_as_their_files_lie(tmp_path, monkeypatch):
+    """So a block of several is unpacked once, however views and lights follow each other in it."""
+    written(tmp_path)
+    images = files(tmp_path, index=np.arange(81).reshape(9, 9, 1).swapaxes(0, 1)[:, ::-1])
+    read, codes = [], BtfFiles._codes
+    monkeypatch.setattr(
+        BtfFiles, "_codes", lambda self, *pair: read.append(self.index[(*pair, 0)]) or codes(self, *pair)
+    )
+    rng = np.random.default_rng(5)
+    wi, wo = (directions_of(rng.uniform((0, 0), (89, 360), (900, 2))) for _ in range(2))
+    MeasuredBtf(images, np.zeros((9, 9, 3))).at(Points(wi, wo, rng.random((900, 2))))
+    assert read == list(range(81))
+
+
+@pytest.mark.parametrize(("kind", "times"), [("JPEG", 1), ("PNG", 2)])
+def test_a_photograph_is_opened_once(monkeypatch, kind, times):
+    data, opened, open_ = io.BytesIO(), [], Image.open
+    Image.fromarray(np.arange(48, dtype=np.uint8).reshape(4, 4, 3)).save(data, kind)
+    monkeypatch.setattr(Image, "open", lambda *given, **named: opened.append(kind) or open_(*given, **named))
+    found = SRGB.codes(data.getvalue(), Path("a"))
+    assert len(opened) == times
+    np.testing.assert_array_equal(found, np.asarray(open_(data)))
 
 
 def test_images_are_held_from_when_one_is_asked_for_again():
@@ -73,8 +116,7 @@ def test_images_are_held_from_when_one_is_asked_for_again():
             held.offer(image, [codes + image])
         return np.flatnonzero(held.slot >= 0).tolist()
 
-    # Two pieces of one image that follow each other are no return.
-    assert after(0, 1, 1, 2) == []
+    assert after(0, 1, 2) == []
     assert after(1) == [1]
     held.offer(4, [codes.astype(np.float32)])
     assert after(3, 2) == [1, 3]

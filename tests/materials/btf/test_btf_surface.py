@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from btf_sets import NINE, UBO, held
 from metamer.materials.btf import form
+from metamer.materials.btf import surface as surface_module
 from metamer.materials.btf.images import BtfImages, HeldImages, displacement
 from metamer.materials.btf.surface import MeasuredBtf
 from metamer.materials.core.points import Points
@@ -136,13 +137,22 @@ class Counted(BtfImages):
         return self.images.image(view, light)
 
 
-def test_each_image_is_asked_for_once_a_call_however_many_points():
+def test_each_image_is_asked_for_once_a_call_however_many_points(monkeypatch):
     counted = Counted(held(size=(2, 2)))
     means = counted.images.values.mean(axis=(2, 3)).astype(np.float64)
     rng = np.random.default_rng(5)
     wi, wo = (directions_of(rng.uniform((0, 0), (89, 360), (3000, 2))) for _ in range(2))
-    MeasuredBtf(counted, means).at(Points(wi, wo, rng.random((3000, 2))))
+    some = Points(wi, wo, rng.random((3000, 2)))
+    whole = MeasuredBtf(counted, means).at(some)
     assert len(counted.asked) == len(set(counted.asked)) == 81
+    # Whatever the pieces that they are looked up in, and to the last bit the same.
+    pieces, texels = [], counted.texels
+    counted.texels = lambda images, places: pieces.append(len(images)) or texels(images, places)
+    counted.asked.clear()
+    monkeypatch.setattr(surface_module, "_AT_ONCE", 500)
+    np.testing.assert_array_equal(MeasuredBtf(counted, means).at(some), whole)
+    assert len(counted.asked) == len(set(counted.asked)) == 81
+    assert len(pieces) > 20
 
 
 def test_the_average_is_the_mean_over_texels():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from btf_samples import of_degrees, rings
+from metamer.materials.btf import hemisphere
 from metamer.materials.btf.hemisphere import Hemisphere
 from metamer.runtime.errors import InputError
 
@@ -40,6 +41,23 @@ def test_what_is_linear_in_the_plane_stays_so_and_shares_are_continuous():
     index, share = around.shares(directions, falling=True)
     change = np.einsum("nk,nk->n", part, values[there]) - np.einsum("nk,nk->n", share, values[index])
     assert np.abs(change).max() < 1e-4
+
+
+def test_triangles_are_tried_until_a_direction_is_in_one(monkeypatch):
+    around, directions = Hemisphere(rings()), np.concatenate([anywhere(3000), rings()])
+    index, share = around.shares(directions)
+    # Of all triangles, the one whose smallest share is the largest.
+    here = np.concatenate([hemisphere._plane(directions), np.ones((len(directions), 1))], axis=1)
+    every = np.einsum("tij,nj->nti", around.inverse, here)
+    best = every.min(axis=2).argmax(axis=1)
+    expected = np.maximum(every[np.arange(len(here)), best], 0.0)
+    values = np.random.default_rng(4).uniform(size=81)
+    there = np.einsum("nk,nk->n", expected, values[around.measured[around.triangles[best]]]) / expected.sum(axis=1)
+    np.testing.assert_allclose(np.einsum("nk,nk->n", share, values[index]), there, rtol=1e-9)
+    tried, einsum = [], np.einsum
+    monkeypatch.setattr(np, "einsum", lambda how, *of: tried.append(len(of[-1])) or einsum(how, *of))
+    around.shares(directions)
+    assert len(directions) <= sum(tried) < 2 * len(directions)
 
 
 def test_light_below_the_lowest_ring_keeps_its_f_r():
