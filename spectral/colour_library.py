@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import version
+from operator import attrgetter
 from typing import Any, Literal
 
 import numpy as np
@@ -29,10 +30,11 @@ def colour_science() -> Any:
     return colour
 
 
-#: Groups of tables, as colour-science calls them.
+#: Groups of tables, or single ones, as colour-science calls them.
 Group = Literal[
-    "MSDS_CAMERA_SENSITIVITIES", "MSDS_CMFS", "SDS_COLOURCHECKERS", "SDS_ILLUMINANTS", "SDS_LEFS", "SDS_LIGHT_SOURCES"
-]
+    "MSDS_CAMERA_SENSITIVITIES", "MSDS_CMFS", "SDS_COLOURCHECKERS", "SDS_ILLUMINANTS", "SDS_LEFS", "SDS_LIGHT_SOURCES",
+    "recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019",
+]  # fmt: skip
 
 
 @cache
@@ -42,14 +44,16 @@ def colour_tables(group: Group) -> dict[str, ColourTable]:
     They are kept from run to run in the user's cache, by the library's version: most commands need nothing else of it.
     """
     file = cache_folder("colour") / f"{group}-{version('colour-science')}.npz"
-    held = kept(file, lambda: _packed(_named(getattr(colour_science(), group))))
+    held = kept(file, lambda: _packed(_named(attrgetter(group)(colour_science()), group)))
     ends = np.cumsum(held["lengths"])[:-1]
     nm, values = (np.split(held[name], ends) for name in ("nm", "values"))
     return dict(zip(held["names"].tolist(), zip(nm, values, strict=True), strict=True))
 
 
-def _named(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return tables by name, those of a mapping within by both names."""
+def _named(tables: Any, group: str) -> dict[str, Any]:
+    """Return tables by name, those of a mapping within by both names, and a single one by that of the group."""
+    if not isinstance(tables, Mapping):
+        return {group: tables}
     found: dict[str, Any] = {}
     for name, table in tables.items():
         within = isinstance(table, Mapping)

@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..runtime.errors import InputError, UnknownNameError
+from .colour_library import colour_science, colour_tables
 from .illuminants import illuminant
 from .observers import observer
 from .wavelengths import WORKING_WAVELENGTHS_NM
@@ -123,16 +124,11 @@ def upsampling(method: str = DEFAULT_METHOD) -> Upsampling:
 
 
 def _mallett_yuksel() -> Float[np.ndarray, "3 L"]:
-    from .colour_library import colour_science
-
-    table = colour_science().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
-    columns = [np.interp(WORKING_WAVELENGTHS_NM, table.wavelengths, column) for column in table.values.T]
-    return np.stack(columns)
+    ((nm, values),) = colour_tables("recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019").values()
+    return np.stack([np.interp(WORKING_WAVELENGTHS_NM, nm, column) for column in values.T])
 
 
 def _smits() -> Float[np.ndarray, "7 L"]:
-    from .colour_library import colour_science
-
     tables = colour_science().recovery.SDS_SMITS1999
     # Ten samples of piecewise-constant spectra: linear between them, the ends held, as colour-science has it.
     return np.stack(

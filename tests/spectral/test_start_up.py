@@ -3,6 +3,7 @@
 import importlib.util
 import subprocess
 import sys
+from operator import attrgetter
 from pathlib import Path
 from typing import get_args
 
@@ -64,9 +65,11 @@ GROUPS = get_args(colour_library.Group)
 
 
 def of_the_library(group):
-    """Its tables by name; a chart is a mapping of patches."""
-    found = {}
-    for name, table in getattr(colour_library.colour_science(), group).items():
+    """Its tables by name; a chart is a mapping of patches, and a single table goes by the name of its group."""
+    found, tables = {}, attrgetter(group)(colour_library.colour_science())
+    if not hasattr(tables, "items"):
+        return {group: tables}
+    for name, table in tables.items():
         patches = {f"{patch} of {name}": table[patch] for patch in table} if group == "SDS_COLOURCHECKERS" else {}
         found |= patches or {name: table}
     return found
@@ -126,11 +129,12 @@ def test_tables_are_read_where_nothing_can_be_kept(tables, tmp_path):
     assert the_same(tables("MSDS_CMFS"), colour_library.colour_science().MSDS_CMFS)
 
 
-def test_a_light_and_an_observer_need_no_import_once_they_are_kept():
+def test_lights_observers_and_made_up_spectra_need_no_import_once_they_are_kept():
     for group in GROUPS:
         colour_library.colour_tables.__wrapped__(group)
     code = "from metamer import illuminant, observer; observer('1964_10').white(illuminant('FL11'))"
-    assert heavy_after(code) == []
+    made_up = "from metamer.spectral.upsampling import upsampling; upsampling('mallett-yuksel')"
+    assert heavy_after(f"{code}; {made_up}") == []
 
 
 def test_a_table_of_reflectances_needs_no_import_once_they_are_kept(tmp_path):
