@@ -209,7 +209,7 @@ _FRACTION = re.compile(
 SCATTER = re.compile(
     r"(?:.*[\s_(,;%-])?(?:st(?:an)?d[. _]*dev\w*|std|standard deviation|stdev\w*|r?\.?s\.?d\.?|sigma|uncert\w*|"
     r"err(?:ors?)?|varian(?:ce|z|za)|σ|s\.e\.?(?:m\.?)?|sem|c\.?v\.?|unc\.?|±|(?:95 ?% ?)?ci|snr|rms[ed]?|"
-    r"coeff?(?:icient|\.)?(?: of)? ?var(?:iation|\.)?|repeatability|reproducibility|precision|accuracy|bias|"
+    r"coeff?(?:icient|\.)?(?: of)? ?var(?:iation|\.)?|repeatability|reproducibility|precision|accuracy|"
     rf"skew(?:ness)?|kurtosis|iqr|{spelt('scatter')}\.?|"
     rf"(?:(?:1st|2nd|first|second|[12]\.) )?(?:deriv(?:ative|\.)?(?: ?\d)?|{spelt('derivative')})|"
     r"residuals?|(?:per[csz]ent[iy]{1,2}e?l|centile|[qk][uvw]an?r?t[iy]{1,2}e?l|перцентил|процентил|квантил|"

@@ -106,7 +106,7 @@ def opened(monkeypatch):
     """Runs `metamer view` in a folder where no catalogue is, up to the window: words -> what it would show."""
     desks = []
     shell = SimpleNamespace(check_screen=lambda: None, run=lambda desk, keep: desks.append(desk))
-    monkeypatch.setattr(view, "_shell", lambda: shell)
+    monkeypatch.setattr(view, "window_module", lambda name: shell)
 
     def run(*words):
         code = main(["view", *map(str, words)])
