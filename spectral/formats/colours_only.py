@@ -32,6 +32,7 @@ from .shared.colour_words import (
     stated_colours,
 )
 from .shared.text import read_lines
+from .shared.words import OF_STATISTICS, is_aside, statistics_among
 from .tables.dialect import Dialect, check_lengths, dialects_of
 from .tables.one_reading import check_whole
 from .tables.section import ragged, trimmed
@@ -133,7 +134,16 @@ def read_colours(path: str | Path, answer: ImportOptions = NO_ANSWER) -> tuple[C
             hint="export the measurement with its spectra",
         )
     _check_scale([one for each in found for one in each.stated], answer)
-    return tuple(one.with_conditions(*(answer.colours_for or (None, None))) for one in found)
+    return tuple(one.with_conditions(*(answer.colours_for or (None, None))) for one in _without_statistics(found))
+
+
+def _without_statistics(found: Sequence[Coloured]) -> list[Coloured]:
+    """Return colours less those that are the scatter or another statistic of others, whose names go with the rest."""
+    names = [one.name for one in found]
+    said = [[cell for head, cell in one.details.items() if OF_STATISTICS.search(head)] for one in found]
+    left_out = [at for at in statistics_among(names, said) if not is_aside(names[at])]
+    of_all = {"left out": ", ".join(names[at] for at in left_out[:6])} if left_out else {}
+    return [one._replace(details={**one.details, **of_all}) for at, one in enumerate(found) if at not in left_out]
 
 
 def _check_scale(stated: Sequence[StatedColour], answer: ImportOptions) -> None:

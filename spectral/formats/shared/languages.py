@@ -41,10 +41,10 @@ German
     background: hintergrund
     scatter: standardabw-, stabw, std abw-, unsicherheit, messunsicherheit, streuung, fehler, messfehler
     scatter: varianz, variationskoeff-, wiederholbarkeit, reproduzierbarkeit, vertrauensbereich, konfidenz-
-    end: minimalwert, maximalwert, kleinster wert, größter wert
+    end: minimale, maximale, minimaler, maximaler, minimalwert, maximalwert, kleinster wert, größter wert
     median: zentralwert
     sum: summe, anzahl
-    mean: mittelwert, mittel
+    mean: mittelwert, mittel, mittlere, mittlerer
     aside: bemerkung, anmerkung, zeit, datum, temperatur
     number: nr, nummer
     name: -bezeichnung, -messung, -probe, -muster

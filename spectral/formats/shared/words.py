@@ -70,7 +70,9 @@ _DERIVED = (
     r"(?:[Δ∆]|\bdelta)\s?(?:r[eé]fl|trans)|"
     r"\bsqrt|√|square root|\bsquared?\b|\bloss(?:es)?\b|"
     r"\b%?[RT] ?\+ ?%?[RT]\b|\bd[Bb]\b(?!\*)|decibel|\b(?:log(?:_?10)?|ln)\b|\b(?:1|100)\s*/\s*%?[RT]\b|"
-    r"continuum[ -]?removed|"
+    r"continuum[ -]?removed|\bexp ?\(|(?:cumulative|integrated|weighted)[ _](?:spectral )?(?:refl|trans)|"
+    r"(?:reflectance|transmittance|\b[RT])[ _](?:changes?|contrast|correction|gain|gradient|slope|index|noise|range|"
+    r"drift)\b|"
     r"(?<!\w)(?:1\s?/\s?sr|sr\s?(?:\^|\*\*)?[-−⁻][1¹]|per ste?radian)(?!\w)"
 )
 _A_LETTER = re.compile(r"(?<![A-Za-z])d?[RT](?![A-Za-z])")
@@ -194,7 +196,8 @@ _PERCENT = re.compile(
 _OTHER_SCALE = re.compile(
     r"‰|per ?mill?e?\b|promille|\bpp[mb]\b|\b\d\d? ?-?bits?\b|"
     r"\b0 ?(?:-|–|to|\.\.+|…) ?(?:255|1000|1023|4095|10000|65535)\b(?! ?(?:nm|mm|°|deg))|"
-    r"\b(?:10(?:00|000)?|255|65535) ?[x×*·] ?(?:[RT]\b|r[eé]?fl|trans)|(?:reflectance|transmittance|\b[RT]) ?/ ?10+\b|"
+    r"\b(?:10(?:00|000)?|255|65535) ?[x×*·] ?(?:[RT]\b|r[eé]?fl|trans)|"
+    r"(?:reflectance|transmittance|\b[RT]) ?/ ?10+\b(?! ?(?:nm|mm|°|deg)|.*%)|"
     r"(?:(?<!\d)[x×*]|times|scaled?(?: by)?|multiplied by|divided by|(?<![A-Z0-9])/) ?(?:10(?:00|000)?|255|65535)"
     r"(?!\d| ?(?:nm|mm|°|deg|\^|\*\*)|[⁻¹²³⁴])|"
     r"(?<![\d.])1e[-−+]?0?[134]\b|(?<!\d)10 ?(?:\^|\*\*) ?\(?[-−]?[134]\b|(?<!\d)10⁻?[¹³⁴](?!\d)",
@@ -241,20 +244,27 @@ _LIMIT = re.compile(
     re.I,
 )
 # Statistics of what was read; a sample may be called so where no mean, no median and no two ends stand beside.
-_STATISTIC = re.compile(
+_STATISTIC = (
     rf"(?:.*[\s_(,;])?(?:(?P<end>min(?:\.|imum|imal)?|max(?:\.|imum|imal)?|{spelt('end')})|"
-    rf"(?P<median>median|{spelt('median')})|(?P<sum>sum|count|{spelt('sum')}))\W*(?:[\[(].*)?|"
-    r"(?P<alone>(?:.*[\s_])?[pq] ?\d{1,2}|(?:n|se)(?: ?= ?\d+)?)",
-    re.I,
+    rf"(?P<median>median|{spelt('median')})|"
+    rf"(?P<sum>sum|count|(?:number|no\.?|n) of \w+|{spelt('sum')}))\W*(?:[\[(].*)?|(?P<alone>n|se)(?: ?= ?\d+)?|"
+    r"(?:.*[\s_])?(?P<quantile>[pq] ?\d+)"
 )
-_NUMBERED_PATCH = re.compile(r"(?:.*[\s_])?[pq] ?\d+", re.I)
-_QUANTILES = re.compile(r"(?:.*[\s_])?[pq] ?(?:1|2|3|0?5|10|25|50|75|90|95|98|99)", re.I)
+# Patches are numbered P1 to P99, too, and lots Q1 to Q4.
+_QUANTILES, _UPPER = (
+    re.compile(r"p ?(?:0?5|10|25|50|75|90|95|98|99)|q ?[123]", re.I),
+    re.compile(r"p ?[579]\d|q ?3", re.I),
+)
+# What a statistic is of: "SD R%", "Reflectance N", "Streuung der Reflexion".
+_MEASURED_WORD = (
+    rf"(?:\b(?:of|der|des|de|di|da|van|av|af) )?(?:(?:ir)?radiance|reflectance|transmittance|"
+    rf"\w*{spelt('reflectance', 'transmittance', 'radiance')}\w*|(?<![^\W_])%?[RT]%?(?![^\W_]))\W*(?:[\[(].*)?"
+)
 _OF_WHAT = re.compile(r"\s+(?:of|over|from|in|for|n ?=)\s.*$", re.I)
-_TITLE_OF_SCATTER = re.compile(
+_TITLE_OF_SCATTER = (
     r"(?:(?:spectral|relative|expanded|combined|reflectance|transmittance|measurement) )?(?:std\.?[ _]?dev\w*|stdev\w*|"
     r"standard ?deviations?|uncertaint(?:y|ies)|variance|tolerances?|(?:coefficients? of )variation|repeatability|"
-    rf"reproducibility|{spelt('scatter')})\W*(?:[\[(].*)?",
-    re.I,
+    rf"reproducibility|{spelt('scatter')})\W*(?:[\[(].*)?"
 )
 #: Headings of a column that says which statistic each row is.
 OF_STATISTICS = re.compile(r"stat|type|kind|value|function|measure|quantity", re.I)
@@ -439,17 +449,22 @@ def names_scatter(words: str, means: bool = False) -> bool:
     """Return whether words say scatter or limits and nothing else; means : whether a mean stands beside, else "std" is
     the standard.
     """
-    whole = words.strip()[:_LONGEST_NAME]
-    words = _OF_WHAT.sub("", whole)
-    perhaps = _PERHAPS_SCATTER.fullmatch(words) is not None and not means
-    return any(map(_LIMIT.fullmatch, (whole, words))) or (any(map(SCATTER.fullmatch, (whole, words))) and not perhaps)
+    ways = _without_measured(words)
+    perhaps = any(map(_PERHAPS_SCATTER.fullmatch, ways)) and not means
+    return any(map(_LIMIT.fullmatch, ways)) or (any(map(SCATTER.fullmatch, ways)) and not perhaps)
+
+
+def _without_measured(words: str) -> list[str]:
+    """Return a heading as it is, without what it is of, and without the quantity that is named in it."""
+    words = words.strip()[:_LONGEST_NAME]
+    return [words, _OF_WHAT.sub("", words), re.sub(_MEASURED_WORD, "", words, flags=re.I).strip()]
 
 
 def names_scatter_in_lines(said: Iterable[str]) -> bool:
     """Return whether a cell or a line that is no key says that what it is about is a scatter."""
     lines = (line.strip() for words in said for line in words.splitlines()[:400])
     titles = (_OF_WHAT.sub("", line[:_LONGEST_NAME]) for line in lines if not line.endswith((":", "=")))
-    return any(map(_TITLE_OF_SCATTER.fullmatch, titles))
+    return any(re.fullmatch(_TITLE_OF_SCATTER, title, re.I) for title in titles)
 
 
 def statistics_among(names: Sequence[str], said: Sequence[Sequence[str]]) -> list[int]:
@@ -458,24 +473,33 @@ def statistics_among(names: Sequence[str], said: Sequence[Sequence[str]]) -> lis
 
     said : cells that say what each is, and lines above its table.
     """
-    names = [name[:_LONGEST_NAME].strip() for name in names]
-    words = [[name, *(each[:_LONGEST_NAME] for each in said_of)] for name, said_of in zip(names, said, strict=True)]
-    means = any(_MEAN.fullmatch(each) for words_of in words for each in words_of)
-    found = [[match for each in words_of if (match := _STATISTIC.fullmatch(each))] for words_of in words]
-    medians = any(match["median"] for matches in found for match in matches)
-    ends = {match["end"].casefold() for matches in found for match in matches if match["end"]}
-    kinds = {"end", "sum"} if means or medians or len(ends) > 1 else set()
-    # Patches are numbered P1 to P99, too.
-    if kinds and all(map(_QUANTILES.fullmatch, (name for name in names if _NUMBERED_PATCH.fullmatch(name)))):
-        kinds |= {"alone"}
-    kinds |= {"median"} if means else set()
-    called = [
-        names_scatter(name, means) or is_aside(name) or any(match.lastgroup in kinds for match in matches)
-        for name, matches in zip(names, found, strict=True)
-    ]
+    called = _called_statistics(names, said) if len(names) > 1 else [False] * len(names)
     if all(called):
         called = [False] * len(names)
     return [at for at, said_of in enumerate(said) if called[at] or names_scatter_in_lines(said_of)]
+
+
+def _called_statistics(names: Sequence[str], said: Sequence[Sequence[str]]) -> list[bool]:
+    """Return of each spectrum whether its name, or what is said of it, is that of a statistic of others."""
+    names = [name[:_LONGEST_NAME].strip() for name in names]
+    words = [
+        [*_without_measured(name), *(each[:_LONGEST_NAME] for each in said_of)]
+        for name, said_of in zip(names, said, strict=True)
+    ]
+    means = any(_MEAN.fullmatch(each) for words_of in words for each in words_of)
+    found = [[match for each in words_of if (match := re.fullmatch(_STATISTIC, each, re.I))] for words_of in words]
+    medians = any(match["median"] for matches in found for match in matches)
+    ends = {match["end"].casefold() for matches in found for match in matches if match["end"]}
+    kinds = {"end", "sum", "alone"} if means or medians or len(ends) > 1 else set()
+    numbered = [match["quantile"] for matches in found for match in matches if match["quantile"]]
+    known = all(_QUANTILES.fullmatch(each) and (medians or each[0] in "pP") for each in numbered)
+    if kinds and known and any(map(_UPPER.fullmatch, numbered)):
+        kinds |= {"quantile"}
+    kinds |= {"median"} if means else set()
+    return [
+        names_scatter(name, means) or is_aside(name) or any(match.lastgroup in kinds for match in matches)
+        for name, matches in zip(names, found, strict=True)
+    ]
 
 
 def unit_in(words: str) -> Unit | None:

@@ -213,7 +213,7 @@ def _raw_readings(heads: Sequence[str], table: Section) -> set[str]:
     dark = [head for head in silent if re.fullmatch(_DARK, head, re.I)]
     lit = [head for head in silent if re.fullmatch(rf"{_LIT}|{_NEVER_MADE}", head, re.I)]
     white = [head for head in silent if re.fullmatch(_WHITE, head, re.I)]
-    made = any(measured(quantity_in(head)) for head in heads)
+    made = any(measured(quantity_in(head)) and not is_of_rows(head) for head in heads)
     if lit and (dark or made):
         return {*dark, *lit, *white}
     if made and dark:

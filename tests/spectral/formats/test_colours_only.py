@@ -257,3 +257,14 @@ def test_a_table_of_colours_is_no_spectrum_whatever_the_answer(tmp_path, rows, a
     with pytest.raises(InputError) as caught:
         read_spectra(path, answer)
     assert "colours of CIELAB or XYZ, and no spectra" in str(caught.value) and "metamer match" in str(caught.value)
+
+
+def test_statistics_of_colours_are_none_and_named(tmp_path):
+    path = tmp_path / "lab.csv"
+    rows = ["red,50,17,10", "blue,31,-20,3", "Mean,40,-1,6", "Median,40,-1,6", "StdDev,1,1,1", "N,10,10,10"]
+    path.write_text("\n".join(["D65/10,,,", "name,L*,a*,b*", *rows]) + "\n", encoding="utf-8")
+    found = read_colours(path)
+    assert [one.name for one in found] == ["red", "blue", "Mean"]
+    assert {one.details["left out"] for one in found} == {"Median, StdDev, N"}
+    path.write_text("\n".join(["D65/10,,,", "name,L*,a*,b*", *rows[:3]]) + "\n", encoding="utf-8")
+    assert not any("left out" in one.details for one in read_colours(path))

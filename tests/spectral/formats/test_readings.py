@@ -279,6 +279,7 @@ def test_a_scale_that_is_neither_to_1_nor_to_100_is_refused_whatever_the_numbers
         "Reflectance 0-100 (%)",
         "10R 5/10 (%)",
         "Reflectance 0-10° (%)",
+        "R/10° (%)",
     ],
 )
 def test_other_numbers_in_headings_are_no_scale(written, heading):
@@ -286,7 +287,13 @@ def test_other_numbers_in_headings_are_no_scale(written, heading):
     assert 0.59 < entry.spectrum.samples[-1] <= 0.6
 
 
-@pytest.mark.parametrize("heading", ["sqrt(R)", "√R", "Transmission loss (%)", "Reflection losses", "R squared"])
+FUNCTIONS = [
+    "sqrt(R)", "√R", "Transmission loss (%)", "Reflection losses", "R squared", "Reflectance change (%)", "exp(-R)",
+    "Transmittance gain", "Reflectance slope", "Weighted reflectance (D65)", "Cumulative reflectance", "R noise",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("heading", FUNCTIONS)
 def test_further_functions_are_no_reflectances(refused, heading):
     assert "a function of" in refused(read, table(heading))[0]
 
@@ -451,6 +458,12 @@ def test_colours_in_columns_beside_a_spectrum_are_none(written, heads):
     file = read(written("\n".join([f"nm,{heads}", *rows]) + "\n"))
     assert only(file).spectrum.samples[0] == pytest.approx(0.36) and not file.rejected
     assert any("left out" in note for note in file.notes)
+
+
+def test_a_sample_beside_its_difference_from_a_standard_is_no_raw_reading(written):
+    rows = "".join(f"{nm},{nm / 10},{nm / 10 + 1},1\n" for nm in NM)
+    file = read(written(f"Reflectance (%)\nnm,Standard,Sample,Delta R\n{rows}"))
+    assert [entry.name for entry in file.entries] == ["Standard", "Sample"]
 
 
 def test_the_sum_of_reflectance_and_transmittance_is_neither(refused):

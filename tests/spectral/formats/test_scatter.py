@@ -23,7 +23,9 @@ SETS = ["Mean,*StdDev", "Average,*Std Dev", "MEAN,*STDEV", "Mean,*Tolerance", "*
         "Gemiddelde,*Mediaan,*Herhaalbaarheid", "Medelvärde,*Summa,*Varians", "Gennemsnit,*Antal,*Repeterbarhed",
         "Keskiarvo,*Mediaani,*Toistettavuus", "Średnia,*Mediana,*Wariancja", "Průměr,*Medián,*Rozptyl",
         "Среднее,*Медиана,*Дисперсия,*Сходимость", "Ortalama,*Medyan,*Varyans", "平均,*中央値,*最大値,*再現性",
-        "平均值,*中位数,*最小值,*方差"]  # fmt: skip
+        "平均值,*中位数,*最小值,*方差", "Mean R%,*SD R%,*P95 R%,*N", "*CV R%", "*Variance of reflectance", "Std R%",
+        "Mean,P1,P2,P3", "Q1,Q2,Q3,Mean", "Mittlere Reflexion,*Maximale Reflexion,*Streuung der Reflexion",
+        "Mean,*Number of readings"]  # fmt: skip
 
 
 def chart(names, *columns, keywords="", fields=()):
