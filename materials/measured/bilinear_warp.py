@@ -44,7 +44,7 @@ class BilinearWarp:
         row, up = cell(y, height)
 
         def mixed(table: np.ndarray, index: np.ndarray, stride: int) -> np.ndarray:
-            return sum((share * table[which * stride + index] for which, share in slices), np.zeros(len(x)))
+            return sum((share * table.take(which * stride + index) for which, share in slices), np.zeros(len(x)))
 
         corner, size = row * width + column, height * width
         near = (1.0 - up) * mixed(self._density, corner, size) + up * mixed(self._density, corner + width, size)
@@ -70,10 +70,10 @@ def bilinear(
     out = np.zeros((len(x), channels))
     for which, share in slices:
         corner = (which * height + row) * width + column
-        out += (share * (1.0 - up) * (1.0 - across))[:, None] * flat[corner]
-        out += (share * (1.0 - up) * across)[:, None] * flat[corner + 1]
-        out += (share * up * (1.0 - across))[:, None] * flat[corner + width]
-        out += (share * up * across)[:, None] * flat[corner + width + 1]
+        out += (share * (1.0 - up) * (1.0 - across))[:, None] * flat.take(corner, axis=0)
+        out += (share * (1.0 - up) * across)[:, None] * flat.take(corner + 1, axis=0)
+        out += (share * up * (1.0 - across))[:, None] * flat.take(corner + width, axis=0)
+        out += (share * up * across)[:, None] * flat.take(corner + width + 1, axis=0)
     return out
 
 
