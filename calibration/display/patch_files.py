@@ -71,7 +71,7 @@ def _whole(text: str) -> tuple[float, np.ndarray]:
     if scale is None or not lines or not lines[0].startswith("patch,r,g,b"):
         raise _no_patches(text.partition("\n")[0][:120])
     try:
-        # What was measured may stand in further columns.
+        # Further columns may hold what was measured.
         codes = [[float(cell) for cell in line.split(",")[1:4]] for line in lines[1:]]
     except ValueError as reason:
         raise _no_patches(str(reason)) from None

@@ -31,7 +31,7 @@ _TRANSMITTANCE = re.compile(
 )
 # Light that a surface sends on, by a word for it in another language than English, or by its unit.
 _RADIANCE = re.compile(rf"{spelt('radiance')}|(?-i:[\[(] ?[mµμ]?W ?(?:[/·*]|m[-−^]?[1-3]))", re.I)
-# What a surface does with the light: what it sends on is what the other words say.
+# Words for light that a surface sends on: which quantity it is, the other words say.
 _SENT_ON = re.compile(rf"(?<![a-z])(?:back)?(?:reflected|transmitted|remitted)(?![a-z])|{spelt('sent on')}", re.I)
 _EMISSION = re.compile(
     rf"irradian|radian(?:ce|cy)(?![ _-]*coeff)|{spelt('radiance')}|"
@@ -255,7 +255,7 @@ _QUANTILES, _UPPER = (
     re.compile(r"p ?(?:0?5|10|25|50|75|90|95|98|99)|q ?[123]", re.I),
     re.compile(r"p ?[579]\d|q ?3", re.I),
 )
-# What a statistic is of: "SD R%", "Reflectance N", "Streuung der Reflexion".
+# Quantity that a statistic is of: "SD R%", "Reflectance N", "Streuung der Reflexion".
 _MEASURED_WORD = (
     rf"(?:\b(?:of|der|des|de|di|da|van|av|af) )?(?:(?:ir)?radiance|reflectance|transmittance|"
     rf"\w*{spelt('reflectance', 'transmittance', 'radiance')}\w*|(?<![^\W_])%?[RT]%?(?![^\W_]))\W*(?:[\[(].*)?"

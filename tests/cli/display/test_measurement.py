@@ -70,7 +70,7 @@ def patches(metamer, tmp_path):
 
 
 def _is_gone(heard):
-    """Whether the program has ended; one that has, and is not waited for by anybody yet, still has a number."""
+    """Return whether the program has ended; one that has, and is not waited for by anybody yet, still has a number."""
     number = json.loads(heard.read_text())[0]
     state = Path(f"/proc/{number}/stat")
     try:

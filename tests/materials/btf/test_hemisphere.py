@@ -46,7 +46,7 @@ def test_what_is_linear_in_the_plane_stays_so_and_shares_are_continuous():
 def test_triangles_are_tried_until_a_direction_is_in_one(monkeypatch):
     around, directions = Hemisphere(rings()), np.concatenate([anywhere(3000), rings()])
     index, share = around.shares(directions)
-    # Of all triangles, the one whose smallest share is the largest.
+    # The triangle whose smallest share is the largest, among all.
     here = np.concatenate([hemisphere._plane(directions), np.ones((len(directions), 1))], axis=1)
     every = np.einsum("tij,nj->nti", around.inverse, here)
     best = every.min(axis=2).argmax(axis=1)
