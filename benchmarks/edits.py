@@ -34,7 +34,7 @@ from ..viewer.software.backend import software_session
 
 ROUGHNESS, COLOUR, MAP = "another roughness", "another base colour", "another normal map"
 ROTATION, SPECTRUM = "the light turned", "another spectrum"
-#: What each edit makes work of, in words.
+#: Work caused by each edit, in words.
 REDONE = {
     ROUGHNESS: "the form of the maps, its terms",
     COLOUR: "the form of the maps, its terms",
@@ -44,7 +44,7 @@ REDONE = {
 }
 # Texels along a side of the maps; spectra that take turns; degrees that the light is turned by.
 _SIDE, _SPECTRA, _STEP_DEG = 64, ("A", "FL11", "D50", "LED-B3"), 17.0
-# Of a difference between two pictures: relative, beside this share of the brightest pixel.
+# Relative difference between two pictures counts beside this share of the brightest pixel.
 _FLOOR = 1e-2
 
 

@@ -194,7 +194,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--kernels", type=lambda text: text.split(","), metavar="A,B", help="default: two that run here"
     )
-    # What a process of this benchmark is told by the first one.
+    # Arguments that the first process gives the others of this benchmark.
     for name, kind in (("--record", Path), ("--against", Path), ("--out", Path), ("--rounds", int)):
         parser.add_argument(name, type=kind, help="of its own processes")
     args = parser.parse_args(arguments)

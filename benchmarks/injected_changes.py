@@ -206,7 +206,7 @@ def _is_curve(name: str, value: Any) -> bool:
     return name != "wavelengths_nm" and isinstance(value, np.ndarray) and value.ndim == 1
 
 
-# What is done to the data of materials, by its name; None where it cannot be done.
+# Edits of the data of materials by name; None for materials without what is edited.
 _EDITS: Mapping[str, Callable[[Parameters], Parameters | None]] = {
     f"1 % of one band, {_BAND_NM:g} nm": _one_band,
     "a metamer under D65": _metamer,

@@ -34,7 +34,7 @@ LIGHTS = ("D65", "A", "FL11")
 _EYE = "1931_2"
 _SIDE = 128
 _NM = np.arange(380.0, 781.0, 10.0)
-# Of a reference's pixel, as a share of its light: a mean ΔE94 of some 0.1, what reviews allow.
+# Noise of a reference's pixel as a share of its light: a mean ΔE94 of some 0.1, the limit of reviews.
 _NOISE = 6e-3
 
 

@@ -21,7 +21,7 @@ from ..runtime.errors import InputError
 from .made_up_pages import PAGES
 from .timing import command, write_json
 
-#: What Chromium may be called.
+#: Names of Chromium's executable.
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _FRAMES = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done))))"
 _SEEN = "[...document.querySelectorAll('{}')].find((one) => one.checkVisibility() && !one.closest('.late'))"

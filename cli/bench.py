@@ -11,7 +11,7 @@ from ..runtime.worker_pool import usable_cores
 from .options import Added, add_catalogue_option, add_json_option, catalogue_for, comma_separated, positive_count
 from .output import figures_file, say, write_json, write_text
 
-#: What there is to measure, and what it says; without one of them all of the first two.
+#: Benchmarks and their sentences in the help; without a name, the first two are run.
 WHAT = {
     "basis": "the error of spectral bases by their size",
     "shading": "the time that folded terms take, beside RGB",

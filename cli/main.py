@@ -4,7 +4,7 @@
 the signal that ended it: 130 after Ctrl-C, 143 after SIGTERM.
 """
 
-# What is imported here is waited for before Ctrl-C is heard: no more than that takes.
+# Ctrl-C is not heard before these imports are done: nothing slow may be among them.
 from __future__ import annotations
 
 import os

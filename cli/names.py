@@ -83,7 +83,7 @@ def _shapes() -> str:
 # Keys of a part that only meshes and rows of patches have.
 _NOT_OF_SHAPES = ("shape", "mesh", "mesh_part", "crease_deg", "materials")
 
-#: What can be listed: a title, and what makes the list.
+#: Kinds of names that can be listed: a title, and the function that makes the list.
 KINDS: dict[str, tuple[str, Callable[[], str]]] = {
     "illuminants": (
         "Illuminants of the CIE and ISO (spectrum, --illuminants; F1 is FL1, ..., F12 is FL12)",

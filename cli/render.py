@@ -153,7 +153,7 @@ def run(args: argparse.Namespace) -> int:
             made = reference_picture(scene, catalogue, args.camera, warn, traced, noise)
             notes = made.write(args.output, warn, **written)
     else:
-        # What hides light may be known already, or take minutes.
+        # Visibility may be cached, or take minutes.
         with (
             renderer_for(args.renderer) as renderer,
             progress_bar("Rendering", after=0.0 if long else _LATE, stages=cost.stages) as progress,

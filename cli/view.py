@@ -13,7 +13,7 @@ from ..runtime.errors import InputError
 from ..runtime.remote import local_folder
 from .options import add_catalogue_option, add_display_option, catalogue_for, check_display_option
 
-# What Debian's and Ubuntu's packages of these libraries are called.
+# Packages of these libraries in Debian and Ubuntu.
 _LIBRARIES = ("libx11-6", "libxext6", "libxcursor1", "libxi6", "libxinerama1", "libxrandr2", "libgl1")
 _INSTALL = f"{install_hint('window')}, or `make view`"
 

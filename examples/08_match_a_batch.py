@@ -17,7 +17,7 @@ def reading(name: str, values: np.ndarray) -> Sample:
 
 def main() -> None:
     paint = read_csv_spectra(CHIPS)["2-5g-6-12"].resampled(NM).samples
-    # What D65 and the observer do not see of a ripple: another pigment that gives the same colour in daylight.
+    # The part of a ripple invisible under D65: another pigment that gives the same colour in daylight.
     seen = observer("1964_10").weights(illuminant("D65"), NM)
     ripple = 0.035 * np.cos(2 * np.pi * (NM - 380) / 130)
     ripple = ripple - seen.T @ np.linalg.solve(seen @ seen.T, seen @ ripple)

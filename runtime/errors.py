@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from copy import copy
 from pathlib import Path
 
-# So many names are given in full.
+# Most names given in full.
 _FEW = 8
-# Which command lists the names of a kind that has more.
+# Command that lists the names of a kind that has more.
 _LISTED_BY = {
     "illuminant": "metamer names",
     "booth": "metamer names",

@@ -32,9 +32,9 @@ _HINTS = dict.fromkeys(_NO_ROOM, MAKE_ROOM) | {
     errno.EMFILE: "allow more open files (ulimit -n)",
     errno.EIO: "the disk, or the network that it is on, failed: try again, and look at its health",
 }
-# What `made_folder` tries to write.
+# Name of the file that `made_folder` tries to write.
 _TRIAL = ".writable"
-# What `_name_beside` makes; the trial, which has no suffix, also once it has its name.
+# Names made by `_name_beside`; the trial, which has no suffix, also once it has its name.
 _BESIDE = re.compile(r"\.(?P<stem>.+)\.[0-9a-f]{8}(?P<suffix>\.[^.]+)?")
 
 

@@ -14,7 +14,7 @@ from .errors import InputError
 from .files import made_folder, written_whole
 from .fingerprint import fingerprint
 
-#: What reading a file that is damaged raises, and one that is none.
+#: Exceptions of reading a file that is damaged, or of another kind.
 UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
 _DIGEST = "digest"
 

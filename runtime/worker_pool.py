@@ -32,12 +32,12 @@ from .private_folder import clear_abandoned, temporary_folder
 from .shutdown import clearing, undisturbed
 
 Result = TypeVar("Result")
-#: What each process calls before its first task, and with what.
+#: Initialiser of each process before its first task, and its arguments.
 Start = tuple[Callable[..., Any], tuple]
 
 # The processes are the parallelism; threads of their own would only contend.
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-#: How processes of ours are started: a fresh Python each.
+#: Start method of worker processes: a fresh Python each.
 SPAWNING = multiprocessing.get_context("spawn")
 
 
@@ -191,7 +191,7 @@ def _end_all(workers: list[_Worker]) -> None:
         worker.kill()
     for worker in workers:
         worker.forget()
-    # What they had laid among the temporary files is nobody's now.
+    # Their temporary files have no owner any more.
     clear_abandoned()
 
 

@@ -15,15 +15,15 @@ from .axis_letters import XYZ, Lab, White
 from .difference import delta_e_cmc, lab_from_xyz
 from .measurement import geometry_in
 
-#: What is written for each, beside CMC of any l:c.
+#: Names of the formulas, beside CMC of any l:c.
 NAMES = ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 1:1", "CMC 2:1", "CAM16-UCS")
-#: What is written for those of samples that were read at several angles alone.
+#: Names of those for samples read at several angles alone.
 NAMES_AT_ANGLES = ("DIN 6175-2",)
-#: What CAM16 is asked for: a grey surround of 20 % in a booth of 1000 lx, cd/m^2 as C. Li et al. 2017 take it.
+#: Viewing conditions of CAM16: a grey surround of 20 % in a booth of 1000 lx, cd/m^2 as C. Li et al. 2017 take it.
 ADAPTING_LUMINANCE, BACKGROUND = 1000.0 / np.pi * 0.2, 20.0
-# What a name ends in that a report gives and a person may hand back.
+# Suffix of a name in a report, which a person may hand back.
 _AS_PUBLISHED = "(as published in software)"
-#: What the formula is called wherever it stands: nobody here has checked it against the standard.
+#: Name of the formula in all outputs: it has not been checked against the standard.
 DIN_6175_2 = f"DIN 6175-2 {_AS_PUBLISHED}"
 # As people write them, folded and without what stands between.
 _ALSO = {

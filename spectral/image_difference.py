@@ -87,7 +87,7 @@ def _block_1994(lab: Float[np.ndarray, "2 3 n"]) -> Float[np.ndarray, " n"]:
     off = _squared(a - sample_a) + _squared(b - sample_b)
     chroma, along = _chroma(a, b), _chroma(sample_a, sample_b)
     along -= chroma
-    # What is left of the distance; rounding may leave it a hair below zero.
+    # The rest of the squared distance; rounding may leave it a hair below zero.
     hue = np.maximum(off, _squared(along), out=off)
     hue -= along
     scale = sample_b
@@ -150,7 +150,7 @@ def _block_2000(lab: Float[np.ndarray, "2 3 n"]) -> Float[np.ndarray, " n"]:
     chroma = (chroma_2 - chroma_1) / (one + np.float32(0.045) * mean)
     hue /= one + np.float32(0.015) * mean * t
     total = lightness * lightness + chroma * chroma + hue * hue + rotation * chroma * hue
-    # Of an array and a number, `maximum` takes five times as long as of two arrays.
+    # `maximum` of an array and a number takes five times as long as of two arrays.
     np.maximum(total, np.zeros_like(total), out=total)
     return np.where(beyond & (np.abs(cross) < np.float32(_OPPOSITE) * product), np.float32(np.nan), np.sqrt(total))
 

@@ -63,7 +63,7 @@ _LABELS: tuple[tuple[str, re.Pattern[str]], ...] = (
     # Sentences, in which a part stands with its label.
     ("comment", re.compile(r"(?:object |user )?(?:comments?|remarks?|notes?|bemerkung(?:en)?|kommentare?|remarques?)")),
 )  # fmt: skip
-# What the parts are called in CxF3.
+# Elements of the parts in CxF3.
 _CXF = {
     "geometry": "GeometryChoice",
     "condition": "DeviceIllumination",

@@ -24,7 +24,7 @@ _LEAST_GAIN = 0.01
 # Power of the error, relative to the largest, that weights are multiplied by; and the round after which it has halved.
 _POWER = 0.3
 _HALVED = 15
-# What an error of zero counts beside the largest, so that no weight becomes zero.
+# Weight of an error of zero beside the largest, so that no weight becomes zero.
 _FLOOR = 1e-3
 
 

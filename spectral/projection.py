@@ -23,8 +23,8 @@ from .wavelengths import (
     validated_wavelengths,
 )
 
-# What the square of an average counts against the square of the difference itself. Under the CIE's lamps that halves
-# what is left and more, and under narrow lines it costs nothing; far above, both cease to change.
+# Weight of the squared average beside that of the squared difference. Under the CIE's lamps it more than halves the
+# error, and under narrow lines it costs nothing; far larger weights change nothing.
 _AVERAGES = 20.0
 # Differences are looked at this many times a step of the coarse grid or more often.
 _LOOKS = 4

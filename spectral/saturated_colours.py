@@ -18,8 +18,8 @@ from ..runtime.errors import InputError
 from .observers import observer
 from .upsampling import DEFAULT_METHOD, MISSED, Upsampling, sigmoid, sigmoid_coefficients, upsampling, xyz_from_rgb
 
-# Where the ring lies between white and the spectral locus, 0 to 1; the wavelengths between which it follows the locus,
-# nm, and not the line of purples; and how many points it has.
+# The ring's place between white and the spectral locus, 0 to 1; the wavelengths between which it follows the locus, nm,
+# and not the line of purples; and its number of points.
 _REACH, _FIRST_NM, _LAST_NM, _POINTS = 0.95, 400.0, 680.0, 64
 # Largest channels at which curves are tried, from wide curves to narrow ones.
 _LEVELS = (0.5, 0.3, 0.2, 0.1)
@@ -65,7 +65,7 @@ def _made(rgb: Float[np.ndarray, "*batch 3"], maker: Upsampling, weights: np.nda
 
 def _mixed(rgb: Float[np.ndarray, "N 3"], maker: Upsampling) -> Float[np.ndarray, "N L"]:
     total = rgb @ xyz_from_rgb().sum(axis=0)
-    # Where no light is left that could have a chromaticity, each channel takes its primary's spectrum.
+    # Black has no chromaticity: each channel takes its primary's spectrum.
     primaries = upsampling("mallett-yuksel").corners
     out = rgb @ primaries
     lit = total > _NO_LIGHT * np.abs(rgb).max(axis=1)
@@ -77,7 +77,7 @@ def _mixed(rgb: Float[np.ndarray, "N 3"], maker: Upsampling) -> Float[np.ndarray
     after = np.searchsorted(angles, np.arctan2(off[:, 1], off[:, 0])) % len(angles)
     sides = np.stack([corners[after - 1], corners[after]], axis=-1)
     amounts = np.linalg.solve(sides, off[..., None])[..., 0]
-    # How far out the colour and the edge are; the ring is at 1.
+    # Radius of the colour and of the edge; the ring is at 1.
     reach = amounts.sum(axis=1, keepdims=True)
     at_edge = to_edge * reach
     share = np.clip((reach - at_edge) / np.maximum(1.0 - at_edge, _LEAST_WAY), 0.0, 1.0)

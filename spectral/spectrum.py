@@ -27,8 +27,8 @@ from .wavelengths import (
 __all__ = ["WORKING_WAVELENGTHS_NM", "Quantity", "Spectrum", "interpolation_matrix", "validated_wavelengths"]
 
 Quantity = Literal["reflectance", "transmittance", "radiance factor", "emission"]
-# Where a value above 1 is no mistake: radiance factors compare with the perfect diffuser, which fluorescence, effect
-# pigments and the side of the mirror exceed.
+# Quantities that may exceed 1: radiance factors compare with the perfect diffuser, which fluorescence, effect pigments
+# and the side of the mirror exceed.
 _UNBOUNDED = ("radiance factor", "emission")
 # Below, numbers are rather percent than wavelengths, nm.
 _SHORTEST_NM = 200.0

@@ -14,7 +14,7 @@ from .illuminants import illuminant
 from .observers import EFFICACY, Observer, observer
 from .spectrum import Spectrum
 
-#: What graphic arts compute colours for (ISO 13655), and what is taken where a file does not say.
+#: Conditions of graphic arts (ISO 13655), taken for a file that does not state any.
 USUAL_ILLUMINANT, USUAL_OBSERVER = "D50", "1931_2"
 
 # Whites that instruments and charts are computed for, in the order of how common they are.

@@ -29,7 +29,7 @@ from .wavelengths import WORKING_WAVELENGTHS_NM
 
 METHODS = ("mallett-yuksel", "jakob-hanika", "smits")
 DEFAULT_METHOD = "mallett-yuksel"
-#: What the numbers R, G, B are taken to be; MERL's own files do not say.
+#: Meaning assumed for the numbers R, G, B; MERL's own files do not say.
 PRIMARIES = "linear sRGB (ITU-R BT.709 primaries, white D65)"
 
 _PRIMARIES_XY = np.array([[0.64, 0.33], [0.30, 0.60], [0.15, 0.06]])
@@ -38,7 +38,7 @@ _MESH = 24
 # The largest channel at which the bounded curves are solved.
 _LEVEL = 0.5
 _NEWTON_STEPS = 60
-#: What a curve that is `solved` may miss its colour by, of Y.
+#: Largest error of colour of a `solved` curve, of Y.
 MISSED = 1e-9
 _SMITS = ("red", "green", "blue", "cyan", "magenta", "yellow", "white")
 
@@ -220,6 +220,6 @@ def sigmoid_coefficients(rgb: Float[np.ndarray, "V 3"]) -> tuple[Float[np.ndarra
         left = sigmoid(trial) @ to_rgb.T - rgb
         better = np.sum(left**2, axis=1) < np.sum(wrong**2, axis=1)
         found[better], wrong[better] = trial[better], left[better]
-        # Where a curve is 0 or 1 everywhere, nothing but the damping keeps its equations solvable.
+        # For a curve that is 0 or 1 everywhere, nothing but the damping keeps its equations solvable.
         damping = np.where(better, np.maximum(0.2 * damping, 1e-12), np.minimum(8.0 * damping, 1e8))
     return found, np.abs(wrong).max(axis=1)

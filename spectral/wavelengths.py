@@ -16,9 +16,9 @@ Extrapolation = Literal["hold", "zero", "error"]
 
 #: The grid that materials are shaded on, nm.
 WORKING_WAVELENGTHS_NM = np.arange(380.0, 781.0, 5.0)
-#: What the standard observers are tabulated over, nm.
+#: Range of the standard observers' tables, nm.
 SEEN_NM = (360.0, 830.0)
-# What an axis of wavelengths should hold, in words.
+# Content expected of an axis of wavelengths, in words.
 _NANOMETRES = "nanometres, such as 380 to 780"
 # Samples beyond a range that interpolation within it takes, and those that Sprague's takes in all.
 _NEIGHBOURS, _STENCIL = 3, 6

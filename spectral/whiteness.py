@@ -18,7 +18,7 @@ from .sample import Sample, same_conditions
 WhitenessMethod = Literal["CIE 2004", "ASTM E313", "ASTM E313-73"]
 
 _DAYLIGHT = Conditions("D65", "1964_10")
-# What tint weighs the step in x by for an observer (CIE 15:2004); y by 650 for both.
+# Weight of x in the tint for an observer (CIE 15:2004); that of y is 650 for both.
 _TINT = {"1931_2": 1000.0, "1964_10": 900.0}
 # x and y of the perfect diffuser as ASTM E313 prints them, to four digits.
 _DIFFUSER = {

@@ -36,7 +36,7 @@ ROOT = Path(__file__).resolve().parent.parent
 # Markers of tests that `make test` leaves to `make test-all`; docs/testing.md has a sentence on each.
 SECOND_TIER = ("browser", "mitsuba", "slow", "stress", "window")
 LIMIT_S, SECOND_TIER_LIMIT_S = 60, 300
-# Of a catalogue that is kept between runs: a minute of one core on a quiet machine.
+# Limit of filling a catalogue that is kept between runs: a minute of one core on a quiet machine.
 LONGEST_IMPORT_S = 1500
 
 

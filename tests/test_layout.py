@@ -23,7 +23,7 @@ SETUPTOOLS = PROJECT["tool"]["setuptools"]
 FOLDERS = {name: ROOT.joinpath(*name.split(".")[1:]) for name in SETUPTOOLS["packages"] if name != "metamer"}
 # Lines of a file, of the product and of its tests.
 LONGEST, LONGEST_TEST = 600, 600
-# Where one person's machine shows: nothing that is published may depend on it.
+# Paths of one person's machine: nothing that is published may depend on it.
 SOMEBODY_S_PATH = re.compile(r"(?<![\w.)\]}>*])/(?:home|Users|work|root|mnt)/\w|\b[A-Z]:\\+Users\\")
 
 
@@ -291,6 +291,8 @@ def test_second_tier_is_the_same_everywhere(request):
 # Openings of sentences that hide the verb or the noun that a reader looks for.
 HIDING = ("What", "Of", "Whether", "That", "Those", "Whoever", "So many", "From", "Where", "Which", "How")
 OPENINGS = tuple(f"{word} " for word in HIDING)
+# The same at the beginning of a comment of Python, GLSL or JavaScript; "From" may be a direction there.
+COMMENT = re.compile(rf"^(?P<code>.*?)(?P<mark>#:?|//) (?P<hidden>{'|'.join(set(HIDING) - {'From'})})\b")
 
 
 class Definition(NamedTuple):
@@ -347,6 +349,33 @@ def test_docstrings_begin_with_a_verb_or_a_noun(definitions):
     assert held
     wrong = [f"{one.where}: {one.doc.splitlines()[0]}" for one in held if one.doc.startswith(OPENINGS)]
     assert not wrong, "\n".join(wrong)
+
+
+def hidden_openings(text):
+    """Yield the numbers and texts of lines with a comment that begins so; further lines of a comment are none."""
+    before = ""
+    for number, line in enumerate(text.splitlines(), 1):
+        found = COMMENT.match(line)
+        alone = found and not found["code"].strip()
+        if found and (found["code"].endswith("  ") if not alone else not before.strip().startswith(("#", "//"))):
+            yield number, line.strip()
+        before = line
+
+
+def test_comments_begin_with_a_verb_or_a_noun():
+    wrong = [
+        f"{path}:{number} {line}"
+        for path in tracked("*.py", "*.glsl", "*.frag", "*.vert", "*.js")
+        for number, line in hidden_openings((ROOT / path).read_text(encoding="utf-8"))
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_hidden_openings_are_those_of_comments():
+    plain = "a = 1  # Whatever\n# One line\n# What goes on\nb = '# What'\n// Norm\n"
+    assert not list(hidden_openings(plain))
+    hiding = "#: What it is\nc = 2  # Of the light\n    // Where it lies\n"
+    assert [number for number, _ in hidden_openings(hiding)] == [1, 2, 3]
 
 
 def test_no_two_public_classes_have_one_name(definitions):

@@ -33,7 +33,7 @@ from ..spectral.sample import Sample
 from ..spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 from ..spectral.whiteness import WhitenessMethod
 
-#: What is told where nobody asks for anything else.
+#: Formulas reported by default.
 FORMULAS = ("CIE 2000", "CMC 2:1", "CIE 1994", "CIE 1976")
 AT_ANGLES = ("DIN 6175-2",)
 ILLUMINANTS, OBSERVERS = ("D65", "A", "TL84"), ("1964_10",)
@@ -245,7 +245,7 @@ def _conditions(
 ) -> tuple[Conditions, ...]:
     flat = next((one for one in sides if not one.spectral), None)
     if flat is not None:
-        # Of one colour nothing else is known: what it is stated for, unless somebody asks for less or more.
+        # A colour alone is judged under the conditions it is stated for, unless others are asked for.
         said = [one for one in flat.stated if one.illuminant and one.observer]
         illuminants = illuminants or list(dict.fromkeys(one.illuminant for one in said if one.illuminant))
         observers = observers or list(dict.fromkeys(one.observer for one in said if one.observer))

@@ -39,8 +39,7 @@ from .gl.backend import GLBackend
 from .render.indirect_cache import with_counted_bounces
 from .render.session import RenderSession, radiance_weights
 
-#: What made a picture that no renderer made.
-#: ΔE94 of noise that a reference picture may have on average, where nobody says another.
+#: Average ΔE94 of noise allowed in a reference picture by default.
 REFERENCE_NOISE = 0.1
 REFERENCE = "reference: rays, every wavelength, the original data"
 #: ΔE94 of the diffuser from which on it is said that a light is coarser in a spectral picture than it was measured.
@@ -174,7 +173,7 @@ def lit_by(scene: Scene, light: object) -> Scene:
         name = light if isinstance(light, str) else str(getattr(light, "name", "") or "a given spectrum")
         lamp = as_light(light), name, ()
     spectrum, name, notes = lamp
-    # What notes say of the lights' own spectra is not true of this scene any more.
+    # Notes on the lights' own spectra do not apply any more.
     replaced = f"lit by {name} in place of the spectra that the scene gives its lights"
     lit = scene.with_illuminant(spectrum, name)
     return replace(lit, notes=(*lit.notes, *notes, replaced))

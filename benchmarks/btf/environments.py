@@ -106,7 +106,7 @@ def tilted_lights(
     arriving = (light.fields.reshape(len(light.fields), -1) * solid).T
     to = latlong.texel_directions(height, width).reshape(-1, 3)
     sharpness = np.full((1, len(functions.axes)), functions.sharpness)
-    # Of each turn the illuminance, and what a `PlacedLight` has.
+    # Illuminance of each turn, and the fields of a `PlacedLight`.
     found: list[tuple[float, np.ndarray, np.ndarray, np.ndarray]] = []
     # Rows of a frame are the sample's axes in the map.
     for frame in Rotation.random(TURNS, np.random.default_rng(seed)).as_matrix():
@@ -117,7 +117,7 @@ def tilted_lights(
         found.append((float(lux[0].sum()), hats, np.concatenate([seen, lux]), about_it))
     brightest = max(found, key=lambda one: one[0])
     folding = Folding(light.observer, light.spectra, np.pi / brightest[0])
-    # Of each spectrum as much as is in the brightest turn's illuminance.
+    # Mixture of the spectra in the shares of the brightest turn's illuminance.
     spectrum = mixture(light.spectra, brightest[2][len(functions.axes)], light.observer)
     white = light.observer.weights(spectrum, WORKING_WAVELENGTHS_NM).sum(axis=1)
     return [PlacedLight(*one[1:], folding, white) for one in found]

@@ -13,7 +13,7 @@ from ...materials.btf.registration import MOST_LEANING
 from ...spectral.basis import SpectralBasis
 from .rows import Reconstruct, seen_error
 
-# Of the views in the rings that are compared one in so many is left out.
+# Interval of the views left out, among those in the compared rings.
 _HELD_OUT = 4
 
 

@@ -16,7 +16,7 @@ from ...spectral.srgb import linear_to_srgb
 from ...spectral.upsampling import xyz_from_rgb
 from ..papers.btf_fields import judged
 
-#: What a texel of an image is made again by: view, light -> f_r cos(theta_i).
+#: Reconstruction of the texels of an image: view, light -> f_r cos(theta_i).
 Reconstruct = Callable[[int, int], Float[np.ndarray, "H W J"]]
 
 
@@ -29,7 +29,7 @@ class Bar(NamedTuple):
     bytes_per_texel: float = np.inf
 
 
-#: What methods are held to, by case: from trials on crops of 128 x 128 texels, before any of this was written.
+#: Largest error allowed to methods, by case: from trials on crops of 128 x 128 texels, before the product's own fits.
 BARS: Mapping[tuple[str, str], Bar] = {
     ("wool", "lpca"): Bar(2.1, 4.7, 6.8, 30.0),
     ("corduroy", "lpca"): Bar(2.0, 4.6, 7.0, 30.0),
@@ -46,7 +46,7 @@ BARS: Mapping[tuple[str, str], Bar] = {
     ("wool", "end-to-end"): Bar(1.5, 3.7, 5.8, 30.0),
     ("corduroy", "end-to-end"): Bar(1.5, 3.6, 6.1, 30.0),
 }
-#: How far surfaces were found above the measured plane in those trials, texels, and what it may be off by.
+#: Height of surfaces above the measured plane found in those trials, texels, and its tolerance.
 OFFSETS: Mapping[str, tuple[float, float]] = {"wool": (4.0, 0.5), "corduroy": (5.5, 0.5)}
 # Texels of the smallest crop that they hold for.
 _TEXELS = 128 * 128

@@ -42,10 +42,10 @@ UPLIFTS = (*(f"rgb-{name}" for name in METHODS), OTHERS, ORACLE)
 NAMES = (SPECTRAL, JOINT, SAME, *UPLIFTS)
 # Coefficients of the joint fit; texels that are judged; colours at once.
 _JOINT, _JUDGED, _BLOCK = 8, 128, 1 << 15
-# Of the largest, what a direction of spectra has at least that the truth keeps.
+# Least weight of a direction of spectra that the truth keeps, as a share of the largest.
 _KEPT = 1e-4
 
-#: From coefficients of a form to XYZ under all lights.
+#: Function from coefficients of a form to XYZ under all lights.
 _ToXyz = Callable[[Float[np.ndarray, "n J"]], Float[np.ndarray, "n M3"]]
 
 
@@ -90,7 +90,7 @@ def _uplifts(sample: SyntheticBtf, to_xyz: Float[np.ndarray, "L M3"]) -> Mapping
     """Return the maps from linear red, green and blue to what lights show."""
 
     def published(name: str) -> _ToXyz:
-        # What a fit leaves below 0 has no spectrum; `_Judged.rows` holds all other forms' colours at 0, too.
+        # Values below 0 have no spectrum; `_Judged.rows` holds all other forms' colours at 0, too.
         return lambda rgb: upsampling(name).folded(np.maximum(rgb, 0.0), to_xyz)
 
     def learnt(spectra: Float[np.ndarray, "n L"]) -> _ToXyz:
@@ -100,7 +100,7 @@ def _uplifts(sample: SyntheticBtf, to_xyz: Float[np.ndarray, "L M3"]) -> Mapping
     own = sample.dyes.samples
     strengths = list(np.linspace(0.25, 1.8, 12))
     every = [dyed(name, strengths).samples for name in DYES]
-    # Those that are not in the sample, whatever their strength.
+    # Dyes that are not in the sample, whatever their strength.
     others = [some for some in every if not any((np.abs(own - one).max(axis=1) < 1e-9).any() for one in some)]
     found = {f"rgb-{name}": published(name) for name in METHODS}
     return found | {OTHERS: learnt(np.concatenate(others)), ORACLE: learnt(own)}

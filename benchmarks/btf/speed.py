@@ -1,4 +1,4 @@
-"""Milliseconds: of folding one light with what all texels share, and of the pixels that are drawn with it, in numpy.
+"""Time of folding one light with a form, and of shading pixels with it, in milliseconds of numpy.
 
 The light is one field over the measured lights, of one spectrum, as an environment in one turn gives it: every form is
 asked for the same. Pixels look up the nearest texel from the three views around theirs.
@@ -85,7 +85,7 @@ def _to_xyz(basis: SpectralBasis) -> Float[np.ndarray, "J 3"]:
 
 
 def _clusters(rows, shape, weights, number, light, basis) -> _Shade:
-    """Return every cluster's mean and components, from every view, in XYZ."""
+    """Fold the light into every cluster's mean and components, by view, in XYZ; return the shading of pixels."""
     taken = (light[:, None, None] * _to_xyz(basis)).reshape(-1, 3).astype(np.float32)
     clusters, views, components = shape
     # X, Y and Z one behind the other, each of all components: what is summed up lies together.
@@ -102,7 +102,7 @@ def _clusters(rows, shape, weights, number, light, basis) -> _Shade:
 
 
 def _polynomials(each, form: PolynomialField, light, basis) -> _Shade:
-    """Return the light's six moments."""
+    """Fold the light into its six moments; return the shading of pixels."""
     moments, to_xyz = (light @ form.terms).astype(np.float32), _to_xyz(basis)
 
     def shade(place, view, share):
@@ -115,7 +115,7 @@ def _polynomials(each, form: PolynomialField, light, basis) -> _Shade:
 
 
 def _lobes(table, lobe, rho, scale, light, basis) -> _Shade:
-    """Return every lobe that there is, from every view."""
+    """Fold the light into every lobe, by view; return the shading of pixels."""
     gathered, to_xyz = np.einsum("vlm,l->vm", table, light).astype(np.float32), _to_xyz(basis)
 
     def shade(place, view, share):
@@ -130,7 +130,10 @@ def _lobes(table, lobe, rho, scale, light, basis) -> _Shade:
 
 
 def _prefiltered(form: LobeField, lights, light, basis) -> _Shade:
-    """Return the light under lobes of every exponent about axes all around (Meseth et al. 2003, section 5.2)."""
+    """Prefilter the light by lobes of every exponent about axes all around; return the shading of pixels.
+
+    Meseth et al. 2003, section 5.2.
+    """
     across = np.minimum(np.arange(_MAP) * (256 // _MAP) + 128 // _MAP, 254).astype(np.uint8)
     codes = np.stack(np.meshgrid(across, across, indexing="ij"), axis=-1)
     towards = np.maximum(decoded_axes(codes).reshape(-1, 3) @ lights.directions.T, 1e-9)

@@ -28,7 +28,7 @@ _ROWS = 6000
 # Directions that hats are written in harmonics by.
 _DIRECTIONS = 20000
 
-#: From hats, looked-up functions or harmonics of one light to weights of measured lights, (Lt,K).
+#: Function from one light's hats, looked-up functions or harmonics to weights of measured lights, (Lt,K).
 Weights = Callable[[PlacedLight], Float[np.ndarray, "Lt K"]]
 
 
@@ -58,7 +58,7 @@ class Surround:
         for place, view in enumerate(views.tolist()):
             for light in range(len(images.lights)):
                 found[:, place, light] = images.image(view, light).reshape(count, -1)[drawn]
-        # Of a small sample the same texels are learnt from and judged: there are no others.
+        # A small sample has no further texels: the same ones are learnt from and judged.
         judged = drawn[:_JUDGED]
         rest = found[_JUDGED:] if count > _JUDGED else found
         rows = rest.transpose(0, 1, 3, 2).reshape(-1, len(images.lights)).astype(np.float64)

@@ -31,7 +31,7 @@ PATCHES, SEEDS, BITS = 125, 5, (8, 10)
 # Held-out colours, greys of a row, and steps of the grey axis that must not go back.
 _COLOURS, _GREYS, _STEPS = 1000, 33, 1025
 
-#: What each figure of `figures` may be at most.
+#: Largest value allowed for each figure of `figures`.
 BARS = {
     "chain mean": 0.30,
     "chain p95": 0.75,

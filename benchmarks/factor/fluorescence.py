@@ -32,7 +32,7 @@ from .case import Case
 from .scenes import picture_statistics, reference_xyz, rendered_xyz
 from .timing import Stopwatch
 
-#: What the rows are lit by.
+#: Illuminants of the rows.
 LIGHTS = ("D65", "A", UV_FREE)
 #: Ways to leave fluorescence out, for people.
 WITHOUT = {

@@ -27,7 +27,7 @@ _MERL = (
 )
 # Effect paints, lacquers and vinyls: the budget that a picture of them is taken for.
 _BUDGET = 1.0
-#: What `measured_cases` looks for.
+#: Folders where `measured_cases` looks.
 PLACES = ("brdf/merl", "brdf/merl-fits", "brdf/cornell-spectral", "brdf/rgl", "spectra/exr")
 
 

@@ -84,7 +84,7 @@ def method_points(
                 # Its table holds the cosine already, which packs in this frame are given when they are looked up.
                 sample = sample / protocol.wi[:, 2:]
             if count not in drawn:
-                # What a picture costs does not depend on how the terms were found.
+                # The cost of a picture does not depend on how the terms were found.
                 drawn[count] = stopwatch.milliseconds((pack,))
             points.append(
                 {

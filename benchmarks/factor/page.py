@@ -16,7 +16,7 @@ from ...calibration.report.page import html_environment
 _TEMPLATES = Path(__file__).with_name("templates")
 # Radius of a polar plot, SVG units.
 _POLAR = 130.0
-#: What a point is a configuration of; colour and mark say it, and points of the last kind have no number.
+#: Kinds of configurations that points stand for, told by colour and mark; points of the last kind have no number.
 KINDS = ("spectra", "ranks", "frames", "precision", "filtering", "paper")
 _UNNUMBERED = "paper"
 
@@ -157,7 +157,7 @@ def _scatter(points: Sequence[dict[str, Any]], light: str, key: str, label: str)
     ]
     numbered = [place for place, point in zip(places, points, strict=True) if point["kind"] != _UNNUMBERED]
     return {
-        # Those with numbers are drawn last, above the others.
+        # Numbered points are drawn last, above the others.
         "marks": marks[::-1],
         "labels": merged_labels(numbered, range(1, len(numbered) + 1)),
         "x_ticks": x.ticks(),

@@ -31,7 +31,7 @@ _RIDGE = 1e-8
 _TOLERANCE = 1e-14
 # A quick call is repeated until all of its repeats together take this long, seconds.
 _LEAST_SECONDS = 0.02
-# How often that is measured; the fastest counts.
+# Number of measurements; the fastest counts.
 _TIMES = 5
 
 

@@ -56,7 +56,7 @@ class FitChoice:
 EVERYTHING = FitChoice((1, 2, 4, 8, 16), ("io", "hd"), 16)
 # A coat that nobody tells from the original by two terms a lobe.
 COAT = FitChoice((1, 2), ("io", "hd"), 16)
-# What takes minutes to fit is tried at fewer ranks.
+# Ranks of methods that take minutes to fit.
 SLOW = FitChoice((2, 8), ("hd",), 12)
 # The same of one whose own packs have eight terms.
 SLOW_OF_EIGHT = FitChoice((2,), ("hd",), 12)

@@ -23,9 +23,9 @@ from ...spectral.spectrum import Spectrum
 from ...viewer.render.session import RenderSession
 
 _MATERIAL = "material"
-# Of the light on the surface; as in the protocol, the last of the shade is not counted.
+# Least cosine of the light on the surface; as in the protocol, the last of the shade is not counted.
 _LEAST_COSINE = 0.01
-# How often the sphere's triangles are cut in four.
+# Subdivisions of the sphere's triangles into four.
 _SUBDIVISIONS = 5
 
 

@@ -229,7 +229,7 @@ def _pursued(
             return chosen, weights
         others = gram[chosen]
         left = products - np.einsum("tkm,tkj->tmj", others, weights)
-        # Of each lobe what is not already in those chosen; one that they hold whole, or that is 0, adds nothing.
+        # Norm of each lobe orthogonal to the chosen ones; one in their span, or one that is 0, adds nothing.
         own = norm - ((inverse @ others) * others).sum(axis=1)
         fresh = own > _FRESH * norm
         gain = np.divide((left**2).sum(axis=2), own, out=np.zeros(own.shape), where=fresh)

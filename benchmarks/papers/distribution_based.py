@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 METHODS = ("least_squares", "backscatter")
 
-# What a departure from backscatter costs beside an average node's data, by its second differences and by itself:
-# nodes that the pairs hardly see stay near it.
+# Weight of a departure from backscatter beside an average node's data, by its second differences and by itself: nodes
+# that the pairs hardly see stay near it.
 _SMOOTHING, _ANCHOR = 1e-1, 1e-7
 # Reflectances at normal incidence that are tried at every wavelength.
 _NORMAL = np.geomspace(0.004, 1.0, 32)

@@ -36,7 +36,7 @@ BOOTH = "booth-D65"
 SKY = "kiara-dawn"
 # Rings, and points a ring: of isotropic materials, and of others, whose points all see slices of their own.
 RINGS, TURNED = (12, 24), (6, 16)
-# Of the reference, and of what it is compared with for its noise.
+# Grids of the reference, and of the coarser one that its noise is estimated by.
 FINE, COARSE = Grids((0.12, 0.24), 48, (90, 180)), Grids((0.12, 0.24), 24, (45, 90))
 
 

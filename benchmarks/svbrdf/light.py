@@ -22,8 +22,8 @@ from .surface import ShadedPoints
 
 #: Lobes of an environment for what is matt: the paper has 6 to 8.
 LOBES = 8
-#: Of lights that come from one direction, for methods that give them a width: the sun's radius, and that of a ball that
-#: is a hundredth as wide as the sphere.
+#: Angular radii of lights from one direction, for methods that give them a width: the sun's, and that of a ball a
+#: hundredth as wide as the sphere.
 RADIUS_RAD, RADIUS = 0.00465, 0.01
 #: gamma(directions (n, 3) of the world, sharpness (n,)) -> (n, K) cd/m^2: the mean under a normalised Gaussian.
 Gamma = Callable[[np.ndarray, np.ndarray], np.ndarray]

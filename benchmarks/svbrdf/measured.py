@@ -15,7 +15,7 @@ from ..factor.measured import material_of_file, written_surface
 from ..papers.gaussian_lobes.fit import fit_gaussians
 from .rows import svbrdf_row
 
-#: What a fit may have, and the pixels across the sphere that it is judged on, whose light is the protocol's.
+#: Lobes allowed to a fit, and pixels across the sphere on which it is judged, in the protocol's light.
 LOBES, PIXELS = 3, 96
 LIGHT = "D65"
 

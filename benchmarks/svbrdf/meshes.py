@@ -30,7 +30,7 @@ from .surface import ShadedPoints
 
 #: Files of meshes by the places' names, below `meshes/` of the data.
 FILES = {"spot": "spot.obj", "spot on floor": "spot.obj", "shaderball": "shaderball.glb"}
-#: Of the shape that needs no file: 2562 vertices or so.
+#: Subdivisions of the shape that needs no file: 2562 vertices or so.
 SUBDIVISIONS = 4
 # Points whose normal is farther from the viewer than this cosine are left out, as at the sphere's last edge.
 _LEAST_COSINE = 0.05
@@ -88,7 +88,7 @@ class SceneHiding(Hiding):
         return np.clip(transfer[:, 0] * np.sqrt(4.0 * np.pi) / np.pi, 0.0, 1.0)
 
 
-#: What a place gives: what hides light from its points, and the points themselves; of pictures so many pixels wide.
+#: Occlusion and points of a place, for pictures of a number of pixels across.
 Place = Callable[[int], tuple[SceneHiding, ShadedPoints]]
 
 

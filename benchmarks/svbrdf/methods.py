@@ -101,12 +101,12 @@ def _facets(task: MethodTask, gamma: Gamma, free_share: paper.FreeShare | None) 
     return paper.specular(task.surface, task.points, gamma, free_share, task.lobes)
 
 
-#: Those that render under any light; a further one is a line here.
+#: Methods that render under any light; a further one is a line here.
 METHODS: dict[str, Method] = {
     "paper": by_paper,
     "no-visibility": without_visibility,
     "ambient-occlusion": with_ambient_occlusion,
     "sh25": by_harmonics,
 }
-#: Those for lights of one direction.
+#: Methods for lights of one direction.
 DELTA_METHODS: dict[str, Method] = {"paper": by_paper_locally, "half-vector": at_half_vectors}

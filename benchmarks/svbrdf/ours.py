@@ -43,7 +43,7 @@ def gathered_by(
         back, facet = hiding.back, hiding.geometric
     frames = np.swapaxes(points.world_from_local, 1, 2)
     seen = TileSamples(np.arange(count), Points(points.viewer, points.viewer), frames, faces, weights, back, facet)
-    # Of colours nothing is asked but how many there are: terms come in fours.
+    # Only the number of colours matters: terms come in fours.
     colours = np.zeros((1, -(-rank // 4) * 4 * len(light.spectra), 3))
     layer = SpreadLayer(0, fields, form, _gathered(light), light.world_from_map, 1.0, colours, shadows)
     return gathered_terms(layer, seen).value.reshape(count, len(light.spectra), -1)[:, :, :rank]

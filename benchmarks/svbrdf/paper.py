@@ -17,7 +17,8 @@ from ..papers.gaussian_lobes.warp import warped
 from .light import Gamma
 from .surface import GlossySurface, ShadedPoints
 
-#: What of Gaussians each point sees: (directions (N, Q, 3) of the world, sharpness (N, Q)) -> (N, Q) in [0, 1].
+#: Share of Gaussians visible from each point: (directions (N, Q, 3) of the world, sharpness (N, Q)) -> (N, Q) in [0,
+#: 1].
 FreeShare = Callable[[np.ndarray, np.ndarray], np.ndarray]
 #: The clamped cosine as one lobe about the normal (eq. 40).
 COSINE_SHARPNESS, COSINE_AMPLITUDE = 2.133, 1.170

@@ -17,8 +17,8 @@ from .relief import Relief
 LEAST_HEIGHT = 0.02
 # Texels that rays start off a facet: coordinates are float32, of some hundreds at the most.
 _OFFSET = 1e-3
-# How often a ray goes on, each time for half a tile at least. Those along the plane would go on for ever; on the way
-# they have met what there is to meet.
+# Most steps of a ray, each of half a tile at least. A ray along the plane would go on for ever; after these it has met
+# whatever it can meet.
 _MOST_TILES = 4096
 # Rays given to Embree at once: bounds memory.
 _CHUNK = 1 << 20

@@ -16,9 +16,9 @@ from .transport import CoatGloss
 WEAVES = {"plain": 2, "twill": 4}
 # A yarn's half width, in pitches: a little less than half, so that one sees between yarns.
 _RADIUS = 0.46
-# How far a yarn goes up and down from crossing to crossing, in pitches.
+# Amplitude of a yarn from crossing to crossing, in pitches.
 _WAVE = 0.3
-# How deep the valleys are between fibres that are twisted to a yarn, in pitches.
+# Depth of the valleys between fibres twisted to a yarn, in pitches.
 _TWIST = 0.025
 # White lobes: of twisted fibres, of the cut ends of a pile, of a polished grain.
 _SHEEN, _PILE, _POLISH = CoatGloss(0.08, 30.0), CoatGloss(0.03, 8.0), CoatGloss(0.25, 40.0)
@@ -179,7 +179,7 @@ def _yarn(
     across = across + sway
     number = np.floor(across).astype(np.int64) % count
     off = across - np.floor(across) - 0.5
-    # From crossing to crossing, whose middles are at halves, by half a wave.
+    # Half a wave from one crossing to the next; their middles are at halves.
     place = along - 0.5
     before = np.floor(place).astype(np.int64)
     share = 0.5 - 0.5 * np.cos(np.pi * (place - before))

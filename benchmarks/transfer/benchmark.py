@@ -29,9 +29,9 @@ BOUNCES = (0, 1, 2)
 #: Rays of a site by our way, in a quick and in a full run, and the longest edge between sites of a quick one; bounces,
 #: of which None is until nothing is left.
 OUR_RAYS, QUICK_EDGE, OUR_BOUNCES = ((64,), (256, 1024)), 0.16, (0, 1, 2, None)
-#: What is changed, one at a time and all together.
+#: Changes, one at a time and all together.
 RELIT = ("view", "material", "matt", "light", "all")
-#: What the paper says of its own scenes: vertices, megabytes, hours before the first picture, and milliseconds of
+#: Figures of the paper for its own scenes: vertices, megabytes, hours before the first picture, and milliseconds of
 #: another view, another material too, and another light too, on a GPU of 2007.
 PAPER = (
     ("Tweety", 13_000, 148, 6.6, 8, 35, 172),
@@ -89,7 +89,7 @@ def run(
     return {"rows": rows}
 
 
-#: What there is beside scenes, by the name that `--case` calls it.
+#: Cases beside scenes, by their name for `--case`.
 EXTRA: dict[str, Callable[[Progress], list[dict]]] = {
     draped_btf.NAME: draped_btf.draped_rows,
     spectral.NAME: spectral.coefficient_rows,

@@ -44,7 +44,7 @@ from ..svbrdf.cases import window_sky
 from .pixels import BUDGET, figures_of, seen_sites
 from .scenes import SIDE
 
-#: What `--case` calls it.
+#: Name for `--case`.
 NAME = "draped-cloth"
 #: Bounces of the paths: what further ones add is less than their noise.
 BOUNCES = 4
@@ -113,7 +113,7 @@ class _Pixels:
         seen = seen_sites(fine, hits)
         both, first, second = np.intersect1d(found.pixel[ours], seen.pixel, return_indices=True)
         ours = ours[first]
-        # What shows its back lies in another frame than the sites there.
+        # Points that show their back lie in another frame than the sites there.
         return cls(both, seen.sites[second], seen.shares[second], found.uv[ours], found.wo[ours])
 
     def mixed(self, arriving: Float[np.ndarray, "S K J B"]) -> Float[np.ndarray, "n K J B"]:
@@ -181,7 +181,7 @@ def _relit(
     seconds: float,
 ) -> tuple[Float[np.ndarray, "n 3"], dict[str, float]]:
     """XYZ at pixels, and milliseconds."""
-    # What is only done once: tables, and the ways that sums take.
+    # Work done only once: tables, and the order of sums.
     _ = gathering.table
     transfer.lit(project_light(light))
     begin = time.perf_counter()

@@ -14,7 +14,7 @@ from ..timing import best_ms
 from .build_cost import balls
 from .scenes import gloss, low_sun_sky, matt, ramp
 
-#: What `--case` calls it.
+#: Name for `--case`.
 NAME = "growth"
 #: Balls of each size: 2,000 to 62,000 vertices. Rays of each site.
 BALLS, RAYS = (3, 12, 48, 96), 256

@@ -30,7 +30,7 @@ from .ours import TracedGeometry
 from .pixels import ALL, Seen, figures_of, pixel_differences, truth_of
 from .scenes import TransferScene, scenes
 
-#: What `--case` calls it. Mitsuba's variant. Pixels along a side of a picture that is relit.
+#: Name for `--case`; Mitsuba's variant; pixels along a side of a picture that is relit.
 NAME, VARIANT, SIDE = "mitsuba", "llvm_ad_spectral", 512
 #: Paths of a pixel in the pictures that are compared, and rays of our sites.
 PATHS, RAYS = 1024, 256

@@ -18,7 +18,7 @@ from .ours import TracedGeometry
 from .pixels import figures_of
 from .scenes import TransferScene, scenes
 
-#: What `--case` calls it.
+#: Name for `--case`.
 NAME = "spectrum"
 #: Lights, and bounces, so that all take as many. Rays of each site. Times that each way is timed, by turns.
 LIGHTS, BOUNCES, RAYS, TIMES = ("D65", "A", "FL11"), 4, 256, 5

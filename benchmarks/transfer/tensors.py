@@ -46,8 +46,10 @@ class TensorMethod:
         most_bytes: float,
         progress: Callable[[str], None],
     ) -> TensorMethod:
-        """Return every part a region. rays : of each site. across : texels of a face of its visibility. most_bytes :
-        that the tensors may take before they are compressed; the scene has as many sites as fit.
+        """Precompute the transfer, each part a region of its own.
+
+        rays : of each site. across : texels of a face of its visibility. most_bytes : of the tensors before they are
+        compressed; the scene has as many sites as fit.
         """
         start = time.process_time()
         progress(f"{case.name}: rays")

@@ -29,7 +29,7 @@ def drawn_row(truths: Truths) -> dict:
     assert light is not None
     truth = truths.picture(ALL)
     whole = (coverage == 1.0) & (truth.coverage == 1.0)
-    # What approximation takes below nought is black.
+    # Approximations below zero are black.
     off = delta_e_xyz(truth.xyz[0][whole], np.maximum(xyz[whole], 0.0), case.scene.adopted_white())
     return {
         "scene": case.name,

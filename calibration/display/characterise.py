@@ -16,7 +16,7 @@ from .record import DisplayRecord
 
 # ΔE94 of a reading from the model, and times the median of all, from which on it is not the display's.
 _MISREAD, _MISREAD_TIMES = 5.0, 10.0
-# Of white: light that no channel may be below alone at full code, and what a brighter code must add.
+# Shares of white's light: below the first a channel alone at full code is stuck; the least a brighter code must add.
 _STUCK, _CLIPPED = 0.01, 0.002
 
 

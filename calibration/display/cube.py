@@ -26,7 +26,7 @@ SIZE, CURVE_SIZE = 33, 4096
 _BELOW, _ABOVE = (-0.6, -0.2, -0.06, -0.02), (1.06, 1.3)
 # Power of the even steps between: nodes gather towards black, where the codes of greys bend most.
 _TOWARDS_BLACK = 1.3
-# How far codes go on by themselves before, and from where on wholly, the nearest colour takes over.
+# Distances beyond the cube: up to the first codes are extrapolated, from the second on the nearest colour is taken.
 _OWN, _NEAREST = 0.03, 0.10
 # The box in which codes may go on, and what marks a channel that cannot do more where they do not.
 _BEYOND, _MARK = 0.15, 0.05

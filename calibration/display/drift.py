@@ -58,7 +58,7 @@ def without_drift(readings: Readings) -> Drift:
         return Drift(readings, None, None, words)
     course = _course(whites.astype(np.float64), readings.xyz[whites], np.arange(len(readings), dtype=np.float64))
     seen = readings.xyz[whites, 1] / course[whites, 1]
-    # What is left of so many points of a course by itself is too small; three of them it takes to bend.
+    # Residuals of the fit underestimate the scatter: it takes three degrees of freedom.
     scatter = float(np.sqrt(np.sum((seen - 1.0) ** 2) / max(len(whites) - 3, 1)))
     luminance = float(course[whites[-1], 1] / course[whites[0], 1])
     words = f"white drifted by {luminance - 1.0:+.2%} from first to last; taken out by {len(whites)} readings of it"

@@ -132,7 +132,7 @@ class Inverse:
             trial_off = self._at(wanted[going], trial)
             trial_left = np.sum(trial_off**2, axis=1) + pulled[going] * np.sum((trial - begun[going]) ** 2, axis=1)
             nearer = trial_left < left[going]
-            # What comes hardly nearer any more has arrived, at the edge of what can be shown.
+            # Codes that hardly come nearer have arrived, at the edge of the gamut.
             ended = np.abs(trial - codes[going]).max(axis=1) <= _STILL
             ended |= nearer & (trial_left > (1.0 - _HARDLY) * left[going])
             fresh = going[nearer]

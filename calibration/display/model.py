@@ -71,7 +71,7 @@ class DisplayModel:
 
     Parameters
     ----------
-    name : as `fitting.MODELS` has it.
+    name : as `model_fit.MODELS` has it.
     curves : tone curves of red, green and blue.
     mixture : (4,3) XYZ of black and of each channel alone at full code, less black; or (8,3), then also of the smaller
         of red and green, green and blue, red and blue, and the least of all three: what a white sub-pixel adds.

@@ -16,7 +16,7 @@ from .readings import Readings
 
 # Weights of cube roots as CIELAB has them: L*, a*, b* of the roots of X, Y, Z.
 _LAB = np.array([[0.0, 116.0, 0.0], [500.0, -500.0, 0.0], [0.0, 200.0, -200.0]])
-# Of the prior against the readings: what keeps a gain or a gamma that no reading tells near what displays have.
+# Weight of the prior beside the readings: it keeps gains and gammas without readings near those of displays.
 _PRIOR = 0.02
 # Codes of a ramp that a measured curve needs at least, its ends among them.
 _FEWEST_ON_A_RAMP = 5

@@ -14,11 +14,11 @@ from ...spectral.formats import cgats
 from ...spectral.formats.cgats_tables import read_tables
 from ...spectral.formats.registry import names_its_file
 from ...spectral.srgb import srgb_to_linear
+from .reading_files import code_columns
 
 _SUFFIXES = (".ti1", ".csv")
-_RGB = "RGB_R", "RGB_G", "RGB_B"
-_HEAD = "# codes from 0 to {}; measure X, Y, Z in cd/m2 and add them as further columns\npatch,r,g,b\n"
-_SCALE = re.compile(r"# codes from 0 to (\d+)")
+_FULL_SCALE = "# codes from 0 to "
+_COLUMNS = "patch,r,g,b"
 
 
 def write_patches(path: str | Path, codes: Float[np.ndarray, "N 3"], bits: int = 8) -> None:
@@ -59,16 +59,16 @@ def read_patches(path: str | Path) -> Float[np.ndarray, "N 3"]:
 
 def _percent(path: Path) -> tuple[float, np.ndarray]:
     for table in read_tables(path):
-        fields = [field.upper() for field in table.fields]
-        if table.identifier.upper().startswith("CTI1") and all(name in fields for name in _RGB):
-            at = [fields.index(name) for name in _RGB]
+        at = code_columns(table.fields)
+        if at and table.identifier.upper().startswith("CTI1"):
             return 100.0, np.array([[table.number(row[column]) for column in at] for row in table.rows]).reshape(-1, 3)
     raise _no_patches("no table of RGB_R, RGB_G, RGB_B in a CTI1 file")
 
 
 def _whole(text: str) -> tuple[float, np.ndarray]:
-    scale, lines = _SCALE.match(text), [line for line in text.splitlines() if line and not line.startswith("#")]
-    if scale is None or not lines or not lines[0].startswith("patch,r,g,b"):
+    scale = re.match(_FULL_SCALE + r"(\d+)", text)
+    lines = [line for line in text.splitlines() if line and not line.startswith("#")]
+    if scale is None or not lines or not lines[0].startswith(_COLUMNS):
         raise _no_patches(text.partition("\n")[0][:120])
     try:
         # Further columns may hold what was measured.
@@ -87,7 +87,8 @@ def _no_patches(found: str) -> InputError:
 
 
 def _csv(sent: np.ndarray, steps: int) -> str:
-    return _HEAD.format(steps) + "".join(f"{at},{r},{g},{b}\n" for at, (r, g, b) in enumerate(sent, 1))
+    head = f"{_FULL_SCALE}{steps}; measure X, Y, Z in cd/m2 and add them as further columns\n{_COLUMNS}\n"
+    return head + "".join(f"{at},{r},{g},{b}\n" for at, (r, g, b) in enumerate(sent, 1))
 
 
 def _ti1(codes: np.ndarray) -> str:

@@ -14,7 +14,7 @@ Purpose = Literal["characterise", "verify", "uniformity"]
 FEWEST = 9
 # Most of a set: an instrument takes a second or more for each.
 MOST = 5000
-# Of the patches beyond the corners: shares of greys and of each channel alone.
+# Shares of greys, and of each channel alone, among the patches beyond the corners.
 _GREYS, _RAMP = 0.13, 0.07
 # A grey that tells whether the display, or what feeds it, clips before white.
 _NEARLY_WHITE = 0.95

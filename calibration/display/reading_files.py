@@ -97,7 +97,7 @@ def _of_tables(path: Path, tables: list[CgatsTable], answers: Answers) -> Readin
             expected="DISPLAY",
             hint="name the file that was measured on the screen",
         )
-    tables = [table for table in tables if _columns(table.fields, _CODES)]
+    tables = [table for table in tables if code_columns(table.fields)]
     if len(tables) != 1:
         raise InputError(
             "readings of several displays in one file" if tables else "no codes beside the readings",
@@ -111,7 +111,7 @@ def _of_tables(path: Path, tables: list[CgatsTable], answers: Answers) -> Readin
         column = [field.upper() for field in table.fields].index("DISPLAY")
         _one_display({row[column] for row in table.rows})
     numbers = np.array([[table.number(cell) for cell in row] for row in table.rows])
-    codes = numbers[:, _columns(table.fields, _CODES)]
+    codes = numbers[:, code_columns(table.fields)]
     spectra, at = None, _columns(table.fields, _XYZ)
     if fields := bands(table):
         grid, order = grid_of(table, fields)
@@ -245,6 +245,16 @@ def _luminance(table: CgatsTable) -> float | None:
     return table.number(words[1]) if len(words) == 3 else None
 
 
+def code_columns(fields: list[str]) -> list[int]:
+    """Find the columns of red, green and blue codes by the names of all columns; none if one is missing.
+
+    Raises
+    ------
+    InputError : a name stands over several columns.
+    """
+    return _columns(fields, _CODES)
+
+
 def _columns(fields: list[str], known: tuple[tuple[str, ...], ...]) -> list[int]:
     """Columns of the three names of the first triple that is all there; none where none is.
 
@@ -280,7 +290,7 @@ def _of_csv(path: Path, text: str, answers: Answers) -> Readings:
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     mark = next((mark for mark in (";", "\t", ",") if mark in lines[0]), ",")
     heads = [cell.strip().strip('"') for cell in lines[0].split(mark)]
-    codes_at, xyz_at = _columns(heads, _CODES), _columns(heads, _XYZ)
+    codes_at, xyz_at = code_columns(heads), _columns(heads, _XYZ)
     if not (codes_at and xyz_at):
         raise InputError(
             "not a file of readings",

@@ -13,7 +13,7 @@ from ...spectral.observers import EFFICACY, observer
 
 # Codes nearer than this are one patch: a quarter of a step of 12 bits.
 _SAME_CODE = 1.0 / 16384.0
-# Of the largest luminance: what an instrument's noise may go below zero by.
+# Share of the largest luminance by which an instrument's noise may go below zero.
 _NEGATIVE_SHARE = 1e-3
 
 

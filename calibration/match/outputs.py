@@ -24,7 +24,7 @@ _OUTCOMES: dict[Verdict, Outcome] = {
     "not resolved": "skipped",
     "not judged": "skipped",
 }
-# So many samples are read in a merge request.
+# Most samples listed in a merge request.
 _MOST = 15
 _SIGNS: dict[Verdict, str] = {"pass": "✅", "not resolved": "⚠️", "fail": "❌", "not judged": ""}
 

@@ -29,9 +29,9 @@ from .pairs import WORST_FIRST, MatchedPairs, MatchOptions, PairDifference
 from .table import as_html, headings, lines, plot
 from .tolerance import VERDICT_WORDS, Verdict
 
-#: What a person may fill in beforehand; what is left open is a line to write on.
+#: Fields that a person may fill in beforehand; the others are lines to write on.
 SIGNED = ("project", "part", "supplier", "instrument", "approved by", "date")
-# Of these, what stands at the head of the sheet; the others at its foot.
+# Number of these at the head of the sheet; the others are at its foot.
 _HEAD = 4
 #: Conditions that have a column each; samples whose numbers stand in the drawings.
 MOST_COLUMNS, MOST_NUMBERS = 3, 24
@@ -39,7 +39,7 @@ MOST_COLUMNS, MOST_NUMBERS = 3, 24
 MOST_NAMED, MOST_LETTERS, MOST_LABELS = 6, 14, 8
 # Conditions that a sentence names.
 _MOST_PLACES = 4
-#: What is said where nothing is known of the instrument.
+#: Sentence for an instrument of unknown repeatability.
 UNKNOWN = (
     "No repeatability of the instrument is known: figures stand without uncertainty, and no verdict allows for it."
 )
@@ -50,7 +50,7 @@ _LOOKS: dict[Verdict, tuple[str, str]] = {
     "fail": ("i-warn", "k4"),
     "not judged": ("", "k0"),
 }
-# How drawings mark a sample: a dot, a ring, a cross.
+# Marks of samples in drawings: a dot, a ring, a cross.
 _DOT = "M-4 0A4 4 0 1 0 4 0A4 4 0 1 0-4 0Z"
 _MARKS = {"not resolved": ("open", _DOT), "fail": ("open", "M-4-4L4 4M4-4L-4 4")}
 # Sizes of the spectra of a pair, of a difference of spectra and of a batch in its order, SVG units, and nm that spectra
@@ -327,7 +327,7 @@ def _shown(report: MatchReport) -> list[dict[str, Any]]:
                 "cells": [(each, _swatches(each)) for each in pairs],
                 "plot": pair_plot(_DRAWN_NM, curves[0], curves[1], _PAIR_SIZE) if len(curves) == 2 else None,
                 "index": index,
-                # Where there is one observer it goes without saying.
+                # A single observer needs no mention.
                 "changed": "" if index is None else index.changed.split(", ")[0] if one_eye else index.changed,
             }
         )

@@ -27,7 +27,7 @@ from .whites import WhiteIndex, WhiteScale, white_indices
 
 #: Verdicts, that first which decides where several are met.
 WORST_FIRST: tuple[Verdict, ...] = ("fail", "not resolved", "pass", "not judged")
-#: How pairs that do not quite match are made to, before a change of conditions is told.
+#: Corrections of pairs that do not quite match, made before the effect of a change of conditions is told.
 CORRECTIONS: tuple[Correction, ...] = ("multiplicative", "parameric")
 
 # Differences in CIELAB that show as 0.00 are no direction.
@@ -216,7 +216,7 @@ def _indices(standard: Sample, sample: Sample, asked: MatchOptions) -> tuple[Ind
     found = []
     for test in tests:
         light, eye = test.illuminant != reference.illuminant, test.observer != reference.observer
-        # Of both at once, no index is defined.
+        # No index is defined for a change of both.
         if light and eye:
             continue
         for correction in CORRECTIONS:

@@ -94,7 +94,7 @@ class Tolerance:
             middle = 0.5 * (low + high)
             at = standard + (ways * middle[:, None]) @ np.stack([across, up])
             off = self.formula(np.broadcast_to(first, at.shape), xyz_from_lab(at, white), white)
-            # Where there is no colour any more, it is too far off.
+            # Coordinates without a colour are beyond the limit.
             beyond = ~(off <= self.limit)
             low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
         return ways * low[:, None]

@@ -49,7 +49,7 @@ class HasColours(Protocol):
         ...
 
 
-#: What can be held against another: a file or folder, a picture, or XYZ (...,3) and its white (3,).
+#: Sides of a comparison: a file or folder, a picture, or XYZ (...,3) and its white (3,).
 Colours = str | Path | HasColours | tuple[np.ndarray, np.ndarray]
 
 

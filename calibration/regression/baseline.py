@@ -29,7 +29,7 @@ from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, ComparedSide, LayerKind, Layer
 
 MANIFEST, PIXELS = "baseline.json", "pixels"
 SCHEMA = "metamer.baseline/1"
-#: What is said of how pixels are kept.
+#: Sentence on the precision of stored pixels.
 QUANTISATION = (
     "XYZ in half precision, each number within 1/2048 of itself; in single precision where a highlight is above 65504"
 )

@@ -11,7 +11,7 @@ from typing import Literal
 from .criteria import Tier
 from .result import Result, RowResult, State, worst_tier
 
-#: Of a row. Where a side has no reference, every change counts as one of the material's.
+#: Cause of a row's change; without a reference on one side, the material.
 Cause = Literal["material", "approximation"]
 #: Words of pages for a verdict, an icon that needs no colour, and its style.
 VERDICTS: dict[Cause, dict[Tier, tuple[str, str, str]]] = {

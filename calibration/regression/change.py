@@ -129,7 +129,7 @@ def _compared(before: Pixels, after: Pixels) -> Bool[np.ndarray, "H W"]:
     # A black pixel that is black in both agrees whatever the material is.
     masks = [one.mask for one in (before, after)]
     if masks[0] is not None and masks[1] is not None:
-        # What was dark and is lit now, or the other way round, is a change.
+        # A pixel dark on one side and lit on the other has changed.
         covered &= masks[0] | masks[1]
     lit = covered & ((before.xyz != 0).any(axis=-1) | (after.xyz != 0).any(axis=-1))
     return lit if lit.any() else covered

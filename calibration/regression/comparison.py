@@ -27,7 +27,7 @@ ROUNDING_MEAN, ROUNDING_MAX = 0.002, 0.02
 #: Notes on a row whose reference moved, and on one whose picture moved alone.
 REFERENCE_CHANGED = "The reference changed: the material, the light or the scene differs."
 PICTURE_ALONE = "Only the picture moved: fit, plan or renderer is another; material, light and scene are not."
-# What picture and reference must have come apart by before a row is called better or worse.
+# Least change of the distance between picture and reference for a row to be called better or worse.
 _NEARER = 0.01
 # Sentences on how readings were measured that are told one by one.
 _MOST_SENTENCES = 12
@@ -164,7 +164,7 @@ def _untouched(layers: Mapping[LayerKind, Figures], of: str) -> bool:
 
 def _two_files(a: PixelLayer, b: PixelLayer, label: str) -> None:
     if a.file is None or b.file is None or not (a.file.exists() and b.file.exists()):
-        # What is missing is refused where it is read.
+        # The reader refuses a missing file.
         return
     if a.file.samefile(b.file):
         raise ComparisonError(f"{label}: {a.file} is on both sides: a comparison with itself says nothing")
@@ -241,19 +241,19 @@ def _asked(
         if one.pooled:
             pools[index, of].append((value, floor))
         else:
-            found.append(_held(one, of, value, floor))
+            found.append(_judged(one, of, value, floor))
     return found
 
 
-def _held(one: Criterion, of: str, value: float, floor: float) -> AskedCriteria:
-    """Return a figure beyond a limit that could be rounding or noise alone is a warning, and no failure."""
+def _judged(one: Criterion, of: str, value: float, floor: float) -> AskedCriteria:
+    """Judge a figure; beyond a limit by no more than rounding and noise, it warns and does not fail."""
     tier = one.tier(value)
     return AskedCriteria(one, of, value, floor, "warn" if tier == "fail" and value <= floor else tier)
 
 
 def _pooled(one: Criterion, of: str, values: Sequence[tuple[float, float]]) -> AskedCriteria:
     figures, floors = (np.array(column) for column in zip(*values, strict=True))
-    return _held(one, of, statistic(one.statistic, figures), statistic(one.statistic, floors))
+    return _judged(one, of, statistic(one.statistic, figures), statistic(one.statistic, floors))
 
 
 def _part(region: Region, shape: tuple[int, ...]) -> Bool[np.ndarray, "H W"]:
@@ -302,9 +302,7 @@ def _other_facts(before: ComparedSide, after: ComparedSide) -> list[str]:
 
 
 def _unused(criteria: Criteria, rows: Sequence[RowResult], pooled: Sequence[AskedCriteria]) -> list[str]:
-    """Return a criterion that no row is held against must not be taken for one that passed, nor a row that none is for;
-    but where nobody has asked.
-    """
+    """Return notes on criteria that apply to no row, and on rows without a criterion; none for the default criteria."""
     if criteria == default_criteria():
         return []
     used = {id(one.criterion) for row in rows for one in row.asked} | {id(one.criterion) for one in pooled}

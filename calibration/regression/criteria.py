@@ -22,11 +22,11 @@ from .row import RowName
 Tier = Literal["pass", "warn", "fail"]
 #: From the best to the worst.
 TIERS: tuple[Tier, ...] = ("pass", "warn", "fail")
-#: What is taken of a map of ΔE; "share over t" too.
+#: Statistics of a map of ΔE; "share over t" too.
 STATISTICS = ("mean", "median", "p95", "p99", "max")
-#: Of pixels that are covered otherwise, which have no ΔE.
+#: Statistic of pixels whose coverage differs, which have no ΔE.
 RESHAPED = "reshaped"
-#: What a criterion may look at: change of pictures, references, readings; how far pictures are from references now.
+#: Subjects of a criterion: change of pictures, references, readings; or the distance of pictures from references now.
 SUBJECTS = ("picture", "reference", "reading", "approximation")
 _SHARE = re.compile(r"share over (\d+(?:\.\d+)?)")
 _QUANTILES = {"median": 50.0, "p95": 95.0, "p99": 99.0}

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ...runtime.errors import ComparisonError, InputError
 from .row import ComparedSide, Row, RowName
 
-# So many of what differs are named.
+# Most differences named.
 _FEW = 4
 
 

@@ -28,12 +28,12 @@ from .row import ComparedSide, LayerKind, Row, RowName
 from .row_pictures import ShownRow, alone, shown
 from .words import common_parts, titles_of, verdict_words
 
-#: So many rows, the worst, have pictures.
+#: Most rows with pictures, the worst ones.
 MOST_PICTURES = 500
 _PAIR_SIZE = (168.0, 62.0)
-# Of a pair of pictures; a row may have two.
+# Bytes of text for a pair of pictures; a row may have two.
 _BYTES_OF_TEXT = 4500.0
-# What stands above the page's two verdicts.
+# Headings of the page's two verdicts.
 _HEADINGS: dict[Cause, dict[str, str]] = {
     "material": {
         "pass": "No colour moved beyond its limits",

@@ -22,7 +22,7 @@ from ...spectral.observers import Observer, observer
 from ...spectral.spectrum import Spectrum
 from .row import FLOAT32_ROUNDOFF, HALF_ROUNDOFF, PixelLayer, Pixels, Row, RowName
 
-# What a header says of a picture that is a part of its name or worth a line.
+# Attributes of a header that are part of a picture's name or worth a line.
 _SAID = ("scene", "camera", "material", "illuminant", "observer", "renderer", "software", "picture")
 
 
@@ -125,7 +125,7 @@ def picture_rows(path: Path, material: str | None, seen: SeenSpectra) -> list[Ro
     eye = observer(seen.observer).name
     names = _names(path)
     if any(channel.startswith("T.") for channel in names):
-        # What leaves a fluorescent surface is no multiple of the light: there is no one spectrum to draw.
+        # The light of a fluorescent surface is no multiple of the illuminant: there is no one spectrum to draw.
         spectrum = None if any(BISPECTRAL.match(channel) for channel in names) else partial(_spectrum, path)
         return [
             Row(

@@ -13,7 +13,7 @@ from ..report.statistics import SelfCheck
 from .criteria import TIERS, Criterion, Tier
 from .row import LayerKind, RowName
 
-#: What became of a row. Worse and better: its picture moved, away from its own reference or towards it.
+#: State of a row. Worse and better: its picture moved, away from its own reference or towards it.
 State = Literal["added", "removed", "worse", "better", "changed", "same", "identical"]
 #: In the order in which they are read.
 STATES: tuple[State, ...] = ("removed", "worse", "changed", "better", "added", "same", "identical")

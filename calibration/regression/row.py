@@ -16,9 +16,9 @@ from ...spectral.measurement import Measurement
 #: Unit roundoff: how far rounding may move a number, as a share of the power of two below it.
 HALF_ROUNDOFF, FLOAT32_ROUNDOFF, FLOAT64_ROUNDOFF = 2.0**-11, 2.0**-24, 2.0**-53
 
-#: Of a pixel (row, column), its spectrum: wavelengths in nm (L,) and values (L,).
+#: Spectrum of a pixel (row, column): wavelengths in nm (L,) and values (L,).
 PixelSpectrum = Callable[[tuple[int, int]], tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"]]]
-#: What a layer shows: the fast picture, the truth from original data, or what an instrument read.
+#: Content of a layer: the fast picture, the truth from original data, or readings of an instrument.
 LayerKind = Literal["picture", "reference", "reading"]
 
 

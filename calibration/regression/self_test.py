@@ -14,7 +14,7 @@ from ..report.statistics import FULL_COVERAGE, SelfCheck
 from .change import change
 from .row import Pixels
 
-# What is injected, in units of L*.
+# Injected difference, in units of L*.
 _RAISED = 1.0
 # Pixels that are enough.
 _MOST = 1 << 20

@@ -17,7 +17,7 @@ from .review_folder import FIGURES, review_side
 from .row import ComparedSide, Row
 
 _PNG = b"\x89PNG\r\n\x1a\n"
-# What a review leaves beside its pictures, and what nobody means to compare.
+# Suffixes of a review's files beside its pictures, which are not compared.
 _PASSED_OVER = (".html", ".json", ".md", ".npz", ".toml")
 
 

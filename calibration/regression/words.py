@@ -15,7 +15,7 @@ from .criteria import TIERS, Tier
 from .result import Result, RowResult
 from .row import RowName
 
-# So many rows, and of each row so many notes, are worth a terminal.
+# Most rows shown in a terminal, and most notes on each.
 MOST_ROWS = 20
 # Ids of a catalogue; names of files and of readings are said as they are.
 _ID = re.compile(r"[a-z0-9-]+(/[a-z0-9-]+)+")

@@ -18,7 +18,7 @@ from . import plots
 
 #: Code of a value of one budget; so many codes further on stands three times as much.
 BUDGET_CODE, STEPS_TO_THREE = 150, 32
-#: How much larger the value of a code is than that of the one before.
+#: Growth of the value from one code to the next, as a share.
 STEP_SHARE = 3.0 ** (1.0 / STEPS_TO_THREE) - 1.0
 #: The largest code that has a value, and those of what is larger, has no number, or is not compared.
 LAST, BEYOND, UNDEFINED, NOT_COMPARED = 252, 253, 254, 255

@@ -11,7 +11,8 @@ from jaxtyping import Float
 
 #: Steps for three times as much, and those on each side of the budget; what lies beyond them is in the outermost.
 STEPS_TO_THREE, BELOW, ABOVE = 4, 16, 12
-# Of a drawing, SVG units; a bar is as high as the root of its share, so that few bad pixels are seen beside many good.
+# Size of the drawing, SVG units; a bar is as high as the root of its share, so that few bad pixels show beside many
+# good.
 _WIDTH, _HEIGHT = 168.0, 36.0
 
 

@@ -14,7 +14,7 @@ from ...runtime.json_text import indented_json
 HISTORY, SCHEMA = "history.json", "metamer.history/1"
 #: Runs that are kept.
 MOST = 30
-# Of a drawing, SVG units.
+# Size of the drawing and distance of its marks, SVG units.
 _WIDTH, _HEIGHT, _APART = 340.0, 90.0, 11.0
 
 

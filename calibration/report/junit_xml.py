@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Literal
 from xml.etree import ElementTree
 
-# What XML 1.0 has no place for.
+# Characters that XML 1.0 does not allow.
 _ILLEGAL = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 Outcome = Literal["passed", "warned", "failed", "skipped"]

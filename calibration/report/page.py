@@ -17,7 +17,7 @@ from .review_data import page_data
 from .review_facts import SHIFT_ADAPTATION, SHIFT_FROM
 from .review_words import screen_name
 from .row import ReviewRow
-from .row_name import observer_name, row_id
+from .row_name import observer_title, row_id
 from .shift_plot import ShiftArrow, shift_plots
 from .statistics import beside, verdict, verdict_limits
 
@@ -171,7 +171,7 @@ def _whites(rows: Sequence[ReviewRow]) -> list[str]:
         if row.white_xyz is not None:
             x, y = row.white_xyz[:2] / row.white_xyz.sum()
             white = " ".join(f"{value:.4f}" for value in row.white_xyz)
-            observer = observer_name(row.observer)
+            observer = observer_title(row.observer)
             words.append(f"{row.illuminant}, {observer}: XYZ {white} (x {x:.4f}, y {y:.4f})")
     return _unique(words)
 

@@ -33,8 +33,8 @@ OVER_RGB = (214, 38, 60)
 UNDEFINED_RGB = (255, 0, 255)
 NOT_COMPARED_RGB = (128, 128, 128)
 
-# What two lossless pictures and a coded map take in a page, each pair and each of its pixels (3700 and 1.28 measured on
-# the shipped materials in the open, 48 to 97 pixels wide; a booth's reference is noisier); and what is written of each.
+# Bytes of two lossless pictures and a coded map in a page, by pair and by pixel (3700 and 1.28 measured on the shipped
+# materials in the open, 48 to 97 pixels wide; a booth's reference is noisier); and of the text of each.
 _BYTES_PER_PAIR = 3700
 _BYTES_PER_PIXEL = 1.6
 _BYTES_OF_TEXT = 6400.0

@@ -10,7 +10,7 @@ def row_id(name: str) -> str:
     return re.sub(r"\s", "_", name)
 
 
-def observer_name(name: str) -> str:
+def observer_title(name: str) -> str:
     """`CIE 1931 2°` for colour-science's `CIE 1931 2 Degree Standard Observer`."""
     return name.replace(" Degree Standard Observer", "°")
 
@@ -21,7 +21,7 @@ def short_observer(name: str) -> str:
     >>> short_observer("CIE 1931 2 Degree Standard Observer"), short_observer("CIE 2015 2 Degree Standard Observer")
     ('2°', '2° (CIE 2015)')
     """
-    words = observer_name(name).rsplit(" ", 1)
+    words = observer_title(name).rsplit(" ", 1)
     if len(words) < 2 or not words[1].endswith("°"):
         return name
     return words[1] if tuple(words) in (("CIE 1931", "2°"), ("CIE 1964", "10°")) else f"{words[1]} ({words[0]})"

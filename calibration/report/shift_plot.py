@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-#: Of a drawing, SVG units.
+#: Side of the drawing, SVG units.
 SIZE = 300.0
 # The longest arrow, as a share of the drawing, and the factors that arrows are lengthened by.
 _LONGEST, _FACTORS = 0.16, tuple(step * 10**power for power in range(5) for step in (1, 2, 5))

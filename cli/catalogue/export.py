@@ -46,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
         done = export(
             records, args.format, args.out, force=args.force, progress=lambda n, of: progress(n, of, "images")
         )
-    # What is true of every file is said once.
+    # Notes on every file are printed once.
     common = [note for note in done[0].notes if all(note in one.notes for one in done)] if len(done) > 1 else []
     for exported in done:
         say_paragraph(str(exported.path))

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _INDENT = 14
 # Seconds that a picture which should be quick has before it says how far it is.
 _LATE_S = 2.0
-# What a measured file says of itself is in the source and in the notes.
+# Details of a measured file that the source and the notes already show.
 _SENTENCES = ("name", "description", "measurement_notes")
 
 
@@ -77,7 +77,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
     said, colour = record.provenance, record_colour(record)
     shown = _SENTENCES if record.model == "scattered" else ()
     original = shown_values(record.original)
-    # What the file said of its measurement, a line each.
+    # The file's own details of its measurement, a line each.
     details = {name[8:]: original.pop(name) for name in tuple(original) if name.startswith("details.")}
     lines = [
         ("material", record.id),

@@ -45,7 +45,7 @@ def _columns(nm: np.ndarray, values: np.ndarray, width: int) -> np.ndarray:
     edges = np.linspace(nm[0], nm[-1], width + 1)
     heights = np.interp(0.5 * (edges[1:] + edges[:-1]), nm, values)
     place = np.clip(np.searchsorted(edges, nm, side="right") - 1, 0, width - 1)
-    # Where samples are dense, the centre of a column may miss a line.
+    # The centre of a column may miss a line among dense samples.
     if len(nm) > width:
         np.maximum.at(heights, place, values)
     return heights

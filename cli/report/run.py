@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     side, suite, own = render_suite_side(args, args.out, check)
     with progress_bar("Recording", quiet=on_standard_output(args.json), after=1.0) as progress:
         record(side, args.out, suite, environment(), progress)
-    # What was rendered, rounded as the baseline is.
+    # The new pictures, rounded as the baseline is.
     after = replace(as_recorded(side), facts={**side.facts, **environment()})
     with progress_bar("Comparing", quiet=on_standard_output(args.json), after=1.0) as progress:
         result = compare(before, after, criteria or own, progress)

@@ -180,7 +180,7 @@ def _vary(changes: Changes, part: str, values: dict[str, tuple[float, ...]], ste
     if known is not None:
         changes.scene = changes.scene.with_material(part, known)
         return
-    # What is refused is refused before anything is fitted.
+    # Refusals come before any fit.
     changed(material.surface(), last, material.id)
     ranged = steps is not None and any(len(ends) == 2 for ends in values.values())
     with progress_bar("Fitting", after=2.0) as progress:

@@ -3,9 +3,9 @@
 What counts is what interpolation costs in colour, under a light that is the same for all materials: even light from
 everywhere and a share of it on every surface, of which each part sends on a colour of its own. Where both ends of an
 edge receive so much else that its middle may be off, the middle is traced; where it is off by more than `ALLOWED`, it
-becomes a site, and the triangles on both sides are cut there (`visibility.halving`). What the cuts have made is looked
-at again. Both ends and the middle have rays in the same directions: so little is left of their noise that a difference
-is one of geometry.
+becomes a site, and the triangles on both sides are cut there (`visibility.edge_bisection`). What the cuts have made is
+looked at again. Both ends and the middle have rays in the same directions: so little is left of their noise that a
+difference is one of geometry.
 """
 
 from __future__ import annotations

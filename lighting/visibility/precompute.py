@@ -138,7 +138,7 @@ def computed_visibility(
     Parameters
     ----------
     jobs : processes at most: fewer where there is little to do, or no memory for more of them. The result is the same,
-        bit for bit, where BLAS works in one thread, as commands have it (`processes.one_thread`).
+        bit for bit, where BLAS works in one thread, as commands have it (`worker_pool.one_thread`).
     progress : called with (sites done, sites in all at most, what is done) after each tile.
     before : what may hide anything, where that is not all of the scene.
     seen, on_seen : points around which it is found first, and what is called with the visibility then: as good as the

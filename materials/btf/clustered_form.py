@@ -47,7 +47,7 @@ class ClusteredForm(Protocol):
         ...
 
     def coarser(self) -> tuple[TexelLevel, ...]:
-        """Texels from farther and farther away (`from_afar.coarser`); worked out when first asked for."""
+        """Texels from farther and farther away (`mip_levels.coarser`); worked out when first asked for."""
         ...
 
     def stored(self) -> dict[str, Any]:

@@ -27,7 +27,7 @@ class InstrumentReading:
     ----------
     wavelengths_nm, factor : (L,) radiance factor of what keeps its wavelength, at the data's own wavelengths.
     brdf : the data where they fluoresce; None where the factor is all there is.
-    around : radiance factors at `effect.ANGLES` (3, L), of metals and effect coatings; None of others.
+    around : radiance factors at `off_specular.ANGLES` (3, L), of metals and effect coatings; None of others.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -53,7 +53,7 @@ class InstrumentReading:
         return self.brdf.xyz(Points(*annular_45_0()), Folding(eye, [light], np.pi)).mean(axis=0)
 
     def xyz_around(self, light: Spectrum, eye: Observer) -> Float[np.ndarray, "n 3"]:
-        """XYZ at each of `effect.ANGLES`, of metals and effect coatings; none of others."""
+        """XYZ at each of `off_specular.ANGLES`, of metals and effect coatings; none of others."""
         if self.around is None:
             return np.zeros((0, 3))
         return self.around @ eye.weights(light, self.wavelengths_nm).T

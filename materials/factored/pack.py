@@ -50,7 +50,8 @@ class FactorPack(Summand):
     axes : three axes in the order of `AXIS_NAMES`, or four where the material is anisotropic.
     factors : one (n, R) array an axis.
     palette : one entry of R spectra.
-    precision : "half" where 16 bits hold every factor exactly, as `half.rounded_to_half` leaves them, else "single".
+    precision : "half" where 16 bits hold every factor exactly, as `half_precision.rounded_to_half` leaves them, else
+        "single".
 
     Between nodes factors are interpolated linearly, past the ends they are constant.
     """

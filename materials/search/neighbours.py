@@ -71,7 +71,8 @@ def like(
 
     Parameters
     ----------
-    wish : amounts by words of `wish.WORDS`: in CIELAB, of gloss in stops. None or nothing: its neighbours as it is.
+    wish : amounts by words of `appearance_offset.WORDS`, in CIELAB, of gloss in stops. None or nothing: its neighbours
+        as it is.
     limit : at most so many. stop : what a stop of gloss counts, in units of CIELAB. say : see `Catalogue.heads`.
 
     Raises

@@ -44,10 +44,10 @@ _TARGET = re.compile(r"IT8\.7/([1-5])(?!\d)", re.I)
 _TARGETS: dict[str, Quantity] = {"1": "transmittance", **dict.fromkeys("2345", "reflectance")}
 _MODE = re.compile(r"MODE(?!L)|TYPE|UNIT|^MEAS")
 _DESCRIPTIONS = ("DESCRIPTOR", "FILE_DESCRIPTOR", "TARGET_TYPE")
-# Who made the file and what lay below the sample say nothing of the measurement.
+# Keywords on the origin of the file and the backing of the sample, which say nothing of the measurement.
 _ELSEWHERE = ("ORIGINATOR", "MANUFACTURER", "CREATED", "SAMPLE_BACKING", *_DESCRIPTIONS)
 _SCREEN = re.compile(r"\b(?:display|monitor|projector|ambient|flash)", re.I)
-# What only an instrument for surfaces has: a white that its readings relate to, and two angles.
+# Signs of an instrument for surfaces: a white that its readings relate to, and two angles.
 _SURFACE_WORDS = re.compile(r"white ?base|\b45\D{0,8}0\b|\b0\D{0,3}45\b|\bd[ie]?[/:] ?[08]\b|sphere|\bSC[IE]\b", re.I)
 _INKS = re.compile(r"(?:CMYK?|CMYKOG\w*|\d?CLR)_[CMYK1-9]\w*|DOT_\w+|CMYK\w*", re.I)
 _STATE = 'say --as, or add a line MEAS_TYPE "EMISSION", "REFLECTIVE" or "TRANSMISSIVE" below the first one'

@@ -13,7 +13,7 @@ from .shared.text import cell_number, read_lines, shortened
 
 # A string, in which "" is a quotation mark, or a word; what follows # outside strings is a comment.
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"?|(#.*)|([^\s"]+)')
-# What a table after the first may be called; there, another word alone is a keyword without a value.
+# Identifiers of a table after the first; there, another word alone is a keyword without a value.
 _IDENTIFIER = re.compile(r"CGATS|ISO ?28178|IT8|CTI\d|CCSS|CCMX|SPECT$|CMF$|CAL$|MPP$", re.I)
 # A field of two words without quotation marks: SPECTRAL_NM 380, or 380 nm.
 _BEFORE = re.compile(r"SPECTRAL_?NM|SPECTRAL|SPECTRUM|SPEC|NM|R|LAMBDA|WL", re.I)

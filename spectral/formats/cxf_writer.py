@@ -19,7 +19,7 @@ from .registry import SpectralEntry
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
-# What the schema allows of a list: its first wavelength, its steps, and the open ranges of its values.
+# Limits of the schema for a list: its first wavelength, its steps, and the open ranges of its values.
 _STARTS, _STEPS = (360, 400), (1, 2, 5, 10, 20)
 _FRACTIONS = (-0.1, 3.0)
 _ILLUMINANTS = (

@@ -25,7 +25,7 @@ SUFFIXES = (".spdx",)
 NAMESPACE = "iestm2714"
 _OTHER_NAMESPACE = "http://www.ies.org/iestm2714"
 
-# What each word of SpectralQuantity is to us, and the unit that the standard gives it. The "factors" compare with the
+# Quantity of each word of SpectralQuantity, and the unit that the standard gives it. The "factors" compare with the
 # perfect diffuser; the standard's schema and its text call them value and factor.
 _QUANTITIES: dict[str, tuple[Quantity, str]] = {
     "flux": ("emission", "W/nm"),
@@ -50,7 +50,7 @@ _READ = (
 SCALED = True
 
 
-# What is no spectral power, and no share of light either.
+# Quantities that are neither a spectral power nor a share of light.
 _ANOTHER = re.compile(r"absorpt|lumin|(?<![a-z])lm(?![a-z])|lumen|(?<![a-z])cd(?![a-z])|(?<![a-z])lux|B[RST]+DF", re.I)
 # Words in place of a geometry where there is none.
 _NO_GEOMETRY = ("other", "none", "unknown", "n/a", "-")

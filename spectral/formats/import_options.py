@@ -10,23 +10,23 @@ from ...runtime.errors import InputError, UnknownNameError
 from ..spectrum import Quantity
 
 Scale = Literal["percent", "fraction"]
-#: What becomes of a file that states something else than the answer: it is refused, read as it states, or as answered.
+#: Treatment of a file that contradicts the answer: refused, read as it states, or as answered.
 Against = Literal["refused", "kept", "overruled"]
-#: What stands before the decimals of a number in a table.
+#: Decimal mark of a number in a table.
 Decimal = Literal["comma", "point"]
-#: How texture maps are drawn: texel by texel; that, with normals that are none taken as level; by their mean.
+#: Rendering of texture maps: texel by texel; that, with broken normals taken as level; by their mean.
 MapsDrawn = Literal["texels", "mended", "mean"]
-#: How readings at several angles are drawn: each as a matt surface.
+#: Rendering of readings at several angles: each as a matt surface.
 AnglesDrawn = Literal["matt"]
-#: Which way green points in a normal map: upwards in the picture, or downwards.
+#: Direction of green in a normal map: upwards in the picture, or downwards.
 NormalMap = Literal["opengl", "directx"]
-#: What a specular map holds: F at the normal, the colour of facets, encoded as sRGB or linear.
+#: Content of a specular map: F at the normal, the colour of facets, encoded as sRGB or linear.
 SpecularMap = Literal["f0-srgb", "f0-linear"]
-#: How numbers of images stand for light: by the curve of sRGB, linearly, linearly as X, Y and Z of CIE 1931.
+#: Encoding of light in images: by the curve of sRGB, linearly, linearly as X, Y and Z of CIE 1931.
 ImageEncoding = Literal["srgb", "linear", "xyz"]
 
-#: How a BTF is drawn: by local PCA, ours or as it was published; by fields of polynomials, or of so many lobes, which
-#: all coefficients share, or each has for itself.
+#: Model of a BTF: by local PCA, ours or as it was published; by fields of polynomials, or of a number of lobes, shared
+#: by all coefficients or one set for each.
 BtfFormName = Literal[
     "lpca", "lpca-paper", "rfp", "rfnl-1", "rfnl-2", "rfnl-4",
     "rfnl-1-separate", "rfnl-2-separate", "rfnl-4-separate",

@@ -26,7 +26,7 @@ import numpy as np
 
 #: Bytes that the process may ask for, and seconds that reading may take; the largest file takes a tenth of them.
 MEMORY, PATIENCE = 6 * 2**30, 60
-#: What an answer is: variables, or the reason why there are none, in JSON.
+#: Kinds of answers: variables, or the reason why there are none, in JSON.
 ANSWERS = {"variables": b"v", "refused": b"r"}
 #: Bytes of the letter and the length before an answer.
 HEAD = 9

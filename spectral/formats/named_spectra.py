@@ -18,7 +18,7 @@ _WORDS = "|".join(word.replace(" ", "[- ]") for kind in (Quantity, Scale, Decima
 _OPTION = re.compile(rf"--(as|scale|decimal)(?![\w-])((?:(?: |, | or )(?:{_WORDS})\b)*)")
 _VALUE = re.compile(rf"\b(?:{_WORDS})\b")
 _IMPORT = re.compile(r"\bimport (?=this file|it )")
-# How many spectra that are left out are named in full.
+# Most names of left-out spectra given in full.
 _FEW = 8
 
 

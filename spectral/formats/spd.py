@@ -19,7 +19,7 @@ SUFFIXES = (".spd", ".usr", ".opt")
 
 _GLAZING = re.compile(r"^\s*\{\s*Units,?\s*Wavelength Units\s*\}", re.I)
 _PRODUCT = re.compile(r"\{\s*Product Name:\s*([^}]*?)\s*\}", re.I)
-# How renderers name the two parts of a refractive index.
+# Suffixes of the two parts of a refractive index in renderers' files.
 _INDEX = re.compile(r"[.-](?:eta|k)\.spd$", re.I)
 _SIDES = (("transmittance", "T"), ("reflectance", "R front"), ("reflectance", "R back"))
 

@@ -33,7 +33,7 @@ def test_minimax_is_the_smallest_error_at_eight_and_no_worse_where_it_was_not_ma
         assert min(errors[question], key=errors[question].get) == "minimax", errors[question]
     for question in QUESTIONS:
         assert errors[question]["balanced"] < errors[question]["peercy"], question
-        # What it gains for its own spectra is taken, in part, from those that it was not made for.
+        # The gain for its own spectra is paid, in part, by those that it was not made for.
         assert errors[question]["minimax"] < 1.25 * errors[question]["balanced"], question
     assert errors["one_bounce"]["balanced"] <= 0.30
 

@@ -83,7 +83,7 @@ def test_what_renderers_gather_of_a_form_is_near_the_truth(bumpy, surround):
 def test_held_views_are_those_of_every_fourth(bumpy):
     held = HeldOut.of(bumpy)
     assert held is not None
-    # Of the 6 + 12 + 18 + 20 views from 15 to 60 degrees.
+    # From the 6 + 12 + 18 + 20 views between 15 and 60 degrees.
     assert (len(held.judged.views), len(held.fitted.views)) == (14, 43)
     np.testing.assert_array_equal(held.judged.image(0, 3), bumpy.image(1, 3))
     (mean, _, p99), epsilon = held.error(held.fitted.image)

@@ -147,7 +147,7 @@ def test_points_cover_every_kind(measured):
         assert point["ms_per_megapixel"] > 0
         assert point["fit_seconds"] is None if point["kind"] == "filtering" else point["fit_seconds"] > 0
     p99 = {p["configuration"]: p["delta_e94"]["FL11"]["p99"] for p in points if p["kind"] != "filtering"}
-    # What the folding of lights is for: a line spectrum is no business of RGB, nor of 20 nm.
+    # The purpose of folding lights: neither RGB nor steps of 20 nm can show a line spectrum.
     assert p99["balanced 8"] < p99["Peercy 8"] < p99["RGB"] < p99["20 nm"], p99
     assert abs(p99["half"] - p99["single"]) < 0.1, p99
 

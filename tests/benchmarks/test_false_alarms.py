@@ -22,7 +22,7 @@ def test_no_alarm_between_two_ways_of_rounding(write_matt, tmp_path, gl):
     for row in found["rows"]:
         assert (row["rows"], row["alarms"], row["identical"] + row["same"]) == (3, 0, 3)
         assert row["mean"] <= row["floor_mean"]
-    # What recorded the baseline gives the same bytes again.
+    # The renderer that recorded the baseline gives the same bytes again.
     assert sum(row["identical"] for row in found["rows"] if row["renderer"] == "software") >= 3
     assert "4 repeats, 12 rows, 0 false alarms" in false_alarms.report(found)
 

@@ -311,7 +311,7 @@ def test_whiteness_and_yellowness_where_asked_for(metamer, tmp_path):
     assert code == 0 and "Whiteness" not in out
     asked = ("--whiteness", "--yellowness", "--repeatability", "0.1")
     code, out, _ = metamer("match", *sides, *SAID, *asked)
-    # What is no white has none, and says why.
+    # A colour that is no white has no whiteness, and the reason is given.
     assert code == 0 and "whiteness, CIE 2004" in out and "no commercial white" in out
     _, out, _ = metamer("match", *sides, *SAID, *asked, "--json", "-")
     white, yellow = json.loads(out)["samples"][0]["whites"]

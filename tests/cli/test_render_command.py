@@ -100,7 +100,7 @@ def test_a_measured_lamp_is_named_by_its_file(render, tmp_path):
 
 
 def test_mip_mapped_factors_are_said_in_the_file(render, scene):
-    # Of a matt surface every factor is one: there is nothing to average.
+    # Every factor of a matt surface is one: there is nothing to average.
     scene.write_text(scene.read_text(encoding="utf-8").replace("matt-red", "satin-green"), encoding="utf-8")
     pictures = {name: render(f"{name}.exr", "--filtering", name)[3] for name in ("linear", "mipmapped")}
     linear, mipmapped = (read_xyz_exr(path)[0].values for path in pictures.values())

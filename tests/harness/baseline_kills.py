@@ -31,7 +31,7 @@ from metamer.runtime.files import half_written
 from patience import patient
 
 VERBS = ("baseline", "run", "accept")
-# What a run leaves beside its record: reviews, which say when and how long.
+# Folder beside a run's record whose reviews say when they were made and how long it took.
 _TIMED = "reviews/"
 
 

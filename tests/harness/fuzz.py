@@ -40,7 +40,7 @@ from metamer.spectral.formats.import_options import ImportOptions
 SECONDS_A_FILE = 10.0
 # On the clock, for what waits and does nothing.
 SECONDS_WITHOUT_AN_ANSWER = 600.0
-# What is asked of images that do not say it.
+# Answer for images that do not state these.
 ANSWER = ImportOptions(encoding="linear", white=(1.0,), includes_cosine=True)
 # Address space beside what the process has when it begins: a reader that allocates by a number in a damaged file fails.
 BYTES = 3 << 30
@@ -185,7 +185,7 @@ def _serve(connection: Connection, reader: str, seed: int, numbers: list[int], f
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)
     os.dup2(silent, 2)
-    # What readers import, they import before the limit is set.
+    # Readers' own imports come before the limit is set.
     with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         _one(reader, Path(folder), *made(reader, seed, 0, files))
@@ -265,7 +265,7 @@ def report(reader: str, seed: int, count: int, files: dict[str, bytes], keep: Pa
     outcomes: Counter[str] = Counter()
     failures: dict[str, dict] = {}
     slowest = 0.0
-    # Of a folder's files, some are rightly refused; of these, none.
+    # Some files of a folder are rightly refused; none of these is.
     own = set(seeds()[reader])
     begin = time.perf_counter()
     for number, outcome, place, seconds in fuzzed(reader, seed, count, files):

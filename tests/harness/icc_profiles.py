@@ -130,7 +130,7 @@ def new_tables(count=17, **how) -> bytes:
         double = b"".join(map(number, (np.eye(3) * 2.0).ravel())) + b"".join(map(number, [-0.5, -0.5, -0.5]))
         halved = [parametric(1, 1.0, 0.5, 0.25)] * 3
         if kind == b"mBA ":
-            # From the connection space: B as it is, halved, undone, cube, A.
+            # Order from the connection space: B as it is, halved, undone, cube, A.
             at_a, parts = [curve(bent)] * 3, (straight, half, undone)
             cube = np.interp(cube, bent, np.linspace(0.0, 1.0, 512))
         else:

@@ -44,10 +44,10 @@ LIMIT_S = 3.0
 LATE_S = 1.0
 SIGNALS = ("SIGINT", "SIGTERM")
 COMMANDS = ("review", "fit", "import", "build")
-# Of each vertex in `build`: some seconds, and some hundred blocks.
+# Rays of each vertex in `build`: some seconds, and some hundred blocks.
 RAYS = 4096
 UNHEARD = ("early", "late")
-# What no command may say on its way out, and the line that it does say.
+# Words that no command may say on its way out, and the line that it does say.
 _WRONG = re.compile(r"Traceback|Exception ignored|Error|resource_tracker|Warning|^  File ")
 _CLOSING = re.compile(r"metamer: (interrupted|terminated); nothing half-written is left behind\..*")
 _SHARED_MEMORY = re.compile(r"(sem\.)?(mp|psm)[-_].*")

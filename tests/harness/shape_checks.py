@@ -16,7 +16,7 @@ _tests = 0
 def check_shapes(modules: Sequence[str]) -> None:
     """Check shapes in these modules, by METAMER_SHAPES in all of Metamer; none of them is imported yet."""
     if not ALL_SHAPES:
-        # What the import hook decorates functions with.
+        # The decorator that the import hook puts on functions.
         jaxtyping.jaxtyped = _of_first_calls(jaxtyping.jaxtyped)
     jaxtyping.install_import_hook("metamer" if ALL_SHAPES else modules, "beartype.beartype")
 

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 START = """
 import os, signal, sys, time, pathlib
 signal.signal(signal.SIGINT, signal.default_int_handler)
-# Whoever started the tests may have had this one ignored (nohup), and children keep that.
+# The parent of the tests may have had this one ignored (nohup), and children keep that.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 from metamer.runtime.shutdown import clearing, end_on_signals, finished, saying, undisturbed
 end_on_signals()

@@ -213,7 +213,7 @@ def test_no_light_is_refused():
         Bispectral.diagonal(illuminant("D65"))
 
 
-# What is refused.
+# Refusals
 
 
 def test_refusals_name_place_and_value():

@@ -222,7 +222,7 @@ def test_the_other_way_round_all_signs_turn(first, second):
     there, back = differences(first, second), differences(second, first)
     for name in ("lightness", "a", "b", "chroma"):
         assert getattr(there, name) == -getattr(back, name)
-    # Of exactly opposite hues both ways are half a turn.
+    # Between exactly opposite hues both ways are half a turn.
     assert abs(there.hue) == pytest.approx(abs(back.hue))
 
 

@@ -43,7 +43,7 @@ def test_every_pixel_is_that_of_double_precision(pair, light, kind):
     found = image_delta_e(*pair, "CAM16-UCS", white_xyz=white(light))
     assert found.shape == SHAPE and found.dtype == np.float32
     wanted = by_pixel(pair, light)
-    # Where its logarithm has no value neither has one; some pairs are so steep that they are done again.
+    # Neither has a value where CAM16's logarithm has none; some pairs are so steep that they are done again.
     assert 0.01 < np.isnan(wanted).mean() < 0.3 and (wanted > 150.0).any()
     np.testing.assert_allclose(found, wanted, rtol=0, atol=0.05)
     seen = np.isfinite(wanted)

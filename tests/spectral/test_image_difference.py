@@ -38,7 +38,7 @@ def test_every_pixel_is_that_of_double_precision(pair, method, kind):
 @pytest.mark.parametrize("method", METHODS)
 def test_every_pixel_is_colour_science_s(colour, pair, method):
     first, second = (one[:100] for one in pair)
-    # Of exactly opposite hues either mean is as good.
+    # For exactly opposite hues either mean is as good.
     first, second = (np.delete(one, slice(20, 40), axis=0) for one in (first, second))
     np.testing.assert_allclose(
         image_delta_e(first, second, method), colour.delta_E(first, second, method=method), rtol=0, atol=1e-3

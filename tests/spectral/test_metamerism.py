@@ -45,7 +45,8 @@ def test_a_paler_sample_of_the_same_shape_has_next_to_no_index():
     pair = sample("standard", BASE), sample("sample", 0.9 * BASE)
     assert metamerism_index(*pair, D65, A, CIE_1976, "none") > 3.0
     assert metamerism_index(*pair, D65, A, CIE_1976) < 1e-9
-    # What scales has a part that the light sees and one that it does not: this one is corrected only where it is seen.
+    # A scaled spectrum differs in a part that the light sees and one that it does not: only the first is corrected
+    # here.
     assert metamerism_index(*pair, D65, A, CIE_1976, "parameric") < 1.2
 
 

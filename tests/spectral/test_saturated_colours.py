@@ -10,7 +10,7 @@ from metamer.spectral.upsampling import METHODS, upsampling, xyz_from_rgb
 from metamer.spectral.wavelengths import WORKING_WAVELENGTHS_NM as NM
 
 FOLDED = observer("1931_2").weights(illuminant("D65"), NM)
-# What the printed tables of each method miss a colour by, of its largest channel.
+# Errors of a colour by the printed tables of each method, of its largest channel.
 MISSED = {"mallett-yuksel": 1e-3, "jakob-hanika": 1e-3, "smits": 0.12}
 
 

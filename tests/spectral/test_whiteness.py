@@ -34,7 +34,7 @@ def brightened(light, eye):
 
 
 def test_the_printed_example_of_cie_2004(colour):
-    # Of colour-science's documentation, with its white: 93.85 and -1.305.
+    # Example of colour-science's documentation, with its white: 93.85 and -1.305.
     xy, white = np.array([0.3167, 0.3334]), observer("1931_2").white(illuminant("D65"))
     found = whiteness(
         stated([100 * xy[0] / xy[1], 100.0, 100 * (1 - xy.sum()) / xy[1]], "D65", "1931_2"), Conditions("D65", "1931_2")

@@ -45,7 +45,7 @@ _FORMAT = "Academy/ASC Common LUT Format"
 _CONFIG, _TABLES = "config.ocio", "luts"
 # Start of the description of a display's colour space, which names the observer that it is aimed for.
 _DESCRIBED = re.compile(r"Characterised by Metamer, [\w-]+, observer (\w+);")
-# What a zip file says of when its members were made: nothing, so that equal displays are equal bytes.
+# Modification time of members of the zip file, always the same: equal displays are equal bytes.
 _NO_TIME = (1980, 1, 1, 0, 0, 0)
 
 
@@ -174,7 +174,7 @@ def make_config(
         _add_display(config, name_for(name, one.observer), words, there_and_back, one.aim, compensated, first)
     # Quoted, a name may have a comma in it.
     config.setActiveDisplays(", ".join(f'"{one}"' for one in [name, *(each for each in displays if each != name)]))
-    # Which of a display's views is the default, active views say where there are any.
+    # Active views say which of a display's views is the default, if there are any.
     if views := list(config.getActiveViews()):
         ahead = [COMPENSATED, *views] if black == "bpc" else [*views, COMPENSATED]
         config.setActiveViews(", ".join(f'"{one}"' for one in dict.fromkeys(ahead)))

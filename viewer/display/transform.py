@@ -344,11 +344,20 @@ class DisplayTransform:
         return bool(self.out_of_range(xyz, self.apply(xyz))[1].all())
 
     @cached_property
+    def white_shift(self) -> float:
+        """ΔE94 by which the view changes white; NaN if the display shows no number for it."""
+        white = self.shown(self.apply(DISPLAY_WHITE_XYZ))
+        return float(delta_e_xyz(DISPLAY_WHITE_XYZ, white, DISPLAY_WHITE_XYZ))
+
+    @property
+    def is_colorimetric(self) -> bool:
+        """True if the view shows white as white."""
+        return self.white_shift <= WHITE_TOLERANCE
+
+    @cached_property
     def shows_limits(self) -> bool:
         """True where codes beyond the display's range come out as such: the view neither limits nor changes white."""
-        white = self.shown(self.apply(DISPLAY_WHITE_XYZ))
-        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, white, DISPLAY_WHITE_XYZ))
-        return off <= WHITE_TOLERANCE and not self._limits_itself
+        return self.is_colorimetric and not self._limits_itself
 
     @cached_property
     def _limits_itself(self) -> bool:
@@ -386,11 +395,10 @@ class DisplayTransform:
             words.append("This view limits values above white itself: clipped pixels cannot all be counted.")
         else:
             words.append("No tone mapping by Metamer: what the display cannot show is clipped and counted per picture.")
-        off = float(delta_e_xyz(DISPLAY_WHITE_XYZ, self.shown(white), DISPLAY_WHITE_XYZ))
-        if not off <= WHITE_TOLERANCE:
+        if not self.is_colorimetric:
             words.append(
-                f"This view changes white, by ΔE94 {off:.1f}: it is not colorimetric, and pictures do not show "
-                "colours as computed."
+                f"This view changes white, by ΔE94 {self.white_shift:.1f}: it is not colorimetric, and pictures do not "
+                "show colours as computed."
             )
         elif white.min() < 1.0 - 2e-3:
             words.append("These codes show the white that was asked for: full code is not white on this display.")

@@ -38,7 +38,7 @@ from .tile import GLTerms, GLTile, area_light_textures, part_places, read
 if TYPE_CHECKING:
     import moderngl
 
-# How a summand is drawn, and its textures by name.
+# Shader of a summand, and its textures by name.
 Uploaded = tuple[TermShader, "dict[str, moderngl.Texture]"]
 
 

@@ -147,7 +147,7 @@ class GLGathering:
     def _kept(self, of: object, which: int, made: Callable[[], LightTables]) -> LightTables:
         """Return the tables of something, made when first asked for."""
         key = id(of), which
-        # What was asked for last stands last: a light that is turned and turned does not drive its own map out.
+        # The table used last moves to the end: a light that is turned and turned does not drive its own map out.
         found = self._tables.pop(key, None)
         if found is None:
             if len(self._tables) >= _MOST_TABLES:

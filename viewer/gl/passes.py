@@ -36,7 +36,7 @@ MOST_QUADS = 4
 MOST_FOLDED = 16
 # Rounds of all loops of one run of a shader: Mesa's llvmpipe ends it after 65,535, and the picture is too dark.
 _MOST_STEPS = 40_000
-# What light that spreads takes of them for a sample.
+# Rounds per sample for area or environment light.
 _STEPS_OF_LIGHT = 1500
 
 _GEOMETRY_SIZES: dict[str, int | float] = {
@@ -84,11 +84,11 @@ class Passes:
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self.owner = resources.Owner(context)
-        #: Those of other passes too, where `use_programs_of` says so.
+        #: Programs, also of other passes after `use_programs_of`.
         self.programs = Programs(context)
         self._own = self.programs
         self._named: set[tuple[Path, tuple[str, ...]]] = set()
-        # Of the last scene that was drawn: its positions, and what is kept of its corners.
+        # Positions of the scene drawn last, and the textures of its corners.
         self._corners: tuple[np.ndarray, resources.Owner, moderngl.Texture] | None = None
         self._shadows: dict[int, tuple[LightGeometry, resources.Owner, dict[str, moderngl.Texture]]] = {}
 
@@ -386,7 +386,7 @@ class Passes:
     def _made(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> CachedProgram:
         if terms is not None:
             return self.programs.of((vertex, fragment, tuple(sizes.items()), terms))
-        # What is linear stands first, so that it is found where nothing is said of mip-mapping.
+        # Linear programs come first, so that they are found if mip-mapping is not mentioned.
         for names in PROGRAMS:
             if names[:2] == (vertex, fragment) and sizes.items() <= names[2].items():
                 return self.programs.of((vertex, fragment, tuple(names[2].items()), None))

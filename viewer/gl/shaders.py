@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import moderngl
 
 GLSL_VERSION = "#version 410 core"
-#: What stands for the terms of whichever fast form is drawn.
+#: Placeholder for the terms of the render form that is drawn.
 TERMS = "terms.glsl"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 # Mesa: `2:17(5): error`; Nvidia: `2(17) : error`; AMD and macOS: `ERROR: 2:17:`. The first number is the source string.

@@ -55,7 +55,7 @@ def footprints(
     surface: SurfaceSamples,
     which: Int[np.ndarray, " K"],
 ) -> dict[Frame, Float[np.ndarray, "K 4"]]:
-    """Compute by frame the spans of the samples `which` of a surface in each angle in `factors.AXIS_NAMES`, radians."""
+    """Compute by frame the spans of the samples `which` of a surface in each angle in `axes.AXIS_NAMES`, radians."""
     number, point = surface.number[which], surface.point[which]
     here = _directions(view, light, triangles, number, point)
     along, apart, around = np.zeros((3, len(which), 4))

@@ -41,14 +41,14 @@ _SAMPLE_SPREAD, _PIXEL_AND_SPECTRUM_SPREAD = 130, 240
 _TRIANGLE_SECONDS, _DRAWN_SECONDS, _REFERENCE_SECONDS = 9e-6, 3e-6, 2.5e-5
 # The same of a review, which traces no rays, for a formula; a scattered measurement takes fifty times as long.
 _REVIEWED_SECONDS = 5e-7
-# Of one light that spreads: to work out what is gathered of it, a sample drawn, and a pixel of a reference, which is
-# that of a gloss paint in a booth: of a matt one a third, of metals and measurements three to ten times as much.
+# Seconds for an area or environment light: to gather it, for a sample drawn, and for a pixel of a reference of a gloss
+# paint in a booth; a third for a matt one, three to ten times as much for metals and measurements.
 _SPREAD_SECONDS, _SPREAD_DRAWN_SECONDS, _SPREAD_REFERENCE_SECONDS = 1.0, 6e-6, 4e-4
 
-# Of paths: a pixel and bounce, of matt surfaces, and what is worked on.
+# Paths: seconds for a pixel and bounce of matt surfaces, and bytes of work space.
 _BOUNCE_SECONDS, _PATHS_TRACED = 4e-3, 100_000_000
 
-# What "auto" is taken for here.
+# Number of bounces that "auto" counts as here.
 _AUTO_BOUNCES = 8
 # Bytes of a site in a fast picture with bounces, for its rays with what is worked on and where they end; seconds to
 # trace these, and to follow light along them.
@@ -107,12 +107,12 @@ def picture_cost(
     jobs : processes of a review; each holds what the camera sees, and its own pictures.
     """
     triangles = sum(len(part.mesh.faces) for part in scene.parts)
-    # How many "auto" are is known after the work; a reference draws bounces as it does light that spreads.
+    # The number of bounces with "auto" is known after the work; a reference draws bounces as it does area light.
     bounces = _AUTO_BOUNCES if scene.bounces == "auto" else int(scene.bounces)
     lights, spread, pixels = len(scene.delta_lights), len(scene.spread_lights), camera.width * camera.height_px
     samples = pixels * camera.samples**2
     tile = min(samples, TILE_SAMPLES**2)
-    # What is kept for a light of either kind is about the same.
+    # Lights of both kinds keep about the same.
     both = lights + spread
     kept = samples if samples * both <= KEPT_SAMPLES else 0
     drawn = triangles * (_TRIANGLE + _TRIANGLE_AND_LIGHT * both) + tile * _SAMPLE

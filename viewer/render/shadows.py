@@ -28,8 +28,8 @@ CONTACT = 2e-5
 ROUNDING = 1e-6
 # Point lights see nothing nearer than this.
 LEAST_DISTANCE = 1e-3
-# Of a point light that stands farther than this, in radii of the scene, float32 would soon be too coarse for `CONTACT`
-# and the scene too small for the cells of a cube: see `ShadowGrid.parallel`.
+# Distance of a point light, in radii of the scene, beyond which float32 would soon be too coarse for `CONTACT` and the
+# scene too small for the cells of a cube: see `ShadowGrid.parallel`.
 FAR = 20.0
 # Rays handled at once: their arrays stay in the second-level cache.
 _BLOCK = 16384

@@ -24,7 +24,7 @@ from ..picture import Warn, display_for, display_pass
 from ..render.indirect_cache import with_counted_bounces
 from ..render.session import RenderSession
 
-#: What an illuminant is called where each light keeps its own; one can ask for it so, too.
+#: Name of the illuminant if each light keeps its own; it can be asked for by this name.
 OWN_LIGHT = "the scene's lights"
 
 

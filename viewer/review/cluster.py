@@ -34,7 +34,7 @@ from .row_key import case_key
 
 #: A case of a review by its number: the case, its key, and whether the report's checks of itself are made with it.
 Order = tuple[int, ReviewCase, str, bool]
-# Of a setting, what a worker has of its own.
+# Fields of a setting that a worker makes for itself.
 _OWN = ("records", "surfaces", "display", "gpu", "renderer")
 
 

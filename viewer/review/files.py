@@ -22,7 +22,7 @@ from ..display.transform import DisplayTransform
 #: Folder of the pictures, beside the page.
 PICTURES = "pictures"
 
-# What is kept as it is. No letter here has a twin of the other case, so that two names never differ by case alone.
+# Names kept unchanged. No letter here has a twin of the other case, so that two names never differ by case alone.
 _PLAIN_MATERIAL = re.compile(r"[a-z0-9_-]+(/[a-z0-9_-]+)*")
 _PLAIN_LIGHT = re.compile(r"[A-Z0-9-]+")
 _OWN_LIGHT = "as_lit"

@@ -26,7 +26,7 @@ from .files import PICTURES
 
 UNFINISHED, ROWS = "unfinished", "rows"
 REPORT = ("index.html", "review.json")
-# What numpy and JSON make of a file that is damaged or of another version.
+# Exceptions of numpy and JSON for a file that is damaged or of another version.
 _UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
 
 

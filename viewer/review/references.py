@@ -38,8 +38,8 @@ class Reference:
         return ReferenceNoise(noise.mean[number], noise.p99[number], noise.aimed, noise.directions, noise.limited)
 
 
-# What a worker process holds: set once by `_start_worker`, since geometry is large and the same for every material, and
-# so are meshes and lights, by which sums over directions are known again.
+# State of a worker process, set once by `_start_worker`: geometry is large and the same for every material, and sums
+# over directions are recognised by their meshes and lights.
 _worker: dict = {}
 
 
@@ -54,7 +54,7 @@ def reference_pictures(
     heard: Callable[[int, float], None] | None = None,
 ) -> Generator[Reference, None, None]:
     """References of scenes that differ in materials only, in their order, each under all `spectra`, with the bounces of
-    each scene, which are a number (`bouncing.counted`).
+    each scene, which are a number (`indirect_cache.with_counted_bounces`).
 
     `geometry` is what `view` sees of any of them; `budget` is what rows are judged by (`reference_images`). With one
     job, or one scene, everything happens in this process. `heard` hears (number of the scene, share of it done).

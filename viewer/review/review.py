@@ -1,7 +1,7 @@
 """A review: every material under every light, drawn, compared with the truth, and written as a report.
 
-Cases, draw, compare and write are a file each (`review_cases`, `review_draw`, `review_compare`, `review_write`); here
-is their order, and what an earlier review of the same things has left to take over.
+Its steps are a file each: `cases`, `draw`, `compare`, `files`. This one has their order, and takes over the rows that
+an earlier review of the same things has left.
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ def review(
                 out, catalogue, setting, cases, keys, drawn, (jobs, scheduler), progress, work, warnings, reading_of
             )
             work.report(0.0)
-            result = _report(out, setting, keys, [one for one in drawn if one], warnings, ratings, reading_of)
+            result = _report(out, setting, cases, keys, [one for one in drawn if one], warnings, ratings, reading_of)
             work.report(1.0)
     return replace(result, resumed=there)
 
@@ -201,6 +201,7 @@ def _rows_in(drawn: Sequence[DrawnRows | None]) -> int:
 def _report(
     out: Path,
     setting: Setting,
+    cases: Sequence[ReviewCase],
     keys: Sequence[str],
     drawn: Sequence[DrawnRows],
     warnings: Warnings,
@@ -214,7 +215,8 @@ def _report(
     checks = next((found.checks for found in drawn), ())
     for line in (line for found in drawn for line in found.warnings):
         warnings(line)
-    lit_by = (it.plan, it.names, it.spectra, it.display, "GPU" if it.gpu else "CPU")
+    bounces = {int(case.scene.bounces) for case in cases}
+    lit_by = (bounces, it.plan, it.names, it.spectra, it.display, "GPU" if it.gpu else "CPU")
     report = out / UNFINISHED / ".report"
     with clearing(lambda: rmtree(report, ignore_errors=True)):
         write_report(

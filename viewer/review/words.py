@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -70,27 +70,29 @@ def held_words(scene: Scene, geometry: VisibleGeometry, material: str, surface: 
 def colour_chain(
     scene: Scene,
     view: Camera,
+    bounces: Collection[int],
     plan: ScenePlan,
     names: Sequence[str],
     spectra: Sequence[Spectrum | None],
     display: DisplayTransform,
     encoded_on: str,
 ) -> list[str]:
-    """Return the colour chain from spectrum to display, a sentence each."""
+    """Return the colour chain from spectrum to display, a sentence each; `bounces` are those of all pictures."""
     observer = scene.observer
     traced = f"Reference: {rays_words()}, the original data of each material at every wavelength, float64"
     if scene.spread_lights:
-        traced += "; of light that spreads, directions are sampled until the noise, stated by row, is a "
+        traced += "; directions of area and environment light are sampled until the noise, stated by row, is a "
         traced += "tenth of the budget (mean)"
     lights = ", ".join(names)
+    basis = f"in a basis of at most {plan.basis_size} coefficients ({plan.basis.name})"
     words = [
         f"Lights: {lights}, each folded with the {observer.name} at its own resolution; Y = 1 is the perfect diffuser "
         f"that receives {scene.viewing.reference_illuminance_lux:g} lx.",
         f"{traced}.",
-        f"Sample: the materials' fast forms (factor packs, textures) in a basis of at most {plan.basis_size} "
-        f"coefficients ({plan.basis.name}), folded with light and observer, {plan.precision}.",
+        f"Sample: the materials' fast forms (factor packs, textures) "
+        f"{'in bases of their own' if scene.bounces else basis}, folded with light and observer, {plan.precision}.",
         f"Both: {view.samples} x {view.samples} points a pixel, averaged in linear XYZ; direct light with shadows, "
-        "no interreflection.",
+        f"{_bounces_words(bounces)}.",
         "Difference: CIE 1994 (graphic arts) in CIELAB relative to the white of each light, unclipped, over the pixels "
         "that the material covers wholly and light reaches.",
     ]
@@ -105,6 +107,14 @@ def colour_chain(
         f"The display transform ran on the {encoded_on}, as OpenColorIO wrote it for it; PNG, 8 bits a channel.",
         *scene.notes,
     ]
+
+
+def _bounces_words(bounces: Collection[int]) -> str:
+    fewest, most = min(bounces), max(bounces)
+    if not most:
+        return "no interreflection"
+    number = f"{most}" if fewest == most else f"{fewest} to {most}"
+    return f"and interreflection, {number} {'bounce' if most == 1 else 'bounces'}"
 
 
 def display_words(display: DisplayTransform, now: datetime | None = None) -> list[str]:

@@ -27,9 +27,9 @@ from .cases import ReviewCase, Setting
 
 #: nm, in the middle of bands that fall to nothing at their neighbours.
 BANDS_NM = np.arange(400.0, 701.0, 10.0)
-# So strong that a band at either end of the visible outshines the even light, and far from what float64 would lose.
+# Strong enough for a band at either end of the visible to outshine the even light, and far within float64.
 _STRENGTH = 1e6
-#: Of a pixel (row, column): radiance factors (L,) at `BANDS_NM` by the original data and by fast forms.
+#: Radiance factors (L,) of a pixel (row, column) at `BANDS_NM` by the original data and by render forms.
 PixelSpectra = Callable[[tuple[int, int]], tuple[Float[np.ndarray, "L"], Float[np.ndarray, "L"]] | None]
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from PIL.ImageFont import FreeTypeFont
 
 _DELTA = "Δ"
-# Of the font's size: about what text faces have. Pillow's has 0.2, which rounds to two pixels.
+# Width of a space in sizes of the font, about that of text faces. Pillow's has 0.2, which rounds to two pixels.
 _SPACE = 0.36
 _PIECES = re.compile(rf"[^ {_DELTA}]+| +|{_DELTA}")
 # The delta is drawn at so many times its size and reduced: Pillow's lines are not smoothed.

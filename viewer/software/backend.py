@@ -1,4 +1,4 @@
-"""The numpy renderer: the same geometry and terms as `gl.renderer`, without OpenGL."""
+"""The numpy renderer: the same geometry and terms as `gl.backend`, without OpenGL."""
 
 from __future__ import annotations
 

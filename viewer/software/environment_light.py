@@ -138,7 +138,7 @@ def _of_panel(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _Gather
     whole = given.sum(axis=1)
     lost = np.einsum("np,npb->nb", hidden * given, bends(local)[..., : lux.shape[1]])
     left = lux - lost * (lux[:, 0] / np.where(whole > 0.0, whole, 1.0))[:, None]
-    # Of a panel that only just rises, no cell's middle may be above the horizon.
+    # A panel just above the horizon may have the middle of every cell below it.
     lux = np.where((whole > 0.0)[:, None], left, lux * (1.0 - hidden.mean(axis=1))[:, None])
 
     other_sharpness, own_sharpness = sharpness[:, None], lobes.sharpness[..., None]
@@ -168,7 +168,7 @@ def _left(
     eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else what lies where the
     lobe is free (`cut_lobe`). What surfaces receive: of each narrow bright part the share that is free about its axis;
     of all else what the vertices around lose, as a share of what they would have, since pixels may have other normals.
-    Of all bright parts what the triangle's own plane hides is taken off too (`geometric_horizon`).
+    Of all bright parts what the triangle's own plane hides is taken off too (`share_above`).
     """
     assert isinstance(layer.gathered, GatheredLight)
     visibility, frame = shadows.visibility, samples.frame
@@ -179,7 +179,7 @@ def _left(
     bent_distances = codes @ hidden.axes.T + hidden.mean
     other = straight(np.where(dark[:, None] > 0.0, -1.0, bent_distances))
 
-    # Of each part what it would give, where it stands, and what of it is free: the higher of two horizons counts.
+    # Each part's irradiance, its direction, and the share of it that is free: the higher of two horizons counts.
     given = bright.on_surfaces(frame[:, 2])[..., None] * amplitude
     bent = bends(axis @ np.swapaxes(frame, 1, 2))[..., : lux.shape[1]].swapaxes(1, 2)
     above = share_above(samples.facet @ axis.T, frame[:, 2] @ axis.T, sharpness)
@@ -207,7 +207,7 @@ def _left(
     free = free_share(between, np.broadcast_to(sharpness + lobes.sharpness[..., None], between.shape))
     parts = bright.by_lobes(to_world, lobes.sharpness)
     rest = seen - parts @ amplitude
-    # Of all but bright parts a lobe sees what lies where it is free, about the middle of that.
+    # Other light: a lobe sees what lies in its free range, about the middle of that.
     steep = np.linalg.norm(slopes, axis=-1)
     cut = cut_lobe(own, np.minimum(steep, 1.0), lobes.sharpness)
     some = np.nonzero(cut.turn)

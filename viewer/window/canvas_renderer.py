@@ -105,7 +105,7 @@ class CanvasRenderer:
         # Held while points that are seen become those whose shadows are found first, or none do.
         self._seeing = threading.Lock()
         self._failed: tuple[object, MetamerError] | None = None
-        # What of the canvases is still to be shown, all or windows; and a count of what has been drawn.
+        # Parts of the canvases still to be shown, all or windows; and the number of drawings.
         self._to_show, self._redrawn, self._drawn = False, list[Box](), 0
         self.sides: tuple[CanvasSide, CanvasSide] | None = None
         self.quality, self.reached = Quality.NONE, 0.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 
 from ..display.png import write_png
@@ -36,18 +35,12 @@ def _links(session: Session, display: DisplayTransform) -> Iterator[str]:
         yield f"display still aimed for {observer_words(display.aimed_for)}"
     elif beside:
         yield f"display aimed for {observer}"
-    yield "colorimetric, no tone mapping" if is_colorimetric(display) else "NOT colorimetric: this view changes colours"
+    yield "colorimetric, no tone mapping" if display.is_colorimetric else "NOT colorimetric: this view changes colours"
 
 
 def observer_words(name: str) -> str:
     """Return an observer as people call it: "CIE 1964 10°"."""
     return f"CIE {name.replace('_', ' ')}°"
-
-
-@lru_cache(maxsize=8)
-def is_colorimetric(display: DisplayTransform) -> bool:
-    """Return whether a view shows white as white: what it becomes is measured."""
-    return not any("not colorimetric" in words for words in display.describe())
 
 
 def write_screenshot(path: str | Path, frame: Frame | ImageFrame, session: Session) -> Path:

@@ -49,7 +49,7 @@ class Frame(CanvasRenderer):
     def __init__(self, context: moderngl.Context, sources: SessionObjects, clock: Clock = time.perf_counter) -> None:
         super().__init__(context, sources, clock)
         self._showing, self._differing = Showing(context), DifferencePass(context)
-        # Of which drawing, and by what formula, the differences are.
+        # Drawing and formula of the differences.
         self._differed = -1, ""
         self._counted: tuple[tuple, DeltaEStatistics | None, float] | None = None
         self.display: DisplayTransform = display_for(sources.scene)
@@ -150,7 +150,7 @@ class Frame(CanvasRenderer):
                     self._settling = None
                     self.quality, self.reached = Quality.EXACT, 1.0
             except MetamerError as reason:
-                # Of what is worked out before an exact picture: bounces between surfaces that take no light.
+                # Raised before an exact picture, for instance by bounces between surfaces that take no light.
                 self.problem, self._settling = str(reason), None
         if (self._to_show or self._redrawn) and self._session is not None:
             begun = self._clock()

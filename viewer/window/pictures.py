@@ -27,7 +27,7 @@ class Pictures:
         self._context = context
         self._asked: tuple | None = None
         self._new: Frame | ImageFrame | None = None
-        # What the frame is turned to with the next session that can be shown of it.
+        # Replacement for the frame's scene, at the next session whose picture can be shown.
         self._turned: Loaded | None = None
         self.frame: Frame | ImageFrame | None = None
         self.problem: str | None = None

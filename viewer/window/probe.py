@@ -35,7 +35,7 @@ from ..software.backend import software_session
 ORIGINAL, FAST = "original data", "fast form"
 #: ΔE94 of noise that a probe's reference may have.
 NOISE = 0.05
-# What the perfect diffuser is called among the materials; no id of a catalogue has capitals.
+# Name of the perfect diffuser among the materials; no id of a catalogue has capitals.
 _WHITE = "the perfect diffuser/WHITE"
 
 
@@ -168,7 +168,7 @@ class Prober:
         """
         one = camera.cropped(slice(row, row + 1), slice(column, column + 1))
         xyz, coverage = self._renderer.render(self.scene, one, self._drawn)
-        # What is lit hangs on the scene's lights, rays on its meshes alone.
+        # Light depends on the scene's lights, rays only on its meshes.
         seen = visible_geometry(self._cut, one, tracer=self._tracer, with_uv=self.scene.needs_uv(self._drawn))
         numbers, counts = np.unique(seen.part, return_counts=True)
         shown = [self.scene.parts[number] for number in numbers[np.argsort(-counts, kind="stable")]]
@@ -212,7 +212,7 @@ class Prober:
         incident, reflected, kept = np.zeros((3, len(grid)))
         arrived = 0.0
         for light, lit in zip(scene.delta_lights, seen.lit, strict=True):
-            # What arrives at each sample, in shares of the reference illuminance on the pixel.
+            # Irradiance at each sample, as shares of the reference illuminance on the pixel.
             share = lit.illuminance_lux * lit.wi[:, 2] / scene.viewing.reference_illuminance_lux / seen.samples
             unit = even / eye.luminous(light.spectrum)
             power = unit * np.interp(grid, light.spectrum.wavelengths_nm, light.spectrum.samples)

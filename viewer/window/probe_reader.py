@@ -135,7 +135,7 @@ class _Rays:
         self._picker: Picker | None = None
 
     def spot(self, view: ProbedView, pixel: tuple[int, int], name: str = "cursor") -> Spot:
-        # Of a reference, and of what is read from a file, there is no more than its colours.
+        # References and files hold colours alone.
         both = view.sides[0] is not view.sides[1] and view.sides[1].made == "fast"
         return Spot(name, pixel, "", tuple(self._reading(view, number, pixel) for number in range(1 + both)))
 

@@ -59,7 +59,7 @@ def write_colours(path: str | Path, probes: Sequence[Named]) -> None:
 
 
 def write_spectra(path: str | Path, probes: Sequence[Named]) -> None:
-    """A row a probe and wavelength: what arrives, the reflectance and what leaves (`probe.Spectra`); errors as above,
+    """A row a probe and wavelength: what arrives, the reflectance and what leaves (`ProbeSpectra`); errors as above,
     and where no probe sees a surface.
     """
     rows = list(_spectral_rows(_some(path, probes)))
@@ -92,7 +92,7 @@ def _has_reflectance(reading: ProbeReading) -> bool:
 def _entry(name: str, reading: ProbeReading, _shown: Displayed | None) -> SpectralEntry:
     spectra = reading.spectra
     assert spectra is not None
-    # Where a lamp sends nothing there is no ratio to tell.
+    # There is no ratio at wavelengths without light.
     known = np.isfinite(spectra.reflectance)
     factor = Spectrum.sampled(spectra.wavelengths_nm[known], spectra.reflectance[known], "radiance factor")
     details = {

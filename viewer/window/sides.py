@@ -169,7 +169,7 @@ class SessionObjects:
     ) -> CanvasSide:
         edits: dict[str, list[tuple[str, float]]] = {}
         for one in session.edits:
-            # What is fitted is named by its values in six digits, and so is what they are.
+            # Fitted materials are named by their values in six digits, so those values are used.
             edits.setdefault(one.material, []).append((one.parameter, float(f"{one.value:g}")))
         asked = _Asked(
             light,
@@ -203,7 +203,7 @@ class SessionObjects:
     def _scene(self, asked: _Asked) -> Scene:
         """Make a scene in which only a light's spectrum and its dimming, or an edit, is left to be put in."""
         light = asked.light
-        # Of lamps only whether there are any: they take the place of whatever spectrum a map has.
+        # Only whether there are lamps: they replace any spectrum of a map.
         around = light.booth, light.map, light.uplift, bool(light.lamps)
         # Lights are told apart by identity: they are the same whatever is worn.
         key = asked.who, asked.part, asked.shape, asked.bounces, around, light.rotation_deg

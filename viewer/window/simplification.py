@@ -67,7 +67,7 @@ def _clustered(mesh: Mesh, cells: int) -> Mesh | None:
     low, high = mesh.bounds
     size = max(float((high - low).max()), 1e-300)
     cell = np.floor((mesh.vertices - low) / size * cells).astype(np.int64)
-    # Which way the normal looks, by its longest component: a digit of six more.
+    # Digit from 0 to 5: the axis of the normal's longest component, and its sign.
     longest = np.abs(mesh.normals).argmax(axis=1)
     towards = 2 * longest + (np.take_along_axis(mesh.normals, longest[:, None], axis=1)[:, 0] < 0.0)
     _, cluster = np.unique(np.column_stack([cell, towards]), axis=0, return_inverse=True)

@@ -17,16 +17,16 @@ from .places import Pin, Region
 from .viewpoint import Viewpoint, orbited
 
 Kind = Literal["scene", "materials", "image"]
-#: How the two sides are shown; "difference" is the ΔE map.
+#: Arrangement of the two sides; "difference" is the ΔE map.
 Mode = Literal["A", "B", "wipe", "side by side", "checkerboard", "difference"]
-#: How the picture of a side is made: from fast forms, by the reference, or read: a baseline, an image.
+#: Origin of a side's picture: render forms, the reference, or a file: a baseline, an image.
 Made = Literal["fast", "reference", "file"]
 Interface = Literal["dark", "light"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 FORMULAS: tuple[ImageFormula, ...] = get_args(ImageFormula)
-#: Of the checkerboard, in heights of the picture.
+#: Least size of the checkerboard's cells, in heights of the picture.
 LEAST_CELL = 0.005
-# Of fields that are no part of what is kept or undone: where the pointer is, which key is held.
+# Metadata of fields that are neither kept nor undone: where the pointer is, which key is held.
 _PASSING = {"passing": True}
 
 
@@ -91,7 +91,7 @@ class Adaptation:
     """Chromatic adaptation of the eye to the light: XYZ under its white go to the display's by `method`, to this
     degree.
 
-    degree : 1 is full adaptation, 0 none; between, D of CIE 159:2004. chosen by a person, or by `degree_of`.
+    degree : 1 is full adaptation, 0 none; between, D of CIE 159:2004. chosen by a person, or by `degree_of_adaptation`.
     """
 
     method: str = "Bradford"

@@ -83,7 +83,7 @@ class Tracers:
         self._kept: tuple[tuple[tuple[Mesh, Cutout | None], ...], Tracer] | None = None
 
     def of(self, scene: Scene) -> Tracer:
-        """Make the view of a scene with its holes cut."""
+        """Return the tracer of a scene; that of the last one is kept."""
         parts, kept = tuple((part.mesh, part.cutout) for part in scene.parts), self._kept
         if kept is not None and len(parts) == len(kept[0]) and all(
             one is mesh and hole is cutout for (one, hole), (mesh, cutout) in zip(parts, kept[0], strict=True)

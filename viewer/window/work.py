@@ -23,7 +23,7 @@ class Work(IntEnum):
     GEOMETRY = 5
 
 
-# What a change of each field asks for; whether lights stand elsewhere is asked apart.
+# Work asked for by a change of each field; whether lights stand elsewhere is asked apart.
 WORK_OF: dict[str, Work] = {
     "subject": Work.GEOMETRY,
     "catalogue": Work.TERMS,

@@ -27,7 +27,7 @@ from ...runtime.shutdown import clearing, undisturbed
 from ...runtime.worker_pool import SPAWNING, as_workers_should_start, end_with_the_parent, ending_words
 from .view_error import AskedView, Tracers, ViewError, view_errors
 
-#: How much the process stands back: with 10 a fold in software took a quarter longer beside it, with 19 no longer.
+#: Niceness of the process: with 10 a fold in software took a quarter longer beside it, with 19 no longer.
 NICE = 19
 # Seconds between two looks at the pipe.
 _LISTENS_S = 0.02

@@ -88,7 +88,7 @@ def ggx(roughness: float, count: int = 4) -> Gaussians:
     # too.
     angles = _ANGLES * min(1.0, roughness / _GGX_ROUGHNESS[0])
     density = ggx_density(np.cos(angles) ** 2, np.sin(angles) ** 2, roughness)
-    # What a sphere shows of each angle, and what a change of D costs there in L* (CIE 015:2018 eq. 8.3).
+    # Area of each angle on a sphere, and the change of L* by a change of D there (CIE 015:2018 eq. 8.3).
     seen = np.sqrt(np.sin(angles) * np.cos(angles) * np.gradient(angles))
     weights = seen * (0.25 * np.pi * density + _DARK) ** (-2.0 / 3.0)
     terms = weights[:, None] * np.exp(-2.0 * np.outer(np.sin(0.5 * angles) ** 2, sharpness))
@@ -112,7 +112,7 @@ def stretched(sharpness_x: float, sharpness_y: float, top: float, count: int) ->
     narrow, wide = max(sharpness_x, sharpness_y), min(sharpness_x, sharpness_y)
     ratio = np.sqrt(narrow / wide)
     if count == 1 or ratio < 1.0 + 1e-6:
-        # Of the same height and the same integral.
+        # Same height and same integral.
         return _round(np.sqrt(narrow * wide), top)
     factor, power = _SPACING[count]
     places = factor * (ratio**2 - 1.0) ** (0.5 * power) * (np.arange(count) - 0.5 * (count - 1))

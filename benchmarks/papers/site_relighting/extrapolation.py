@@ -20,7 +20,7 @@ from ....runtime.errors import InputError
 
 # Bounces that are mixed; then it begins anew with what they leave.
 _DEPTH = 12
-# What is added to all squares beside the largest, 1, so that no mixture hangs on rounding.
+# Regularisation of all squares beside the largest, 1, so that no mixture hangs on rounding.
 _STIFF = 1e-9
 # Y from which on L* is a cubic root.
 _DARK = 0.008856

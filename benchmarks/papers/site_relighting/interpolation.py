@@ -77,7 +77,7 @@ def _glossy(
     part = next(one for one in rays.parts if one.part == number)
     brought = state.sources.brought(part, rays.within[rays.number[there]])
     wi = np.einsum("mij,mcrj->mcri", points.frame[some], to[back]).reshape(len(some), -1, 3)
-    # How dense all rays together are in each direction, beside the cosine at the point.
+    # Density of all rays together in each direction, beside the cosine at the point.
     cosines = np.maximum(np.einsum("msi,mcri->mcrs", hits.sites.normals[sites], to[back]), 0.0)
     density = np.einsum("ms,mcrs->mcr", shares, cosines)
     weight = 3.0 * shares[:, :, None] * np.divide(1.0, density, out=np.zeros_like(density), where=density > 0.0)

@@ -109,7 +109,7 @@ class Relighting:
         found[number] = Reflection.of(surface, self.prepared.cells, part)
         planned = _planned(self.prepared.scene, found, self.lights, self.basis) if basis is None else basis
         same = found[number].is_matt == self.reflections[number].is_matt
-        # What lights give is known by which sites are glossy.
+        # Direct irradiance depends only on which sites are glossy.
         got = self.__dict__.get("received", self._received) if same else None
         return replace(self, reflections=tuple(found), basis=planned, _received=got)
 

@@ -20,7 +20,7 @@ from .separation import Separated, separated
 RANKS = (4, 8, 8)
 # Places of a grid's cell that a light's value is the mean of, each way.
 _PLACES = 3
-# Of the table's energy, what is left out before the best factors of a small size are looked for.
+# Share of the table's energy left out before the best factors of a small size are looked for.
 _LOST = 1e-7
 
 

@@ -55,7 +55,7 @@ class Tuned(Brdf):
         directions are.
         """
         lit = (points.wi[:, 2] > 0.0) & (points.wo[:, 2] > 0.0)
-        # Where all are lit, none has to be copied.
+        # A slice avoids copies if all are lit.
         some = slice(None) if lit.all() else lit
         found = np.zeros((len(points), 2), dtype=np.result_type(points.wi, points.wo))
         found[some, 0] = 1.0 / np.pi

@@ -69,7 +69,7 @@ class TensorTransfer:
     ) -> TensorTransfer:
         """Tensors, compressed as the paper compresses them."""
         sites, regions, parts, _, _, lights = tensors.two.shape
-        # Of two bounces, light is coarse already: all of it is kept, and sites alone are compressed.
+        # The light of two bounces is coarse already: it is kept whole, and only sites are compressed.
         two = np.moveaxis(tensors.two.reshape(sites, regions * parts, regions, parts, lights), 1, 4)
         return cls(
             tensors,

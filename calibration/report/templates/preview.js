@@ -34,7 +34,7 @@ const RISING = ["hue", "lightness"];
 function inOrder(cards) {
   const key = sort.value, rising = RISING.includes(key);
   if (key === "name") return cards.sort((a, b) => byName(a.id, b.id) || a.number - b.number);
-  // What has no figure comes last, whichever way the others run.
+  // Cards without a figure come last in both orders.
   return cards.sort((a, b) => (a[key] < 0) - (b[key] < 0) || (rising ? a[key] - b[key] : b[key] - a[key]) || a.number - b.number);
 }
 function update() {
@@ -141,13 +141,13 @@ function rowAt(height) {
 function draw() {
   if (printing) return;
   const box = measureColumns();
-  // What the rows turn out to be may bring others near; a few rounds settle it.
+  // The heights of the rows may bring others near; a few rounds settle it.
   for (let round = 0; round < 4; round += 1) {
     measureRows(box);
     const from = -grid.getBoundingClientRect().top, rows = tops.length - 1;
     const seen = rowAt(Math.max(0, from + BAR)), [first, last] = [rowAt(Math.max(0, from - NEAR)), rowAt(from + innerHeight + NEAR)];
     const wanted = order.slice(first * columns, Math.min(last + 1, rows) * columns);
-    // What has the focus keeps it, wherever it is.
+    // The card with the focus keeps it, wherever it is.
     const held = document.activeElement.closest(".thumbnail"), holding = held && BY_ANCHOR.get(held.id);
     if (holding && places.has(holding) && !wanted.includes(holding)) wanted[places.get(holding) < first * columns ? "unshift" : "push"](holding);
     put(wanted);
@@ -233,7 +233,7 @@ grid.addEventListener("click", (event) => {
   tell(item, card);
   draw();
 });
-// Where a link leads is shown, whatever is searched for.
+// The target of a link is shown, whatever is searched for.
 function arrive() {
   const card = BY_ANCHOR.get(decodeURIComponent(location.hash.slice(1)));
   if (!card) return;

@@ -35,7 +35,7 @@
     return START + btoa(String.fromCharCode.apply(null, head)) + source.slice(end);
   }
 
-  // What was not compared is seen through: the page's grey is there.
+  // Pixels not compared are transparent: the page's grey shows.
   const clear = bytes(codes.clear);
   function shownOf(source) {
     const data = bytes(source.slice(START.length));
@@ -91,7 +91,7 @@
     return value(code - 1).toPrecision(3) + " to " + upTo;
   }
 
-  // Which of `full` pixels one of the map's touches.
+  // The `full` pixels that one of the map's touches.
   function span(at, shown, full) {
     const first = Math.floor(at * full / shown), last = Math.ceil((at + 1) * full / shown) - 1;
     return last > first ? first + "–" + last : String(first);

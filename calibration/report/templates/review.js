@@ -49,7 +49,7 @@ class Pictures {
   address(view) {
     if (!(view in this.own)) return "";
     let bytes = this.made[view] ? null : bytesOf(this.own[view]);
-    // What a map does not compare is not there.
+    // Pixels that a map does not compare are transparent.
     if (bytes && view === "d") bytes = new Blob([bytes.subarray(0, HEAD), bytesOf(DATA.codes.clear), bytes.subarray(HEAD)]);
     this.made[view] ||= URL.createObjectURL(new Blob([bytes], { type: `image/${KINDS[view]}` }));
     return this.made[view];

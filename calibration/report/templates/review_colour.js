@@ -24,7 +24,7 @@ function deltaE2000(first, second) {
   return Math.sqrt(lightTerm ** 2 + chromaTerm ** 2 + hueTerm ** 2 + bend * chromaTerm * hueTerm);
 }
 
-// Which way a colour lies from another, the largest difference first.
+// Direction of a colour from another in words, the largest difference first.
 function direction(from, to) {
   const [a, b] = [to[1] - from[1], to[2] - from[2]], [c1, c2] = [Math.hypot(from[1], from[2]), Math.hypot(to[1], to[2])];
   const turned = Math.atan2(from[1] * to[2] - from[2] * to[1], from[1] * to[1] + from[2] * to[2]) / RADIANS;
@@ -60,7 +60,7 @@ const rgb = (codes) => (codes ? `rgb(${codes.join(",")})` : "transparent");
 const ICONS = { pass: "i-ok", near: "i-near", over: "i-warn" };
 const worstError = (material) => Math.max(...Object.values(material.rows).map((row) => row.p99));
 
-// What is not to be trusted of a picture, in plain words; what matters most first.
+// Limits of a picture's reliability, in plain words, the most important first.
 function limitsOf(material, light) {
   const row = material.rows[light], found = [];
   if (!row) return found;

@@ -1,4 +1,4 @@
-// What is clicked and which keys are pressed; then the page begins.
+// Clicks and keys; then the page begins.
 for (const name of ["light", "observer", "view"]) one(`#${name}`).addEventListener("change", (event) => set(name, event.target.value));
 one("#d-light").addEventListener("change", (event) => set("light", event.target.value));
 one("#d-mode").addEventListener("change", (event) => { mode = event.target.value; detail(); });
@@ -32,7 +32,7 @@ const KEYS = {
   "+": () => set("size", Math.min(560, chosen.size + 40)), "=": () => KEYS["+"](), "-": () => set("size", Math.max(140, chosen.size - 40)),
   g: () => set("tab", "pictures"), s: () => set("tab", "shift"),
 };
-// Those that mean something else, or nothing, while a material is opened.
+// Keys with another meaning, or none, while a material is opened.
 const OPENED = { p: () => turn("p"), r: () => turn("r"), d: () => turn("d"), c: () => turn("c"), g: null, s: null, "/": null, "+": null, "=": null, "-": null };
 function turn(to) { mode = to; detail(); }
 
@@ -64,7 +64,7 @@ singleKeys((key) => {
   return dialog.open && key in OPENED ? OPENED[key] : KEYS[key];
 });
 
-// Where a link leads is opened: its material, under its light.
+// The target of a link is opened: its material, under its light.
 function arrive() {
   const anchor = decodeURIComponent(location.hash.slice(1));
   for (const material of MATERIALS) {
@@ -77,7 +77,7 @@ one("#standard").insertAdjacentHTML("beforeend", MATERIALS.map((material) => `<o
 arrange();
 set("size", innerWidth < 700 ? 160 : 300);
 arrive();
-// What comes next is decoded while nothing happens, so that a light is there at once.
+// Pictures of the other lights are decoded while the page is idle, so that a switch is immediate.
 paint().then(() => {
   const waiting = [...shown];
   (function more() {

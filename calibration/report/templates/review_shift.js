@@ -15,7 +15,7 @@ function shiftCell(material, light, standard) {
   const words = standard ? direction(from.adapted, own.adapted) : own.shift.words;
   return `<td class="k ${step(deltaE)}"><span class="c">${pairbox(from.swatch, own.swatch)}<b>${deltaE.toFixed(1)}</b><span>${words}</span></span></td>`;
 }
-// How much farther apart a pair is under some light than in daylight.
+// Growth of a pair's difference under some light from daylight.
 function spreadFrom(standard, material) {
   const apart = LIGHTS.map((light) => [adaptedOf(standard, light.id), adaptedOf(material, light.id)]).filter(([x, y]) => x && y).map(([x, y]) => deltaE2000(x, y));
   return Math.max(...apart) - inDaylight(standard, material);

@@ -39,7 +39,7 @@
       });
   }
 
-  // What a thing is sorted by: pixels without a number, then the largest figure of its rows, of one light where asked.
+  // Sort key: pixels without a number, then the largest figure of the rows, of one light where asked.
   function badness(one) {
     const chosen = sort.selectedOptions[0], light = chosen.dataset.light;
     const rows = one.rows.filter(function (row) { return !row.hidden && (!light || row.dataset.light === light); });
@@ -117,7 +117,7 @@
     const watcher = new IntersectionObserver(function (entries) {
       if (!entries.some(function (entry) { return entry.isIntersecting; }) || revealed[kind] >= order.length) return;
       reveal(kind, revealed[kind] + MOST[kind]);
-      // Where the end is still on the screen, it does not come onto it again.
+      // An end that stays on the screen fires no further event.
       watcher.unobserve(end);
       watcher.observe(end);
     }, { rootMargin: "900px" });
@@ -166,7 +166,7 @@
     all.filter(group.of).forEach(function (one) { open(group, one, -1); });
   });
 
-  // Where a link leads is shown, whatever is searched for.
+  // The target of a link is shown, whatever is searched for.
   function arrive() {
     const id = decodeURIComponent(location.hash.slice(1)), target = id && document.getElementById(id);
     const one = target && all.find(function (each) { return (each.card || each.line).contains(target); });

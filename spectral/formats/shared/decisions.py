@@ -36,11 +36,11 @@ from .words import meant_by
 
 # Percent of a fluorescent white stay below it, and so does every transmittance.
 _ABOVE_PERCENT = 200.0
-#: What to say at an import, or to write into a file, where it does not say what was measured.
+#: Hint for a file that does not say what was measured.
 SETTLED_BY = "say it: --as reflectance, transmittance, emission or radiance-factor"
-#: What to do with a file of raw counts.
+#: Hint for a file of raw counts.
 NO_COUNTS = "export what the instrument makes of them: irradiance, or reflectance against a white reference"
-#: What to do with a file of colours that has no spectra.
+#: Hint for a file of colours without spectra.
 COLOURS_ALONE = (
     "export the measurement with its spectra: a colour alone does not tell how it looks in another light; "
     "metamer match compares colours as they are"

@@ -20,7 +20,7 @@ MOST_SPECTRA, MOST_SAMPLES = 100_000, 50_000_000
 # No spectrometer has more pixels, and what resamples a spectrum takes memory by the product of both sides' samples.
 _FINEST = 5000
 
-# How far below zero a reading of nothing may fall: of the peak for emission, of 1 for the rest.
+# Depth below zero allowed to a dark reading: as a share of the peak for emission, of 1 for the rest.
 _DARK_EMISSION, _DARK = 0.05, 0.01
 # The most that a reflectance above 1 may be and pass for a radiance factor: gloss and effect pigments reach a few, and
 # percent that were taken for fractions are far above.
@@ -33,7 +33,7 @@ DELETED = -1e30
 _VISIBLE = (380.0, 780.0)
 # Wavelengths that are kept of spectra of more than `_FINEST` samples, with room for the ends of interpolation.
 _NEAR = (300.0, 1100.0)
-# How far above 1 clear glass may read, with the error of an instrument.
+# Largest transmittance of clear glass, with the error of an instrument.
 _CLEAR = 1.01
 
 

@@ -28,7 +28,7 @@ _GROUPS: dict[Kind, tuple[Group, ...]] = {
     "reflectance": ("SDS_COLOURCHECKERS",),
 }
 
-# Where every table has samples, nm, and how many of them, over how wide a range, are enough to know it by.
+# Range where every table has samples, nm; the fewest samples and the narrowest range by which a table is recognised.
 _WINDOW, _FEWEST, _NARROWEST = (400.0, 700.0), 12, 150.0
 # The most that shape may differ: root mean square of what is left, over that of the values. Published digits and
 # interpolation cost a few thousandths.
@@ -42,12 +42,12 @@ _SAME_SCALE = 1e-3
 _MERCURY = (404.7, 435.8, 546.1)
 _OTHERS = (488.0, 543.0, 578.0, 587.0, 611.0, 631.0, 650.0, 707.0)
 _NEAR, _REACH, _LINE_WIDTH, _COARSEST = 3.0, 12.0, 5.0, 6.0
-# How many times as much as anything far from all lines the strong ones stand out, and from what share of the one at 436
-# nm to which the others do: 0.28 to 0.6 and 0.28 to 2.4 in lamps, the same at coarse steps but for their places.
+# Factor by which strong lines stand out from anything far from all lines; and shares of the line at 436 nm which the
+# others reach: 0.28 to 0.6 and 0.28 to 2.4 in lamps, the same at coarse steps but for their places.
 _STANDS_OUT = 10.0
 _SHARES = ((0.15, 1.5), (0.2, 5.0))
 _FEWEST_PLACES = 30
-# Where luminances are compared.
+# Wavelengths at which luminances are compared.
 _GRID_NM = np.arange(400.0, 701.0, 10.0)
 
 

@@ -21,16 +21,16 @@ _WIDE = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
 _LEGACY = ("cp1252", "cp1250", "cp1251", "cp1254", "koi8-r", "cp932", "gb18030", "euc_jp", "big5")
 _SPOKEN = 1 << 14
 _FULL_WIDTH = {code: code - 0xFEE0 for code in range(0xFF01, 0xFF5F)} | {0x3000: " ", 0x339A: "nm"}
-# What no text holds: control characters other than tab, line and page ends, escape.
+# Characters that no text holds: controls other than tab, line and page ends, escape.
 _BINARY = re.compile(r"[\x00-\x08\x0e-\x1a\x1c-\x1f]")
 
-# What fills up fixed fields of a text, and how many characters there are to each such run at least.
+# Filler of fixed fields of a text, and the least number of characters between two runs of it.
 _FILLED = re.compile(rb"\0+")
 _LEAST_BETWEEN = 20
 
 _JCAMP = re.compile(r"\s{0,99}##\s?(?:TITLE|JCAMP-?DX)\s{0,9}=", re.I)
 
-#: How "no value here" is written in a cell.
+#: Spellings of "no value here" in a cell.
 MISSING = frozenset({"", "-", "--", "---", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "nil", "."})
 
 

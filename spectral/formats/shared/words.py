@@ -140,14 +140,14 @@ _STRONG_EMISSION = re.compile(
 )
 _OBSERVER_FILE = re.compile(r"xyz|linss|lms|cmf|colou?r.?match", re.I)
 _INDEX = re.compile(r"refractive|extinction|\.(?:eta|k)$|\bior\b", re.I)
-# What lights are called, where nothing says what was measured.
+# Names of lights, if nothing says what was measured.
 _LIGHT = re.compile(
     r"illumi|\billum\b|\bHMI\b|\bCFL\b|\blamps?\b|\bleds?\b|daylight(?! fluo)|tungsten|xenon|halogen|sunlight|"
     r"skylight|incandescent|"
     r"(?<![A-Za-z0-9])D(?:50|55|65|75|93)(?![0-9])|^FL\d{1,2}$",
     re.I,
 )
-# What lights are called, and paints as well.
+# Names of lights that paints have as well.
 _PERHAPS_LIGHT = re.compile(
     r"(?:CIE )?(?:FL? ?\d{1,2}|HP ?\d|(?:cool|warm|soft|bright|neutral)[ -]?white|sun|sky|fluorescent|daylight|sodium|"
     r"mercury)\.?\d{0,2}",

@@ -38,7 +38,7 @@ _WITH_WORD = re.compile(
 _WITH_PERCENT = re.compile(r"(?P<nm>\d{3,4}(?:[.,]\d{1,6})?)\s?(?:[\[(]\s?%\s?[RT]?\s?[\])]|%\s?[RT])", re.I)
 
 _DIGIT = re.compile(r"\d")
-# What two cells with a number each cannot do without.
+# Least content of two cells with a number each.
 _TWO_NUMBERS = re.compile(r"\d\D+\d")
 
 
@@ -180,7 +180,7 @@ def dialects_of(lines: Sequence[str]) -> list[Dialect]:
             marks = "."  # the other one parts cells
         dialects = [Dialect(delimiter, mark) for mark in marks]
         rows = [dialects[0].cells(line)[:300] for line in sample if delimiter in line]
-        # Of two marks that make the same of all cells, the first.
+        # The first of two marks that read all cells alike.
         of_each = sorted(((_score(dialect, rows), dialect) for dialect in dialects), key=lambda pair: -pair[0])
         scored += of_each[: 1 if of_each[0][0] == of_each[-1][0] else 2]
     most = max(score for score, _ in scored)

@@ -18,14 +18,14 @@ from .axis import is_reciprocal_header
 from .dialect import Dialect, comment, dialect_of
 from .layout import Row, is_wavelength_header, layout_of, wavelengths_across
 
-# What is larger is no list that somebody keeps beside measurements.
+# Largest list that somebody keeps beside measurements.
 _LARGEST_BYTES, _MOST_CELLS, _LONGEST_LINE, _SHOWN_LINES = 2 << 20, 100_000, 8000, 2000
 _WORDS = re.compile(
     r"spect|wave|lambda|λ|illumin|observer|\bnm\b|nanomet|\d\s?nm\b|microns?\b|\b[µμu]m\b|1/cm|CIE", re.I
 )
 _LEADING = re.compile(r"\d{3,5}(?!\d)")
-# So many numbers in a row, or one below the other, that could be wavelengths, are those of a table that is damaged.
-# Fewer rows are a table that is cut short.
+# Fewest numbers in a row or a column which could be wavelengths that mark a damaged table. With fewer rows the table is
+# cut short.
 _FEW = 3
 
 
@@ -75,6 +75,6 @@ def _may_have_wavelengths(rows: Sequence[Row], dialect: Dialect) -> bool:
     if any(dialect.names_wavelength(cell) for _, cells in rows for cell in cells):
         return True
     down = [list(column) for column in zip(*(cells for _, cells in rows), strict=True)]
-    # Where marks are damaged, a wavelength has its value in its cell.
+    # In a row with damaged marks, a cell holds a wavelength and its value.
     down += [[match[0] if (match := _LEADING.match(cell)) else "" for cell in column] for column in down[:2]]
     return any(len(wavelengths_across(cells, dialect)) >= _FEW for cells in down)

@@ -16,7 +16,7 @@ from .dialect import Dialect, words_beside
 
 #: A row of a table: line number in the file, and stripped cells.
 Row = tuple[int, list[str]]
-#: Which way the wavelengths of a table go.
+#: Direction of a table's wavelengths.
 Way = Literal["down", "across"]
 
 _WAVELENGTH_WORD = re.compile(
@@ -321,7 +321,7 @@ def wavelength_runs(
     values = [
         pair[0] if pair and least <= pair[0] <= _LARGEST and (pair[1] or not labelled) else None for pair in found
     ]
-    # How many cells that are no wavelengths stand before each: a stretch ends at one.
+    # Number of cells before each that are no wavelengths: a stretch ends at one.
     parted = list(accumulate((value is None for value in values), initial=0))
     apart: dict[str, list[tuple[int, int, float]]] = {}
     for at, (pair, value) in enumerate(zip(found, values, strict=True)):

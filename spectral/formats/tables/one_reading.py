@@ -36,7 +36,7 @@ _ASIDE = re.compile(
 )
 _IN_THOUSANDS = {mark: re.compile(rf"[-+]?[1-9]\d{{0,2}}(?:\{mark}\d{{3}})+") for mark in ".,"}
 _BELOW_A_THOUSAND = re.compile(r"[-+]?[1-9]\d{0,2}")
-#: What to do with a table whose decimal commas part its cells, too.
+#: Hint for a table whose decimal commas part its cells, too.
 APART = "export it with semicolons or tabs between the cells, or with decimal points"
 
 

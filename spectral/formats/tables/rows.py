@@ -30,7 +30,8 @@ from .layout import (
 from .one_reading import check_whole
 from .section import Column, Section, cell, ragged, trimmed
 
-# What an instrument reads, in counts, to make a reflectance or a transmittance of it. Each may be a sample's name, too.
+# Names of an instrument's counts, from which it computes reflectance or transmittance. Each may be a sample's name,
+# too.
 _OF_READING = rf"(?:currents?|readings?|spe[ck]tr\w+|signals?|{spelt('reading', alone=False)})"
 _BEFORE = rf"(?:{_OF_READING}[ _.-]*{OF})?"
 _OF_READINGS = (

@@ -168,9 +168,9 @@ def test_an_effect_coating_has_differences_and_no_index():
         ((50, 30, 30), (1, 1, 1), "stronger, lighter"),
         ((50, 1, 1), (-2, 0, -1), "darker, bluer"),
         ((50, 0, 0), (0, 0, 0), "alike"),
-        # From orange to blue no hue lies between that would say it.
+        # No hue between orange and blue would name this change.
         ((50, 30, 30), (0, -30, -60), "bluer, greener"),
-        # What has turned past red towards blue is no redder colour alone, nor what has turned past yellow.
+        # A hue that has turned past red towards blue is no redder colour alone, nor one that has turned past yellow.
         ((50, 10, 10), (0, 4, -33), "bluer"),
         ((50, 10, 10), (0, 25, -22), "redder, bluer"),
         ((50, 10, 10), (0, 25, -13), "stronger, redder"),

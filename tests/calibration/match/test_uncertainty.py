@@ -22,7 +22,7 @@ from orange_batch import NM, ORANGE, sample
 FORMULAS = tuple(formula(name) for name in ("CIE 1976", "CIE 1994", "CIE 2000", "CMC 2:1"))
 WHITE = observer("1964_10").white(illuminant("D65"))
 WHITE_TILE = 0.85 + 0.01 * np.tanh((NM - 450.0) / 40.0)
-# Of readings, in fractions: noise of each wavelength, and of all together.
+# Noise of readings, in fractions: of each wavelength, and of all together.
 NOISE, TOGETHER = 8e-4, 5e-4
 
 
@@ -109,6 +109,6 @@ def test_a_batch_that_drifts_is_told_from_one_that_scatters():
 def test_the_mean_of_a_batch_is_its_means():
     found = of_batch([0.98 * ORANGE, 1.02 * ORANGE])
     assert abs(found.mean[0]) < 0.01 and found.count == 2
-    # Of two, the deviation is their distance over the root of two.
+    # The deviation of two readings is their distance over the root of two.
     labs = [sample("", share * ORANGE).lab("D65", "1964_10")[0] for share in (0.98, 1.02)]
     assert found.deviation[0] == pytest.approx((labs[1] - labs[0]) / np.sqrt(2.0))

@@ -133,7 +133,7 @@ def test_the_page_is_self_contained_and_shows_what_moved(result, sides):
     text = render_page(result, *sides, "1.2")
     page = Page(text)
     sources = [attrs["src"] for tag, attrs in page.tags if tag == "img" and "src" in attrs]
-    # Of what moved both and the map, of the others one.
+    # Both pictures and the map of rows that moved, one of the others.
     assert len(sources) == 5 and all(source.startswith("data:image/") for source in sources)
     assert not [tag for tag, attrs in page.tags if tag == "link" or (tag == "script" and "src" in attrs)]
     assert "http" not in re.sub(r"data:[^\"]*", "", text)

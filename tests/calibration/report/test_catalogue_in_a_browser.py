@@ -164,7 +164,7 @@ COLOURS = """async () => {
 }"""
 
 
-# From the bar down to the end of the screen, or of the page, there are tiles and no more than the gaps between them.
+# Tiles fill the page from the bar down to the end of the screen, or of the page, but for the gaps between them.
 COVERED = """() => {
   const boxes = [...document.querySelectorAll(".thumbnail")].map((one) => one.getBoundingClientRect());
   const end = Math.min(innerHeight, document.querySelector("footer").getBoundingClientRect().top);

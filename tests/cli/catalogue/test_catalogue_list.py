@@ -193,7 +193,7 @@ def far(maximum, where=WHERE, budget=None):
         # Measured against the fit's own budget, not the default of an import.
         (1.1, WHERE, f"paint/far: up to ΔE94 1.1 under A: {WHERE}", 0.1),
         (9.9, WHERE, None, 1.0),
-        # Of a file of before such places were noted.
+        # A record older than the note of such places.
         (56.0, None, "paint/far: up to ΔE94 56.0 under A", None),
         (5.0, WHERE, None, None),
         (0.6, WHERE, None, None),

@@ -33,7 +33,7 @@ def test_illuminance_is_the_lights_own_in_any_scale():
     towards = vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-12)
     towards[np.linalg.norm(vectors, axis=1) == 0.0] = (0.0, 1.0, 0.0)
     lux = panel.by_frames(scaled, frames_about(towards), 1)[:, 0]
-    # Of a surface that the light fills all of the sky of but what the horizon cuts, more than the vector has.
+    # A surface whose sky the light fills but for what the horizon cuts receives more than the vector has.
     assert (lux >= np.linalg.norm(vectors, axis=1) - 1e-9).all()
     assert np.median(np.abs(lux - np.linalg.norm(vectors, axis=1))) < 1e-9
     behind = (world - LIGHT.position) @ LIGHT.axes[2] <= 0.0

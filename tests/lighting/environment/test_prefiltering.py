@@ -53,7 +53,7 @@ def test_bright_parts_and_the_rest_are_the_whole_light(light, frames):
     bright = BrightLight.of(light)
     parts = bright.parts
     assert 1 <= len(parts.axis) <= 16
-    # What is left in cells is the light's own less the narrow lobes', wherever it stands.
+    # The cells hold the light's own less the narrow lobes', wherever it stands.
     world = TO @ light.world_from_map.T
     sharpest = parts.sharpness[: bright.narrow]
     assert (np.diff(parts.sharpness) <= 0.0).all() and (parts.sharpness[bright.narrow :] < 300.0).all()

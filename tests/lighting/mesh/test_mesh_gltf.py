@@ -7,7 +7,7 @@ from metamer.runtime.errors import InputError
 
 from .gltf_files import FACES, POINTS, Gltf, area, volume
 
-# Of the tetrahedron: three right triangles and one whose sides are cut off at 1, 1.5 and 2.
+# Area of the tetrahedron: three right triangles and one whose sides are cut off at 1, 1.5 and 2.
 AREA = 0.5 * (1 * 1.5 + 1 * 2 + 1.5 * 2) + 0.5 * np.sqrt((1.5 * 2) ** 2 + (1 * 2) ** 2 + (1 * 1.5) ** 2)
 FRACTIONS = POINTS / 2.0
 SUFFIXES = pytest.mark.parametrize("suffix", [".gltf", ".glb"])

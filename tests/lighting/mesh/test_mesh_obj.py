@@ -64,7 +64,7 @@ def corners_of(mesh, *, uv, normals):
     arrays += [mesh.uv[mesh.faces]] if uv else []
     arrays += [mesh.normals[mesh.faces]] if normals else []
     flat = np.concatenate(arrays, axis=-1)
-    # From its least corner on, in order.
+    # In order, beginning with the least corner.
     return sorted(min(np.roll(face, -k, axis=0).round(6).tolist() for k in range(3)) for face in flat)
 
 
@@ -128,7 +128,7 @@ def test_lines_are_read_however_they_are_written(way, tmp_path):
     mesh = load_mesh(path)
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     areas = sorted(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))
-    # Of (1,0,0) (2,0,2) (0,1,0): |(1,0,2) x (-1,1,0)| / 2 = |(-2,-2,1)| / 2.
+    # Area of (1,0,0) (2,0,2) (0,1,0): |(1,0,2) x (-1,1,0)| / 2 = |(-2,-2,1)| / 2.
     np.testing.assert_allclose(areas, [0.5, 1.5])
 
 

@@ -85,7 +85,7 @@ def test_angles_are_those_in_the_plane_of_the_vertex_normal():
     mesh = Mesh(vertices, np.tile(UP, (4, 1)), faces, uv)
     expected = np.zeros(3)
     for face, degrees in zip(faces, (90.0, 45.0), strict=True):
-        # Where u grows fastest while v stays: solved from the two edges.
+        # The direction in which u grows fastest while v stays, solved from the two edges.
         edges, changes = vertices[face[1:]] - vertices[face[0]], uv[face[1:]] - uv[face[0]]
         along = np.linalg.solve(changes.T, [1.0, 0.0]) @ edges
         along[2] = 0.0

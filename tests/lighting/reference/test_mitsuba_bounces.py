@@ -21,7 +21,7 @@ from metamer.spectral.spectrum import Spectrum
 pytestmark = pytest.mark.mitsuba
 
 PIXELS, BLOCK, COUNT = 24, 8, 256
-# Of white, for the 5 nm grid and our regular sample points at outlines.
+# Share of white allowed to the 5 nm grid and our regular sample points at outlines.
 ALLOWANCE = 0.001
 FINE_NM = np.arange(360.0, 831.0)
 RED = np.interp(NM, [380, 560, 620, 780], [0.05, 0.08, 0.7, 0.75])

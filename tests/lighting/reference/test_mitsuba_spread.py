@@ -24,7 +24,7 @@ from metamer.spectral.spectrum import Spectrum
 pytestmark = pytest.mark.mitsuba
 
 PIXELS, BLOCK, COUNT = 32, 8, 144
-# Of white, for our regular sample points at outlines and the 5 nm grid.
+# Share of white allowed to our regular sample points at outlines and the 5 nm grid.
 ALLOWANCE = 0.001
 FINE_NM = np.arange(360.0, 831.0)
 RED, BLUE = np.interp(NM, [380, 560, 620, 780], [0.05, 0.08, 0.6, 0.7]), np.interp(NM, [380, 480, 560], [0.5, 0.6, 0.1])

@@ -62,7 +62,7 @@ def test_a_sun_and_a_sky_add_up():
     light = reference_images(scene_of(sky()), None, SURFACES, most_directions=64)
     both = reference_images(scene_of(SUN, sky()), None, SURFACES, most_directions=64)
     np.testing.assert_allclose(both.xyz, sun + light.xyz, rtol=1e-12, atol=1e-14)
-    # What is bright without noise hides some.
+    # Bright light without noise hides some.
     assert both.noise.mean[0] < light.noise.mean[0]
 
 

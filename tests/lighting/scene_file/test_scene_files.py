@@ -63,7 +63,7 @@ def test_python_and_the_file_use_the_same_words():
         assert set(signature(getattr(shapes, shape)).parameters) >= set(keys)
     places, reads = ({*signature(one).parameters} - {"self", "path"} for one in (Mesh.placed, load_mesh))
     # A row of patches has a part for each of its `materials`.
-    # Whether a part has holes is its material's to say.
+    # The material says whether a part has holes.
     assert (words(Part) - {"cutout"}) | places | reads == set(scene_keys.PART) - {"shape", "materials"}
 
 

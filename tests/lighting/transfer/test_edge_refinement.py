@@ -70,7 +70,7 @@ def test_points_find_the_sites_about_them(found, standing):
     there = np.einsum("nc,nci->ni", weights, places[vertices])
     np.testing.assert_allclose(there, np.einsum("nc,nci->ni", shares, triangles[face]), atol=1e-12)
     assert weights.min() > -1e-12
-    # What is cut is found as it is cut.
+    # Points on cut edges are found between the new vertices.
     assert (vertices >= len(places) - found.added).any()
 
 

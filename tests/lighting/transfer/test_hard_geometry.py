@@ -34,7 +34,7 @@ def lit(scene, rays=32):
     lux, fold = np.full((count, 1), 1000.0), BASIS.fold(D65, SEEN)
     found = interreflected(operator, regions, lux, [fold], SEEN.white(D65), 1000.0)
     assert np.isfinite(found.all).all()
-    # What any sends is at least what it reflects straight away, and at most what it would in a closed box.
+    # Each vertex sends at least its direct reflection, and at most that of a closed box.
     assert found.all.min() >= 1000.0 * WHITE - 1e-6
     assert found.all.max() <= 1000.0 * WHITE / (1.0 - WHITE) + 1e-6
     assert (hits.areas >= 0.0).all()

@@ -103,7 +103,7 @@ def test_doubled_and_thin_faces_change_little(scene_of, squares, kind):
     worse = Mesh(vertices, normals, np.concatenate([upper.faces, faces]))
     plain, found = (sums(irradiance_operator(placed(scene_of(lower, one)).traced(64))) for one in (upper, worse))
     assert np.isfinite(found).all()
-    # Which of two equal triangles a ray meets does not matter.
+    # Either of two equal triangles may be the one that a ray meets.
     assert abs(found.max() - plain.max()) < 0.03
     assert found.max() <= 1.0 + 1e-6
 

@@ -151,7 +151,7 @@ def test_a_quick_basis_leaves_out_as_much_as_a_fitted_one():
         off = basis.mean + codes @ basis.axes.T - values[240:]
         left.append(float((weights[240:] * off**2).sum()))
     assert left[1] <= 1.1 * left[0]
-    # What sees nothing has a code, too, though no such site was there.
+    # A site that sees nothing has a code, too, though there was none in the fit.
     np.testing.assert_allclose(quick.mean + quick.axes @ quick.hidden, compression.bent(-0.5 * np.pi), atol=0.05)
 
 

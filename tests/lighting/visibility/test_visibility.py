@@ -115,7 +115,7 @@ def test_self_intersections_stay_finite_and_nearly_right(scene_of):
     truth = measure.truth(scene, 800, 48)
     asked = found.located(truth.faces, truth.weights)
     assert np.isfinite(found.signed_distances(*asked, truth.directions)).all()
-    # What lies under the floor or in the ball is seen by nobody.
+    # Points under the floor or in the ball are seen from nowhere.
     vertices = np.concatenate([part.mesh.vertices[part.mesh.faces] for part in scene.parts])[truth.faces]
     place = np.einsum("nk,nki->ni", truth.weights, vertices)
     seen = (place[:, 1] > -1e-9) & (np.linalg.norm(place - [0.0, 0.4, 0.0], axis=1) > 0.98)

@@ -215,7 +215,7 @@ def test_a_missing_image_is_made_of_the_lights_around_it(tmp_path, gone):
     filled = replace(images, index=index)
     assert filled.missing.tolist() == [list(gone)]
     ratio = filled.image(*gone).mean() / images.image(*gone).mean()
-    # Of the normal, the lights around it are 30 degrees away, where the cosine is 0.87.
+    # Around the normal, the lights are 30 degrees away, where the cosine is 0.87.
     assert ratio == pytest.approx(1.0, abs=0.15)
     assert np.array_equal(filled.image(1, 1), images.image(1, 1))
 

@@ -50,7 +50,7 @@ def test_every_level_shows_the_mean(images, form):
         means = levels_of(near)
         for mean, level in zip(means[1:], levels[1:], strict=True):
             assert off(images.basis, mean, level.reconstruct(*pair)).mean() < (3.0 if lobes else 0.2)
-        # Of all texels' mean any single texel is farther off.
+        # Any single texel is farther off than the mean of all.
         single = off(images.basis, np.broadcast_to(means[-1], near.shape), near).mean()
         assert off(images.basis, means[-1], levels[-1].reconstruct(*pair)).mean() < (0.3 if lobes else 0.05) * single
 

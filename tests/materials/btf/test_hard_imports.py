@@ -88,7 +88,7 @@ def test_an_image_that_goes_between_plan_and_work_is_named(tmp_path):
     report = import_sources([folder], tmp_path / "cat", jobs=1, answer=SAID, begins=lambda pending, jobs: gone.unlink())
     (one,) = report.outcomes
     assert one.status == "failed" and gone.name in str(one.reason)
-    # Who puts it back goes on.
+    # The import goes on once the image is back.
     saved(folder, cloth())
     assert error_of(imported(folder, tmp_path / "cat")) < 0.8
 

@@ -24,7 +24,7 @@ from patience import patient
 
 pytest.importorskip("duckdb")
 
-# What a process of its own does: an index, and the answers of the benchmark.
+# Program of a process of its own: an index, and the answers of the benchmark.
 INDEXING = """
 import json, pathlib, sys
 from metamer.materials.catalogue import head_index

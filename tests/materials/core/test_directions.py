@@ -51,7 +51,7 @@ def test_half_difference_and_back(theta_i, phi_i, theta_o, phi_o):
     assert 0 <= theta_h <= np.pi / 2 and 0 <= theta_d <= np.pi / 2
     assert 0 <= phi_d < TAU and 0 <= phi_h < TAU
     back_i, back_o = io_from_half_difference(theta_h, theta_d, phi_d, phi_h)
-    # Where wi and wo are nearly opposite, h is short and its direction is known to 1e-16 / |h|.
+    # For wi and wo nearly opposite, h is short and its direction is known to 1e-16 / |h|.
     slack = 1e-15 / max(np.linalg.norm(wi + wo), 1e-3) + 1e-14
     np.testing.assert_allclose(back_i, wi, rtol=0, atol=slack)
     np.testing.assert_allclose(back_o, wo, rtol=0, atol=slack)

@@ -86,7 +86,7 @@ def test_terms_times_spectra_are_the_lobe_and_equal_keys_are_equal_terms():
     for lobe in (lobe.brdf for surface in EXAMPLES for lobe in surface.lobes()):
         if lobe.sum_of_terms is not None:
             values = lobe.sum_of_terms.terms(wi, wo)
-            # Of a lobe that cannot be told from a mirror both sides are next to nothing.
+            # Both sides of a lobe that cannot be told from a mirror are next to nothing.
             np.testing.assert_allclose(values @ lobe.sum_of_terms.spectra, lobe.eval(wi, wo), rtol=1e-12, atol=1e-14)
             np.testing.assert_array_equal(by_key.setdefault(lobe.sum_of_terms.key, values), values)
     assert len(by_key) > 15

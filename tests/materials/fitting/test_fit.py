@@ -286,7 +286,7 @@ def test_terms_do_not_cancel_where_no_picture_looks(frame, pixels, ranks, most):
     original = np.pi * (brdf.eval(wi, wo) * wi[:, 2:]).max(axis=0)
     assert shaded.min() >= -0.02
     assert (shaded.max(axis=0) <= 2.0 * np.maximum(original, 0.02)).all()
-    # What is reported was looked for there, too.
+    # The reported extremes were looked for there, too.
     assert -0.02 <= found.error.most_negative <= shaded.min() + 1e-3
     assert found.error.largest <= 2.0
     assert found.score <= most

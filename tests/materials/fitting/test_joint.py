@@ -68,7 +68,7 @@ def test_no_step_raises_the_objective(samples, packs):
         left.append(now)
     assert all(later <= earlier * (1 + 1e-12) for earlier, later in pairwise(left)), left
     assert left[-1] < 0.9 * left[0]
-    # What the sweep says is left is what the packs leave.
+    # The residual that the sweep states is the one that the packs leave.
     assert samples.cost(problem.packs_of(state)) == pytest.approx(left[-1], rel=1e-6)
 
 
@@ -240,7 +240,7 @@ def test_guards_that_count_far_more_than_samples_do_not_blur_what_samples_ask_fo
     *factors, spectral = JointProblem((pack,), samples).factors()
     met = PackSamples(pack, watched)
     left = watched.targets.T - spectral @ met.terms(factors).T
-    # What guards ask for is kept already: samples alone decide where to go.
+    # The guards are satisfied already: samples alone decide where to go.
     left[:, -count:] = 0.0
     for turn in met.turns:
         rest = np.empty((len(watched.wi), 4))

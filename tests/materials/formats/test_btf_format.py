@@ -324,5 +324,5 @@ def test_what_reading_takes_is_that_of_the_whole_set(tmp_path):
     assert many.seconds == pytest.approx(few.seconds * 81 / 4) and 1 << 28 < few.bytes < many.bytes < 1 << 30
     exr_set(tmp_path / "exr", dict.fromkeys("RGB", np.zeros((20, 20), np.float32)))
     assert btf_format.reading_cost(next((tmp_path / "exr").iterdir())).seconds > 0
-    # Of a set of 6561 images of 256 x 256 texels, less than there is of memory.
+    # Memory for a set of 6561 images of 256 x 256 texels: less than there is.
     assert btf_format._PROCESS_BYTES + btf_format._VIEW_BYTES * 81 * 65536 < 1e9

@@ -74,7 +74,7 @@ def read_glb(tmp_path, *materials, uplift="mallett-yuksel", answer=NO_ANSWER, **
     return read(path, uplift, answer)
 
 
-# Of maps, the mean.
+# Maps are replaced by their mean.
 MEAN = ImportOptions(maps="mean")
 
 

@@ -192,7 +192,7 @@ def test_several_materials_are_one_file_with_a_sphere_each(tmp_path):
     assert first.provenance.licence == "CC BY 4.0; CC0"
     mesh = load_mesh(done.path)
     assert len(mesh.part_names) == 2 and mesh.uv is not None
-    # Of the tiles, which are repeated.
+    # The note is on the tiles, which are repeated.
     assert [note.partition(":")[0] for note in mesh.notes] == ["material maps/tiles"]
     assert "KHR_texture_transform" in mesh.notes[0]
     # Outwards, u to the right and v upwards as seen from in front.

@@ -68,7 +68,7 @@ def test_images_stay_where_they_are_or_are_copied_when_asked(wool, tmp_path, cop
     assert ("in 25 files of" in capsys.readouterr().out) != copy
     again = brought(wool, catalogue, copy=copy, doing=lambda name, doing: said.append(doing))
     assert again.count("skipped") == 1 and not said
-    # What is read again is the same bytes.
+    # Reading again gives the same bytes.
     brought(wool, tmp_path / "other", copy=copy)
     path = material_path(catalogue, found.id)
     assert material_path(tmp_path / "other", found.id).read_bytes() == path.read_bytes()
@@ -80,7 +80,7 @@ def test_images_stay_where_they_are_or_are_copied_when_asked(wool, tmp_path, cop
         with pytest.raises(InputError, match="no such file"):
             found.surface().images.image(1, 1)
         assert len(verify_catalogue(catalogue, jobs=1).incomplete) == 1
-        # What it is from afar is in the record.
+        # The record holds the colours from afar.
         assert len(found.lab()) == 3
 
 
@@ -169,7 +169,7 @@ def test_a_fast_form_is_asked_for_by_its_name(wool, tmp_path, monkeypatch, name)
     found = Catalogue.open(folder)["btf/wool"]
     assert ("btf" if name.startswith("lpca") else "btf-field") == found.fast.NAME
     assert f"fast form {name}: as you said" in found.provenance.notes
-    # Whoever fits again finds the same form, and whoever asks for another imports anew.
+    # A new fit finds the same form, and asking for another imports anew.
     assert found.surface().own_form(0.5).NAME == found.fast.NAME
     assert brought(wool, folder, said=replace(SAID, btf_form=name)).count("skipped") == 1
     other = brought(wool, folder, said=SAID, dry_run=True)

@@ -415,7 +415,7 @@ def test_ctrl_c_in_the_middle_of_a_parallel_import(tmp_path):
     while _group_alive(process.pid) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert not _group_alive(process.pid)
-    # Where the command took its time to start, its source was at rest, and what it saw of it is kept.
+    # Even after a slow start of the command its source was at rest, and what it saw of it is kept.
     files = sorted(path.name for path in cat.rglob("*") if path.is_file() and path.name != import_history.FILE)
     assert files and not [name for name in files if name.startswith(".")]
     before = Catalogue.open(cat).ids()

@@ -9,7 +9,7 @@ from metamer.materials.intake.inputs import inputs_of
 
 pytestmark = pytest.mark.slow
 
-# What a folder's files are: format, materials, refusals; None: any number.
+# Expected contents of a folder's files: format, materials, refusals; None: any number.
 EXPECTED = {
     "brdf/cornell-spectral/*.brdf": ("Cornell scattered BRDF", 1, 0),
     "brdf/rgl/*.bsdf": ("RGL measurement", 1, 0),

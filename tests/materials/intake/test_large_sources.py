@@ -171,7 +171,7 @@ def test_damage_in_a_copy_is_noticed_by_the_next_import(stacks, tmp_path):
 
 def test_a_file_that_has_moved_is_imported_from_where_it_is(stacks, tmp_path, monkeypatch):
     path, catalogue = tmp_path / "scans" / "wool.npy", tmp_path / "cat"
-    # What is known counts at once, as it does two seconds later.
+    # Known files count at once, as they do two seconds later.
     monkeypatch.setattr(import_history, "_TICK_NS", -1_000_000_000)
     import_sources([path], catalogue, jobs=1)
     assert import_sources([path], catalogue, jobs=1).count("skipped") == 1
@@ -197,7 +197,7 @@ def test_a_file_that_cannot_be_read_to_its_end_costs_that_material_alone(stacks,
 def test_who_is_ended_while_it_copies_leaves_no_half(stacks, tmp_path, signal_name):
     """Both in a script of one's own: the command's Ctrl-C takes the same way as SIGTERM, without an exception."""
     path = stacks.written(tmp_path / "large.npy", (8, 64, 1641))
-    # Where the tests run in the background of a shell, SIGINT is ignored from the start.
+    # In the background of a shell, SIGINT is ignored from the start.
     code = (
         "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "sys.path.insert(0, sys.argv[1]); import stack_format; stack_format.import_one(*sys.argv[2:])"

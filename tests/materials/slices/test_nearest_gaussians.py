@@ -67,7 +67,7 @@ def test_four_gaussians_are_enough_for_a_metals_budget():
 def test_what_is_a_mixture_already_stays_it():
     mixture = random_mixture(4, 1)
     wanted, *_ = wanted_of(mixture)
-    # Of what lies below the horizon the fit takes a little.
+    # The fit includes a little of the part below the horizon.
     found = wanted.nearest(mixture, 10)
     lobes, rest = found.densities(np.ascontiguousarray(wanted.directions.T))
     off = lobes.sum(axis=0) + rest - wanted.density

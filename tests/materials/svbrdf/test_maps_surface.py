@@ -128,7 +128,7 @@ def test_no_light_comes_from_below_either_horizon():
     assert not surface.at(Points(behind, up, at)).any(), "above the mesh, and below the texel"
     assert surface.at(Points(before, up, at)).all()
     assert not surface.at(Points(before * (1, 1, -1), up, at)).any(), "above the texel, and below the mesh"
-    # What arrives is counted by the texel's cosine.
+    # The texel's cosine weighs the light that arrives.
     matt = replace(surface, weight=ALIKE(0.0))
     cosine = float((before @ [0.8, 0.0, 0.6])[0])
     found = matt.at(Points(before, up, at)) * before[:, 2:]

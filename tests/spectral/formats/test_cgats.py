@@ -186,7 +186,7 @@ def test_what_lab_was_computed_for(written, lines, illuminant, observer):
     assert (lab.illuminant, lab.observer) == (illuminant, observer)
 
 
-# What does not fit.
+# Refusals
 
 
 @pytest.mark.parametrize(

@@ -329,7 +329,7 @@ def test_a_colour_stands_beside_the_spectrum_that_it_is_of(written, colours, fir
     assert ("L: 50" in file.entries[0].details.get("ColorCIELab", "")) == lost
 
 
-# What cannot be used
+# Refusals
 
 
 def test_a_reference_to_nothing_names_the_id(written):

@@ -201,7 +201,7 @@ def test_real_chart_is_a_colorchecker(shared_data, chart):
 def test_real_fluorescent_image_loads(shared_data):
     found = read_spectral_exr(shared_data / "spectra" / "exr" / "BiSpectral.exr")
     assert found.reradiation.shape == (16, 16, 41, 41)
-    # What shines is redder than what was absorbed: below the diagonal of [out, in] and never above it.
+    # Fluorescence is redder than the light absorbed: below the diagonal of [out, in] and never above it.
     assert np.tril(found.reradiation, -1).max() > 0
     assert np.triu(found.reradiation, 1).max() == 0
 

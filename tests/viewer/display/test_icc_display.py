@@ -106,7 +106,7 @@ def test_a_profile_that_is_written_anew_is_read_anew(tmp_path):
     assert before.name == "ICC: Before" and before == DisplayTransform(f"icc:{path}")
     path.write_bytes(old_tables(name="After"))
     after = DisplayTransform(f"icc:{path}")
-    # What is kept of displays (passes of the window, what is said of them) is of one or the other.
+    # Cached objects of displays (passes of the window, descriptions) belong to one or the other.
     assert after.name == "ICC: After" and after != before and hash(after) != hash(before)
 
 

@@ -16,7 +16,7 @@ SLICES = Path(view_slices.__file__).with_name("view_slices.glsl")
 LIGHT = {"ENVIRONMENT_LEVELS": 15, "SOFTENING": 2.0, "IRRADIANCE_SIDE": 128, "ROW_LENGTH": 4096, "BENT": 9}
 LIGHT |= {"FIELDS": 1, "ROWS_A_CALL": 1}
 HIDDEN = {"HIDDEN": 1, "MAP_QUADS": 11, "MAP_SIDE": 32, "SITES_A_ROW": 227, "MAP_SOFT": 0.785, "MOST_BENT": 0.964}
-# Of an environment; softboxes have no bright parts.
+# Sizes for an environment; softboxes have no bright parts.
 BRIGHT = {**HIDDEN, "MOST_BRIGHT": 16, "LIT_A_ROW": 409}
 PANEL = {"PANEL": 1, "PANEL_CELLS": 16, "PANEL_NODES": 8}
 SEVERAL = {**BRIGHT, "FIELDS": 3, "ROWS_A_CALL": 3, "SPECTRA": 3}

@@ -66,7 +66,7 @@ def test_what_lies_beside_the_part_changes_with_it(room, catalogue, renderer):
     ball = (first.coverage == 1.0) & (last.xyz[..., 1] > 0.02)
     lost = (first.xyz - last.xyz)[ball]
     assert ball.sum() > 20 and lost.min() > -1e-4
-    # What is lost is as red as the floor: more X than Z, beside what white has.
+    # The lost light is as red as the floor: more X than Z, beside the white.
     shares = lost.sum(axis=0) / first.white
     assert shares[0] > 1.5 * shares[2] > 0.0
 

@@ -111,7 +111,7 @@ def test_swapping_twice_changes_nothing_that_is_seen():
     assert CHOICES.material(swapped(once, CHOICES)) == CHOICES.material(session)
 
 
-# What hands do: a command, a slider dragged, the camera dragged, an undo, a redo, the pointer moved.
+# Actions of a user: a command, a slider dragged, the camera dragged, an undo, a redo, the pointer moved.
 MOVES = st.one_of(
     st.sampled_from(CHANGING).map(lambda one: ("do", one)),
     st.tuples(st.just("dial"), st.sampled_from(DIALS), st.floats(-400.0, 400.0)),

@@ -187,7 +187,7 @@ def test_only_the_first_of_many_cameras_builds_geometry(frame, session, monkeypa
         frame.show(session, SIZE, moving=turn < 5)
         frame.step()
     frame.settle()
-    # Of the scene of fewer triangles, where that is another one, and of the scene itself: for two lights each.
+    # Grids of the scene with fewer triangles, if that is another one, and of the scene itself: for two lights each.
     assert (len(triangles), len(grids)) == (scenes_built, 2 * scenes_built)
 
 

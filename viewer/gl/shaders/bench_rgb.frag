@@ -1,4 +1,4 @@
-// What an RGB renderer would do with the same factors: three numbers a term, one picture. For comparison only.
+// An RGB renderer with the same factors: three numbers a term, one picture. For comparison only.
 
 #include "sample.glsl"
 #include "terms.glsl"

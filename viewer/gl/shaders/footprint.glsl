@@ -1,4 +1,4 @@
-// How much of each angle a sample spans: what mip-mapped factors are averaged over; twin of footprints.py.
+// Footprint of a sample in each angle, over which mip-mapped factors are averaged; twin of footprints.py.
 
 // A side of a sample is used where the depth there is less than this many times that of the middle.
 const float DEEPEST = 10.0;

@@ -1,5 +1,5 @@
-// What one part's material gathers of a light that spreads, at every pixel of a box: terms, for each field of the light
-// the form's; four a target for `fold.frag`, or folded here into the pictures of SPECTRA spectra. Twin of
+// Area or environment light gathered by one part's material at every pixel of a box: terms, for each field of the light
+// those of the form; four a target for `fold.frag`, or folded here into the pictures of SPECTRA spectra. Twin of
 // `software/environment_light.py`.
 // A draw call is for ROWS_A_CALL rows of four terms of each of FIELDS fields: numbers that compilers know, so that the
 // sums are registers. An array that is indexed by what only comes with the call is memory, and costs more than look-ups.

@@ -1,4 +1,4 @@
-// What an environment form is given of each sample; docs/adding_a_surface.md says what it gives back.
+// Input of an environment form at each sample; docs/adding_a_surface.md describes its output.
 
 struct Gathered {
     vec3 wo;            // local direction to the viewer

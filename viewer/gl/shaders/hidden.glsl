@@ -1,11 +1,11 @@
-// What of a light that spreads is hidden at a sample; twin of gathering._left, lighting.visibility and
+// Occlusion of an area or environment light at a sample; twin of environment_light._left, lighting.visibility and
 // lighting.environment.bright_light. Needs octahedral.glsl and located.glsl.
 
 uniform sampler2D sites;        // of every site: codes of its map, four a texel
 uniform sampler2D map_axes;     // octahedral, with a border: four axes of maps a texel, one four beside the other; mean last
 uniform int map_quads;          // fours of codes: a number that compilers do not unroll
 #ifndef PANEL
-// Of environments alone: softboxes have cells, see panel_hidden.glsl.
+// For environments alone: softboxes have cells, see panel_hidden.glsl.
 uniform sampler2D site_light;   // of every site: what it loses of all but narrow parts, 9 moments, and the whole of it
 uniform int bright;             // parts of a light, and the narrow among them: not to be unrolled either
 uniform int narrow;
@@ -82,7 +82,7 @@ float boundary(Hiding at, vec3 to, out vec3 slope) {
     float c = map_texel(at, corner + ivec2(0, 1)), d = map_texel(at, corner + ivec2(1, 1));
     float bent = mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
     if (abs(bent) < MOST_BENT) {
-        // How the place changes with the direction: octahedral.slopes.
+        // Derivative of the place in the map by the direction: octahedral.slopes.
         float length = abs(to.x) + abs(to.y) + abs(to.z);
         vec3 signs = vec3(to.x < 0.0 ? -1.0 : 1.0, to.y < 0.0 ? -1.0 : 1.0, to.z < 0.0 ? -1.0 : 1.0), on = to / length;
         vec3 of_x = (vec3(1.0, 0.0, 0.0) - on.x * signs) / length, of_z = (vec3(0.0, 0.0, 1.0) - on.z * signs) / length;
@@ -118,8 +118,8 @@ float free_share(float angle, float lambda) {
     return 0.5 + 0.5 * error_function(theta, of.x, of.y) / error_function(0.5 * PI, of.x, of.y);
 }
 
-// What is left of a Gaussian that a boundary cuts, lighting.visibility.cut_lobe: the share, by how much its middle turns
-// towards what is free, and its sharpness.
+// A Gaussian cut by a boundary, lighting.visibility.cut_lobe: the share left, the turn of its middle towards the free
+// side, and its sharpness.
 vec3 cut_lobe(float angle, float slope, float lambda) {
     vec2 of = steepness(lambda);
     float k = of.x, c = of.y, right = 0.5 * PI;
@@ -134,7 +134,7 @@ vec3 cut_lobe(float angle, float slope, float lambda) {
     return vec3(share, atan(across, along), lambda * sharper);
 }
 
-// What a Gaussian's light upon a surface is proportional to, above a line `to` below its axis.
+// Irradiance by a Gaussian above a line `to` below its axis, up to a factor.
 float sent_above(float to, float axis) {
     return exp(-0.5 * to * to) / sqrt(2.0 * PI) + axis * (0.5 + 0.5 * error_function(to * sqrt(0.5), 1.0, 0.0));
 }
@@ -154,7 +154,7 @@ float part_distance(Hiding at, int part) {
     return straight(found);
 }
 
-// What is left of all light but the narrow parts': as much is lost as at the vertices, as a share of the whole there.
+// The light left without the narrow parts: the share lost is that at the vertices.
 void left_of(vec4 others[BENT], Hiding at, mat3 to_world, out vec4 left[BENT]) {
     vec4 lost[BENT], share = vec4(0.0);
     turned(to_world, at.lost, lost);

@@ -9,7 +9,7 @@ vec4 moments_here[9], flux_here[3], radiance_here[9];
 vec3 smooth_normal;                 // before a texture's own
 
 #ifdef MAP_LEVELS
-// What sites of glossy parts see, by direction; twin of lighting.transfer.radiance_maps.
+// Radiance seen by sites of glossy parts, by direction; twin of lighting.transfer.radiance_maps.
 uniform sampler2D radiance_maps;    // all levels of a site one after the other
 uniform sampler2D map_of_site;      // of every site: the normal and the number of its map, -1 where it has none
 uniform vec3 map_levels[MAP_LEVELS];    // sharpness, first texel and side

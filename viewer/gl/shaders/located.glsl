@@ -1,4 +1,4 @@
-// Where a sample stands among the vertices of its part, as triangles were cut; twin of Halving.located.
+// Position of a sample among the vertices of its part, as triangles were subdivided; twin of Halving.located.
 
 uniform sampler2D standing;     // of every sample: the weights of its triangle's second and third corner
 uniform sampler2D faces;        // of every triangle of the window: its number in the scene + 1, negative where its back

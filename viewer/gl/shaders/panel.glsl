@@ -13,7 +13,7 @@ vec3 towards[4];                    // the corners from there
 bool in_front;
 float omega;                        // solid angle
 
-// Of a triangle that is seen from the origin.
+// Solid angle of a triangle seen from the origin.
 float solid_angle(vec3 a, vec3 b, vec3 c) {
     float x = length(a), y = length(b), z = length(c);
     return 2.0 * atan(dot(a, cross(b - a, c - a)), x * y * z + dot(a, b) * z + dot(b, c) * x + dot(c, a) * y);

@@ -1,4 +1,5 @@
-// What of a softbox is hidden at a sample, cell by cell; twin of gathering._left_of_panel. Needs panel.glsl, hidden.glsl.
+// Occlusion of a softbox at a sample, cell by cell; twin of environment_light._left_of_panel. Needs panel.glsl,
+// hidden.glsl.
 
 vec3 cell_to[PANEL_CELLS];
 float cell_angle[PANEL_CELLS];      // solid angle

@@ -1,4 +1,4 @@
-// What a fast form is given of each sample; docs/adding_a_surface.md says what it gives back.
+// Input of a render form at each sample; docs/adding_a_surface.md describes its output.
 
 struct Sample {
     vec4 angles;        // three of the summand's frame; the light that arrives ("io"), or that times cos(theta_i) ("hd")

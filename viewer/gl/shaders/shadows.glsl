@@ -1,5 +1,5 @@
-// How much of a light reaches a point: rays against the triangles of one cell of the light's view. Twin of shadows.py,
-// which says why.
+// Share of a light that reaches a point: rays against the triangles of one cell of the light's view. Twin of
+// shadows.py, which gives the reasons.
 
 uniform sampler2D occluders;    // three texels a triangle: sorted corners in the light's view coordinates
 uniform isampler2D cells;       // where each cell's entries begin
@@ -47,7 +47,7 @@ float outline_ramp(float side, vec3 edge, vec3 to_light) {
     return clamp(side / (max(span, 1e-12) * OUTLINE_RAMP) + 0.5, 0.0, 1.0);
 }
 
-// How much of the ray from a point to the light one triangle stops.
+// Share of the ray from a point to the light that one triangle stops.
 float shade_of(int code, vec3 point, vec3 to_light, float reach, float contact) {
     int number = code >> 4;
     vec3 a = occluder(number, 0), b = occluder(number, 1), c = occluder(number, 2);

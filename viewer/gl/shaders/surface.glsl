@@ -1,4 +1,4 @@
-// What a sample sees: position, shading frame and direction to the viewer; twin of surfaces.py.
+// Surface at a sample: position, shading frame and direction to the viewer; twin of surfaces.py.
 
 #include "triangles.glsl"
 
@@ -24,7 +24,7 @@ vec3 corner_texel(int row, int index) {
     return row < 0 ? texelFetch(pieces, place, 0).xyz : texelFetch(corners, place, 0).xyz;
 }
 
-// Of something at the corners of a triangle, three texels from `first`, its mean with these weights.
+// Interpolation between the corners of a triangle, three texels from `first`, with these weights.
 vec3 mixed(int row, int first, vec3 weights) {
     return weights.x * corner_texel(row, first) + weights.y * corner_texel(row, first + 1)
         + weights.z * corner_texel(row, first + 2);

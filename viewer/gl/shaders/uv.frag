@@ -11,7 +11,7 @@ vec4 uv_texel(int number, int index) {
     return texelFetch(uvs, ivec2((number % UVS_A_ROW) * UV_TEXELS + index, number / UVS_A_ROW), 0);
 }
 
-// How the areas change with a step of one sample along x: the heights of the sides; along y: less their widths.
+// Derivatives of the areas by a step of one sample along x, the heights of the sides; along y, less their widths.
 vec3 slopes(vec3 from, vec3 to, vec3 inverse_w) {
     return SUBSTEPS * (from - to) * inverse_w;
 }

@@ -32,7 +32,7 @@ def draw_palette(window: Window, opened: bool) -> bool:
     imgui.begin_child("commands", ImVec2(0.0, _ROWS * imgui.get_text_line_height_with_spacing() + em(0.5)))
     clipper = imgui.ListClipper()
     clipper.begin(len(found))
-    # What is chosen is drawn, wherever the list has been scrolled to.
+    # The chosen row is drawn, wherever the list has been scrolled to.
     if found:
         clipper.include_item_by_index(kept.row)
     while clipper.step():

@@ -18,7 +18,7 @@ from .window import Window
 
 # Degrees that dragging over the height of the picture orbits, and what a notch of the wheel zooms.
 _ORBIT_DEG, _WHEEL = 180.0, 1.15
-# How near to the wipe's line the mouse takes it, sizes of text; and pixels of a click that is no drag.
+# Distance from the wipe's line at which the mouse takes it, sizes of text; and pixels of a click that is no drag.
 _GRAB, _STILL = 0.5, 4.0
 
 

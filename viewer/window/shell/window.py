@@ -90,7 +90,7 @@ class Window:
         self.regions: dict[str, tuple[CanvasValues, CanvasValues]] = {}
         self.driver = ""
         self.statistics: tuple[DeltaEStatistics | None, float] = (None, 0.0)
-        #: What has to be done where the GPU is, between two frames.
+        #: Tasks for the thread of the GPU, run between two frames.
         self.between: list[Callable[[], object]] = []
         self._open = ExitStack()
         self._watch = Watch((*desk.loaded.files, *files_of_shaders()))
@@ -152,7 +152,7 @@ class Window:
         self._hear()
         while self.between:
             self.between.pop(0)()
-        # What is being loaded has no picture yet: the last one stays.
+        # A scene that is being loaded has no picture yet: the last one stays.
         if desk.loaded.is_of(desk.session):
             self.pictures.show(desk.session, self.size, self.moving or turning)
         self._count()
@@ -225,7 +225,7 @@ class Window:
                 continue
             if heard.problem is not None:
                 self.desk.tell(heard.problem, problem=True, about="load")
-                # What it was read from may be mended.
+                # Its file may be mended.
                 continue
             loaded, said = heard.result
             self._put(loaded, said)

@@ -48,7 +48,7 @@ def test_the_stretch_is_guarded_at_the_pole_for_a_viewer_along_the_half_vector_a
         assert np.isfinite(lobe.sharpness).all() and np.isfinite(lobe.axis).all()
 
 
-# Of Beckmann at m = 0.2: energy of the warped slice by that of the exact one, and the integral of their difference.
+# Beckmann at m = 0.2: energy of the warped slice by that of the exact one, and the integral of their difference.
 MEASURED = {0: (1.02, 0.02), 45: (1.02, 0.22), 75: (1.03, 0.79), 85: (0.70, 1.13)}
 
 
@@ -126,7 +126,7 @@ def test_the_normaliser_of_eq_30_is_that_of_a_hemisphere():
     printed = 2.0 * np.pi / 0.8 * (1.0 - np.exp(-0.8))
     assert lobe.over_hemisphere(UP) == pytest.approx(printed, rel=1e-9)
     assert float(lobe.integral) > 1.4 * printed
-    # What is free of a wall, added to what is not, is all of it only by the sphere's.
+    # The free part and the hidden part add up to the whole only with the sphere's integral.
     wall = np.array([0.6, 0.0, 0.8])
     both = lobe.over_hemisphere(wall) + lobe.over_hemisphere(-wall)
     assert both / float(lobe.integral) == pytest.approx(1.0)

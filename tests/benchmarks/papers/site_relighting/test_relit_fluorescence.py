@@ -169,7 +169,7 @@ def test_a_part_that_begins_or_ends_to_fluoresce_is_as_if_made_so(corner, geomet
     assert (plain.coefficients.radiant, glowing.coefficients.radiant) == (False, True)
     fresh = Relighting.of(scene, {**surfaces, "1": GLOWING}, geometry)
     np.testing.assert_allclose(glowing.exits(EYE), fresh.exits(EYE), rtol=1e-4, atol=1e-6)
-    # What lights give is known, and the basis is kept where it is good.
+    # Direct irradiance is known, and the basis is kept where it is good.
     assert glowing.received is plain.received
     assert glowing.with_material("1", GLOWING).basis is glowing.basis
     back = glowing.with_material("1", CRIMSON)

@@ -3,9 +3,9 @@
 import random
 
 SIZE = (920, 560)
-# What ends the window or leaves the screen, and what opens a dialog, which another check does.
+# Commands that end the window or leave the screen, or open a dialog, which another check does.
 APART = {"quit", "fullscreen", "reload"}
-# What takes long to draw in software: done, and undone before it is drawn.
+# Commands that take long to draw in software: done, and undone before they are drawn.
 SLOW = ("booth.", "bounces", "influence.", "shape.", "samples.up", "other.reference", "reference")
 
 

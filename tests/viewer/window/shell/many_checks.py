@@ -10,7 +10,7 @@ def check_all_are_listed_and_frames_stay_short(it):
     assert len(it.desk.choices.materials) == 304
     begun = time.process_time()
     it.frames(20)
-    # Of the processor's time: a list that draws all of its rows takes ten times as long.
+    # CPU time: a list that draws all of its rows takes ten times as long.
     assert (time.process_time() - begun) / 20 < 0.5
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from imgui_bundle import imgui
 
 from ...canvas_renderer import Quality
-from ...chain import chain, is_colorimetric
+from ...chain import chain
 from ...frame import Frame
 from ..widgets import paragraph, right
 from ..window import Window
@@ -38,7 +38,7 @@ def draw(window: Window) -> None:
     words = [f"{width} x {height}{samples}", state]
     if session.turntable_deg_s:
         words.append(f"turntable {session.turntable_deg_s:+g}°/s")
-    if not is_colorimetric(frame.display):
+    if not frame.display.is_colorimetric:
         words.append("tone-mapped: judge no colour by it")
     imgui.text_disabled("   ".join(words))
     beside = "? keys    Ctrl+Shift+P all commands"

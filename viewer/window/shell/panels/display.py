@@ -11,7 +11,6 @@ from imgui_bundle import imgui
 from .....calibration.display.icc_profile import PREFIX
 from .....runtime.errors import InputError
 from ....display.transform import DisplayTransform
-from ...chain import is_colorimetric
 from ...numeric_controls import DEGREE, EXPOSURE, SURROUND
 from ...session_loader import display_views
 from ...state import Session
@@ -48,7 +47,7 @@ def draw(window: Window) -> None:
     clicked = combo("view", [(name, name) for name in there.get(shown.display, (shown.view,))], shown.view)
     if clicked is not None:
         desk.do(partial(_put, display=shown.display, view=clicked), f"Display {shown.display}, {clicked}")
-    if not is_colorimetric(shown):
+    if not shown.is_colorimetric:
         quiet("This view is tone-mapped: it is not colorimetric.")
     if imgui.checkbox("mark what is clipped", session.shown.gamut_warning)[0]:
         desk.run("display.gamut")

@@ -13,7 +13,7 @@ from ...queries import find_neighbours, sliders_of
 from ..widgets import em, heading, quiet, tooltip
 from ..window import Window
 
-#: How far a wish goes at most, units of CIELAB.
+#: Largest wish, units of CIELAB.
 MOST = 60.0
 
 

@@ -9,7 +9,7 @@ from ...picture_statistics import ask_plan
 from ..widgets import facts, heading, paragraph, quiet, tooltip
 from ..window import Window
 
-# What each kind of work is called, in the order in which it is told.
+# Names of the kinds of work, in the order in which they are listed.
 _WORK = {"moving": "while moving", "material": "material", "light, observer": "light, observer", "still": "one sample",
          "exact": "exact picture", "display": "compare and display", "statistics": "statistics"}  # fmt: skip
 
