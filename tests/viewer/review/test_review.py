@@ -34,6 +34,7 @@ from metamer.viewer.gl.context import NoGL
 from metamer.viewer.render.session import RenderSession
 from metamer.viewer.review.expected_work import ReviewWork
 from metamer.viewer.review.review import OWN_LIGHT, _dearest_first, review
+from metamer.viewer.review.words import colour_chain
 from metamer.viewer.software.backend import NumpyBackend, software_session
 from pictures import read_xyz_exr
 from PIL import Image
@@ -214,6 +215,24 @@ def test_rows_hold_the_colour_of_the_original_data(written, catalogue):
         np.testing.assert_allclose(row["colour"]["xyz"], xyz, rtol=1e-9)
         np.testing.assert_allclose(row["colour"]["lab"], lab_from_xyz(xyz, np.array(row["white_xyz"])), rtol=1e-9)
         assert row["colour"]["geometry"] == "45a:0"
+
+
+def test_the_chain_says_how_many_bounces_pictures_have(written, sphere):
+    _, document = written
+    (sample,) = (words for words in document["colour_chain"] if words.startswith("Sample: "))
+    (light,) = (words for words in document["colour_chain"] if words.startswith("Both: "))
+    assert "in a basis of at most" in sample and light.endswith("direct light with shadows, no interreflection.")
+
+    def chain(bounces):
+        plan = SimpleNamespace(basis_size=8, basis=SimpleNamespace(name="balanced"), precision="half precision")
+        scene = replace(sphere, bounces="auto")
+        return colour_chain(scene, scene.camera(), bounces, plan, ("A",), (None,), DisplayTransform(), "CPU")
+
+    for bounces, ending in (({0}, "no interreflection."), ({1}, "and interreflection, 1 bounce."), ({3}, ", 3 bounces."),
+                            ({0, 4, 2}, "and interreflection, 0 to 4 bounces.")):  # fmt: skip
+        words = chain(bounces)
+        assert [one for one in words if one.startswith("Both: ") and one.endswith(ending)], bounces
+        assert [one for one in words if "in bases of their own, folded" in one]
 
 
 def test_gl_and_numpy_write_the_same_review(written, sphere, catalogue, gl, tmp_path):
