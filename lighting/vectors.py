@@ -11,7 +11,7 @@ from ..runtime.errors import InputError
 
 #: The cosine to the viewer that a shading normal has at least.
 LEAST_COSINE = 1e-3
-# What constructors take: any three numbers, kept as a (3,) float64 vector, and whole numbers for lengths and strengths.
+# Types of constructor arguments: any three numbers, kept as a (3,) float64 vector; lengths and strengths, whole too.
 VectorLike = Any
 Number = float | int
 

@@ -16,7 +16,7 @@ from . import latlong
 from .box import PATCHES, RIM, Box
 from .environment import EnvironmentLight
 
-#: What scene files may say of a booth, beside what they say of every light.
+#: Keys of a booth in scene files, beside those of every light.
 KEYS = {
     "booth": "text",
     "width": "number",
@@ -32,7 +32,7 @@ MUNSELL_N7 = 0.42
 UV_TUBE_NM, UV_WIDTH_NM, UV_NM = 365.0, 20.0, (300.0, 400.0)
 #: Texels of the map, high and wide: 1.4 degrees each; and rays along each side of a texel.
 TEXELS, RAYS = (128, 256), 3
-#: Where the sample stands: over the middle of the floor, at this share of the height.
+#: Height of the sample over the middle of the floor, as a share of the booth's.
 SAMPLE_HEIGHT = 0.25
 
 

@@ -68,9 +68,9 @@ def cells_of(environment: EnvironmentLight, count: int) -> Cells:
     for whole in _whole(worth, high):
         numbers = np.where(whole, first - 1 + np.cumsum(whole).reshape(whole.shape), -1)
         labels, first = np.maximum(labels, _finer(numbers, FINEST // len(whole))), first + int(whole.sum())
-    # Squares between the texels of a coarse map have nothing.
+    # Squares between the texels of a coarse map hold none, and get no number.
     of = np.unique(labels.ravel()[square], return_inverse=True)[1].reshape(-1)
-    # Where a cell is dark, its middle is that of its texels.
+    # A dark cell is centred on its texels, by solid angle.
     weight = light + 1e-6 * (light.sum() or 1.0) * angles
     middles = np.stack([np.bincount(of, weights=each * weight) for each in to.T], axis=1)
     return Cells(middles / np.linalg.norm(middles, axis=1, keepdims=True), np.bincount(of, weights=angles), of)

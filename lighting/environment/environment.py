@@ -18,7 +18,7 @@ from ..vectors import Number
 from . import latlong
 from .direction_sampling import MapDrawing
 
-#: Where an environment's spectra come from: named by whoever made the scene, made from a colour, or measured.
+#: Origin of an environment's spectra: stated by the scene's author, made from a colour, or measured.
 Origin = Literal["stated", "made", "measured"]
 
 

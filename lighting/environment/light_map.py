@@ -16,11 +16,11 @@ from ...spectral.observers import observer
 from . import latlong
 from .reduction import xyz_of_samples
 
-#: What the channels of a map are.
+#: Quantity in the channels of a map.
 Kind = Literal["RGB", "XYZ", "luminance", "spectra"]
-#: What may become of texels that hold no light: NaN, infinite or negative values.
+#: Replacements for texels that hold no light: NaN, infinite or negative values.
 BAD_TEXELS = ("black",)
-# Texels that are looked at together.
+# Texels of a block.
 _BLOCK = 1 << 16
 
 

@@ -21,7 +21,7 @@ from .light_map import LightMap
 from .map_file import read_map
 from .reduction import BUDGET_DELTA_E94, MOST_SPECTRA, Reduction, fewest_spectra
 
-#: What scene files may say of such a light, beside what they say of every one.
+#: Keys of such a light in scene files, beside those of every light.
 KEYS = {
     "map": "file",
     "rotation_deg": "number",
@@ -29,14 +29,14 @@ KEYS = {
     "uplift": "text",
     "bad_texels": "text",
 }
-#: What made spectra are multiplied by: RGB (1, 1, 1) is this light.
+#: Illuminant of uplifted reflectances: RGB (1, 1, 1) is this light.
 MADE_OF = "D65"
-# Fields that memory is foretold by where their number is not known yet.
+# Fields that the estimate of memory assumes until their number is known.
 _FIELDS = 4
-# So many texels by the light they send, and as many by their directions, stand for all where spectra are chosen.
+# Texels sampled by their light to choose spectra, and as many by their solid angles.
 _LOOKED_AT = 750
-# Channels that fall below 0 on their way from other primaries by less than this share of the largest were rounded when
-# the file was stored: half floats have 11 bits.
+# Channels below 0 after a change of primaries by less than this share of the largest are rounding of the stored file:
+# half floats have 11 bits.
 _STORED = 2.0**-10
 
 
@@ -153,10 +153,10 @@ def _check_luminance(found: LightMap, luminance: Float[np.ndarray, "H W"]) -> No
 
 
 def _looked_at(luminance: Float[np.ndarray, "H W"]) -> tuple[tuple[np.ndarray, np.ndarray], Float[np.ndarray, " n"]]:
-    """Rows and columns of texels by which spectra are chosen, and the level at which each is looked at.
+    """Return rows and columns of the texels by which spectra are chosen, and the level at which each is seen.
 
-    Half of them stand for as much light each, at level 1, as on surfaces that they light. The others stand for as many
-    directions each, as they are seen in a mirror: beside a diffuser that the light from above makes white.
+    Half of them are sampled by their light, at level 1, as on surfaces that they light. The others are sampled by solid
+    angle, at the level of a mirror image beside a white diffuser in the light from above.
     """
     height, width = luminance.shape
     solid = latlong.solid_angles(height, width)[:, None]

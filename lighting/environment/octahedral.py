@@ -98,7 +98,7 @@ def slopes(to: Float[np.ndarray, "*n 3"], size: int) -> Float[np.ndarray, "*n 4 
     x, z = places(to)
     right, down = ((each + 1.0) * (0.5 * size) - 0.5 for each in (x, z))
     right, down = right - np.floor(right), down - np.floor(down)
-    # How on.x and on.z change: what divides them changes by the signs of all components.
+    # Derivatives of on.x and on.z: that of the divisor, the L1 norm, is the signs of all components.
     length = np.abs(to).sum(axis=-1, keepdims=True)
     signs = np.copysign(1.0, to)
     of_x, of_z = ((np.eye(3)[k] - on[..., k : k + 1] * signs) / length for k in (0, 2))

@@ -13,9 +13,9 @@ from ..vectors import dot, unit
 from .polygon import gaussian_shares, surface_moments
 from .softbox import SoftboxLight
 
-#: Cells along a side, each of which is hidden for itself.
+#: Cells along a side; each has its own visibility.
 CELLS = 4
-# Of the sharpness of a Gaussian that is as broad as an even square: 12 over its solid angle; none is broader than this.
+# Sharpness of a Gaussian as broad as an even square, times the square's solid angle; and the lowest sharpness.
 _BROAD, _LEAST_SHARPNESS = 12.0, 1.0
 
 
@@ -94,7 +94,7 @@ class GatheredPanel:
         squared = np.maximum(np.sum(offset * offset, axis=2), 1e-30)
         to = offset / np.sqrt(squared)[..., None]
         angle = self.cell_area * np.abs(to @ self.facing) / squared
-        # What is next to a cell sees no more than half of all directions filled by it.
+        # A cell fills at most a hemisphere, even of a point next to it.
         angle = np.minimum(angle, 2.0 * np.pi)
         return to, angle, np.maximum(_BROAD / np.maximum(angle, 1e-12), _LEAST_SHARPNESS)
 

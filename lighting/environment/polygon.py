@@ -59,20 +59,20 @@ def gaussian_shares(
     for here, there in _edges(corners):
         cross = np.cross(here, there)
         length = np.linalg.norm(cross, axis=1)
-        # An edge that points at its own point of view has no plane, and no width.
+        # An edge that points at the viewpoint spans no plane, and no angle.
         pole = cross / np.where(length > 0.0, length, 1.0)[:, None]
         spanned = np.arctan2(length, dot(here, there))[:, None]
         sine = np.clip(np.einsum("nqi,ni->nq", axes, pole), -1.0, 1.0)
         cosine = np.sqrt(1.0 - sine * sine)
-        # Where along the circle the edge begins, from the place that is nearest to the axis.
+        # Angle at which the edge begins on its great circle, from the point nearest to the axis.
         ahead = np.cross(pole, here)
         first = -np.arctan2(np.einsum("nqi,ni->nq", axes, ahead), np.einsum("nqi,ni->nq", axes, here))
         last = first + spanned
-        # 1 - c, without taking numbers from each other that are nearly equal.
+        # 1 - c, without cancellation.
         low = sine * sine / (1.0 + cosine)
         off = np.where((first <= 0.0) & (last >= 0.0), 0.0, np.minimum(np.abs(first), np.abs(last)))
         nearest = np.minimum(nearest, low + 2.0 * cosine * np.sin(0.5 * off) ** 2)
-        # Even in the angle about the axis, or as even as its width allows: what is integrated is about as broad.
+        # Nodes even in angle about the axis, or as even as its width allows: the integrand is about as broad.
         broad = np.sqrt(sine * sine + 1.0 / sharpness)
         from_, to = np.arctan(first / broad), np.arctan(last / broad)
         half, middle = 0.5 * (to - from_), 0.5 * (to + from_)
@@ -83,7 +83,7 @@ def gaussian_shares(
             found += weight * (1.0 + slope * slope) * _smooth(y, sharpness, whole)
         total += half * broad * sine * found
     share = omega / (4.0 * np.pi) + total / (2.0 * np.pi * whole)
-    # No more than the solid angle times the Gaussian where it is highest; of use where the axis passes it by.
+    # At most the solid angle times the Gaussian's maximum on the polygon; this matters if the axis lies outside.
     inside = np.all([np.einsum("nqi,ni->nq", axes, np.cross(a, b)) >= 0.0 for a, b in _edges(corners)], axis=0)
     highest = np.where(inside, 1.0, np.exp(-sharpness * nearest))
     most = omega * highest * sharpness / (2.0 * np.pi * whole)

@@ -25,7 +25,7 @@ BLUNTEST = 0.5
 #: about 3 texels.
 TEXELS = 10.0
 LEAST_SIDE = 32
-#: What a Gaussian is cut at, exp(-20) = 2e-9 of its top: a sun in a dark sky shows no edge.
+#: Exponent at which a Gaussian is cut, exp(-20) = 2e-9 of its peak: a sun in a dark sky shows no edge.
 CUT = 20.0
 #: Levels are linear in 1 / (lambda + this): as in 1 / lambda where lobes are sharp, and finite down to lambda = 0.
 SOFTENING = 2.0

@@ -18,20 +18,20 @@ from ...spectral.colour_library import colour_science
 from ...spectral.difference import delta_e_xyz
 from ...spectral.observers import Observer, observer
 
-#: What the reduction may cost: ΔE94 of reflectances, the 99th percentile over all that the light is judged by.
+#: Error budget of the reduction: ΔE94 of reflectances, worst of each sample of the light, 99th percentile over samples.
 BUDGET_DELTA_E94 = 0.25
-#: No light is reduced to more spectra than these; what that costs is said.
+#: Most spectra of a reduction; the error that remains is reported.
 MOST_SPECTRA = 8
-# Directions of the colours that are smaller than this share of the largest are rounding.
+# Singular values of the colours below this share of the largest are rounding.
 _RANK = 1e-6
-# The non-negative fit: exchanges a spectrum at the most, exchanges that may fail in a row, and what is 0.
+# Non-negative fit: most exchanges per spectrum, full exchanges that may fail in a row, and the share that counts as 0.
 _EXCHANGES, _FULL_EXCHANGES, _ROUNDING = 20, 3, 1e-10
-# How often the spectra and their shares are improved in turn, and the change, of the largest sample, at which it ends.
+# Most alternations of spectra and shares, and the change, relative to the largest sample, at which they end.
 _TURNS, _SETTLED = 30, 1e-5
-# How much farther from the mean than any sample a spectrum may begin.
+# Largest distance from the mean at which a spectrum begins, relative to that of its sample.
 _REACH = 4.0
 _OBSERVERS = ("1931_2", "1964_10")
-# A white without some tristimulus value has none to compare; this share of its Y stands in for it.
+# Floor of a white's tristimulus values, as a share of its Y: Lab divides by them.
 _LEAST_WHITE = 1e-6
 
 
@@ -67,7 +67,7 @@ def xyz_of_samples(
         factors = np.ones((1, grid.size))
     else:
         factors = np.stack([np.interp(grid, surfaces_nm, one) for one in surfaces])
-    # Hat functions: what each sample of the light makes of itself on the grid, its ends held.
+    # Hat functions: each sample of the light on the grid, its ends held.
     hats = np.stack([np.interp(grid, wavelengths_nm, row) for row in np.eye(wavelengths_nm.size)], axis=-1)
     return np.einsum("rm,cm,ml->rcl", factors, functions, hats, optimize=True)
 
@@ -237,7 +237,7 @@ def _non_negative(wanted: Float[np.ndarray, "n Q"], parts: Float[np.ndarray, "K 
     parts = parts / lengths[:, None]
     gram, towards = parts @ parts.T, wanted @ parts.T
     rows, count = towards.shape
-    # What solves for the numbers that are free, for each choice of them.
+    # Pseudo-inverse for each set of free coefficients.
     choices = (np.arange(1 << count)[:, None] >> np.arange(count) & 1).astype(bool)
     both = choices[:, :, None] & choices[:, None]
     solving = np.linalg.pinv(np.where(both, gram, 0.0), hermitian=True) * both

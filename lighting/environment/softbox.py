@@ -13,11 +13,11 @@ from ...spectral.spectrum import Spectrum
 from ..lights import SpreadLight, check_spectrum, strength
 from ..vectors import Number, VectorLike, dot, finite_vector, unit
 
-# Below this solid angle, sr, a rectangle is as good as even by area, and sums of its angles would be rounding.
+# Solid angle, sr, below which a rectangle is sampled by area: sums of its angles would be rounding.
 _SMALL = 1e-5
-# Cosines and lengths that would divide by nothing: a rectangle seen from its own plane sends nothing there.
+# Floor of divisors, cosines and lengths: a rectangle sends no light into its own plane.
 _TINY = 1e-12
-# What a sum of three products of unit vectors may be off by.
+# Rounding of a dot product of unit vectors.
 _ROUNDED = 4.0 * np.finfo(np.float64).eps
 # `up` and the axis count as parallel below this sine.
 _PARALLEL = 1e-6

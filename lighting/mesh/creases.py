@@ -78,5 +78,5 @@ def corner_groups(
     ends = np.concatenate([[corner_low[first], corner_low[second]], [corner_high[first], corner_high[second]]], axis=1)
     links = coo_matrix((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(3 * count, 3 * count))
     groups, label = connected_components(links, directed=False)
-    # What scipy gives has 32 bits, too few for products of numbers once a mesh has some 46,000 vertices.
+    # scipy's labels have 32 bits, too few for products of numbers from some 46,000 vertices on.
     return groups, label.astype(np.int64)

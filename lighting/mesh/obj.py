@@ -51,15 +51,15 @@ class _Obj:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        # By kind, the words of all its lines after each other, and where the lines are.
+        # Words of all lines of a kind, in order, and the lines' numbers.
         self.rows: dict[str, list[str]] = {kind: [] for kind in _KINDS}
         self.row_lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
-        # By word "1/2/3" a number; of every corner the number of its word.
+        # Number of each word, as "1/2/3"; number of each corner's word.
         self.words: dict[str, int] = {}
         self.corners: list[int] = []
-        # How much of each kind stands above faces that follow each other.
+        # Count of each kind above a run of faces.
         self.above: list[tuple[int, ...]] = [(0, 0, 0)]
-        # By face four numbers: corners, line, which of `above`, which material.
+        # Four numbers a face: count of corners, line, index into `above`, number of the material.
         self.faces: list[int] = []
         self.materials: dict[str, int] = {"": 0}
         self.left_out: dict[str, int] = {}

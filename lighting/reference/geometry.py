@@ -27,7 +27,7 @@ from ..vectors import dot, facing_viewer, orthonormal_frame, unit
 # Shadow rays start this far off the surface, in radii of the scene: well above float32 rounding in Embree, whose
 # coordinates are scaled to the scene, and far below a pixel.
 SHADOW_OFFSET = 1e-5
-# How a ray that met nothing is turned for a second try: one that aims at a vertex may slip through there in float32.
+# Change of direction for the second try of a ray that missed: one aimed at a vertex may slip through in float32.
 _NUDGE = np.array([1.1e-6, 0.7e-6, -0.9e-6])
 
 
@@ -155,7 +155,7 @@ class Tracer:
             waiting = waiting[hole]
             if not len(waiting):
                 return face
-            # What Embree meets again where it begins anew is passed all the same: each step is one.
+            # Each step advances, even if Embree meets the same triangle again from the new origin.
             reached[waiting] = np.maximum(distance[hole], reached[waiting]) + SHADOW_OFFSET * self.radius
             begin = origins[waiting] + reached[waiting, None] * directions[waiting]
             face[waiting] = self._met(begin, directions[waiting], again)

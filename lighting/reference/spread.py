@@ -203,7 +203,7 @@ class SpreadSum:
         if worn.sampler is not None:
             density = task.of_n * (worn.sampler.density(wo, wi) + by_light)
         uv, footprint = (None if one is None else one.take(sample, axis=0) for one in (geometry.uv, geometry.footprint))
-        # What was drawn has a density, but for the last bit at a cell's border.
+        # Drawn directions have a density above 0, except by rounding at a cell's border.
         weight = np.where(density > 0.0, wi[:, 2], 0.0) / np.where(density > 0.0, density, 1.0)
         arriving = luminance * weight[:, None]
         if part.moments is not None and worn.terms is not None:

@@ -43,7 +43,7 @@ from .light_tables import read_light
 from .mesh_materials import worn_meshes
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
-# What to do with files that people name in a scene's place.
+# Hint for picture files given in place of a scene.
 _PICTURE = (
     "write a scene.toml that has it as a map, a light or a material (docs/scene.md); metamer view opens EXR images"
 )
@@ -278,7 +278,7 @@ def _parts(
         if known_ids is not None and material not in known_ids and unworn not in (name, part_name):
             raise UnknownNameError("material", material, known_ids, file=path, field=f"{where}.material")
         with errors_at(path, where):
-            # What one piece is told of its texture's size takes the place of what all are, whichever way it is said.
+            # A piece's own texture size, in either key, replaces that of the whole part.
             sized = {"uv_scale", "uv_size_mm"}
             rest = {key: value for key, value in place.items() if not (sized & own.keys() and key in sized)}
             there = mesh.placed(**(rest | own))

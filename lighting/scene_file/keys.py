@@ -37,9 +37,9 @@ PART = {
     "uv_rotate_deg": "number",
     "uv_size_mm": "uv_size",
 }
-# What one material of a mesh file can be told beside its id.
+# Keys of a table that stands for one material of a mesh file.
 WORN = {"material": "text", "uv_scale": "uv_scale", "uv_rotate_deg": "number", "uv_size_mm": "uv_size"}
-# What each generated shape can be told beside the keys of every part.
+# Keys of each generated shape, beside those of every part.
 SHAPES = {
     "sphere": {"subdivisions": "count", "uv": "flag"},
     "speed_shape": {"subdivisions": "count", "uv": "flag"},

@@ -23,18 +23,18 @@ from ..scene import Scene
 from .hits import Hits, shifted_pattern
 from .radiant import donaldson
 
-# Pairs of directions, and places on a texture, that a reflectance under even light is a mean over.
+# Samples of a drawn albedo: pairs of directions, each with a place on a texture.
 _PAIRS = 4096
-# Steps of an even sequence of the six numbers of each: powers of the inverse of the real root of x^7 = x + 1 (M.
-# Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). One pattern for all would tie them.
+# Steps of a low-discrepancy sequence in their six dimensions: powers of the inverse of the real root of x^7 = x + 1
+# (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). One pattern for all would tie them.
 _STEPS = 1.11277568427870550 ** -np.arange(1.0, 7.0)
-#: What the moments z and 3 zz - 1 are of the illuminance, where light comes evenly from above.
+#: Moments z and 3 zz - 1 of even light from above, relative to its illuminance.
 EVEN_Z, EVEN_ZZ = 2.0 / 3.0, 0.5
-# Viewers, and places on a texture, that a reflectance under even light is a mean over.
+# Samples of a fast form's albedo: viewers, each with a place on a texture.
 _VIEWERS = 2048
-# Places in each triangle of a texture, and points at once.
+# Places in each triangle of a textured part, and points per block.
 _PLACES, _AT_ONCE = 4, 1 << 14
-# Reflectances of a texture's sites that a basis is found from, beside its mean.
+# Sites of a texture whose reflectances a basis is fitted to, beside the texture's mean.
 _SHOWN = 8
 
 
@@ -51,7 +51,7 @@ def even_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
     square = shifted_pattern(np.arange(2), _VIEWERS)
     radius, turn = np.sqrt(square[0, :, 0]), 2.0 * np.pi * square[0, :, 1]
     to = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[0, :, 0])], axis=1)
-    # In another order: both patterns are one, and places would go with directions.
+    # Permuted: both patterns are the same, and places would be correlated with directions.
     places = np.random.default_rng(0).permutation(square[1])
     return _even(form, Points(to, to, places)).mean(axis=0) @ form.palette.samples[0]
 
@@ -77,7 +77,7 @@ def _drawn_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
 
 
 def _even(form: EnvironmentForm, points: Points) -> Float[np.ndarray, "N R"]:
-    """Terms of what is reflected of even light."""
+    """Compute each term's reflectance of even light."""
     lobes = form.lobes(points)
     matt = lobes.matt[:, 0].copy()
     if lobes.matt.shape[1] == BENDS:

@@ -28,17 +28,17 @@ from ..visibility.sites import Corners, Sites, faces_of, pieces_of, scaled_trian
 from .hits import RAYS, Hits, RayTracer, check_rays_fit, hits_of, ray_directions, traced_hits
 from .operator import gathering_rows, irradiance_operator
 
-#: ΔE94 that interpolation may cost in the middle of an edge, and how often edges are cut.
+#: Error budget of interpolation in the middle of an edge, ΔE94, and most rounds of cuts.
 ALLOWED, ROUNDS = 0.5, 4
-#: Sites that are added at most, for each there is without.
+#: Most sites added, per site of the mesh as it is.
 MOST = 0.1
-#: Points that tell how far off it is in the end, and rays of each.
+#: Points at which the remaining error is measured, and rays of each.
 POINTS, RAYS_OF_POINT = 1024, 256
-# Rays that tell where; sites at once.
+# Rays of a site when edges are chosen; sites per block.
 _RAYS, _BLOCK = 64, 2048
-# What every surface receives at least, beside what of even light reaches it.
+# Least direct illuminance of a site, relative to that of unoccluded even light.
 _AT_LEAST = 0.25
-# Colours of parts: CIE L*, chroma, and the step from hue to hue, a golden ratio's; and of what receives their light.
+# Colours of parts: CIE L*, chroma, and the step in hue, by the golden ratio; and the reflectance of receivers.
 _LIGHTNESS, _CHROMA, _HUE, _RECEIVES = 65.0, 45.0, 2.0 * np.pi * 0.61803398874989484820, 0.5
 _WHITE = np.ones(3)
 

@@ -25,19 +25,19 @@ from ..visibility.sites import Corners, Sites
 
 #: Rays of a site. ΔE94 falls with about their number to the power of -0.7.
 RAYS = 256
-#: Bytes that are kept of a ray.
+#: Bytes stored per ray.
 BYTES_A_RAY = 8
-# Bytes at the peak of each ray that is traced at the same time, and rays at once.
+# Peak bytes per ray of a block, and rays per block.
 _BYTES_TRACED, _AT_ONCE = 200, 1 << 18
 # The R2 sequence: powers of the inverse of the plastic number, the real root of x^3 = x + 1.
 _PLASTIC = 1.32471795724474602596
 _STEPS = np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])
-# Steps of the shifts of sites: another sequence of the kind, of two golden ratios' fractions.
+# Steps of the sites' shifts: a sequence of the same kind, by the fractions of the golden and the silver ratio.
 _SHIFTS = np.array([0.61803398874989484820, 0.41421356237309504880])
-# How far rays go that end at once, in radii of the scene, and the share of them that shuts a site; rays that tell of
-# most sites that they are not shut; and the share of what is about a place from which on it is enough to know.
+# Length of rays that end at once, in radii of the scene, and the share of them that shuts a site; rays that show most
+# sites to be open; and the least share of open sites about a place to interpolate from them alone.
 _AT_ONCE_FAR, _NEARLY_ALL, _TELL, _LEAST = 0.003, 0.9, 32, 0.05
-# Whole numbers that a share of a triangle is kept in.
+# Largest value of a triangle's quantised shares, 16 bits.
 _WHOLE = 65535
 
 
@@ -112,7 +112,7 @@ class Hits:
         kept = np.where(self.shut[sites], 0.0, shares)
         # Sums along so short an axis take five times as long by `sum`.
         whole, left = ((one[..., 0] + one[..., 1] + one[..., 2])[..., None] for one in (shares, kept))
-        # Where next to nothing is left, nothing is known of it.
+        # Shares stay as they are if next to none of them is of open sites.
         return np.where(
             left > _LEAST * whole, kept * np.divide(whole, left, out=np.ones_like(left), where=left > 0.0), shares
         )

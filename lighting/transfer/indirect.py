@@ -248,7 +248,7 @@ def indirect_light(
     found = followed(scene, surfaces, transport, spectra, which, lux, shown_in, enough)
     progress(2, 4, "bounces")
     sites = np.flatnonzero(np.isin(hits.part_of_site, found.glossy))
-    # What has come by so many surfaces is sent on by them, and arrives by one more.
+    # `found` counts the bounces of the light sent; its arrival at a surface is one more.
     none = scene.bounces == 0 or (scene.bounces == "auto" and found.bounces == 0)
     bounces = 0 if none else found.bounces + 1
     at, maps = np.zeros((len(hits.sites), OF_SITE, 0), np.float32), None

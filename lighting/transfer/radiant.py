@@ -88,7 +88,7 @@ class _Tried:
         wavelengths_nm: Float[np.ndarray, " L"],
     ) -> _Tried:
         order = np.random.default_rng(2).permutation(len(surfaces)).tolist()
-        # Those that fluoresce before those that do not.
+        # Fluorescent surfaces first.
         chosen = sorted(sorted(order, key=lambda number: surfaces[number].keeps_wavelengths)[:_TRIED])
         matrices = [surfaces[number].narrow(wavelengths_nm) for number in chosen]
         seen = observer.sensitivity(wavelengths_nm)

@@ -31,7 +31,7 @@ from .edge_refinement import PlacedSites, placed
 from .hits import RAYS, Hits, RayTracer, check_rays_fit, hits_of, ray_blocks
 
 Progress = Callable[[int, int, str], None]
-# Where rays end is Embree's; their directions are numpy's.
+# Libraries that the rays depend on: Embree for their ends, numpy for their directions.
 _LIBRARIES = ("numpy", "embreex")
 # Blocks that make a further process worth its start.
 _A_PROCESS = 4
@@ -236,7 +236,7 @@ def _traced_here(
         yield number, _traced(*task, tracer)
 
 
-# What a process that does nothing else holds: the triangles are the same for every block.
+# State of a worker process: the triangles are the same for every block.
 class _Worker(threading.local):
     tracer: RayTracer
 

@@ -132,8 +132,8 @@ class Reflection:
 
     @cached_property
     def shown_as_matrices(self) -> list[Bispectral]:
-        """`bispectral`, and all else that is seen of it from some side."""
-        # Of a matt surface that is nothing else.
+        """`bispectral`, and the reflectances that it shows from any side."""
+        # A matt surface shows one alone.
         more = [] if self.is_matt else np.unique(np.maximum(self.shown, 0.0), axis=0)
         samples = (Spectrum.sampled(self.wavelengths_nm, each, "reflectance") for each in more)
         return [self.bispectral, *map(Bispectral.diagonal, samples)]

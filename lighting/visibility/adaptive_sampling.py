@@ -23,25 +23,25 @@ from scipy.spatial import KDTree
 from ..vectors import welded
 from .tracing import MAP
 
-#: Scenes of at most so many sites are traced whole: some seconds.
+#: Most sites of a scene that is traced whole: some seconds.
 WHOLE = 8192
 #: Root mean square of bent distances by which a traced site's own neighbours may miss it. Sites between them are nearer
 #: to their neighbours than these are to each other, and missed by about a quarter of it. Of a smooth shape of 82,000
 #: triangles a fifth is traced then; with 0.12 the illuminance was off by four times as much, with 0.08 by no less.
 MISSED = 0.1
-# Width of the coarsest cells in radii of the scene, and what a normal's change by 1 counts in those.
+# Width of the coarsest cells, and the distance that a normal's change by 1 counts as, both in radii of the scene.
 _COARSEST, _NORMAL = 0.3, 0.5
-# A shell close behind a surface sees nothing, and says nothing of the surface. A site that such sites foretell by more
-# than this, but not wholly, is traced (sites between others are missed by a quarter of what these miss each other by),
-# and so is one whose plane they stand off by more than this sine.
+# A shell close behind a surface sees nothing, and predicts nothing of the surface. A site predicted by such sites with
+# more than this share, but not wholly, is traced (sites between others are missed by a quarter of what these miss each
+# other by), and so is one from whose plane they lie off by more than this sine.
 _MIXED, _ASIDE = 0.25 * MISSED, 0.5
-# Neighbours that a plane is laid through, and those of which one has to ask for finer sites near by.
+# Neighbours that a plane is fitted to, and those of which one has to ask for finer sites.
 _AROUND, _NEAR = 8, 4
-# What rises: so many sites of a grid so many times finer are looked at, and it has to rise by this sine.
+# Test for a rising scene: nearest sites tested, how much finer their grid is, and the sine that one has to rise by.
 _LOOKED_AT, _FINER, _SINE = 64, 4.0, 0.1
 # Weight that holds the plane's slopes to 0 where neighbours stand in a row.
 _LEVEL = 1e-3
-# Grids there are at most; sites at once, some 60 MB of codes.
+# Most grids; sites per block, some 60 MB of codes.
 _GRIDS, _BLOCK = 16, 1 << 14
 
 
@@ -135,7 +135,7 @@ def thinned(
 def _missed(
     around: Surroundings, codes: Float[np.ndarray, "n K"], known: Int[np.ndarray, " k"], which: Int[np.ndarray, " m"]
 ) -> Float[np.ndarray, " m"]:
-    """Compute how far known sites are missed by what is known around them, root mean square over the map."""
+    """Compute by how much neighbours miss known sites, root mean square over the map."""
     found, tree = np.empty(len(which)), KDTree(around.both[known])
     for start in range(0, len(which), _BLOCK):
         some = which[start : start + _BLOCK]
@@ -148,9 +148,9 @@ def _plane(
     around: Surroundings, known: Int[np.ndarray, " k"], tree: KDTree, which: Int[np.ndarray, " m"]
 ) -> tuple[Int[np.ndarray, "m c"], Float[np.ndarray, "m c"]]:
     """Return the nearest known sites, and the shares by which the plane through them, the sites themselves left out,
-    foretells sites.
+    predicts sites.
 
-    tree : of where the known stand.
+    tree : of `around.both` of the known sites.
 
     Least squares over steps in the tangent plane of each site, with weights that fall to 0 at the farthest neighbour.
     """
@@ -175,7 +175,7 @@ def _plane(
 def _mixed(
     codes: Float[np.ndarray, "n K"], near: Int[np.ndarray, "m c"], shares: Float[np.ndarray, "m c"]
 ) -> Float[np.ndarray, "m K"]:
-    """Codes that neighbours foretell by their shares."""
+    """Codes that neighbours predict by their shares."""
     used, at = np.unique(near, return_inverse=True)
     ends = near.shape[1] * np.arange(len(near) + 1)
     return csr_array((shares.ravel(), at.ravel(), ends), (len(near), len(used))) @ codes[used].astype(np.float32)
@@ -187,9 +187,9 @@ def _between_shells(
     near: Int[np.ndarray, "m c"],
     shares: Float[np.ndarray, "m c"],
 ) -> Bool[np.ndarray, " m"]:
-    """Return whether sites that see nothing may foretell sites of another surface.
+    """Return whether sites that see nothing may predict sites of another surface.
 
-    shares : by which sites that see nothing foretell, of all others 0.
+    shares : of neighbours that see nothing; 0 for all others.
     """
     dim = shares.sum(axis=1)
     found = (dim > _MIXED) & (dim < 1.0 - _MIXED)
@@ -202,7 +202,7 @@ def _between_shells(
 
 def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) -> Bool[np.ndarray, " m"]:
     """Return whether the scene rises above the horizons of sites, within about `width`."""
-    # By places alone: a wall's normals are far from the floor's.
+    # Nearest by places alone: a wall's normals are far from the floor's.
     few = around.one_a_cell(width / _FINER)
     tree, found = KDTree(around.places[few]), np.zeros(len(which), dtype=bool)
     for start in range(0, len(which), _BLOCK):

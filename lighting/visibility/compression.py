@@ -27,26 +27,26 @@ from .tracing import BELOW, MAP, texels
 
 #: Signed angles are stored as tanh(angle / SOFT), radians.
 SOFT = np.pi / 4.0
-#: The most terms there are, where a vertex has room for them and where it has two sites, as on sheets. Inside of a car
-#: direct light is off by a twelfth less so (p95), and what hides it takes a fifth longer to find.
+#: Most terms, if a vertex has room for them, and if it has two sites, as on sheets. Inside a car the error of direct
+#: light (p95) is a twelfth lower with the former, and visibility takes a fifth longer to compute.
 MOST_TERMS, FEW_TERMS = 96, 64
-# How many of so many terms have a byte, and of fewer; always multiples of 4, as texels hold them.
+# Terms with a byte each, of more than `FEW_TERMS` and of fewer; multiples of 4, as texels hold them.
 _BYTES, _FEW_BYTES = 32, 16
-# So far from a boundary (rad) a texel's weight is down by e; what it has at least, in the open and below the horizon.
+# Angle from a boundary (rad) at which a texel's weight falls to 1/e; its floor in the open; and below the horizon.
 _NEAR, _OPEN, _UNSEEN = np.deg2rad(20.0), 0.1, 1e-3
-# A texel at the horizon counts so much, beside what its cosine adds.
+# Weight of a texel at the horizon, to which its cosine is added.
 _GRAZING = 0.1
-# Root mean square of bent distances that may be left out, where fewer terms leave so little.
+# Root mean square of bent distances that fewer terms may leave out.
 _LEFT_OUT = 0.01
-# Turns of axes and codes, and what holds those axes to zero that no weight determines.
+# Alternations of axes and codes, and the ridge that holds axes to zero which no weight determines.
 _TURNS, _RIDGE = 2, 1e-4
-# Steps of conjugate gradients that find codes, and the side of the map of normals whose sites share a preconditioner:
-# shadows are as the solution has them to a hundredth, in a quarter of its time. Weights there are those so far (rad)
-# from a boundary.
+# Steps of conjugate gradients for codes, and the side of the map of normals whose sites share a preconditioner: shadows
+# agree with the exact solution to a hundredth, in a quarter of its time. The preconditioner's weights are those at this
+# angle (rad) from a boundary.
 _STEPS, _NORMALS, _USUAL = 4, 8, np.pi / 4.0
-# Half a byte reaches from -7 to 7, and that is so many root mean squares of its term.
+# Half a byte reaches from -7 to 7; 7 is this many root mean squares of its term.
 _HALF, _REACH = 7, 4.0
-# Codes that are packed at once: less than a megabyte.
+# Codes packed per block: less than a megabyte.
 _PACKED = 1024
 
 

@@ -24,9 +24,9 @@ from jaxtyping import Float
 
 from .free_share import error_function, free_share, steepness
 
-# Where less than this share is free, the little light that there is comes from about the axis.
+# Free share below which the little light left is assumed to come from about the axis.
 _LEAST = 1e-3
-# A Gaussian that is cut in half, or by more, is at most so many times as sharp.
+# Largest gain in sharpness, of a Gaussian cut in half or by more.
 _SHARPEST = 2.0
 
 

@@ -21,15 +21,15 @@ from .refinement import Vertices
 from .sites import Corners, Faces, Sites, sites_at
 from .tracing import MAP
 
-#: Root mean square by which maps of bent distances at both ends of an edge differ at least where its middle is a site.
-#: Of a mesh of 3,000 vertices that is coarse for its shapes half of the vertices have such an edge, of finely
-#: divided ones hardly any.
+#: Least difference, root mean square, of the maps of bent distances at the ends of an edge whose middle becomes a site.
+#: In a mesh of 3,000 vertices, coarse for its shapes, half of the vertices have such an edge; in finely divided ones
+#: hardly any.
 APART = 0.25
-#: Middles there are at most for each vertex, and bytes that a vertex may come to with them.
+#: Most middles per vertex, and most bytes per vertex with them.
 MOST_A_VERTEX, MOST_BYTES = 0.5, 98.0
-# Bytes beside the codes: of a vertex its normal and two numbers of sites, of a middle two vertices as well.
+# Bytes beside the codes: a vertex has its normal and two site numbers, a middle two vertices as well.
 _VERTEX_BYTES, _MIDDLE_BYTES = 12, 20
-# Edges at once: 50 MB of codes.
+# Edges per block: 50 MB of codes.
 _BLOCK = 1 << 16
 
 

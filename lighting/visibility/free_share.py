@@ -22,7 +22,7 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError
 
-#: What `free_share` differs from the integral at most, as a share; found at lambda = 3 (a test holds it to that).
+#: Largest error of `free_share`, as a share, found at lambda = 3 (a test holds it to that).
 LARGEST_ERROR = 0.0015
 # Below this sharpness the share is linear in the angle to 1e-6, and E(u) / E(u) would lose its digits.
 _LEAST_SHARPNESS = 1e-6

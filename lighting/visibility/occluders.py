@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float, Int
 from ..mesh.ray_index import ray_index
 from ..reference.geometry import SHADOW_OFFSET
 
-#: How far off a surface rays start, in radii of the scene: as shadow rays do.
+#: Offset of ray starts from a surface, in radii of the scene: that of shadow rays.
 OFFSET = SHADOW_OFFSET
 
 

@@ -67,7 +67,7 @@ def pieces(mesh: Mesh) -> Pieces:
     a, b, c = (mesh.vertices[mesh.faces[:, k]] - centre for k in range(3))
     solid = closed & (np.bincount(of_face, weights=dot(a, np.cross(b, c))) > 0.0)
 
-    # How far the neighbour's third corner lies above the plane of each triangle.
+    # Height of the neighbour's third corner above the plane of each triangle.
     above = dot(np.repeat(mesh.face_normals, 3, axis=0), opposite[other] - mesh.vertices[mesh.faces.ravel()])
     hollow = np.bincount(of_face[face], weights=in_order & (above > _FLAT * size)) > 0
     turned = np.bincount(number[mesh.faces.ravel()], weights=corner_angles(mesh).ravel(), minlength=count)

@@ -192,12 +192,12 @@ class _Computation:
         self._open = int(np.count_nonzero(~self._shut)) or self._total
         # Sites that are shut are seen from nowhere; those beside open ones say where middles are needed.
         self._rim = rim_of_shut(self._shut, np.concatenate(self._ends))
-        # How many sites are traced and not foretold, and how many middles there will be, is known afterwards: until
-        # then, half of them, and as many as there may be.
+        # Estimates for the progress, since the counts of traced sites and of middles are known only afterwards: half of
+        # the sites, and the most middles.
         self._middles = most_middles(self._refinement) // _A_SITE
         foretold = self._open > adaptive_sampling.WHOLE
         self._filling = max(self._open // 2, min(self._open, _TRAINING)) if foretold else self._open
-        # No more counts as done until the next of these three parts begins.
+        # `_most` caps the progress at the end of each of these three parts.
         self._whole, self._most, self._done = self._filling + len(self._rim) + self._middles, self._filling, 0
         self._free = True
 
@@ -214,7 +214,7 @@ class _Computation:
         self._trace(everywhere, self._rim, codes, dark, self._count)
         inner = np.setdiff1d(np.arange(self._open, self._total), self._rim)
         codes[inner] = self._basis.hidden
-        # Nothing is taken for nothing before every site says so.
+        # A scene counts as unoccluded only if every site is.
         if self._free:
             rest = np.setdiff1d(everywhere, np.concatenate([known, self._rim]))
             self._trace(everywhere, rest, codes, dark, self._count)

@@ -27,8 +27,8 @@ from .half_space import Before
 from .occluders import OFFSET, Occluders
 from .pieces import Pieces, corner_angles, pieces
 
-# How far a start moves inwards, as a share of the way to the mean middle of its triangles; and how far from a vertex a
-# triangle is looked for.
+# Shift of a start inwards, as a share of the way to the mean middle of its triangles; and of a triangle's probe, of the
+# way from the vertex to its middle.
 _INWARDS, _BESIDE = 0.03, 0.05
 
 
@@ -156,7 +156,7 @@ def sites_at(corners: Corners, occluders: Occluders) -> Sites:
     kinds, kind = welded(rows.astype(np.float64))
     site = kind[row]
     fronts = np.full(len(corners.normals), -1, dtype=np.int64)
-    # Where a vertex is shared by a sheet and a solid, it counts as the sheet's, which has both sides.
+    # A vertex shared by a sheet and a solid counts as the sheet's, which has both sides.
     for some in (solid, ~solid):
         fronts[vertex[some]] = kind[some]
     sheets = int((kinds[:, 0] == 0.0).sum())
