@@ -8,7 +8,7 @@ float coated_diffuse_through(float c, float n)
     return 2.0 * a * c * (1.0 / (across * across) + n * n / (along * along));
 }
 
-// What the surface reflects of light from all sides (Duntley, JOSA 32, 1942, eq. 30).
+// Reflectance of the surface under diffuse light (Duntley, JOSA 32, 1942, eq. 30).
 float coated_diffuse_fresnel(float n)
 {
     float n2 = n * n, n4 = n2 * n2, more = n2 + 1.0, less = n4 - 1.0;

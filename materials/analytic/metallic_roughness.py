@@ -13,7 +13,7 @@ from ..core.surface import SumOfTerms
 from .cook_torrance import ggx, smith_ggx
 from .model import AnalyticBrdf, ModelPart, in_domain
 
-# Of the coat, whose refractive index is 1.5.
+# F0 of the coat, whose refractive index is 1.5.
 _COAT_F0 = 0.04
 
 

@@ -50,7 +50,7 @@ def clustered(vectors: Float[np.ndarray, "N G"], clusters: int, components: int,
             break
         best, least = (origin, axes), after
         origin, axes = _components(vectors, _filled(left), clusters, components, draw)
-    # Of the best round; a cluster that ended without vectors is left out.
+    # Keep the best round, without clusters that ended without vectors.
     origin, axes = best
     used, number = np.unique(nearest(vectors, origin, axes), return_inverse=True)
     origin, axes = origin[used], axes[used]

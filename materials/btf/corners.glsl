@@ -1,4 +1,4 @@
-// Which texels lie about a point, at one level or between two, and what each counts; twin of corners.py.
+// Texels about a point, at one level or between two, and their weights; twin of corners.py.
 
 #ifdef LEVELS
 uniform vec3 levels[LEVELS];    // width, height, and where its texels begin

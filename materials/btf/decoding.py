@@ -20,7 +20,7 @@ from ...spectral.upsampling import upsampling, xyz_from_rgb
 from ...spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ..svbrdf.textures import MOST_TEXELS, Texture, linear_of_codes
 
-#: How an image's numbers stand for light: the curve of sRGB; linearly; linearly, as X, Y and Z of CIE 1931.
+#: Encoding of light in an image: the curve of sRGB; linear; linear, as X, Y and Z of CIE 1931.
 Encoding = Literal["srgb", "linear", "xyz"]
 #: The one way of making spectra that keeps sums of images sums of spectra, so that three coefficients hold them.
 LINEAR_UPLIFT = "mallett-yuksel"

@@ -20,13 +20,13 @@ from ...spectral.basis import SpectralBasis
 from .metric import LIGHTS, seen
 from .rounded_mean import RoundedMean, principal
 
-# What whole steps are stored as.
+# Type that whole steps are stored in.
 _WIDE = np.iinfo(np.int16)
-# Dimensions of colour: what is seen has no more, however many coefficients there are.
+# Dimensions of colour: visible differences have no more, however many coefficients there are.
 _COLOURS = 3
-# A run of so many zeros that no number ends.
+# Run of this many zeros without a number at its end.
 _ON = 255
-# Sign of a number that no byte holds.
+# Mark of a number that does not fit a byte.
 _LARGE = np.iinfo(np.int8).min
 
 

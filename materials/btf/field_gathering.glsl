@@ -1,7 +1,7 @@
-// What a reflectance field gathers of light from all around, twin of field_gathering.py.
+// Light gathered by a reflectance field from all around, twin of field_gathering.py.
 //
-// Whoever includes it has, before: what is in corners.glsl; vec4 field_term(ivec2 texel, ivec3 level, int view, int number,
-// int row), four coefficients of a term; there are TERMS of them.
+// Needs before its inclusion: what is in corners.glsl; vec4 field_term(ivec2 texel, ivec3 level, int view, int number,
+// int row), four coefficients of a term; TERMS, their number.
 
 uniform sampler2D views;
 

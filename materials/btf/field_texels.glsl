@@ -1,7 +1,7 @@
 // Terms of a reflectance field, twin of field_texels.py: four texels in three views, each under the light as it comes.
 //
-// Whoever includes it has, before: what is in corners.glsl; vec4 field_value(ivec2 texel, ivec3 level, int view, vec3 light,
-// int row), the values of four coefficients, those of number `row`; FOURS says how many fours there are.
+// Needs before its inclusion: what is in corners.glsl; vec4 field_value(ivec2 texel, ivec3 level, int view, vec3 light,
+// int row), the values of four coefficients, those of number `row`; FOURS, the number of fours.
 
 uniform sampler2D views;
 uniform vec2 steepest;          // angle of the lowest light that was measured, and its cosine

@@ -1,4 +1,4 @@
-// Gaussians that stand still and a bent cosine, twin of standing.py: what each gathers is a sum of `Here.terms`.
+// Gaussians of fixed axes and a bent cosine, twin of fixed_lobes.py: what each gathers is a sum of `Here.terms`.
 
 uniform sampler2D taken;        // a row a function: of each term what it takes of the function
 uniform sampler2D axes;         // of each Gaussian its axis, and 1 / lambda

@@ -37,15 +37,15 @@ SIZES = {
     "fine": Size(192, 32, 32, 0.6, 1.0),
     "finest": Size(384, 32, 64, 0.4, 1.0),
 }
-# The name of local PCA for who asks for it.
+# Name by which local PCA is asked for.
 _LPCA = "lpca"
 #: Fields as a file may hold them.
 FIELD_KINDS: dict[str, type[ReflectanceField]] = {kind.KIND: kind for kind in (Polynomials, LobeField)}
 #: Local PCA as a file may hold it: ours, and as it was published.
 CLUSTER_KINDS: dict[str, type[LocalPca | PaperPca]] = {_LPCA: LocalPca, "lpca-paper": PaperPca}
-# So many times its budget, local PCA's error is far off; and what a field may take on a disk that nobody asked for.
+# Multiple of its budget from which local PCA's error is far off; and most bytes on disk of a field not asked for.
 _FAR, _MOST_BYTES = 2.0, 128 << 20
-# Of local PCA's error, what a field's is at most: it takes tens of times the bytes.
+# Largest error of a field in place of local PCA, relative to that of the latter: it takes tens of times the bytes.
 _WORTH = 0.9
 
 
@@ -247,7 +247,7 @@ def _field_instead(
     if best is None:
         return found
     instead = _judged(_FIELDS[best](images, seed, heard), sample)
-    # Of all texels a field's steps are coarser than of a few.
+    # A field of all texels has coarser steps than one of a few.
     if _mean(instead) >= _WORTH * _mean(found):
         return found
     words = f"ΔE94 {_mean(instead):.2f} on average, of local PCA {_mean(found):.2f}"
@@ -295,9 +295,9 @@ _FIELDS: dict[str, Callable[[BtfImages, int, Callable[[float], None]], FieldForm
     **{f"rfnl-{count}": partial(_lobes, lobes=count) for count in (1, 2, 4)},
     **{f"rfnl-{count}-separate": partial(_lobes, lobes=count, shared=False) for count in (1, 2, 4)},
 }
-# Fields that are tried where local PCA is far off.
+# Fields tried if local PCA is far off.
 _TRIED = ("rfp", "rfnl-2")
-#: What can be asked for by name, and what makes it of images, a seed and who hears of it.
+#: Forms that can be asked for by name, each with its maker from images, a seed and a listener for progress.
 NAMED: dict[str, Callable[[BtfImages, int, Callable[[float], None]], BtfForm | FieldForm]] = {
     "lpca-paper": _paper,
     **_FIELDS,

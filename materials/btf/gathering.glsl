@@ -1,4 +1,4 @@
-// What a BTF gathers of light from all around, twin of gathering.py: terms of a light basis, times what they take of it.
+// Light gathered by a BTF from all around, twin of gathering.py: terms of a light basis, times the light in each.
 
 uniform sampler2D components;
 uniform sampler2D views;

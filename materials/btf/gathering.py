@@ -93,7 +93,7 @@ class BtfGathering(StandingForm):
         """Return the twin of `lobes`."""
         tables = [self.table, *(self._coarser if filtered else ())]
         rows = [table / self.texels.tallest(number)[:, None, :, None, None] for number, table in enumerate(tables)]
-        # What half precision holds best is of size 1; the lights take what is left.
+        # Half precision holds numbers of size 1 best; the lights take the rest of the scale.
         largest = float(np.abs(rows[0]).max(initial=0.0)) or 1.0
         textures = {
             "components": folded(np.concatenate([in_fours(some / largest) for some in rows])),

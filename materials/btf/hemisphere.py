@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 
 from ...runtime.errors import InputError
 
-# How far out held directions stand, radians: beyond the horizon, seen from the middle of any side between them.
+# Angle of held directions from the normal, radians: beyond the horizon even in the middle of a side between them.
 _HELD = 2.4
 # Azimuths at which there are held directions wherever the outermost are.
 _AROUND = 12
@@ -197,7 +197,7 @@ class Hemisphere:
             left = left[(which[left, column] >= 0) & (best[left] < _WITHIN)]
             number = which[left, column]
             shares = np.einsum("nij,nj->ni", self.inverse.take(number, axis=0), here.take(left, axis=0))
-            # Of three columns, many times faster than along the rows.
+            # Minimum of three columns, many times faster than one along the rows.
             least = np.minimum(np.minimum(shares[:, 0], shares[:, 1]), shares[:, 2])
             better = least > best[left]
             at = left[better]

@@ -21,17 +21,17 @@ from .hemisphere import Hemisphere
 
 #: Terms of the balanced basis: one less than spherical harmonics of order 5 have.
 TERMS = 24
-# A Gaussian for every two measured lights, within these bounds, and its sharpness for each of them.
+# One Gaussian per two measured lights, within these bounds; their sharpness, times their number.
 _FEWEST, _MOST, _SHARPNESS = 8, 40, 0.5
 # Gaussians stand above this z.
 _LOWEST = 0.02
 # Directions over the whole sphere that hats and functions are compared at.
 _DIRECTIONS = 20000
-# Of all functions' weight, what each is held back by: neighbouring Gaussians are nearly dependent.
+# Ridge, relative to the mean of the diagonal: neighbouring Gaussians are nearly dependent.
 _HELD = 1e-9
 # Lights that the basis is balanced for: as narrow as a hat, and Gaussians of these sharpnesses; each from everywhere.
 _LIGHTS = (32.0, 8.0, 2.0, 0.5)
-# Rows are weighted by their mean's power: L* is a cube root, so that what is dark counts for more.
+# Rows are weighted by a power of their mean: L* is a cube root, so that dark rows count for more.
 _POWER, _DARKEST = -2.0 / 3.0, 0.02
 
 

@@ -1,4 +1,4 @@
-// Lobes of a texel as they are kept, twin of coding.py: of each view and texel SETS sets of KEPT_LOBES lobes, then FOURS
+// Stored lobes of a texel, twin of quantisation.py: of each view and texel SETS sets of KEPT_LOBES lobes, then FOURS
 // of each amplitude. Levels lie one behind the other.
 
 #include "corners.glsl"
@@ -9,12 +9,12 @@ uniform float tallest;          // what amplitudes are relative to
 
 const int STRIDE = SETS * KEPT_LOBES + (KEPT_LOBES + 1) * FOURS;
 
-// Where the numbers of a texel in a view begin.
+// Index of the first number of a texel in a view.
 int start_of(ivec2 texel, ivec3 level, int view) {
     return (VIEWS * level.z + (view * level.y + texel.y) * level.x + texel.x) * STRIDE;
 }
 
-// Of bytes of an unfolded octahedron (Meyer et al. 2010).
+// Direction from bytes of an unfolded octahedron (Meyer et al. 2010).
 vec3 axis_of(vec2 code) {
     vec2 place = (code - 127.0) / 127.0;
     float up = 1.0 - abs(place.x) - abs(place.y);

@@ -16,10 +16,10 @@ from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 from .quantisation import coded_amplitudes, decoded_amplitudes
 
-# What is missed is weighted by this power of dL*/dY: 1 would be lightness itself; below it, what is saturated and dark
-# counts for less, since its error is in chroma as well.
+# Power of dL*/dY that weighs errors: 1 would be lightness itself; below it, saturated and dark values count for less,
+# since their error is in chroma as well.
 _POWER = 0.75
-# Of the mean of the diagonal, what each amplitude is held back by: lobes that are alike would else be large and differ.
+# Ridge, relative to the mean of the diagonal: similar lobes would else have large amplitudes of opposite sign.
 _HELD = 1e-5
 
 
@@ -76,7 +76,7 @@ class Equations:
 
             def kept(function: int, amplitudes: np.ndarray, mine: slice = mine) -> np.ndarray:
                 limit = largest[function, mine]
-                # What makes up for others may go beyond the largest by as much as they were off.
+                # Corrections for others may exceed the largest by the rounding of those.
                 held = np.clip(amplitudes.T, -limit, limit)
                 found[:, function, mine] = coded_amplitudes(held, limit)
                 return decoded_amplitudes(found[:, function, mine], limit).T

@@ -1,4 +1,4 @@
-// What a lobe field gathers of light from all around, twin of lobe_gathering.py: a Gaussian and a bent cosine a lobe.
+// Light gathered by a lobe field from all around, twin of lobe_gathering.py: a Gaussian and a bent cosine a lobe.
 
 uniform sampler2D views;
 uniform sampler2D prefiltered;  // three texels an angle, a row an exponent; the last row is of what is even
@@ -36,7 +36,7 @@ int row_of(float code) {
     return int(code) + 2;
 }
 
-// Of the polynomials of `environment_form.bends` what a lobe takes, its azimuth's cosine and sine given.
+// Weights of a lobe on the polynomials of `environment_form.bends`, from its azimuth's cosine and sine.
 void bend(vec4 low, vec4 high, vec2 azimuth, out float taken[BENT]) {
     taken[0] = low.x;
     taken[1] = low.y * azimuth.x;
@@ -54,7 +54,7 @@ vec2 azimuth_of(vec3 axis) {
     return level > 0.0 ? axis.xy / level : vec2(1.0, 0.0);
 }
 
-// Of four amplitudes those that a set of lobes is for.
+// Amplitudes, of four, of one set of lobes; 0 for the others.
 vec4 of_set(vec4 amplitude, int set, int row) {
 #if SETS == 1
     return amplitude;

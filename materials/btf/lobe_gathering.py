@@ -23,7 +23,7 @@ from .lobe_field import LobeField
 from .prefiltered import Prefiltered, nearest_angle, prefiltered
 from .texels import directions_listed
 
-# Of a point twelve texels in a view, at a level: four times three.
+# Stored texels about a point, at one level: four texels in three views.
 _AROUND = 12
 
 

@@ -22,11 +22,11 @@ _EXPONENTS = (1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
 _BLOCK = 512
 # Steps at most, and the share of the squares below which a step is the last.
 _STEPS, _ENOUGH = 12, 2e-3
-# Damping to begin with, and what it is multiplied with after a step that helped, or did not.
+# Initial damping, and its factors after a step that helped, and after one that did not.
 _DAMPING, _EASED, _HARDENED = 1e-2, 0.25, 8.0
 # The largest change of ln n, and of an axis (its tangent), in a step.
 _LONGEST = 0.7
-# Of the mean of the diagonal, what each unknown is held back by: some say nothing of the data.
+# Ridge, relative to the mean of the diagonal: the data do not determine some unknowns.
 _HELD = 1e-6
 # Cosines at and below which a lobe is 0; above it, its logarithm is finite.
 _DARK = np.float32(1e-6)

@@ -16,9 +16,9 @@ from ...spectral.folding import Folding
 from ...spectral.illuminants import illuminant
 from ...spectral.observers import observer
 
-#: Lights under which a change is looked at; one that none of these shows is held by `_UNSEEN`.
+#: Lights under which a change is judged; one that none of these shows weighs `_UNSEEN`.
 LIGHTS = ("D65", "A", "FL11")
-# Of the mean weight of a coefficient, what one weighs that no light shows: there are other lights.
+# Weight of a coefficient that no light shows, relative to the mean weight: there are other lights.
 _UNSEEN = 1e-4
 # From f(X), f(Y), f(Z) to L*, a*, b*.
 _LAB = np.array([[0.0, 116.0, 0.0], [500.0, -500.0, 0.0], [0.0, 200.0, -200.0]])

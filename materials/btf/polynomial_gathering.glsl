@@ -1,4 +1,4 @@
-// What polynomials gather, as field_gathering.glsl asks for it.
+// Light gathered by polynomials, in the terms that field_gathering.glsl asks for.
 
 #include "polynomials.glsl"
 #include "field_gathering.glsl"

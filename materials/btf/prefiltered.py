@@ -23,11 +23,11 @@ from .quantisation import EXPONENTS
 _ANGLES, _DIRECTIONS = 65, 6000
 # Gaussians to choose from: angles to the normal, degrees, and binary logarithms of lambda.
 _TILTS, _SHARPNESS = np.arange(0.0, 90.0, 2.0), np.arange(-1.0, 8.0, 0.5)
-# Polynomials that a function which is even in y is made of (`bends`): 1, x, z, xz, xx - yy, 3 zz - 1.
+# Polynomials of `bends` that are even in y: 1, x, z, xz, xx - yy, 3 zz - 1.
 _EVEN = [0, 1, 3, 6, 7, 8]
-# What even light counts beside all directions.
+# Weight of even light beside all directions.
 _EVENLY = 3.0
-# Of the functions' mean square, what each is held back by: broad Gaussians are nearly bent cosines.
+# Ridge, relative to the functions' mean square: broad Gaussians are nearly bent cosines.
 _HELD = 1e-6
 
 
@@ -87,7 +87,7 @@ def nearest_angle(axes: Float[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n"]:
 def prefiltered(lowest: float) -> Prefiltered:
     """Return the table for lights that were measured down to this cosine."""
     to = spread(2 * _DIRECTIONS, -1.0)
-    # All is even in y.
+    # Lobes and functions are even in y.
     to = to[to[:, 1] >= 0.0]
     angles = 2.0 * np.arcsin(np.linspace(0.0, 1.0, _ANGLES))
     tilt, sharpness = (one.ravel() for one in np.meshgrid(np.radians(_TILTS), 2.0**_SHARPNESS, indexing="ij"))
@@ -97,7 +97,7 @@ def prefiltered(lowest: float) -> Prefiltered:
     matt = _with_sum(bends(to)[:, _EVEN].T * np.maximum(to[:, 2], 0.0))
     square = matt @ matt.T
     inverse = np.linalg.inv(square + _HELD * np.trace(square) / len(square) * np.eye(len(square)))
-    # What is left of Gaussians, and of lobes, without the cosines.
+    # Residuals of Gaussians, and of lobes, beside the cosines.
     in_gaussians = gaussians @ matt.T @ inverse
     freed = gaussians - in_gaussians @ matt
     size = np.einsum("cd,cd->c", freed, gaussians) + _HELD * np.einsum("cd,cd->c", gaussians, gaussians)
@@ -105,19 +105,19 @@ def prefiltered(lowest: float) -> Prefiltered:
     for lobes in map(_with_sum, _lobes(to, angles, lowest)):
         along = lobes @ freed.T
         gain = along * np.abs(along) / size
-        # What has no azimuth stands upright.
+        # A lobe along the normal has no azimuth: its Gaussian is upright.
         gain[0, tilt > 0.0] = -np.inf
         best = gain.argmax(axis=1)
         value = along[np.arange(len(lobes)), best] / size[best]
         bent = lobes @ matt.T @ inverse - value[:, None] * in_gaussians[best]
         rows.append((tilt[best] - angles[: len(lobes)], sharpness[best], value, bent))
-    # The last row has its first angle alone: no other is asked for.
+    # The last row has its first angle alone: no other is looked up.
     rows[-1] = tuple(np.repeat(one, _ANGLES, axis=0) for one in rows[-1])
     return Prefiltered(*(np.stack(part) for part in zip(*rows, strict=True)))
 
 
 def _with_sum(functions: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d1"]:
-    """Functions at directions, and what they gather of even light, as if it were one direction more."""
+    """Append to functions at directions their integral under even light, as one direction more."""
     even = functions.sum(axis=1, keepdims=True) / functions.shape[1] ** 0.5
     return np.concatenate([functions, _EVENLY * even], axis=1)
 

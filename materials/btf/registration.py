@@ -21,17 +21,17 @@ from .images import BtfImages, displacement
 
 #: Views that lean more than this, radians, are too foreshortened to be compared, with what rounding leaves.
 MOST_LEANING = np.radians(60.0) + 1e-6
-# Details that are compared, standard deviation in texels of the blur that is taken away.
+# Scale of the details compared: standard deviation, texels, of the blur that is subtracted.
 _DETAIL = 6.0
 # Texels of h0 between two planes of the sweep.
 _STEP = 0.25
 # The farthest plane, and the largest share of a picture that any view may be displaced by.
 _FARTHEST, _SHARE = 16.0, 0.2
-# A picture that is smaller says nothing of planes.
+# Smallest picture that tells planes apart, texels.
 _SMALLEST = 16
-# Of the views in the rings compared each fourth is held out, under each third light, on so many texels each way.
+# Hold-out: every fourth of the views in the rings compared, under every third light, on this many texels each way.
 _HELD_OUT, _LIGHTS, _TEXELS = 4, 3, 48
-# What is no better than by this is chance.
+# Ratio of errors above which an improvement is chance.
 _BETTER = 0.98
 
 

@@ -15,7 +15,7 @@ from ..core.points import Points
 from ..effect_coating.off_specular import ANGLES, effect_of, towards
 from ..records.record_colour import annular_45_0, radiance_factor_45_0
 
-#: How the reading is taken: lit at 45 degrees all around, seen along the normal.
+#: Geometry of the reading: lit at 45 degrees all around, seen along the normal.
 GEOMETRY = "45a:0"
 
 

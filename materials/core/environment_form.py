@@ -19,7 +19,7 @@ from ...spectral.palette import Palette
 from .points import Points
 from .terms import TermShader
 
-#: How many polynomials a cosine is multiplied with, of a direction (x, y, z): 1, x, y, z, xy, yz, xz, xx - yy and
+#: Number of polynomials of a direction (x, y, z) that a cosine is multiplied with: 1, x, y, z, xy, yz, xz, xx - yy and
 #: 3 zz - 1.
 BENDS = 9
 

@@ -8,11 +8,11 @@ from typing import Any, Protocol
 
 import numpy as np
 
-# Of each light, in the order of `LightError`.
+# Figures of each light, in the order of `LightError`.
 _FIGURES = ("mean", "p95", "p99", "maximum")
 #: Budget of an import, ΔE94, 99th percentile: half of what a review accepts, since a picture adds errors of its own.
 DEFAULT_BUDGET = 0.5
-# A maximum so many times over the budget is said with its place.
+# Multiple of the budget from which a maximum is reported with its place.
 _FAR = 10.0
 
 

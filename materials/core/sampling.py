@@ -27,7 +27,7 @@ _SECTORS, _POLAR, _ROUND = 16, 24, 12
 _POLAR_ANISOTROPIC, _SECTORS_ANISOTROPIC = 12, 24
 # The cosine lobe's least share: it draws what the table leaves out.
 _LEAST_COSINE = 0.15
-# Where f_r varies over a texture the table is only its mean's.
+# The same if f_r varies over a texture: the table is only of its mean.
 _LEAST_COSINE_VARIED = 0.4
 # Share of all values that may lie below what counts as the diffuse part.
 _DIFFUSE_QUANTILE = 0.05

@@ -33,9 +33,9 @@ from .pyramids import MOST_LEVELS, axis_levels, filtered_values, pyramid
 
 # Samples multiplied at once: their rows of factors stay in the second-level cache.
 _BLOCK = 4096
-# Of a fit's budget, what the mean of the environment form may be off: more lobes cost little.
+# Share of a fit's budget for the mean error of the environment form: more lobes cost little.
 _SHARE = 0.5
-# Beside the packs' numbers in a file.
+# Name of the slices beside the packs in a file.
 _SLICES = "slices"
 _FILE = Path(__file__).with_name("factors.glsl")
 
@@ -203,7 +203,7 @@ class FactoredBrdf(Brdf, Fast):
     packs: tuple[FactorPack, ...]
     error: FitError | None = None
     slices: ViewSlices | None = None
-    # What it is a projection of: its slices are as good, and a few terms cost nothing at any wavelengths.
+    # Form that this is a projection of: its slices are as good, and a few terms cost nothing at any wavelengths.
     _whole: FactoredBrdf | None = None
 
     def __post_init__(self) -> None:

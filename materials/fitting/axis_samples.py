@@ -16,11 +16,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.linalg import solveh_banded
 
-#: Samples worked on in one go, at most.
+#: Most samples of a block.
 BLOCK = 512
 # The proximal pull, as a share of the mean curvature of each term's nodes. Less of it fits noise between the samples.
 _PULL = 1e-3
-# How many times as much a difference between neighbours' changes costs as a change itself. Less of it fits noise, too.
+# Cost of a difference between neighbours' changes, relative to that of a change itself. Less of it fits noise, too.
 _STIFFNESS = 100.0
 # The least pull: keeps a system without any data solvable; its reciprocal is far from overflow.
 _TINY = 1e-100

@@ -17,18 +17,18 @@ from .bounds import Bounds, Violations
 from .joint import JointProblem
 from .visible_samples import SeenSamples
 
-# Searches at most.
+# Most searches.
 _ROUNDS = 20
-# Half spaces that a search may add.
+# Most half spaces that a search adds.
 _PLACES = 300
 # Pull towards the spectra as they were, as a share of each one's curvature.
 _PULL = 1e-2
 # The least pull, as a share of the largest curvature: spectra that samples hardly show stay as they were.
 _LEAST_PULL = 1e-9
-# What a change where guards stand counts against one beyond their limits: pictures hardly show those places, and
-# nothing else keeps spectra from leaving the bounds there by more than they did anywhere.
+# Weight of a change at guards, relative to one beyond their limits: pictures hardly show those places, and nothing
+# else keeps spectra from leaving the bounds there by more than they did anywhere.
 _STAY = 3e-5
-# Samples whose curvature is worked out in one go.
+# Samples per block of the curvature.
 _BLOCK = 2048
 
 

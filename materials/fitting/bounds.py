@@ -47,11 +47,11 @@ _PAIRS_ANISOTROPIC = 100_000
 _DOWNHILL = 400
 # Nodes looked at on one grid, at most; of a larger grid every second, third and so on.
 _NODES = 1_000_000
-# Pairs that packs are evaluated at in one go.
+# Pairs per block in the evaluation of packs.
 _BLOCK = 8192
 # First step downhill, radians.
 _STEP = 0.04
-# How often that step is halved.
+# Number of halvings of that step.
 _HALVINGS = 6
 # Pairs closer than this in all angles are one place, radians.
 _PLACE = 0.05

@@ -110,7 +110,7 @@ def decompose_compressed(
     if form.energy == 0.0:
         nothing = CPTensor((None, [np.zeros((len(basis), rank)) for basis in form.bases]))
         return Decomposition(nothing, 0.0, 0.0, form.core.shape)
-    # Of unit length, so that neither tall nor faint tables meet the limits of their numbers.
+    # Scale to unit length, so that neither large nor small tables overflow or underflow.
     norm = np.sqrt(form.energy)
     unit = form.core / norm
     if method == "joint":

@@ -46,7 +46,7 @@ class JointProblem:
 
     def __init__(self, packs: tuple[FactorPack, ...], samples: SeenSamples) -> None:
         self.packs, self.samples = packs, samples
-        # What guards ask for changes in every sweep: it is this problem's own.
+        # Copy the sensitivity: guards change it in every sweep.
         if len(samples.guards):
             self.samples = samples = replace(samples, sensitivity=samples.sensitivity.copy())
         self._targets = samples.targets.T.copy()

@@ -29,17 +29,17 @@ METHODS: tuple[Method, ...] = ("joint", "weighted", "incremental", "refitted")
 
 # Energy of the seen, observer-weighted spectra that their basis may lose.
 _SPECTRAL_LOST = 1e-8
-# Nodes, about, whose spectra that basis is found from.
+# Approximate number of nodes whose spectra that basis is fitted to.
 _PILOT = 1500
-# Spectra count at each wavelength by what the observer sees there, and by this share of the most at least.
+# Floor of the observer's sensitivity in the weights of wavelengths, as a share of its maximum.
 _LEAST_OBSERVED = 0.05
 # Weighted sweeps over the table, at most.
 _SWEEPS = 40
-# Where packs are refined afterwards, problems larger than this (nodes times squared rank) are only begun on the table.
+# If packs are refined afterwards, problems larger than this (nodes times squared rank) are only begun on the table.
 _LARGE = 10_000_000
 # Weighted sweeps of such a beginning, at most.
 _FEW_SWEEPS = 6
-# So many terms or more end in this or that local minimum, whatever rounding leads to: several starts are tried.
+# Number of terms from which rounding decides the local minimum that is reached: several starts are tried.
 _MANY_TERMS = 6
 # Starts that are tried for many terms; the best goes on.
 _STARTS = 4

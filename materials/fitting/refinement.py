@@ -18,51 +18,51 @@ from .visible_samples import SeenSamples, seen_samples
 
 # Pairs drawn for each pixel of the protocol's square; some two thirds are above the horizon.
 _PAIRS_A_PIXEL = 3.5
-# Pairs drawn at least.
+# Fewest pairs drawn.
 _FEWEST_PAIRS = 12_000
-# How many times as many pairs an anisotropic surface needs, for its azimuths.
+# Factor of the pairs of an anisotropic surface, for its azimuths.
 _TIMES_FOR_AZIMUTHS = 1.7
-# Rounds of refinement at most.
+# Most rounds of refinement.
 _ROUNDS = 2
 # Share of the distance that a round must gain for another one to follow.
 _LEAST_GAIN = 0.03
-# Factor by which errors under light from behind come to count more, from one round to the next.
+# Factor of the weight of errors under light from behind, from one round to the next.
 _BACK_STEP = 3.0
-# Times that errors under light from behind count at most.
+# Largest weight of errors under light from behind.
 _MOST_BACK_WEIGHT = 9.0
 # Rounds that bring packs back within their bounds, at most.
 _BOUNDING_ROUNDS = 9
 # Sweeps of each such round.
 _BOUNDING_SWEEPS = 3
-# What leaving the bounds by 0.02 at one guard costs, as a share of what all errors do.
+# Cost of leaving the bounds by 0.02 at one guard, as a share of that of all errors.
 _GUARD_COST = 1e-3
-# Spectra alone are tried where packs are beyond their bounds by less than this many times them.
+# Multiple of their bounds up to which packs may be for spectra alone to be tried.
 _NEARLY_WITHIN = 1.15
-# However far beyond they are, spectra alone are tried once in this many rounds.
+# Rounds from one trial of spectra alone to the next, however far packs are beyond their bounds.
 _TRY_SPECTRA_EVERY = 3
-# Spectra alone may raise the cost of all errors to this many times what it was.
+# Factor by which spectra alone may raise the cost of all errors.
 _DEAREST_SPECTRA = 1.1
-# From the second of such rounds on, guards that stand count this many times as much as in the round before.
+# Factor of the weight of guards set before, in each such round from the second on.
 _FIRMER = 2.0
-# Terms from which pairs are drawn anew, so that many terms are not fitted to the same ones for long; and how many times
-# as many before the first of these and from each on: few terms have few numbers to find.
+# Terms from which pairs are drawn anew, so that many terms are not fitted to the same ones for long; and factors of
+# their number before the first of these and from each on: few terms have few unknowns.
 _DRAWN_ANEW = (8, 24, 64, 96)
 _TIMES_FOR_TERMS = (0.4, 1.0, 2.0, 2.0, 2.0)
-# Every so many samples are enough to find spectra alone from.
+# Stride of the samples that spectra alone are fitted to.
 _SPECTRA_THINNED = 4
 
 
 class Refinement:
     """The joint refinement of one fit: its samples, which are drawn when they are first needed, and its bounds.
 
-    Bounds are looked at last: guards that stood while terms are added would be weighed against errors that are many
-    times those of the end, and rule over what pictures show.
+    Bounds come last: guards set while terms are added would be weighed against errors many times those of the end, and
+    outweigh what pictures show.
     """
 
     def __init__(self, brdf: Brdf, judge: Judge, settings: FitSettings) -> None:
         self.brdf, self.judge, self.settings = brdf, judge, settings
         self.bounds = Bounds.of(brdf)
-        # How often pairs were drawn anew, and the last samples.
+        # Number of times that pairs were drawn anew, and the last samples.
         self._drawn: tuple[int, SeenSamples] | None = None
 
     def samples(self, terms: int) -> SeenSamples:

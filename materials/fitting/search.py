@@ -28,13 +28,13 @@ RIVALLED = 16
 _NEAR_BUDGET = 2.5
 # A table more times over the budget than this is far: a few more terms are not enough.
 _FAR_FROM_BUDGET = 6.0
-# Tables go on being refined where the first one came below this share of its distance by it.
+# Share of its distance that refinement has to bring the first table below, for others to be refined.
 _REFINEMENT_PAYS = 0.98
-# More terms are an improvement where they bring the score below this share of the best one.
+# Share of the best score that more terms have to come below as an improvement.
 _IMPROVED = 0.9
-# After this many ranks without an improvement, terms are no longer what is missing.
+# Ranks without an improvement after which more terms do not help.
 _VAIN_RANKS = 3
-# That holds where the best score is less than this many times the budget: what is left is the grid's error.
+# Multiple of the budget that the best score has to be below for that: what is left is the grid's error.
 _VAIN_NEAR_BUDGET = 3.0
 
 
@@ -97,7 +97,7 @@ class Search:
             near = (refinement_pays and judgement.score <= _NEAR_BUDGET * share) or not ranks
             if joint and alone and judgement.score > share and near:
                 refined = self.refinement.refine(Candidate("lobes", (pack,), judgement, relative, ""))
-                # Where it gains nothing, as on tables that are fitted well already, it is left for the last rank.
+                # If it gains nothing, as on tables that are fitted well already, it is left for the last rank.
                 refinement_pays = refined.judgement.distance < _REFINEMENT_PAYS * judgement.distance
                 (pack,), judgement, relative = refined.packs, refined.judgement, refined.relative_error
             vain = 0 if judgement.score < _IMPROVED * best_score else vain + 1

@@ -14,7 +14,7 @@ from ..core.directions import spherical
 FARTHEST_LIGHT = np.radians(150.0)
 #: Lights beyond this angle from the view light a surface from behind, radians.
 BEHIND = np.radians(117.0)
-# What a pair lit from behind counts: surfaces show few such points, and an error may be larger there.
+# Weight of a pair lit from behind: surfaces show few such points, and an error may be larger there.
 _BACK_SHARE = 0.25
 # The least cosine of the light's angle from the normal.
 _LEAST_LIGHT_COSINE = 0.003

@@ -22,23 +22,23 @@ from ..core.protocol import LIGHT_ANGLES_DEG, LIGHTS, sphere_protocol
 from ..factored.pack import FactorPack
 from .visible_pairs import BEHIND, seen_pairs
 
-# What a highlight's own pixels count at least, however few pictures show.
+# Least importance of a highlight's own pixels, however few pictures show.
 _HIGHLIGHT_IMPORTANCE = 0.3
-# What the spectra's common basis may lose, root mean square, in L*.
+# Error budget of the spectra's common basis, root mean square, in L*.
 _LOST = 0.02
-# What the square of an error counts under each light that a fit is judged by. Under one alone, spectra would be bent
-# until it sees no difference.
+# Weight of a squared error under each light that a fit is judged by. Under one alone, spectra would become
+# metamers.
 _LIGHT_SHARE = 0.3
-# Share of what the eye makes of errors that may be counted as if it were colourless: what is left are few directions
-# of colour at each sample, in which the lights of the protocol agree.
+# Share of visible errors that may be counted as colourless: the rest are few directions of colour at each sample, in
+# which the lights of the protocol agree.
 _COLOURLESS = 0.02
 # Directions of colour at each sample, at most.
 _MOST_DIRECTIONS = 4
-# How much an error counts that none of the lights shows: another light may.
+# Weight of an error that none of the lights shows: another light may.
 _UNSEEN = 0.3
-# Pairs that a BRDF is evaluated at in one go.
+# Pairs per block in the evaluation of a BRDF.
 _BLOCK = 8192
-# Samples whose sensitivity is multiplied in one go.
+# Samples per block in products with the sensitivity.
 _COLUMNS = 2048
 
 
