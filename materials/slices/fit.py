@@ -30,17 +30,17 @@ from .view_slices import ViewSlices, polar_angles
 LOBES = 12
 #: Numbers of Gaussians that are tried; 0 is for matt surfaces.
 COUNTS = (4, 8, LOBES)
-# What the 99th percentile may be, over the mean, as the highlights of a fit; and what error more Gaussians have to
-# leave, of that of fewer.
+# Allowed 99th percentile over the mean, as for the highlights of a fit; and the error that more Gaussians have to come
+# below, relative to that of fewer.
 _HIGHLIGHTS, _WORTH = 4.0, 0.9
-# Viewers of isotropic materials, and of others by polar angle and azimuth.
+# Viewers of isotropic materials, and of others, by polar angle and azimuth.
 _POLAR, _TURNED = 24, (16, 16)
 # Rounds of the first slice, and of each that starts as its neighbour; and steps, at most, that bring both nearer.
 _FIRST_ROUNDS, _ROUNDS = 60, 3
 _FIRST_STEPS, _STEPS = 60, 6
-# Gaussians are placed by this power of what comes from a direction, since tails show beside a sun.
+# Power of the slice by which Gaussians are placed, since tails show beside a sun.
 _TEMPER = 0.9
-# Directions from which less than this share of all comes do not move a Gaussian.
+# Share of the whole below which a direction does not move a Gaussian.
 _COUNTS = 1.0e-6
 # Difference of mean logarithms of densities, that rounding does not decide.
 _CLEARLY = 0.01

@@ -9,11 +9,11 @@ from jaxtyping import Float
 
 # A mean resultant length that is no closer to 1 than rounding of directions leaves; a sharpness of 2e9.
 _LONGEST = 1.0 - 1.0e-9
-#: Sharpness is no lower: such a Gaussian is even over the sphere, and no hemisphere's slice is made of such.
+#: Least sharpness: such a Gaussian is even over the sphere, and no hemisphere's slice is made of such.
 BLUNTEST = 0.5
 #: Exponent beyond which a Gaussian is as good as nothing.
 FARTHEST = -300.0
-# Of the whole: no part's share is less, so that none dies.
+# Least share of a part, so that none dies.
 _LEAST = 1.0e-6
 
 

@@ -15,24 +15,24 @@ from jaxtyping import Bool, Float
 
 from .mixture import BLUNTEST, FARTHEST, Mixture
 
-# What is seen of a difference, by the power of what is there; and what is there at least, of the slice's mean.
+# Power of the density that squared differences are divided by; and the share of the slice's mean that is added to it.
 _SEEN, _ELSEWHERE = 4.0 / 3.0, 0.1
-# What is as far as this cosine below the horizon counts as what is as far above.
+# Cosine below the horizon down to which directions count as those as far above it.
 _BELOW = 0.5
-# Directions count that have more than this share of all that could be seen.
+# Share of the weighted whole above which a direction counts.
 _COUNTS = 1.0e-7
-# What the sum of all may be off: that counts as the same share of every direction's would.
+# Weight of the error of the sum: as of the same relative error in every direction.
 _WHOLE = 1.0
-# Damping of the first step, of the diagonal; what it is multiplied with after a step that was worse, and one that was
-# better; its bounds; and the longest step, of a logarithm or of a Gaussian's own width.
+# Damping of the first step, relative to the diagonal; its factors after a step that was worse, and one that was better;
+# its bounds; and the longest step, of a logarithm or in Gaussian widths.
 _DAMPING, _WORSE, _BETTER, _BOUNDS, _LONGEST = 1.0e-2, 8.0, 0.25, (1.0e-7, 1.0e6), 0.7
-# Less than this, of the squares that are left, is no progress.
+# Least progress, as a share of the squares that are left.
 _PROGRESS = 1.0e-3
-# What parts that say nearly the same are held together by, of the mean diagonal: in steps, and in spectra.
+# Ridge that holds nearly equal parts together: of steps, relative to the largest diagonal; of spectra, to the mean one.
 _STEP_RIDGE, _RIDGE = 1.0e-9, 1.0e-5
-# A derivative that is less, of the largest, is none.
+# Share of the largest derivative below which one counts as 0.
 _NOTHING = 1.0e-30
-# Of the whole: no part's share is less.
+# Least share of a part.
 _LEAST = 1.0e-6
 
 
@@ -167,12 +167,12 @@ class _Parts:
         all shares; of what comes from each direction, and of the sum.
         """
         sharpness, shares = self.mixture.sharpness, self.mixture.shares
-        # Of lambda / (1 - exp(-2 lambda)), what a Gaussian is normalised with.
+        # Derivative, in logarithms, of lambda / (1 - exp(-2 lambda)), a Gaussian's normalisation.
         norm = 1.0 - 2.0 * sharpness / np.expm1(2.0 * np.minimum(sharpness, -FARTHEST))
         by_sharpness = self.lobes * (sharpness[:, None] * (self.cosines - 1.0) + norm[:, None])
         by_sides = [np.sqrt(sharpness)[:, None] * self.lobes * (side @ directions.T) for side in self.sides]
         by = np.concatenate([by_sharpness, *by_sides, self.lobes, self.rest[None]])
-        # Products of what is next to nothing are below 1e-308, which is a hundred times as slow.
+        # Products of tiny numbers are subnormal, below 1e-308, which is a hundred times as slow.
         by[np.abs(by) < _NOTHING * np.abs(by).max()] = 0.0
         return by, np.concatenate([np.zeros(3 * len(sharpness)), shares])
 

@@ -13,9 +13,9 @@ from functools import cache
 import numpy as np
 from jaxtyping import Float
 
-#: Directions that a surface is asked for at once: some hold large tables of each.
+#: Directions per evaluation of a surface: some hold large tables of each.
 BLOCK = 256
-# Of the half vector, radians: the first cell of the fine grid ends there; mirrors sharper than that are points to it.
+# End of the fine grid's first cell, angle of the half vector, radians; sharper mirrors are points to it.
 _FIRST = 1.0e-4
 # Gauss-Legendre nodes an octave.
 _NODES = 4
@@ -34,9 +34,9 @@ class Grids:
     even: tuple[int, int] = (16, 36)
 
 
-#: What BRDFs alone ask for: their lobes are wide far from the mirror direction.
+#: Grids of isotropic surfaces: lobes are wide far from the mirror direction.
 PLAIN = Grids()
-#: Highlights that are some five times as long as they are wide ask for more azimuths.
+#: Grids of anisotropic surfaces, with more azimuths: highlights are some five times as long as wide.
 STRETCHED = Grids(azimuths=40)
 
 

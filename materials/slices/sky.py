@@ -67,7 +67,7 @@ def under_lobes(axes: Float[np.ndarray, "N 3"], sharpness: Float[np.ndarray, " N
 def on_normals(normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
     """Illuminance on surfaces that face unit directions."""
     found = _sources()
-    # Of the step only the constant and the first harmonic reach a matt surface; haze shortens the harmonic.
+    # Only the constant and the first harmonic of the step reach a matt surface; haze shortens the harmonic.
     sky = np.pi * (GROUND + (1.0 - GROUND) * 0.5 * (1.0 + _HAZE_COSINE * normals[:, 1]))
     between = np.arctan2(
         np.linalg.norm(np.cross(normals[:, None], found.axis), axis=2), np.einsum("nk,sk->ns", normals, found.axis)

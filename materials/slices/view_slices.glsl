@@ -43,7 +43,7 @@ Here here_at(Gathered s) {
     return here;
 }
 
-// Of isotropic materials slices stand in the viewer's plane.
+// Frame of the slices: of isotropic materials, turned into the viewer's plane.
 mat3 frame_of(Here here) {
     return mat3(here.plane.x, here.plane.y, 0.0, -here.plane.y, here.plane.x, 0.0, 0.0, 0.0, 1.0);
 }

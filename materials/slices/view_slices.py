@@ -21,7 +21,7 @@ from ..core.terms import TermShader
 # The last viewer of a grid, radians short of grazing: there cos(theta_o) is 0 and slices have no limit that is seen.
 LAST = 0.004
 _ARRAYS = ("directions", "sharpness", "value")
-# Of an error, columns of what a file keeps.
+# Columns of an error in a file.
 _FIGURES = ("mean", "p95", "p99", "maximum")
 
 

@@ -68,7 +68,7 @@ vec4 between_viewers(sampler2D table, Place at, int column, int side) {
     return mix(texelFetch(table, ivec2(column, row), 0), texelFetch(table, ivec2(column, row + 1), 0), at.between.y);
 }
 
-// Of a column of `slices`, what a coat lets through; see facet_slices.under_coat.
+// Column of `slices` as a coat lets it through; see facet_slices.under_coat.
 vec4 under_coat(Place at, int column, int side) {
     vec4 found = between_viewers(slices, at, column, side);
 #ifdef COAT
@@ -79,7 +79,7 @@ vec4 under_coat(Place at, int column, int side) {
     return found;
 }
 
-// Of both alphas.
+// Column between both alphas.
 vec4 between_alphas(Place at, int column) {
     vec4 found = under_coat(at, column, 0);
 #if ALPHAS > 1

@@ -26,7 +26,7 @@ from .facets import facets
 
 #: Gaussians a slice.
 LOBES = 6
-#: From one tabulated alpha to the next.
+#: Ratio of one tabulated alpha to the one before.
 RATIO = 1.5
 #: The geometries: body and body at grazing, facets and facets at grazing.
 KINDS = 4
@@ -34,10 +34,10 @@ KINDS = 4
 COATED_KINDS = 6
 # Rooms of `materials` whose code decides them.
 _CODE = ("analytic", "core", "slices", "svbrdf")
-# What counts where Gaussians are placed: highlights, at grazing those that all materials share the more; of the body
+# Weights in the placement of Gaussians: of highlights, the more at grazing, where all materials share them; of the body
 # they only take what its bent cosine leaves over.
 _COUNTS = np.array([0.1, 0.1, 1.0, 4.0])
-# What is taken off under a coat moves no Gaussian.
+# Kinds that are subtracted under a coat move no Gaussian.
 _COATED_COUNTS = np.array([*_COUNTS, 1e-3, 1e-3])
 # Integrals of `bends` over the cosine's hemisphere, over pi.
 _MOMENTS = np.array([1.0, 0.0, 0.0, 2.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.5])

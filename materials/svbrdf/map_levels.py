@@ -17,8 +17,8 @@ from .facets import facets, turned_to
 from .stretched import axes_of
 from .texels import levels_of
 
-#: Of the covariance of normals. Measured on brick, as it is and made smoother: 1 to 2 are alike, less leaves sparkles
-#: out and more blurs.
+#: Factor of the covariance of normals. Measured on brick, as it is and made smoother: 1 to 2 are alike, less leaves out
+#: sparkles and more blurs.
 WIDENED = 1.5
 
 
@@ -51,7 +51,7 @@ def wider(moments: Float[np.ndarray, "N 6"]) -> Float[np.ndarray, "N 3"]:
     turn = np.stack([along[:, :2], across[:, :2]], axis=-1)
     covariance = np.stack([np.stack([xx - x * x, xy - x * y], -1), np.stack([xy - x * y, yy - y * y], -1)], -1)
     found = WIDENED * turn @ covariance @ turn.swapaxes(1, 2)
-    # Of normals that are all alike, rounding is left, which may be negative.
+    # Equal normals leave rounding, which may be negative.
     a, b, c = np.maximum(found[:, 0, 0], 0.0), found[:, 0, 1], np.maximum(found[:, 1, 1], 0.0)
     most = np.sqrt(a * c)
     return np.stack([a, np.clip(b, -most, most), c], axis=-1)
@@ -97,7 +97,7 @@ def coat_from_afar(
     found = [spread]
     for level in levels[1:]:
         some = level[..., 1:2] > 0.0
-        # Where there is none it does not matter, but must be some.
+        # Without a coat, a placeholder that is never read.
         mean = np.where(some, level[..., :1], level[..., 2:]) / np.where(some, level[..., 1:2], 1.0)
         found.append(np.exp(mean))
     return found
@@ -107,7 +107,7 @@ def _function_of(spread: np.ndarray, function: np.ufunc) -> np.ndarray:
     """Return a function of symmetric matrices (a, b, c), by their eigenvalues."""
     a, b, c = np.moveaxis(spread, -1, 0)
     middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
-    # The smaller one from the determinant, which is what it loses digits to.
+    # The smaller one by the determinant, since the difference loses its digits.
     smaller = (a * c - b * b) / (middle + half) if function is np.log else middle - half
     high, low = function(middle + half), function(smaller)
     slope = np.divide(high - low, 2.0 * half, out=np.zeros_like(half), where=half > 0)

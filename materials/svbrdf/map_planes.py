@@ -33,11 +33,11 @@ from .map_levels import WIDENED, coat_from_afar, facets_apart, normals_from_afar
 from .map_set import ROUNDING, WHOLE, Placement
 from .texels import WRAPS, Wrap, level_at, levels_of, look_up, packed
 
-#: Along each side of what a sample spans: so many places are looked up, at the level whose texels lie as far apart.
+#: Places looked up along each side of a sample's footprint, at the level whose texels lie as far apart.
 TAPS = 4
 # Numbers of a texel without a coat, beside its coefficients.
 _UNCOATED = 7
-#: Of a sample in a surface with holes: what its own point counts, beside 1 of each place.
+#: Weight of a sample's own point in a surface with holes, beside 1 of each place.
 OWN_SHARE = 1e-3
 _TAPS = (np.arange(TAPS) + 0.5) / TAPS - 0.5
 
@@ -199,7 +199,7 @@ class MapPlanes(Summand):
                     there[here] += share
         if not self.cut:
             return total / TAPS**2
-        # What the point itself shows, which is there, counts a little: where it is all that is there, for all.
+        # The point itself, which is no hole, counts a little; it counts alone if all places are holes.
         own = self._shown(look_up(levels[0], uv, self.placement.wrap), layout, points)
         return (total + OWN_SHARE * own) / (there + OWN_SHARE)
 

@@ -18,13 +18,13 @@ from .facets import spread_of
 from .texel_map import TexelMap
 from .texels import REPEATED, WRAPS, Wrap, look_up
 
-#: Below, highlights are narrower than any picture shows; a perfect mirror has no BRDF at all.
+#: Least alpha: below, highlights are narrower than any picture shows; a perfect mirror has no BRDF at all.
 LEAST_ALPHA = 0.002
-#: What opacity may be below a cutoff it is mixed to: single precision, of numbers from 0 to 1.
+#: Rounding of mixed opacity below a cutoff that it equals: single precision, of numbers from 0 to 1.
 ROUNDING = 1e-6
-#: Of glTF's dielectrics, whose refractive index is 1.5.
+#: F0 of glTF's dielectrics, whose refractive index is 1.5.
 DIELECTRIC_F0 = 0.04
-# Texels of which derived numbers are held at once.
+# Texels per block of derived numbers.
 _TEXELS = 1 << 16
 _ONE, _NONE = TexelMap.constant(1.0), TexelMap.constant(0.0)
 AnyMaps = TypeVar("AnyMaps", bound="MapSet")

@@ -46,7 +46,7 @@ vec4 coat_lobe(Here here, int number) {
     return vec4(normalize(found.xyz), exp(found.w));
 }
 
-// Of a Gaussian of the coat, or behind those of one alpha of its cosine.
+// Value of a Gaussian of the coat; with `bend`, of its cosine, whose columns lie behind the Gaussians of one alpha.
 float coat_value(Here here, int number, bool bend) {
     float part = coat_alphas > 1 ? here.coat_at.between.x : 0.0, height = here.coat_frame[2].z;
     vec4 found;
@@ -66,7 +66,7 @@ float coat_value(Here here, int number, bool bend) {
 #endif
 
 #if PARTS > 1
-// What shadows of all facets leave of a Gaussian of a part, over what those of the part do.
+// Share of a part's Gaussian left by the shadows of all facets, over that left by the part's own.
 float shadowed_more(Here here, int part, vec3 axis) {
     float alpha2 = here.alphas[part] * here.alphas[part];
     vec3 local = turned_to(here.frame[2], here.frames[part] * axis);
@@ -127,7 +127,7 @@ Here lean(Here here, vec3 spread, vec3 normal, vec3 wo, float theta) {
 #endif
 
 #if defined(MIPMAPPED) && defined(USES_UV)
-// How much wider normals that differ make the spread of their mean, of the means of x, y, z and of xx, xy, yy; see
+// Widening of the spread about a mean of differing normals, from the means of x, y, z and of xx, xy, yy; see
 // map_levels.wider.
 vec3 wider_by(vec3 mean, vec3 second) {
     vec3 covariance = second - vec3(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
@@ -237,7 +237,7 @@ Here here_at(Gathered s) {
     float theta = atan(length(s.wo - height * normal), height);
     vec3 spread = vec3(NUMBER(SPREAD_XX, 0, AT_SPREAD), NUMBER(SPREAD_XY, 0, AT_SPREAD + 1),
         NUMBER(SPREAD_YY, 0, AT_SPREAD + 2)) + wider;
-    // Where nothing is there, alpha does not matter but must be some.
+    // Placeholder alpha in a hole, never read.
     if (!(covers > 0.0)) spread = vec3(first_alpha * first_alpha, 0.0, first_alpha * first_alpha);
 #ifdef COAT
     coat_share = NUMBER(COAT, 0, AT_COAT);
@@ -248,7 +248,7 @@ Here here_at(Gathered s) {
     here.at[0] = place_of(theta, sqrt(sqrt(spread.x * spread.z - spread.y * spread.y)));
 #endif
 
-    // Of a body, whose texels together gather what their mean normal does, that is shorter.
+    // The texels of a body together gather as their mean normal, which is shorter.
     float seen = height > 0.0 ? covers : 0.0, dull = seen * shorter;
     for (int row = 0; row < ROWS; ++row) here.body[row] = here.rest[row] = here.facet[row] = vec4(0.0);
     for (int r = 0; r < RANK; ++r) {
@@ -305,7 +305,7 @@ vec4 value(Here here, int number, int row) {
         int part = number / OF_PART;
         found = own_value(here.at[part], number % OF_PART);
         vec4 axis = own_lobe(here.at[part], number % OF_PART);
-        // What lies below the mesh's own horizon, and for what leans below the texel's.
+        // Remove the share below the mesh's own horizon; of leaning parts, below the texel's as well.
 #if PARTS > 1
         vec3 to = here.frames[part] * axis.xyz;
         float free = min(above(to.z, axis.w), above(dot(to, here.frame[2]), axis.w)) / above(axis.z, axis.w);

@@ -23,7 +23,7 @@ from .map_set import ROUNDING
 from .stretched import LEAST_HEIGHT, PARTS, RINGS, ROUND, TABLE, axes_of, parts_of, sent_on, shadowed
 from .texels import level_at, look_up
 
-# Of a normal distribution the logistic curve that is nearest to it.
+# Slope of the logistic curve that is nearest to a normal distribution.
 _LOGISTIC = 1.702
 
 
@@ -32,14 +32,14 @@ class MappedSlices(EnvironmentForm):
     """Slices in the frame of each texel's normal, the viewer above its x.
 
     Facets that are wider along one axis are `PARTS` that are not and lean along it (`stretched`), each with its own
-    slice; together they send on what facets of alpha^2 = tr S / 2 do, as much more or less as S makes it. Where
-    roughness comes of normals that differ, from afar, facets of maps without such axes are taken to be alike in all
-    directions, as wide as the ellipse of the same area, alpha^4 = det S. Nobody sees a texel that leans away from them,
-    as under lights of one direction. Light from below the mesh's own horizon is left out of Gaussians by the share of
-    them that lies there; of cosines by what is lost of light that is even.
+    slice; together they send on what facets of alpha^2 = tr S / 2 do, as much more or less as S makes it. If roughness
+    comes of differing normals, from afar, facets of maps without such axes are approximated as isotropic, as wide as
+    the ellipse of the same area, alpha^4 = det S. A texel that leans away from the viewer is not seen, as under lights
+    of one direction. Light from below the mesh's own horizon is removed from Gaussians by their share there, and from
+    cosines by the loss of even light.
 
-    Where points say what they span of the texture, its numbers are means over that, of the places that `MapPlanes`
-    looks up, and the facets are the wider where normals differ among those.
+    If points have a footprint on the texture, its numbers are means over the places that `MapPlanes` looks up in it,
+    and differing normals among those widen the facets.
     """
 
     maps: MapPlanes
@@ -102,7 +102,7 @@ class MappedSlices(EnvironmentForm):
             values[:, : sharpness.shape[1]] *= np.minimum(free, 1.0)[..., None]
         count = sharpness.shape[1]
         values[:, count:] *= 0.5 * (1.0 + normal[:, 2])[:, None, None]
-        # Of a body, whose texels together gather what their mean normal does, that is shorter.
+        # The texels of a body together gather as their mean normal, which is shorter.
         body, rest, facet = (kind(name, rank) * seen for name in ("body", "rest", "facet"))
         out = np.zeros((*values.shape[:2], rank + 1))
         out[..., :rank] = values[..., :1] * (body * length)[:, None] + values[..., 1:2] * (rest * length)[:, None]
@@ -128,8 +128,8 @@ class MappedSlices(EnvironmentForm):
         normal: Float[np.ndarray, "N 3"],
         wo: Float[np.ndarray, "N 3"],
     ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB"]]:
-        """Compute what the coat's own facets gather, directions in the frame of the mesh; its cosine is taken to lie as
-        that of what is below.
+        """Compute the light gathered by the coat's own facets, directions in the frame of the mesh; its cosine lies as
+        that of the layer below.
         """
         own, theta = _frame(normal, wo)
         a, b, c = np.moveaxis(spread, -1, 0)
@@ -163,13 +163,13 @@ class MappedSlices(EnvironmentForm):
         total, bent, found = np.zeros_like(whole), np.zeros((len(wo), BENDS, KINDS)), []
         for part in range(PARTS):
             own, theta = _frame(normals[:, part], wo)
-            # Whoever looks from below a part sees nothing of it.
+            # A part is not seen from below.
             theta = np.minimum(theta, 0.5 * np.pi)
             axes, sharpness, values = slices.at(theta, alphas[:, part], coat)
             share, count = shares[:, part, None], sharpness.shape[1]
             mesh = axes @ own
             directions = mesh @ frame.swapaxes(1, 2)
-            # What is below the texel's horizon goes elsewhere, what is below the mesh's is lost.
+            # Light below the texel's horizon goes elsewhere, light below the mesh's is lost.
             known = _above(axes[..., 2], sharpness)
             above, free = (np.minimum(_above(to[..., 2], sharpness) / known, 1.0) for to in (directions, mesh))
             (local,) = turned_to(np.repeat(normal, count, axis=0), mesh.reshape(-1, 3))
@@ -183,7 +183,7 @@ class MappedSlices(EnvironmentForm):
             found.append((directions, sharpness, gaussians))
         directions, sharpness, gaussians = (np.concatenate(each, axis=1) for each in zip(*found, strict=True))
         values = np.concatenate([gaussians, bent], axis=1)
-        # Of the body there is as much whatever leans.
+        # Rescale the facets alone: the body's total is the same however parts lean.
         values[..., 2:] *= np.divide(whole, total, out=np.zeros_like(whole), where=total > 0.0)[:, None, 2:]
         return directions, sharpness, values
 
@@ -231,11 +231,11 @@ class MappedSlices(EnvironmentForm):
                 share = found[:, covers : covers + 1] if covers >= 0 else np.ones((len(here), 1))
                 add(found, share, here)
         if maps.cut:
-            # As in `MapPlanes`: what the point itself shows.
+            # The point itself, as in `MapPlanes`.
             add(self._level(0, uv), np.full((len(points), 1), OWN_SHARE), slice(None))
         whole = np.where(there > 0.0, there, 1.0)
         total /= whole
-        # Where nothing is there, numbers do not matter but must be some.
+        # Placeholders in holes, never read.
         for name, up, _ in layout.bumps:
             first, last = (layout.columns[layout.starts[one]] for one in (name, up))
             mean = np.where(there > 0.0, moments[name] / whole, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
@@ -272,13 +272,13 @@ class MappedSlices(EnvironmentForm):
             if len(layout.columns) > layout.starts["up"]:
                 spread += layout.numbers(texels, differ, 3)
             a, b, c = np.moveaxis(spread, -1, 0)
-            # Of what leans, the middle part is the narrowest.
+            # The middle part is the narrowest.
             narrow = (a * c - b * b) / (0.5 * (a + c) + np.hypot(0.5 * (a - c), b)) if parts > 1 else 0.0
             low.append((np.sqrt(narrow) if parts > 1 else (a * c - b * b) ** 0.25).min())
             # Between texels a matrix may have a larger determinant than both, but half its trace is no less than that.
             high.append(np.sqrt(0.5 * (a + c)).max())
         if filtered and self.maps.uses_uv and layout.columns[layout.starts[normal]] >= 0:
-            # Normals differ by no more than they lean.
+            # The spread of normals is no more than their lean.
             leans = layout.numbers(levels[0].reshape(-1, levels[0].shape[2]), normal, 2)
             high.append(np.hypot(max(high), np.sqrt(0.5 * WIDENED * np.sum(leans**2, axis=1).max())))
         return facet_slices(float(min(low)), float(max(high)), layout.coated and not coat)

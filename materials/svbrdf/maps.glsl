@@ -2,7 +2,7 @@
 
 #include "map_numbers.glsl"
 
-// Where texels are all alike there is nothing to filter.
+// Equal texels need no filter.
 #if defined(MIPMAPPED) && defined(USES_UV)
 #define FILTERED
 #endif
@@ -59,7 +59,7 @@ float facets(vec3 wi, vec3 wo, vec3 spread) {
 }
 
 #ifdef FILTERED
-// Those about normals that differ, times cos_i, in the frame of their mean; see map_levels.facets_apart.
+// Facets about differing normals, times cos_i, in the frame of their mean; see map_levels.facets_apart.
 float facets_apart(vec3 wi, vec3 wo, vec3 spread, vec3 differ) {
     float half_apart = length(vec2(0.5 * (differ.x - differ.z), differ.y)), wide = 0.5 * (differ.x + differ.z) + half_apart;
     float narrow = wide > 0.0 ? clamp((differ.x * differ.z - differ.y * differ.y) / wide, 0.0, wide) : 0.0;
@@ -184,7 +184,7 @@ Here here_at(Sample s) {
         if (part > 0.0) here = added(here, four_about(place, LEVEL(fine + 1)), true, wi, wo, part * share);
     }
 #ifdef CUT
-    // What the point itself shows, which is there, counts a little: where it is all that is there, for all.
+    // The point itself, which is no hole, counts a little; it counts alone if all places are holes.
     own_place = true;
     here = added(here, four_about(uv, LEVEL(0)), false, wi, wo, own_share * share);
     for (int row = 0; row < ROWS; ++row) here.terms[row] *= all_there > 0.0 ? s.angles.w / all_there : 0.0;

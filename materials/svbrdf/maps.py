@@ -99,13 +99,13 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         InputError : a mean that is no reflectance.
         """
         total: Any = 0.0
-        # What is linear in red, green and blue is made into a spectrum once.
+        # An uplift that is linear in red, green and blue is applied once, to the mean.
         linear = self.uplift == "mallett-yuksel"
         made = (lambda colours: colours) if linear else self.spectra
         for _, found in self.blocks():
             share = (found.covers >= self.cutoff - ROUNDING).astype(float)
             alpha = np.sqrt(np.sqrt(found.spread[:, 0] * found.spread[:, 2] - found.spread[:, 1] ** 2))
-            # A coat is as rough as where it lies.
+            # Mean roughness of the coat where it lies.
             coat = np.zeros(len(share)) if found.coat is None else found.coat
             smooth = 1.0 if found.coat_spread is None else np.sqrt(found.coat_spread)
             numbers = np.stack([np.ones(len(share)), found.edge, alpha, coat, coat * smooth], axis=1)

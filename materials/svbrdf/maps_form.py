@@ -91,9 +91,9 @@ class MapsForm(Fast):
         starts, kept = layout.starts, self.maps.layout
         found = dict(zip(starts, np.split(np.array(numbers), list(starts.values())[1:]), strict=True))
         for name in ("body", "rest"):
-            # Of its body's cosine that of the mean normal is left.
+            # The body keeps the cosine of the mean normal.
             found[name] *= found["up"][0]
-        # Its facets lie level.
+        # Facets lie level.
         found |= {"spread": found["spread"] + found["differ"], "normal": np.zeros(2), "covers": np.ones(1)}
         if layout.coated:
             wider = found["coat_differ"]
@@ -192,7 +192,7 @@ def _layout(numbers: Float[np.ndarray, "H W T"], rank: int, coated: bool) -> tup
     groups = [(0, rank), (rank, rank), (2 * rank, rank), (starts["edge"], 1), (starts["normal"], 2)]
     groups += [(starts["coat_normal"], 2)] if coated else []
     for first, count in groups:
-        # Those of a group lie side by side, or nowhere.
+        # Numbers of a group lie side by side, or nowhere.
         varied[first : first + count] = varied[first : first + count].any()
     for number in range(numbers.shape[2]):
         if not varied[number]:

@@ -1,4 +1,4 @@
-// What a matt texture gathers of light from all around, twin of matt_texture.py: a cosine times `planes` of coefficients.
+// Light gathered by a matt texture from all around, twin of texture_form.py: a cosine times `planes` of coefficients.
 
 #include "texels.glsl"
 

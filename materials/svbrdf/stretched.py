@@ -16,11 +16,11 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-#: One in the middle, two near it and two farther off.
+#: Number of parts: one in the middle, two near it and two farther off.
 PARTS = 5
 # Logarithms of rho.
 _RATIOS = np.log([1.0, 1.1, 1.25, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0])
-# Of the near ones and the far ones: where their middles are, over the wide width.
+# Middles of the near and the far parts, over the wide width.
 _MIDDLES = np.array(
     [
         [0.0, 0.62, 0.663, 0.671, 0.647, 0.596, 0.563, 0.521, 0.497, 0.467, 0.451],
@@ -66,10 +66,10 @@ def axes_of(
     a, b, c = np.moveaxis(spread, -1, 0)
     half = np.hypot(0.5 * (a - c), b)
     wide = 0.5 * (a + c) + half
-    # From the determinant: the difference would lose the digits of what is narrow. Rounding may take it below zero.
+    # From the determinant: the difference would lose the digits of the narrow width. Rounding may take it below zero.
     narrow = np.divide(a * c - b * b, wide, out=np.zeros_like(wide), where=wide > 0.0)
     narrow = np.clip(narrow, 0.0, wide)
-    # Of what is as wide along as across any direction will do.
+    # A spread as wide along as across has no axis: any direction will do.
     turn = 0.5 * np.arctan2(np.where(half > 0.0, 2.0 * b, 0.0), np.where(half > 0.0, a - c, 1.0))
     return np.sqrt(wide), np.sqrt(narrow), np.stack([np.cos(turn), np.sin(turn)], axis=1)
 

@@ -28,7 +28,7 @@ Encoding = Literal["sRGB", "linear"]
 #: 8192 x 8192; a larger picture would take gigabytes once it is decoded.
 MOST_TEXELS = 1 << 26
 FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "AVIF")
-# How a JPEG begins; all that is asked of its header is known before its pixels, so that it is opened once.
+# First bytes of a JPEG; its header tells all that is asked before its pixels, so that it is opened once.
 _JPEG = b"\xff\xd8"
 _MODES = ("1", "L", "LA", "RGB", "RGBA", "P", "PA", "I;16", "I;16B", "I;16L", "I;16N", "I", "F")
 _BLOCK = 1 << 16
@@ -37,7 +37,7 @@ _PROFILE = "the {} map carries a colour profile of its own, which is not applied
 _TURNED = (
     "the {} map says that it is to be turned (Exif, orientation {}), which is not applied: it is laid as it is stored"
 )
-# Tag of Exif for how a picture is to be turned; 1 is not at all.
+# Exif tag of a picture's orientation; 1 is upright.
 _ORIENTATION, _UPRIGHT = 0x0112, 1
 _STATED = "the {} map says {}, which is not applied: it is taken as {}"
 _AGAIN = "the picture is damaged or cut short: save or copy it again"
