@@ -44,16 +44,16 @@ NAME = "BTF"
 SUFFIXES: tuple[str, ...] = ()
 #: It asks how images are encoded, and which number is white.
 ASKS_MORE = True
-#: Share of the images that is made of its neighbours, where nobody says another.
+#: Default share of the images that may be made of their neighbours.
 FILL = 0.01
-# Degrees from the normal that no direction is beyond.
+# Largest angle of a direction from the normal, degrees.
 _HORIZON = 90.0
-# Measured, with a third to spare: what a process takes beside a set, bytes a texel of each view, and seconds an image
-# and a texel of each, decoded and compared.
+# Measured, with a third to spare: bytes of a process beside a set, bytes a texel of each view, and seconds an image and
+# a texel of each, decoded and compared.
 _PROCESS_BYTES, _VIEW_BYTES, _IMAGE_S, _TEXEL_S = 300 << 20, 24, 2e-3, 1.2e-7
-# Of OpenEXR, seconds a number.
+# Seconds per number of OpenEXR.
 _NUMBER_S = 2.5e-7
-# Tag of EXIF for how a picture is to be turned; 1 is not at all.
+# EXIF tag of a picture's orientation; 1 is upright.
 _ORIENTATION, _UPRIGHT = 0x0112, 1
 
 

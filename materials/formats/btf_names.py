@@ -118,7 +118,7 @@ def _members(folder: Path, rest: str, changed_ns: tuple[int, ...]) -> tuple[Path
         for name in names:
             file = Path(here) / name
             said = None if name.startswith(".") else image_name(file)
-            # What a link leads nowhere to is missing.
+            # A broken link counts as missing.
             if said is not None and said.rest == rest and file.is_file() and set_folder(file) == folder:
                 found.append(file)
     return tuple(sorted(found))

@@ -15,7 +15,7 @@ from ..btf.registration import MOST_LEANING
 from .btf_names import image_name
 from .naming import printable
 
-# So many names are given in full.
+# Most names given in full.
 _NAMED = 6
 
 

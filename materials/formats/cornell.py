@@ -222,7 +222,7 @@ def _rows(path: Path, numbers: np.ndarray, lines: np.ndarray, count: int) -> Flo
         hint = "the file may be truncated: download or copy it again"
         _fail("holds no direction pairs", path, "rows", "the file ends after the wavelengths", expected, hint)
     per_line = np.unique(lines, return_counts=True)
-    # Where one line is one row, a row of another length shifts all that follow: name the line, not the end.
+    # If lines are rows, a row of another length shifts all that follow: name the line, not the end.
     if np.mean(per_line[1] == width) > 0.5 and not (per_line[1] == width).all():
         at = int(np.argmax(per_line[1] != width))
         field = f"line {per_line[0][at]}"

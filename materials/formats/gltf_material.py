@@ -26,11 +26,11 @@ from .gltf_writer import GltfWriter
 from .shown_colours import shown_base, shown_colour
 
 _REDUCED = "spectra are reduced to linear sRGB under D65: under other lights colours differ"
-# Of numbers that differ by rounding alone.
+# Difference of numbers that is rounding alone.
 _NEAR = 1e-9
-# How far from a code of 8 bits a number may be, in codes, to be that.
+# Tolerance of a code of 8 bits, in codes.
 _EXACT = 1e-4
-# Beyond [0, 1] by less is rounding, and Mallett and Yuksel's white.
+# Excess over [0, 1] of rounding, and of Mallett and Yuksel's white.
 _ROUNDING = 1e-6
 
 

@@ -29,7 +29,7 @@ class InputFile:
             return text
         own, given = list(self.path.parts), self.name.split("/")
         text = text.replace(str(self.path), self.name)
-        # Of its folders, too: those that the archive has as well end alike.
+        # Replace its folders, too, without the last ones, which both names share.
         while len(own) > 1 and len(given) > 1 and own[-1] == given[-1]:
             own.pop()
             given.pop()

@@ -35,7 +35,7 @@ NAME = "texture maps"
 ASKS_MORE = True
 MOST_BYTES = 256 << 20
 _COLOURED = ("albedo", "emission")
-# Of these, two in one set would leave open which one counts.
+# Roles that are ambiguous if a set has two maps of one.
 _RENDERED = ("albedo", "roughness", "gloss", "metallic", "packed", "metallic_smoothness")
 
 

@@ -19,15 +19,15 @@ MOST_MEMBERS = 20_000
 MOST_BYTES = 8 << 30
 #: Unpacked bytes for each packed one; text of spectra reaches 20, deflate at its limit 1000.
 MOST_RATIO = 200.0
-# Below this, whatever the ratio, nobody is hurt.
+# Unpacked bytes up to which any ratio is harmless.
 _HARMLESS_BYTES = 32 << 20
 _CHUNK = 1 << 20
-#: What systems leave beside people's files.
+#: Files that operating systems add to folders.
 FOREIGN = ("__MACOSX", "Thumbs.db", "desktop.ini")
 
 
 def is_hidden(parts: tuple[str, ...]) -> bool:
-    """True where a part of a path begins with a dot, or is what a system leaves beside people's files."""
+    """True if a part of a path begins with a dot, or is one that operating systems add."""
     return any((part.startswith(".") and part not in (".", "..")) or part in FOREIGN for part in parts)
 
 

@@ -18,13 +18,14 @@ from ...runtime.errors import InputError
 from ..records.models import MEASURED, SPECTRA
 
 _ROOT = Path(__file__).parents[2]
-# What is done to materials: their fit, and the colour that the head of a file gives.
+# Modules that make records: the fit, and the colour in the head of a file.
 _FIT, _COLOUR = "materials/intake/work", "materials/records/record_colour"
-# Of all models, a fit needs the one that it is told of. Readers do not count: what was read has a hash of its own.
+# Module that names all models; a fit needs only its own. Readers do not count: data that was read has its own hash.
 _ALL_MODELS = "materials/analytic/__init__"
-# What gives numbers. Of most, releases of one series mend faults alone; colour-science holds tables.
+# Libraries that compute, and the parts of their versions that count: releases of one series of most only mend faults;
+# colour-science holds tables.
 _LIBRARIES = (("numpy", 2), ("scipy", 2), ("tensorly", 2), ("colour-science", None))
-# What decodes pictures, where a fit does so itself.
+# Module that decodes pictures, in fits that do so themselves, and its libraries.
 _PICTURES, _DECODERS = "materials/svbrdf/textures", (("pillow", 2), ("OpenEXR", 2))
 _READERS_USE = ("numpy", "scipy", "colour-science", "defusedxml", "h5py", "OpenEXR", "pillow")
 # Parsing all sources would take ten times as long. A test holds this to the parser.

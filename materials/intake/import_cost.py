@@ -16,11 +16,11 @@ from ..formats.registry import Format, ReadingCost, reading_cost
 
 # A process that fits, without what it is given: measured, benchmarks/importing.py.
 _WORKER_BYTES = 600 << 20
-# How many times a material's own size its fit needs beside that.
+# Memory of a fit beside that, relative to its material's size.
 _COPIES = 6
-# Below this, whatever the estimate, a system finds room.
+# Estimate up to which a system always finds room.
 _HARMLESS_BYTES = 256 << 20
-# A reading that takes longer is told of before it begins.
+# Longest reading, seconds, that is not announced.
 TOLD_S = 1.0
 
 

@@ -32,7 +32,7 @@ _VERSION = 2
 _TICK_NS = 2_000_000_000
 # Above this many bytes, a file whose times have changed is read again rather than hashed.
 _HASHED_BYTES = 64 << 20
-# So many files of other folders are remembered.
+# Most files remembered; beyond, those of this import alone.
 _MOST_FILES = 50_000
 
 State = list[int]
@@ -79,7 +79,7 @@ class Known:
     formats: dict[str, list] = field(default_factory=dict)
     readings: dict[str, dict] = field(default_factory=dict)
     records: dict[str, list] = field(default_factory=dict)
-    # What this import asked for or added; the rest may be of files that are no more.
+    # Entries that this import used or added; the rest may be of files that no longer exist.
     _used: set[str] = field(default_factory=set)
     _changed: bool = False
 
@@ -189,7 +189,7 @@ class Known:
                 if (record.id, record.source_hash) != (material_id, wanted):
                     return None
                 check_large(record, path, heard)
-                # What lies elsewhere is looked for each time.
+                # Arrays in other files are checked each time.
                 if all(array.file == path.absolute() for array in stored_arrays(record)):
                     self.wrote(material_id, wanted, state)
             return found

@@ -154,12 +154,12 @@ def _file(
     doing: Callable[[str, Doing], None],
 ) -> PlannedFile:
     words = repr(replace(settings, budget=0.0, again=False, copy=False))
-    # What only this import knows is gone when it ends.
+    # Private files are gone when this import ends.
     settings = replace(settings, copy=settings.copy or is_private(file))
     say = partial(doing, file.name)
     reading = None if settings.again else known.reading(file, reader, words)
     loads: Sequence[Load | None] = ()
-    # What is to be fitted has to be read, and the other materials of its file with it.
+    # A material to be fitted has to be read, and the others of its file with it.
     if reading is None or not all(each.reason or _is_there(each, settings, known, say) for each in reading.materials):
         cost, refusal = reading_too_large(reader, file.path, file.name)
         if refusal is not None:

@@ -192,7 +192,7 @@ def import_sources(
                 processes = jobs_for([material.size for material in pending], jobs)
                 begins(pending, processes)
                 work = _here(pending, budget, processes.count, apart, doing)
-            # Whoever stops listening, by Ctrl-C too, ends the workers at once.
+            # End the workers at once if the caller stops, by Ctrl-C too.
             with closing(work):
                 for material, source, fitted in work:
                     outcome = _stored(folder, material, source, fitted, partial(doing, material.id))

@@ -19,10 +19,10 @@ from ..records.record import MARKER
 from ..records.source import Rejected
 from .archives import FOREIGN, MOST_BYTES, MOST_MEMBERS, is_hidden, unpacked
 
-# The end of a name that says what kind of file it is; "run 1.2" has none.
+# Suffix of a name that tells the kind of file; "run 1.2" has none.
 _KIND = re.compile(r"\.[a-z]\w*")
 _DOCUMENTS = (".xlsx", ".xlsm", ".xlsb", ".ods", ".docx", ".npz", ".usdz", ".kmz", ".jar", ".sbsar", ".procspec")
-# What programs put into the documents that they pack, and nobody into an archive of measurements.
+# Members that programs put into the documents that they pack, and nobody into an archive of measurements.
 _PROGRAMS = re.compile(r"\[Content_Types\]\.xml|mimetype|META-INF/MANIFEST\.MF|OOI(?:Signatures\.xml|Version\.txt)")
 _CHUNK = 1 << 20
 

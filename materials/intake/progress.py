@@ -33,7 +33,7 @@ _TABLE_TERMS, _MANY = 8, 32
 # them, which first words do not wait for; tests hold them together.
 MOST_TERMS = 96
 OUT_OF_BOUNDS = "still out of the bounds of shading"
-# Of bytes that are read, so often a word.
+# Seconds between reports of bytes read.
 _EVERY_S = 0.5
 
 

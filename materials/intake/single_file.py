@@ -16,7 +16,7 @@ from .work import fit_material
 
 #: ΔE94 that the fit aims at, as that of an import.
 BUDGET = 0.5
-# Of several materials so many are named.
+# Most materials named of a file with several.
 _NAMED = 6
 
 

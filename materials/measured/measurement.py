@@ -17,11 +17,11 @@ _UNIT = 1e-6
 # The background is estimated where specular lobes do not disturb the comparison of swapped pairs, from this many pairs.
 _CLEAR_OF_LOBE = np.radians(20.0)
 _ENOUGH_PAIRS = 30
-# Where more readings than this dropped out, those that are left over-estimate it.
+# Share of dropped readings above which the rest over-estimate it.
 _MOST_MISSING = 0.1
-# Beyond this polar angle nothing is seen: the cosines vanish, and what instruments report there is no f_r.
+# Polar angle beyond which nothing is seen: the cosines vanish, and instruments report no f_r there.
 STEEPEST = np.radians(89.0)
-# Readings kept beyond either end of the working wavelengths: what interpolation (Sprague) looks at.
+# Readings kept beyond either end of the working wavelengths, for interpolation (Sprague).
 _NEIGHBOURS = 3
 
 

@@ -29,7 +29,7 @@ from .lookup import multilinear
 SHAPE = (90, 90, 180)
 _CHANNELS = ("red", "green", "blue")
 _RIGHT = 0.5 * np.pi
-# How much lines along theta_h, theta_d and phi_d say about a gap, at the same distance in nodes.
+# Weights of lines along theta_h, theta_d and phi_d in a gap, at the same distance in nodes.
 _TRUST = (0.02, 1.0, 1.0)
 # Angles of the last nodes: beyond, f_r is held.
 _LAST_HALF, _LAST_DIFFERENCE = (89.0 / 90.0) ** 2 * _RIGHT, np.radians(89.0)

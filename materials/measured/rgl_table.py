@@ -19,11 +19,11 @@ from ...spectral.observers import observer
 from ..core.brdf import Brdf
 from ..core.directions import TAU, io_from_half_difference, spherical
 
-# Beyond, f_r over the light's cosine says nothing any more.
+# Last polar angle of the light: beyond, f_r over its cosine is meaningless.
 _LAST_LIGHT = np.radians(89.9)
-# What continues a value below the horizon is taken this far above it.
+# Height above the horizon of the values that continue below it.
 _ABOVE = 1e-3
-# Pairs of directions that are asked whether the surface has its two mirror planes.
+# Pairs of directions at which the surface's two mirror planes are tested.
 _ASKED = 256
 
 

@@ -18,7 +18,7 @@ from .stored_array import StoredArray
 from .stored_files import StoredFiles
 from .trial_table import trial_table
 
-# Of an error, a table of trials shows these.
+# Figures of an error in a table of trials.
 _ERRORS = ("mean", "p95", "p99", "maximum")
 
 

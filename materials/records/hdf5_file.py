@@ -107,7 +107,7 @@ def _stream(tree: Node, room: int, file: io.FileIO) -> None:
         with h5py.File(careful, "w", userblock_size=room) as opened:
             write_tree(opened, tree, careful.check)
     except (OSError, RuntimeError, ValueError, KeyError):
-        # What HDF5 makes of a disk that takes no more is not worth telling.
+        # HDF5's own error on a full disk is dropped: `check` raises the reason.
         if careful.refused is None:
             raise
     careful.check()

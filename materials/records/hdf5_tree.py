@@ -22,10 +22,10 @@ from .stored_files import StoredFiles
 
 # HDF5 cannot compress a scalar, and a few numbers only grow.
 _WORTH_COMPRESSING = 256
-#: An array of so many bytes is not read when its file is.
+#: Bytes from which an array is not read with its file.
 LARGE_BYTES = 64 << 20
 _COMPRESSED = {"compression": "gzip", "compression_opts": 2, "shuffle": True}
-# What a data set is known by that is read when it is asked for: an attribute, with the number of its blocks.
+# Attribute of a data set that is read only when asked for: the number of its blocks.
 _IN_BLOCKS = "blocks"
 
 

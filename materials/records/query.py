@@ -324,7 +324,7 @@ def _hue(one: Summary) -> float | None:
     return None if one.lab is None else math.degrees(math.atan2(one.lab[2], one.lab[1])) % 360.0
 
 
-#: Of a summary, what `Query.sort` names sort by; None where there is nothing.
+#: Sort keys of a summary, by the names of `Query.sort`; None if it has none.
 SORTED_BY: dict[str, Any] = {
     "family": lambda one: one.family,
     "model": lambda one: one.model,

@@ -59,7 +59,7 @@ from .stored_array import StoredArray
 from .trial_table import lights_from, trial_table, trials_from
 
 SUFFIX = ".h5"
-# What makes a folder a catalogue.
+# File that makes a folder a catalogue.
 MARKER = "catalogue.toml"
 
 #: The fast forms that a record may hold, by the group of the file that they lie in.

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 FORMAT = "metamer-material"
 SCHEMA = 2
-#: Bytes of a head at most, and at least: HDF5 takes these and what lies between by doubling.
+#: Most and fewest bytes of a head: HDF5 allows these and the powers of two between.
 HEAD_BYTES, _LEAST_BYTES = 4096, 512
 _HDF5 = b"\x89HDF"
-#: What to do about a file that is not what it was.
+#: Hint for a file that has changed.
 IMPORT_AGAIN = "import the material again: metamer catalogue import --again SOURCE"
-#: What to do about a file that is none.
+#: Hint for a file that is no material.
 NAME_A_MATERIAL = "name the .h5 file of a material; metamer catalogue list CAT shows what is in a catalogue"
 # A head stays short; the whole text is in the content.
 _LONGEST_TEXT = 300

@@ -23,7 +23,7 @@ from ...runtime.remote import is_remote
 
 #: A block: large enough that a disk reads it in one go, small enough that a few of them are nothing.
 BLOCK_BYTES = 4 << 20
-# What to do about a file that is not what it was.
+# Hint for a file that has changed.
 _AGAIN = "put it back as it was, or import the material again: metamer catalogue import --again SOURCE"
 # Bytes of a SHA-256.
 _DIGEST = 32
@@ -33,7 +33,7 @@ Block = tuple[slice, ...]
 
 
 def _nobody(read: int) -> None:
-    """Hears of bytes that nobody counts."""
+    """Ignore the count of bytes read."""
 
 
 @dataclass(frozen=True)
@@ -223,7 +223,7 @@ class StoredArray:
         return InputError("no such file", file=path, expected=expected, hint=_AGAIN)
 
     def _unreadable(self, reason: Exception, where: str = "the array") -> InputError:
-        # What libraries raise may have no words.
+        # Exceptions of libraries may have no text.
         found = f"{where}: {str(reason) or type(reason).__name__}".split("\n")[0]
         return InputError("cannot be read", file=self.file, field=self._where, found=found, hint=_AGAIN)
 

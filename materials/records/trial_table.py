@@ -37,7 +37,7 @@ def trials_from(table: np.ndarray) -> tuple[Trial, ...]:
 
     Raises TypeError where a field without a default has no column.
     """
-    # Whoever only looks into a catalogue does not wait for the fit.
+    # Imported here, so that a look into a catalogue does not wait for the fit.
     from ..fitting.candidate_scoring import Trial
 
     return tuple(

@@ -44,7 +44,7 @@ from .stored_files import StoredFiles
 #: ΔE94: other processors round otherwise, by far less than this.
 TOLERANCE = 0.01
 _FIGURES = ("mean", "p95", "p99", "maximum")
-# Where the other error lies in a file.
+# Places of the other errors in a file.
 _ENVIRONMENT = "packs/slices/error"
 _TEXELS = "texel_error"
 # Texels of a form that are decoded, evenly over the sample.
@@ -224,7 +224,7 @@ def verify_material(
         note = "" if texels is None or again is not None else f"of texels, by another protocol: {texels.protocol}"
         return Verified(material_id, problem, declared, measured, note, None, said, found, texels, again)
     except InputError as reason:
-        # Of a file that large arrays were left in, nobody else says whose they are.
+        # An error in a file of large arrays does not name its material.
         named = reason if reason.file in (None, path) else reason.at(named_in=material_id)
         return Verified(material_id, named)
     except (MetamerError, ArithmeticError, ValueError, MemoryError) as reason:

@@ -10,13 +10,13 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError, UnknownNameError
 
-#: What a stop of gloss counts beside a unit of CIELAB. A choice: matt and black glass then differ by 27, black and
-#: white by 100. No experiment that weighs one against the other is known to us.
+#: Distance of a stop of gloss in units of CIELAB. A choice: matt and black glass then differ by 27, black and white by
+#: 100. No experiment that weighs one against the other is known to us.
 STOP = 5.0
 #: Colours were called warm by cos(hue - 50 degrees), most at large chroma: Ou, Luo, Woodcock and Wright, "A study of
 #: colour emotion and colour preference", Color Research and Application 29(3), 2004, part I.
 WARM_HUE_DEG = 50.0
-# Below, a hue is that of noise.
+# Chroma below which hue is noise.
 _LEAST_CHROMA = 2.0
 
 
@@ -118,7 +118,7 @@ def wished(start: Appearance, amounts: Mapping[str, float | int]) -> Wish:
     rows = np.array(directions).reshape(-1, 4)
     end = start.point + np.array(list(amounts.values()), dtype=float) @ rows
     for word, value, name in (("darker", end[0], "L*"), ("duller", end[3], "stops of gloss")):
-        # What was there may be below already, by a rounding: only who goes there is told.
+        # The start itself may be below 0 by rounding: refuse only a wish in that direction.
         if word in amounts and value < 0:
             most = start.point[0] if word == "darker" else start.gloss
             found, expected = f"{amounts[word]:g} of {most:.2f} {name}", "no more than there is"

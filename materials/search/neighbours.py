@@ -27,7 +27,7 @@ from ..records.query import Heads, Query, Summary
 from .appearance_offset import STOP, Appearance, Wish, wished
 from .gloss import record_gloss
 
-# So many materials are looked up by their colour at first, and eight times as many each time that these do not do.
+# Materials looked up by their colour at first; eight times as many each time that these do not suffice.
 _FIRST = 64
 
 

@@ -16,9 +16,9 @@ from ....spectral.upsampling import upsampling
 from ....spectral.wavelengths import WORKING_WAVELENGTHS_NM
 from ...svbrdf.textures import Texture, blocks
 
-#: Of glTF's dielectrics, whose refractive index is 1.5.
+#: F0 of glTF's dielectrics, whose refractive index is 1.5.
 DIELECTRIC_F0 = 0.04
-#: Below, highlights are narrower than a fit can follow; a perfect mirror has no BRDF at all.
+#: Least alpha: below, highlights are narrower than a fit can follow; a perfect mirror has no BRDF at all.
 LEAST_ALPHA = 0.002
 _KEPT_MEANS = 256
 _means: OrderedDict[tuple, SurfaceMeans] = OrderedDict()
