@@ -20,9 +20,9 @@ from ..spectral.wavelengths import common_wavelengths, interpolation_matrix
 
 #: Share of the budget that the spectral basis may spend; the rest is for the factors over directions.
 SPECTRAL_SHARE = 0.1
-# Products of reflectances of as many factors that are looked at: of more, as many are drawn.
+# Most products of reflectances, of one number of factors, that are evaluated; of more, this many are drawn.
 _MOST_PRODUCTS = 1024
-# Pairs of directions that the spectra of a material are looked at in.
+# Pairs of directions at which the spectra of a material are sampled.
 _PAIRS = 48
 
 

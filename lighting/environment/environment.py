@@ -126,7 +126,7 @@ class EnvironmentLight(SpreadLight):
                 hint="look whether the map is upside down, or black",
             )
         scale = self.illuminance_lux / arrives.sum()
-        # As it is where it fits: what is made of an array is known by it, also when the light is turned.
+        # The array itself if its scale fits: results derived from it are cached by it, also when the light is turned.
         self._set_fields(fields, 1.0 if abs(scale - 1.0) < 1e-12 else scale)
 
     def _set_fields(self, fields: Float[np.ndarray, "K H W"], scale: float) -> None:

@@ -26,8 +26,8 @@ _COLOURS: dict[Kind, tuple[str, ...]] = {"RGB": ("R", "G", "B"), "XYZ": ("X", "Y
 _CUBE = 1
 # Channels that a note names.
 _SHOWN = 4
-#: Bytes at the peak: of a stored sample while it is read, of a texel in each field of luminance, of a texel in what
-#: directions are drawn by, and of the rows whose spectra are reduced at once. By a tenth to a half above what maps of
+#: Peak bytes: of a stored sample while it is read, of a texel in each field of luminance, of a texel in the tables for
+#: drawing directions, and of the rows whose spectra are reduced in one block. A tenth to a half above what maps of
 #: 2048 x 1024 and 4096 x 2048 took.
 BYTES_A_SAMPLE, BYTES_A_FIELD, BYTES_A_TEXEL, BYTES_OF_ROWS = 8, 16, 32, 250_000_000
 #: Seconds a stored sample, and a texel of a map whose spectra are reduced, on one core of a small machine.

@@ -56,7 +56,7 @@ class GatheredLight:
         normals = octahedral.texel_directions(IRRADIANCE_SIDE).reshape(-1, 3)
         shape = (IRRADIANCE_SIDE, IRRADIANCE_SIDE)
         bent = bends(latlong.texel_directions(*level.fields.shape[1:]))
-        # All moments of all fields at once: the kernel is worked out once.
+        # All moments of all fields together: the kernel is computed once.
         each = np.concatenate([level.fields * bent[..., k] for k in range(BENDS)])
         found = Irradiance.of_fields(each)(normals).astype(np.float32)
         coarseness = min(1.0, level.fields.shape[1] / ROWS_OF_SHARPEST)

@@ -129,7 +129,7 @@ class NumpyIndex:
                 continue
             parts = self._parts[number]
             if isinstance(parts, tuple):
-                # The nearer part of most rays is looked at first, so that the other is often not needed.
+                # The half that is nearer for most rays comes first, so that the other is often not needed.
                 ahead = directions[rays].sum(axis=0) @ (self._boxes[parts[1]][0] - self._boxes[parts[0]][0])
                 waiting += [(part, rays) for part in (parts[::-1] if ahead > 0.0 else parts)]
             elif len(parts):

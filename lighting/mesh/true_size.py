@@ -9,9 +9,9 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError
 
-#: Shares of a surface that are left out at either end where it is said how evenly a texture lies.
+#: Share of a surface left out at either end of the range of a texture's size.
 _ENDS = 0.05
-#: A texture is said to lie unevenly where its size varies by more than this.
+#: Ratio of sizes above which a texture is reported as uneven.
 UNEVEN = 1.1
 
 

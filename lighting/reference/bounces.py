@@ -25,7 +25,7 @@ from .geometry import Met, Tracer, VisibleGeometry
 from .noise import Heard, unheard
 from .path_colours import Carried, PathColours
 
-# Paths worked on at once: 81 wavelengths of them take 10 MB. Of more wavelengths, fewer.
+# Paths per block: 81 wavelengths of them take 10 MB. Of more wavelengths, fewer.
 _PATHS, _WAVELENGTHS = 16384, 81
 # From this bounce on dark paths may end; one goes on with at least this chance.
 _ROULETTE, _LEAST = 3, 0.05

@@ -16,9 +16,9 @@ from ..lights import SpreadLight
 _TIMES, _LEAST = 4, 1 << 14
 
 
-# An environment is even where no texel is brighter than so many times its mean, and no side of it gives less than such
-# a share of what the brightest gives: draws from the whole find what any surface sees. It has to have so many texels,
-# for it is drawn texel by texel, and few would each be drawn from unevenly.
+# Even environments: largest ratio of a texel to the mean, and least share that a side gives of what the brightest side
+# gives, so that draws from the whole find what any surface sees; and fewest texels, since directions are drawn texel by
+# texel, and few would each be drawn from unevenly.
 _BRIGHTEST, _DARKEST, _FINE = 16.0, 0.02, 1 << 14
 
 

@@ -128,7 +128,7 @@ def draw_until_quiet(
     """
     directions = min(_FIRST_DIRECTIONS, most)
     words, tiles = "drawing", _Tiles(coverage.shape)
-    # Directions of all pixels so far, and in all: before the noise is known, nobody can tell.
+    # Directions of all pixels so far, and in all: unknown before the noise is.
     drawn, total, first = 0, np.inf, None
 
     def draw(to: int, pixels: Int[np.ndarray, " n"]) -> None:

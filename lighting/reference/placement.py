@@ -22,13 +22,13 @@ CRACK = 1e-3
 # A light that is nearer to a surface than this, in radii of the scene, stands on it: renderers see nothing nearer, and
 # of that surface it lights a spot.
 ON_SURFACE = 1e-3
-# Light that reaches no more of what is seen than this comes through rounding at outlines, or as good as not at all.
+# Share of the visible points up to which light reaches them by rounding at outlines, or hardly at all.
 SPECKS = 1e-3
 # Rays that are enough to say why a picture is black.
 _ENOUGH = 250_000
 # Samples, and directions at each, that tell whether a light that spreads reaches a picture.
 _FEW_SAMPLES, _FEW_DIRECTIONS = 4096, 16
-# Triangles handled at once.
+# Triangles per block.
 _BLOCK = 200_000
 
 

@@ -34,9 +34,9 @@ from .noise import (
 )
 from .spread import SpreadSum
 
-# Sample points traced at once: bounds memory to some 200 MB however large the picture.
+# Sample points per band: bounds memory to some 200 MB however large the picture.
 BAND_SAMPLES = 400_000
-# Samples whose surface is evaluated at once: 81 wavelengths of them, in float64, stay in cache. Fewer of more.
+# Samples per evaluation of a surface: 81 wavelengths of them, in float64, stay in cache. Of more wavelengths, fewer.
 BLOCK = 4096
 
 

@@ -54,7 +54,7 @@ from .direction_sampling import DrawnDirections, drawn_pool, is_even
 from .geometry import Tracer, VisibleGeometry
 from .noise import Heard, unheard
 
-# Pairs of a sample and a direction worked on at once: some 3 MB of numbers, which stay in cache.
+# Pairs of a sample and a direction per block: some 3 MB of numbers, which stay in cache.
 _PAIRS = 16384
 # Directions of either kind for highlights, for each direction for what is even, under such a light.
 _GLOSSY = 0.5

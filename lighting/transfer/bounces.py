@@ -23,7 +23,7 @@ from .regions import RadiantRegions, Regions
 ENOUGH = 0.1
 #: No scene of real surfaces needs as many: white of 0.99 in a closed box takes some 600.
 MOST = 2000
-# One site in so many is looked at first.
+# Stride of the sites that are tested first.
 _FEW = 16
 
 

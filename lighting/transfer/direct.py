@@ -14,7 +14,7 @@ from .hits import shifted_pattern
 
 #: Directions that are drawn at each site of a light that spreads.
 DRAWN = 256
-# Rays at once.
+# Rays per block.
 _AT_ONCE = 1 << 18
 
 

@@ -19,7 +19,7 @@ from .operator import ByPart
 from .precomputation import Precomputation
 from .reflection import Reflection
 
-# Sites at once, of lights that stand near.
+# Sites per block, for lights at a finite distance.
 _BLOCK = 1024
 
 

@@ -20,7 +20,7 @@ from .reflection import Reflection
 
 #: By the number of each part; glossy ones have to be there.
 OfParts = Sequence[Reflection] | Mapping[int, Reflection]
-# Rays at once.
+# Rays per block.
 _BLOCK = 1 << 15
 
 

@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from .hits import Hits
 
-# Sites at once.
+# Sites per block.
 _BLOCK = 1024
 
 

@@ -20,7 +20,7 @@ from .cells import HemisphereCells
 from .glossy_part import Ends, GlossyPart
 from .hits import Hits, ray_directions
 
-# Sites at once.
+# Sites per block.
 _BLOCK = 1024
 # Bytes at the peak of each ray of a glossy site, and of each ray there is, of which all may end on glossy parts.
 _BYTES_OF_GLOSSY, _BYTES_TOWARDS = 100, 160

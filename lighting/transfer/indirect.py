@@ -48,7 +48,7 @@ LEAST_RAYS = 16
 MOST_MAPS = 100_000
 # A ray's share of the flux is held where it grazes: 1 / cosine at most.
 _GRAZING = 0.05
-# Rays at once.
+# Rays per block.
 _AT_ONCE = 1 << 17
 
 

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int, UInt16
 
 from .hits import Hits
 
-# Sites at once: their rays take some 100 MB.
+# Sites per block: their rays take some 100 MB.
 _BLOCK = 2048
 # Vectors up to which a sparse operator takes less time for one after the other than for all together.
 _ONE_BY_ONE = 6

@@ -24,7 +24,7 @@ from .operator import ByPart, irradiance_operator
 
 #: Texels across a face of the sky: 2.8 degrees in the middle.
 SKY = 32
-# Sites at once; sets of glossy parts that are kept.
+# Sites per block; sets of glossy parts that are cached.
 _BLOCK, _KEPT = 2048, 4
 
 

@@ -33,7 +33,7 @@ FIRST = tuple(sum(side**2 for _, side in LEVELS[:number]) for number in range(le
 # A ray stands for no more than that of this cosine; and the share of a texel's light below which the coarser level has
 # a say in it.
 _GRAZING, _FEW = 0.1, 0.05
-# Rays at once.
+# Rays per block.
 _AT_ONCE = 1 << 17
 
 

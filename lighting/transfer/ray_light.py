@@ -23,7 +23,7 @@ from .reflection import Reflection
 
 #: Glossy sites that send out by direction: up to 40 KB each.
 MOST_GLOSSY = 34_000
-# Sites at once.
+# Sites per block.
 _BLOCK = 512
 
 

@@ -33,7 +33,7 @@ _EVEN_TERM, _EVEN = 1e-6, 0.02
 _PAIRS, _HEIGHT = 512, 0.1
 # Spectra of a material that a basis is planned with.
 _SHOWN = 8
-# Pairs of directions in each pair of cells; cells at once.
+# Pairs of directions in each pair of cells; cells per block.
 _TIMES, _AT_ONCE = 4, 8
 # Views, and rays of each, that the albedo by view is a mean over; and by how much it may correct at most.
 _VIEWS, _RAYS, _MOST_CORRECTED = 33, 2048, 2.0

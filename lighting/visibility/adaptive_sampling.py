@@ -101,7 +101,7 @@ def thinned(
     """
     both = around.both
     asking = np.ones(len(known), dtype=bool)
-    # Sites near which nothing rises, as far as it was looked at: finer looks are for the others.
+    # Sites near which nothing rises, as far as tested: finer tests are for the others.
     level = np.zeros(len(codes), dtype=bool)
     before = 0
     for number in range(_GRIDS):

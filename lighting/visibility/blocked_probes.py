@@ -13,10 +13,10 @@ from ..vectors import dot
 from .occluders import Occluders
 from .sites import Sites
 
-# Rays that tell it, of which most sites need few; the share of even light that reaches a shut site at most; and how
-# near is at once, in radii of the scene.
+# Rays of the test, of which most sites need few; the largest share of even light that reaches a shut site; and the
+# distance within which a ray ends at once, in radii of the scene.
 _RAYS, _REACHES, _AT_ONCE = 32, 0.1, 0.003
-# Sites at once: some 50 MB of rays.
+# Sites per block: some 50 MB of rays.
 _BLOCK = 1 << 15
 
 

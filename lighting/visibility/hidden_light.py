@@ -11,7 +11,7 @@ from ...materials.core.environment_form import BENDS, bends
 from ..environment.bright_light import BrightLight
 from .visibility import SceneVisibility, hidden_shares
 
-# Sites at once: 8 MB of cells.
+# Sites per block: 8 MB of cells.
 _BLOCK = 4096
 
 

@@ -48,7 +48,7 @@ BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 700, 300
 _TILE = 128
 # Sites that make a further process worth its start.
 _A_PROCESS = 4096
-# Sites, evenly spread over all, that the axes are found from: a quarter of them, at least so many and at most.
+# Fewest and most sites, evenly spread over all, that the axes are found from; between these, a quarter of them.
 _FEW, _TRAINING = 1024, 2048
 
 
@@ -182,7 +182,7 @@ class _Computation:
         corners = self._faces.cut(fine, self._refinement.of)
         where = sites_at(corners, self._occluders)
         shut = self._shut_sites(where)
-        # Shut sites come last: codes are foretold from open sites alone.
+        # Shut sites come last: codes are predicted from open sites alone.
         self._where, self._shut = where.ordered(np.argsort(shut, kind="stable")), np.sort(shut)
         self._triangles = triangles if before is None else scaled_triangles(scene, before).astype(np.float32)
         self._vertices = Vertices.of(fine).at(order).scaled(*scene.bounds)

@@ -20,11 +20,11 @@ from ..vectors import unit, welded
 from .edge_bisection import Halving
 from .sites import numbered_faces, part_of_face
 
-#: The longest edge that there should be, in radii of the scene; how many vertices a part may have after dividing. One
-#: that has more as it is may get a quarter of so many, for its largest triangles.
+#: Longest edge after division, in radii of the scene; most vertices of a part after division. A part that has more
+#: already may get a quarter of that number, for its largest triangles.
 LONGEST_EDGE, MOST_VERTICES = 0.03, 6000
-# Edges are cut together that are at least so long, in those of the part's longest: longest first, but in few rounds. It
-# is no ratio that edges of a shape and of its halves have, so that rounding does not decide which are.
+# Length from which edges are cut together, relative to the part's longest: longest first, but in few rounds. Edges of a
+# shape and of its halves never have this ratio, so that rounding does not decide which are cut.
 _TOGETHER = 2.0**-0.25
 
 

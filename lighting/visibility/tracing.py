@@ -32,7 +32,7 @@ MAP = 32
 GRID = 2 * MAP + 1
 # Below the horizon by this sine, distances still count: points between vertices may ask there.
 BELOW = 0.15
-# States of directions, so that `or` and `xor` of two tell what they have in common: not asked is 0.
+# States of directions, so that `or` and `xor` of two tell what they have in common; 0 if not traced.
 _FREE, _HIDDEN, _BOTH = 1, 2, 3
 
 

@@ -19,7 +19,7 @@ from .compression import SOFT, straight, straightening, unpack_codes
 from .edge_bisection import Halving
 from .tracing import MAP
 
-# Points whose maps are decoded at once: 4 MB.
+# Points per block of decoded maps: 4 MB.
 _BLOCK = 512
 
 

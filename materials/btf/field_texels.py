@@ -17,7 +17,7 @@ from .corners import around, levels_at, listed_levels
 from .reflectance_field import ReflectanceField
 from .texels import TexelSummand, directions_listed
 
-# Points at once: one texel's numbers in a view are held of each.
+# Points per block: one texel's numbers in a view are held of each.
 _BLOCK = 1 << 13
 
 

@@ -18,7 +18,7 @@ from ..core.points import Points
 from .light_basis import LightFunctions
 from .texels import TexelSummand
 
-# Points at once.
+# Points per block.
 _BLOCK = 1 << 11
 
 

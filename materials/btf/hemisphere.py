@@ -23,7 +23,7 @@ _AROUND = 12
 # Measured directions lie on rings, and four of a circle can be joined by either diagonal. Turned by this much for a
 # radian of theta while they are joined, they never do: the same triangles on every machine.
 _TURNED = 1e-3
-# Cells along each side of the table that says which triangles to look at.
+# Cells along each side of the table of candidate triangles.
 _CELLS = 48
 # Cosine at and below which a direction counts as level.
 _LEVEL = 1e-3

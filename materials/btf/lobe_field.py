@@ -36,7 +36,7 @@ from .texels import folded
 
 #: Lobes at most: eleven numbers and more for each are not a compact form any longer.
 MOST_LOBES = 8
-# Texels at once.
+# Texels per block.
 _BLOCK = 1 << 12
 
 

@@ -27,11 +27,11 @@ from .images import BtfImages
 from .mip_levels import Span, TexelLevel, coarser
 from .rounded_mean import rounded_mean
 
-# Texels that the dictionary is found on, at most so many numbers of them, and those that are only judged.
+# Texels that the dictionary is fitted to, most numbers of these, and texels that forms are only judged by.
 _LEARNT, _NUMBERS, JUDGED = 2048, 48 << 20, 256
 # Functions that hold no more than this share of the largest are noise of the arithmetic.
 _NOTHING = 1e-9
-# Whole numbers are held in so many steps to either side.
+# Largest quantised magnitude, in steps.
 _STEPS = 127
 
 

@@ -17,9 +17,9 @@ from jaxtyping import Float, Integer
 from ..svbrdf.texels import levels_of
 from .clusters import clustered, principal
 
-# Functions whose means are taken at once: what lies between is in float64.
+# Functions per block of means: intermediate results are in float64.
 _AT_ONCE = 32
-# Clusters of a level are looked for among so many of its principal components.
+# Principal components of a level among which its clusters are searched.
 _SPAN = 64
 
 
@@ -71,7 +71,7 @@ def coarser(
     ]
     if not made:
         return ()
-    # One table for all: what a span is made of is worked out once.
+    # One table for all: the span's functions are computed once.
     table, found, first = span.tabled(np.concatenate([rows for _, _, rows in made])), [], 0
     for numbers, own, rows in made:
         found.append(TexelLevel(numbers, own, table[first : first + len(rows)]))

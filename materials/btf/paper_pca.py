@@ -24,7 +24,7 @@ from .images import BtfImages
 from .metric import seen
 from .mip_levels import Span, TexelLevel, coarser
 
-# Clusters are looked for in the span of so many principal components of all texels, found on so many texels.
+# Principal components of all texels in whose span clusters are searched; texels that these are found on.
 _SPAN, _LEARNT = 256, 2048
 # Values of those texels in memory; as float32, 192 MB.
 _NUMBERS = 48 << 20

@@ -22,7 +22,7 @@ from .hemisphere import Hemisphere
 from .images import BtfImages, displacement
 from .mean import MeanBtf
 
-# Points' images that are looked up at once: some 2 MB, which stay in cache.
+# Lookups of points in images per block: some 2 MB, which stay in cache.
 _AT_ONCE = 1 << 13
 
 

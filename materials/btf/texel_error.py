@@ -16,9 +16,9 @@ from .images import BtfImages, HeldImages
 from .local_pca import JUDGED, gathered
 from .metric import folding_of
 
-# One of so many images of each texel is looked at for how dark and bright its spectra are.
+# Stride of the images of each texel whose spectra are checked for their extremes.
 _SPECTRA = 61
-# Colours whose differences are taken in one go: texels of few images are judged many at a time.
+# Colour differences per block: texels of few images are judged many at a time.
 _AT_ONCE = 1 << 15
 
 

@@ -27,7 +27,7 @@ from .hemisphere import Hemisphere
 from .mip_levels import TexelLevel, with_mean
 from .reflectance_field import ReflectanceField
 
-# Points at once: all that a cluster has between three views and three lights is held of each.
+# Points per block: all that a cluster has between three views and three lights is held of each.
 _BLOCK = 1 << 11
 
 

@@ -36,7 +36,7 @@ Of = Literal["packs", "original"]
 Status = Literal["added", "removed", "same", "changed", "not comparable", "unusable"]
 ILLUMINANTS = ("D65", "A", "FL11")
 _PIXELS = 96
-# ΔE94 below which environment forms are not said to differ.
+# ΔE94 below which environment forms count as equal.
 _ALIKE = 0.0005
 
 

@@ -50,13 +50,13 @@ WORTH = 2_000
 _FEW, _SHARE = 5_000, 50
 #: The coarsest clock of a file system, FAT's, ticks every other second: what is younger may yet change unseen.
 TICK_NS = 2_000_000_000
-# Rows that go into a table at once; of a group that is read at once; colours that are compared at once.
+# Rows per insertion into a table; rows per group of the file; colours per block of differences.
 _BATCH, _GROUP, _BLOCK = 5_000, 20_480, 1 << 16
 # Words that are looked up one by one, which pays for few.
 _FEW_WORDS = 500
 # Other rows than those of the table have numbers from here on.
 _BEYOND = 1 << 40
-# A catalogue that changes while it is asked is asked again.
+# Most tries of a query, which is repeated if the catalogue changes meanwhile.
 _TRIES = 3
 # Catalogues of one process whose tables stay open.
 _OPEN = 4

@@ -13,7 +13,7 @@ from .axes import Axis, Frame
 from .points import Points
 from .surface import Surface
 
-# Rows evaluated at once: a block of 2048 x 81 float64 is 1.3 MB, so that a model's temporaries stay in cache.
+# Rows per block: 2048 x 81 float64 are 1.3 MB, so that a model's temporaries stay in cache.
 _BLOCK = 2048
 
 

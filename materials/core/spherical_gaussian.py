@@ -16,7 +16,7 @@ EPSILON = 0.1
 
 Scalars = Float[np.ndarray, "..."]
 Vectors = Float[np.ndarray, "... 3"]
-# Beyond so many standard deviations 1 / sqrt(lambda) nothing is added to the 16th digit.
+# Standard deviations 1 / sqrt(lambda) beyond which nothing is added to the 16th digit.
 _FAR = 9.0
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(40)
 

@@ -23,7 +23,7 @@ from .coated_pair import CoatedPair, aspecular
 from .fit import AngleReadings, beside_coat, reconstructed
 from .flake_tilt import FLOOR, FlakeTilt
 
-#: Degrees from the mirror direction within which the coat's own reflection rules, which nobody read.
+#: Degrees from the mirror direction within which the coat's own reflection dominates, which was not measured.
 FLARE = 7.0
 OBSERVER = "1931_2"
 # By the least number of readings: mean error over mean spread, and the factor below which nine tenths of the errors lie

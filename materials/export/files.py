@@ -22,7 +22,7 @@ from ..records.material import MaterialRecord
 from .spectrum import COMPUTED, exported_spectrum, provenance_tags
 from .table import write_material_parquet, write_material_workbook
 
-# Folders of this name are nobody's but ours: those of killed exports are deleted.
+# Prefix of our temporary folders: those of killed exports are deleted.
 _WORKPLACE = ".metamer-export."
 # Sides of the pictures that hold one colour, pixels; a fluorescent one has thousands of channels.
 _SWATCH, _FLUORESCENT_SWATCH = (16, 16), (2, 2)

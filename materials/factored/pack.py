@@ -31,7 +31,7 @@ from ..slices.fit import fewest_slices, mixtures, view_slices
 from ..slices.view_slices import ViewSlices
 from .pyramids import MOST_LEVELS, axis_levels, filtered_values, pyramid
 
-# Samples multiplied at once: their rows of factors stay in the second-level cache.
+# Samples per block: their rows of factors stay in the second-level cache.
 _BLOCK = 4096
 # Share of a fit's budget for the mean error of the environment form: more lobes cost little.
 _SHARE = 0.5

@@ -36,9 +36,9 @@ MOST_LEVELS = 16
 # Points of the numerical means to each node, and beyond the last one.
 _POINTS = 16
 _BEYOND = 1024
-# Means taken at once: bounds memory.
+# Means per block: bounds memory.
 _MEANS = 64
-# Samples looked up at once: their rows of factors stay in the second-level cache.
+# Samples per block: their rows of factors stay in the second-level cache.
 _BLOCK = 4096
 
 

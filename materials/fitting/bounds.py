@@ -37,15 +37,15 @@ _KEPT_OF_LARGEST = 0.97
 _GUARD_OF_LOWEST = 0.8
 # Guards stand at this share of the upper end that a fit keeps.
 _GUARD_OF_LARGEST = 0.9
-# An original darker than this everywhere at a wavelength is taken for as bright.
+# Floor of the original's largest value at a wavelength.
 _DARKEST = 0.02
-# Pairs looked at, of an isotropic surface.
+# Pairs sampled, of an isotropic surface.
 _PAIRS = 40_000
-# Pairs looked at, of an anisotropic surface.
+# Pairs sampled, of an anisotropic surface.
 _PAIRS_ANISOTROPIC = 100_000
 # Places from which the search goes downhill, for each of the two bounds.
 _DOWNHILL = 400
-# Nodes looked at on one grid, at most; of a larger grid every second, third and so on.
+# Most nodes sampled on one grid; of a larger grid every second, third and so on.
 _NODES = 1_000_000
 # Pairs per block in the evaluation of packs.
 _BLOCK = 8192
@@ -59,7 +59,7 @@ _PLACE = 0.05
 _PLACES = 300
 # The lower bound and the upper one, as rows of `Bounds._ends`.
 _SIDES = (0, 1)
-# Polar angles are looked at up to here, radians: just above the horizon.
+# Largest polar angle sampled, radians: just above the horizon.
 _EDGE = 0.5 * np.pi - 1e-4
 # The least cosine of a direction that counts as above the horizon.
 _LEAST_COSINE = 1e-4

@@ -15,7 +15,7 @@ from ..core.directions import io_from_half_difference, spherical
 
 # The horizon itself has no f_r (it is zero there by definition), so that a node on it is evaluated just above.
 HORIZON_MARGIN = 1e-4
-# Nodes that a BRDF is evaluated at in one go.
+# Nodes per block in the evaluation of a BRDF.
 _BLOCK = 16384
 
 

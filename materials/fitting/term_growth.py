@@ -23,14 +23,14 @@ from .joint import new_terms
 from .refinement import Refinement
 from .visible_pairs import FARTHEST_LIGHT
 
-# New terms begin on every so many samples.
+# Stride of the samples that new terms begin on.
 _THINNING = 2
 # Sweeps of new terms alone.
 _FIRST_SWEEPS = 8
-# Up to so many times the budget, four terms at a time are added.
+# Multiple of the budget up to which four terms at a time are added.
 _NEAR_BUDGET = 1.5
-# Terms from which twice as many are added at a time, and from which so many are however near the budget is: a step of
-# so many terms costs far more than what it adds.
+# Terms from which twice as many are added at a time, and from which this holds however near the budget is: a step with
+# that many terms costs far more than it adds.
 _MANY, _VERY_MANY = 32, 64
 # Growth is judged over this many steps together.
 _STEPS = 2

@@ -29,7 +29,7 @@ _LENGTH = re.compile(
 )
 # A number that stands alone.
 _NUMBER = re.compile(r"(?<![A-Za-z0-9])\d+(?![A-Za-z0-9])")
-# Folders of views, and of wavelengths, lie in each other: so many levels.
+# Most levels of nested folders, of views and of wavelengths.
 _LEVELS = 3
 
 
@@ -103,7 +103,7 @@ def _changed_below(folder: Path, level: int = 0) -> Iterator[int]:
             with os.scandir(folder) as entries:
                 below = sorted(entry.path for entry in entries if entry.is_dir(follow_symlinks=False))
         except OSError:
-            # A folder that may not be looked into has no images for whoever asks.
+            # A folder without permission to read counts as without images.
             return
         for one in below:
             yield from _changed_below(Path(one), level + 1)

@@ -126,7 +126,7 @@ def _begins_with_wavelengths(head: bytes) -> bool:
     if b"\0" in head:
         return False
     text = head.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
-    # Most texts are ruled out by their first line: the others are not looked at.
+    # Most texts are ruled out by their first line: the others are not split.
     found = (_split(line.partition("#")[0]) for line in text.splitlines())
     first = next((line for line in found if line), [])
     if len(first) != 1 or not re.fullmatch(r"\d{1,5}", first[0], re.ASCII):

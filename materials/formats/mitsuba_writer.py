@@ -41,7 +41,7 @@ SCENE, TABLE = "scene.xml", "material.bsdf"
 _RANGE = (360.0, 830.0)
 # Mitsuba divides the integral of radiance and y-bar by this (its CIE_Y_NORMALIZATION).
 _LUMINOUS_INTEGRAL = 106.7502593994140625
-# Below, Mitsuba takes another roughness than the one that is asked for.
+# Least roughness that Mitsuba takes as given.
 _SMOOTHEST = 1e-4
 # Pixels across the sphere on which a table is judged.
 _JUDGED = 64

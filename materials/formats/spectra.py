@@ -221,7 +221,7 @@ def _reader(path: Path) -> ModuleType:
 @lru_cache(maxsize=1)  # label, doubts and spectra are asked for one after the other
 def _reader_of(path: Path, mtime_ns: int, size: int) -> ModuleType:
     by_name = [reader for reader in readers() if path.suffix.lower() in reader.SUFFIXES]
-    # Any text may be called .txt: what nobody recognises is no table, rather than CGATS cut short.
+    # Any text may be called .txt: an unrecognised one is no table, rather than CGATS cut short.
     reader = format_of(path) or (csv if csv in by_name else next(iter(by_name), None))
     if reader is None:
         raise InputError("not a file of spectra", file=path, expected=", ".join(known.NAME for known in readers()))

@@ -21,7 +21,7 @@ from ...runtime.errors import InputError
 
 # Solving costs N^3; at this size it takes minutes and a gigabyte.
 LARGEST = 12000
-# Rows of the covariance worked on at once: they stay in the cache.
+# Rows of the covariance per block: they stay in the cache.
 _BLOCK = 128
 
 

@@ -41,7 +41,7 @@ _FINE = np.radians(3.0)
 _MARGIN = np.radians(6.0)
 # A measurement along the normal alone still spans this, so that its table has cells.
 _LEAST_RANGE = np.radians(1.0)
-# Wavelengths refined at once: splines need many times the memory of what they make.
+# Wavelengths per refinement: splines need many times the memory of their result.
 _COLUMNS = 8
 # Azimuths of the difference vector that stand for its circle: midpoints of the quarter turn that symmetry leaves.
 _RING = tuple((np.arange(6) + 0.5) * np.pi / 12.0)

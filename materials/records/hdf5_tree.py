@@ -87,7 +87,7 @@ def _large_node(array: StoredArray | np.ndarray, copy: bool) -> Node:
     if isinstance(array, StoredArray) and not array.digests:
         array = array.sealed()
     if copy and isinstance(array, StoredFiles):
-        # Copied in other blocks, which are hashed first; whoever listens hears of the copying alone.
+        # Copied in other blocks, which are hashed first; progress counts the copying alone.
         unheard = replace(array, heard=lambda read: None).joined()
         array = replace(array.joined(), digests=digests_of(unheard))
     digests = Node(value=np.frombuffer(digests_of(array), np.uint8).reshape(-1, 32))

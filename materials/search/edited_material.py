@@ -14,7 +14,7 @@ from ..intake.work import FitResult, fit_material
 from ..records.source import MaterialSource
 from .sliders import changed, slider
 
-#: ΔE94 that the fast form of a varied material may be off by, 99th percentile: what is looked at while it changes.
+#: Error budget of the fast form of a varied material, ΔE94, 99th percentile: it is shown while it changes.
 BUDGET = 1.0
 
 

@@ -42,7 +42,7 @@ _ISOTROPIC, _TURNED = (12, 24), (8, 16)
 # Fine enough for the horizon's haze everywhere, and for the sun as far as it is summed here.
 _GRIDS = Grids(fade=(0.12, 0.24), azimuths=32, even=(30, 60))
 _SUN_FADE = (0.03, 0.08)
-# About the sun: to so many of its standard deviations, at so many distances and azimuths.
+# Grid about the sun: radius in its standard deviations; numbers of distances and azimuths.
 _SUN_ENDS, _SUN_GRID = 3.7, (6, 12)
 
 

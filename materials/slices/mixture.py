@@ -11,7 +11,7 @@ from jaxtyping import Float
 _LONGEST = 1.0 - 1.0e-9
 #: Least sharpness: such a Gaussian is even over the sphere, and no hemisphere's slice is made of such.
 BLUNTEST = 0.5
-#: Exponent beyond which a Gaussian is as good as nothing.
+#: Floor of a Gaussian's exponent, where it counts as 0.
 FARTHEST = -300.0
 # Least share of a part, so that none dies.
 _LEAST = 1.0e-6

@@ -41,7 +41,7 @@ float above(float height, float width) {
     return 1.0 / (1.0 + exp(min(-logistic * height / sqrt(width), 80.0)));
 }
 
-// Among so many alphas.
+// Place in a table of `alphas` alphas.
 Place place_among(float theta, float alpha, float first_alpha, int alphas) {
     float rough = clamp(log(alpha / first_alpha) * steps, 0.0, float(alphas - 1));
     int smoother = min(int(rough), max(alphas - 2, 0));

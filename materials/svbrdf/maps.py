@@ -30,7 +30,7 @@ from .map_set import ROUNDING, MapSet, Mask
 from .maps_form import maps_form
 from .texels import between
 
-# Points that are worked on at once: spectra of four texels of each are held.
+# Points per block: spectra of four texels of each are held.
 _BLOCK = 4096
 
 

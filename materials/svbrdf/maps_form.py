@@ -28,7 +28,7 @@ from .texture_form import differences
 _JUDGED = 4096
 # Share of the budget that a texel's colour may be off at the 99th percentile.
 _SHARE = 0.2
-# Beside the last term, which is grey, so many share the four numbers that are looked up at once: fewer save nothing.
+# Fewest coefficients: with the last term, which is grey, they fill the four numbers of a texel; fewer save nothing.
 _AT_LEAST = 3
 # Pixels of the sphere on which half precision is judged.
 _SPHERE = 48

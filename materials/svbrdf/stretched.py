@@ -48,8 +48,8 @@ TABLE = np.concatenate([_MIDDLES, _SHARES, _WIDTHS, _RATIOS[None]]).T
 
 # Height of a direction below which shadows are those there: a Gaussian about it reaches higher.
 LEAST_HEIGHT = 0.02
-# Half vectors that the viewer sees, as points of a disc: rings in Gauss' places for what ends as a root does (Jacobi's
-# polynomials in the root of 1 - r^2), and what each counts; so many on a ring.
+# Half vectors that the viewer sees, as points of a disc: rings at Gauss' nodes for functions that end as a root does
+# (Jacobi's polynomials in the root of 1 - r^2), and their weights; then the number of points on a ring.
 RINGS = np.array(
     [
         [0.9990034, 0.9895243, 0.9579831, 0.8905868, 0.7781586, 0.6186185, 0.4175012, 0.1877331],

@@ -17,7 +17,7 @@ from ..core.surface import Surface
 from .texels import look_up
 from .texture_form import TextureForm, texture_form
 
-# Points whose spectra are worked out at once: four texels of each are held.
+# Points per block of spectra: four texels of each are held.
 _BLOCK = 4096
 
 

@@ -37,7 +37,7 @@ from .texels import filtered, levels_of, look_up, packed
 _JUDGED = 8192
 # Share of the budget that a texel's colour may be off: directions cost nothing here, but half precision does.
 _SHARE = 0.2
-# Texels that are worked on at once.
+# Texels per block.
 _BLOCK = 1 << 16
 
 
