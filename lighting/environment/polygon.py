@@ -24,7 +24,7 @@ from ..vectors import dot, unit
 #: Nodes an edge: the share of a polygon under a Gaussian is good to 3e-4 of the Gaussian, on average to 3e-5.
 NODES = 8
 AT, WEIGHTS = np.polynomial.legendre.leggauss(NODES)
-# So near to the opposite of the axis h(c) / (1 - c^2) is taken at it: its digits would be lost.
+# 1 + c below which h(c) / (1 - c^2) has its value opposite the axis: its digits would be lost.
 _OPPOSITE = 1e-6
 
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-# By how much the triangles of a polygon may miss its area, as a share: rounding is far below, outlines that cross
-# themselves far above.
+# Share of a polygon's area that its triangles may miss: rounding is far below, self-intersecting outlines far above.
 _MISSED = 1e-3
 
 

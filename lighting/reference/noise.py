@@ -20,9 +20,9 @@ from ...spectral.difference import delta_e_xyz, lab_from_xyz
 NOISE_SHARE = 0.1
 #: Directions of each kind for a pixel, in each half, after which no more are drawn.
 MOST_DIRECTIONS = 4096
-# In the first round.
+# Directions per pixel of the first round.
 _FIRST_DIRECTIONS = 32
-# Side of a square of pixels that get more directions together, and what twice as many leave of the noise, about.
+# Side of a square of pixels that get more directions together, and the share of the noise that twice as many leave.
 _TILE, _LEFT = 16, 0.6
 # Directions grow by this power of the noise that is to go: before it is known, and as it may turn out.
 _POWER, _POWERS = -np.log(2.0) / np.log(_LEFT), (0.8, 2.5)

@@ -117,10 +117,10 @@ def reference_images(
     scene.check_surfaces(surfaces)
     scene = scene.cut(surfaces)
     if geometry is not None and bounces and geometry.frame is None:
-        # It does not know how surfaces lie.
+        # It has no frames, which bounces need.
         geometry = None
     if geometry is not None and geometry.cutouts != (scene.cutouts if any(scene.cutouts) else ()):
-        # It was found for other holes.
+        # It was computed for other holes.
         geometry = None
     foldings = [
         Folding(scene.observer, [light.spectrum if other is None else other for other in illuminants])

@@ -253,7 +253,7 @@ def _parts(
     default = DEFAULT_MATERIAL if not known_ids or DEFAULT_MATERIAL in known_ids else known_ids[0]
     settings = {key: got[key] for key in options if key in got}
     if "uv" in options:
-        # So that a texture can be put on it.
+        # Parts can wear a texture by default.
         settings.setdefault("uv", True)
     made: list[tuple[str, Mesh, str, dict[str, Any]]]
     with errors_at(path, where):

@@ -18,7 +18,7 @@ from .operator import columns_times
 from .precomputation import Precomputation
 from .reflection import Reflection
 
-#: By the number of each part; glossy ones have to be there.
+#: Reflections by the number of each part; those of glossy parts must be present.
 OfParts = Sequence[Reflection] | Mapping[int, Reflection]
 # Rays per block.
 _BLOCK = 1 << 15

@@ -164,7 +164,7 @@ def _levels(
     flat = hemisphere_places(to.reshape(-1, 3), np.repeat(normals, hits.rays, axis=0))
     texels, weights = _about(flat, finest)
     texels += (np.repeat(np.arange(count), hits.rays) * finest**2)[:, None]
-    # As much as the ray stands for, of what a texel is: 1 where rays lie as they should.
+    # Solid angle per ray over that of a texel, so that the sum is 1 where rays are as dense as expected.
     weights *= (finest**2 / (2.0 * hits.rays) / np.maximum(cosine, _GRAZING)).reshape(-1, 1)
     rays, size = len(texels), count * finest**2
     onto = csr_array((weights.ravel(), texels.ravel(), np.arange(0, 4 * rays + 1, 4)), (rays, size)).T
@@ -211,7 +211,7 @@ def _coarser(sharpness: float, side: int) -> Float[np.ndarray, "T finest"] | Non
     blurred = sum(2.0 * np.pi / one**2 / 6.0 for one in (finest[1], side))
     narrower = 1.0 / (1.0 / sharpness - blurred)
     found = np.exp(narrower * (_middles(side) @ _middles(finest[1]).T - 1.0))
-    # As many texels as there are under such a Gaussian.
+    # Normalised to the number of texels under such a Gaussian.
     return (found * (narrower / finest[1] ** 2)).astype(np.float32)
 
 

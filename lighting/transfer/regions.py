@@ -173,7 +173,7 @@ def _times(
         return np.einsum("ski,sji->skj", arriving, operators.astype(arriving.dtype)[region])
     found = np.empty_like(arriving)
     for mine, number in runs:
-        # As one product, not one for each site.
+        # One product, not one for each site.
         sites, operator = arriving[mine], operators[number].T.astype(arriving.dtype)
         found[mine] = (sites.reshape(-1, sites.shape[2]) @ operator).reshape(sites.shape)
     return found

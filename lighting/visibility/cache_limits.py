@@ -21,9 +21,9 @@ from ...runtime.files import half_written
 from ...runtime.locks import remove_abandoned
 from ...runtime.memory import gigabytes
 
-#: Names the most that each folder may hold, in gigabytes (1e9 bytes); 0 keeps nothing.
+#: Environment variable of each folder's limit, in gigabytes (1e9 bytes); 0 keeps nothing.
 LIMIT_VARIABLE = "METAMER_CACHE_GB"
-#: Without it: some 250 scenes of 50,000 vertices, or 13 of a million (77 bytes a vertex; at most a hundred).
+#: Limit without it: some 250 scenes of 50,000 vertices, or 13 of a million (77 bytes a vertex; at most a hundred).
 DEFAULT_GB = 1.0
 _SUFFIX = ".npz"
 

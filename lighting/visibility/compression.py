@@ -213,7 +213,7 @@ def encoded(
     for _ in range(_STEPS):
         pushed = (weights * (way @ axes.T)) @ axes
         along = dot(way, pushed)
-        # Nothing is along a way only where none is left.
+        # `along` is 0 only if no residual is left.
         share = np.divide(size, along, out=np.zeros_like(size), where=along > 0.0)[:, None]
         codes += share * way
         left -= share * pushed

@@ -30,7 +30,7 @@ from .occluders import Occluders
 MAP = 32
 #: Points along a side of the finer grid, rim included: every second one, from the second on, is a texel's middle.
 GRID = 2 * MAP + 1
-# Below the horizon by this sine, distances still count: points between vertices may ask there.
+# Sine below the horizon down to which distances count: points between vertices may look there.
 BELOW = 0.15
 # States of directions, so that `or` and `xor` of two tell what they have in common; 0 if not traced.
 _FREE, _HIDDEN, _BOTH = 1, 2, 3

@@ -159,7 +159,7 @@ def is_grey(data: bytes) -> bool:
     try:
         with Image.open(io.BytesIO(data)) as picture:
             return picture.mode in ("1", "L", "LA", "I", "F") or picture.mode.startswith("I;16")
-    except Exception:  # what is no image says so when it is decoded
+    except Exception:  # a file that is no image is refused when it is decoded
         return False
 
 

@@ -1,7 +1,7 @@
 // Gaussians of fixed axes and a bent cosine, twin of fixed_lobes.py: what each gathers is a sum of `Here.terms`.
 
-uniform sampler2D taken;        // a row a function: of each term what it takes of the function
-uniform sampler2D axes;         // of each Gaussian its axis, and 1 / lambda
+uniform sampler2D taken;        // a row a function: each term's weight on the function
+uniform sampler2D axes;         // axis of each Gaussian, and 1 / lambda
 
 mat3 frame_of(Here here) {
     return mat3(1.0);

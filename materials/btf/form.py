@@ -30,7 +30,7 @@ from .reflectance_field import ReflectanceField
 from .texel_error import TexelSample, error_stored, stored_error, worst_mean
 from .texels import BtfTexels
 
-#: From the smallest to the largest that anybody asks for: some 6, 10, 23 and 50 bytes a texel of 256 x 256.
+#: Sizes of local PCA, from the smallest to the largest: some 6, 10, 23 and 50 bytes a texel of 256 x 256.
 SIZES = {
     "small": Size(64, 32, 8, 1.0, 1.0),
     "medium": Size(128, 64, 12, 1.0, 1.0),

@@ -5,7 +5,7 @@
 #include "listed.glsl"
 
 uniform sampler2D kept;
-uniform float tallest;          // what amplitudes are relative to
+uniform float tallest;          // unit of the amplitudes
 
 const int STRIDE = SETS * KEPT_LOBES + (KEPT_LOBES + 1) * FOURS;
 

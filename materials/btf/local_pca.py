@@ -183,7 +183,7 @@ def gathered(
 def _functions(values: Float[np.ndarray, "n V Lt J"], empty: Dictionary, most: int) -> Float[np.ndarray, "G V Lt J"]:
     """Principal components of texels, as they are seen, each as large as it occurs; overwrites `values`."""
     values -= empty.average
-    # All of it in place: it is the largest there is.
+    # In place: this is the largest array.
     for view in range(values.shape[1]):
         for light in range(values.shape[2]):
             values[:, view, light] = values[:, view, light] @ empty.seen[view, light]

@@ -17,7 +17,7 @@ from .metric import folding_of
 # Lights that spectra are to be right under: daylight, tungsten, narrow bands, a blue LED with a phosphor, and sodium.
 # Another sodium lamp, HP1, is among those that forms are judged under, and no fit sees it.
 _LIGHTS = ("D65", "A", "FL11", "LED-B3", "HP2")
-# With so few coefficients nothing is gained by fewer.
+# Number of coefficients below which fewer gain nothing.
 _FEW = 4
 # ΔE94 that spectra may be off by at the 99th percentile, under each of those lights.
 _OFF = 0.1

@@ -23,7 +23,7 @@ from ..records.record_head import other_material
 from .head_index import HeadIndex, index_of
 from .material import Material
 
-# In a pattern, what stands for something else.
+# Wildcards of a pattern.
 _WILD = re.compile(r"[*?[]")
 
 __all__ = ["Catalogue", "Query", "Summary", "default_catalogue"]

@@ -16,8 +16,8 @@ from ..core.directions import spherical
 #: Degrees from the mirror direction towards the light at which such surfaces are read, lit at 45 degrees: near it, away
 #: from it, and far from it (ASTM E2194).
 ANGLES = (15.0, 45.0, 110.0)
-#: Least ratio of an effect coating's brightness at 45 degrees from the mirror direction to that at 75: 1.6 for satin
-#: black, some 3 for metals and metallic paints. A coating whose hue alone changes is not recognised.
+#: Least ratio of an effect coating's brightness at 45 degrees from the mirror direction to that at 75; satin black has
+#: 1.6, metals and metallic paints some 3. A coating whose hue alone changes is not recognised.
 FLOPS = 1.8
 _TOLD_BY = (45.0, 75.0)
 

@@ -6,7 +6,7 @@ uniform vec4 axes[AXES];      // 1 / maximum, size - 1, first column, 0 linear, 
 
 struct Place {
     int below, beyond;          // columns of the two nodes about an angle
-    float between;              // how far it is from the one to the other
+    float between;              // its fraction of the way from the one to the other
 };
 
 Place place_among(float first, float steps, float position) {
@@ -33,7 +33,7 @@ uniform float last_level[AXES];
 
 struct Mean {
     Place fine, coarse;
-    float blend;                // how far from the fine level to the coarse one; 0 reads the fine one alone
+    float blend;                // fraction of the way from the fine level to the coarse one; 0 reads the fine one alone
 };
 
 Mean mean_on(int number, float angle, float span) {
@@ -70,7 +70,7 @@ vec4 look_up(Mean mean, int row) {
 #define PLACE_ON(number, angle) place_on(axes[number], angle)
 #endif
 
-uniform int azimuth_channel;    // of the fourth axis: phi_i or phi_h
+uniform int azimuth_channel;    // that of the fourth axis: phi_i or phi_h
 
 struct Here {
     PLACE first, second, third;

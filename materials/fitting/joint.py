@@ -29,7 +29,7 @@ _APART = 6
 # Guards whose packs are farther beyond the limit than this many times the limit cost by the first power: a square would
 # let the worst of them rule over everything that pictures show.
 _LINEAR_FROM = 2.0
-# Beyond the upper limit by this share of it counts as much as beyond the lower one by all of that.
+# Share of the upper limit by which exceeding it counts as much as missing the lower one by all of that.
 _HIGH = 0.1
 # Keeps a system without any data solvable; its reciprocal is far from overflow.
 _TINY = 1e-100

@@ -19,7 +19,7 @@ from .gltf_textures import WRAPS
 
 # Quads of the sphere, around and from pole to pole.
 _AROUND, _DOWN = 64, 32
-# From the middle of one sphere to that of the next; their radius is 1.
+# Distance of the spheres' centres; their radius is 1.
 _APART = 2.5
 # componentType and target of the specification.
 _FLOAT, _SHORT = 5126, 5123

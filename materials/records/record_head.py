@@ -170,7 +170,7 @@ def check_head(head: dict[str, Any], record: MaterialRecord, checksum: str, path
 
 
 def _colour(record: MaterialRecord) -> dict[str, Any] | None:
-    # It brings the tables of lights and observers along.
+    # Imported here: it loads the tables of lights and observers.
     from .record_colour import record_colour
 
     return record_colour(record)

@@ -131,7 +131,7 @@ def _of_scale(surface: AnalyticBrdf, name: str) -> list[Slider]:
         return []
     most = 1.0 / top
     while most * top > 1.0:
-        # By a rounding.
+        # Rounding may exceed 1.
         most = float(np.nextafter(most, 0.0))
     return [Slider(name + _SCALE, 1.0, Domain(0.0, most), (0.0, most), partial(_with_scale, surface, name))]
 

@@ -1,7 +1,7 @@
 // Slices over a grid of viewers, twin of view_slices.py: a row a slice, and four terms a texel of its values.
 
-uniform sampler2D axes;         // of each Gaussian its axis, and 1 / lambda
-uniform sampler2D values;       // of each Gaussian, and of the cosine, last
+uniform sampler2D axes;         // axis of each Gaussian, and 1 / lambda
+uniform sampler2D values;       // value of each Gaussian, and of the cosine, last
 uniform int quads;              // texels a value
 uniform float last;             // theta_o of the last viewer
 

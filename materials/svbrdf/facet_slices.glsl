@@ -14,11 +14,11 @@
 #define EACH (OF_PART / 2)
 #endif
 
-uniform sampler2D axes;         // of each Gaussian its axis, and the logarithm of 1 / lambda; a row a viewer and alpha
-uniform sampler2D slices;       // of each Gaussian, and of the cosine, last: body, body and facets at grazing in y and w
+uniform sampler2D axes;         // axis of each Gaussian, and the logarithm of 1 / lambda; a row a viewer and alpha
+uniform sampler2D slices;       // values of each Gaussian, last the cosine: body, body and facets at grazing in y and w
 uniform float last;             // theta_o of the last viewer
 uniform float first_alpha;
-uniform float steps;            // of alphas, to one of its logarithm
+uniform float steps;            // alphas per unit of their logarithm
 uniform int alphas;             // ALPHAS is 1 for one of them, and 2 for more: one shader for all
 
 uniform float logistic;
@@ -27,16 +27,16 @@ uniform float logistic;
 uniform float coat_f0;
 uniform float coat_first_alpha;
 uniform int coat_alphas;
-uniform int coat_row;           // of its first slice
+uniform int coat_row;           // row of its first slice
 float coat_share;               // w, of the texels here
 #endif
 
 struct Place {
-    int row;                    // of the smoother alpha, and the viewer below
-    vec2 between;               // how far from there to the next alpha, and to the next viewer
+    int row;                    // row of the smoother alpha, and the viewer below
+    vec2 between;               // fractions of the way from there to the next alpha, and to the next viewer
 };
 
-// About what share of a Gaussian is above a horizon, where its axis is so high.
+// Approximate share of a Gaussian above a horizon, from the height of its axis.
 float above(float height, float width) {
     return 1.0 / (1.0 + exp(min(-logistic * height / sqrt(width), 80.0)));
 }

@@ -97,7 +97,7 @@ def coat_from_afar(
     found = [spread]
     for level in levels[1:]:
         some = level[..., 1:2] > 0.0
-        # Without a coat, a placeholder that is never read.
+        # Placeholder without a coat, where its weight is 0.
         mean = np.where(some, level[..., :1], level[..., 2:]) / np.where(some, level[..., 1:2], 1.0)
         found.append(np.exp(mean))
     return found

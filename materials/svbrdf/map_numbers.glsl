@@ -5,7 +5,7 @@
 #include "texels.glsl"
 
 uniform float constants[CONSTANTS];
-uniform vec4 placement;         // of the picture on the mesh: scale, offset
+uniform vec4 placement;         // placement of the picture on the mesh: scale, offset
 uniform float cutoff;
 
 #define ROWS ((RANK + 4) / 4)

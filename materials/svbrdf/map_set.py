@@ -43,7 +43,7 @@ class Placement:
         return uv * self.scale + self.offset
 
 
-#: As the mesh has it, repeated.
+#: Placement by the mesh's own (u, v), repeated.
 WHOLE = Placement()
 
 

@@ -13,11 +13,11 @@ uniform float own_share;        // see map_planes.OWN_SHARE
 struct Here {
     Place at[PARTS];
 #if PARTS > 1
-    mat3 frames[PARTS];         // of the parts of facets that lean, as `frame`
-    float shares[PARTS];        // of what is seen
+    mat3 frames[PARTS];         // frames of the leaning parts of facets, as `frame`
+    float shares[PARTS];        // shares of the parts in what is seen
     float alphas[PARTS];
     vec3 spread;
-    vec2 whole;                 // what all send on over what the parts do: facets, and facets at grazing
+    vec2 whole;                 // energy sent on by all over that of the parts: facets, and facets at grazing
 #endif
     mat3 frame;                 // columns: its x above which the viewer is, and the normal of the texel, last
     vec4 body[ROWS], rest[ROWS], facet[ROWS];
@@ -25,7 +25,7 @@ struct Here {
 #ifdef COAT
     Place coat_at;
     mat3 coat_frame;            // as `frame`, of the coat's own normal
-    float coat;                 // what is seen of it
+    float coat;                 // share of the coat that is seen
 #endif
 };
 
@@ -237,7 +237,7 @@ Here here_at(Gathered s) {
     float theta = atan(length(s.wo - height * normal), height);
     vec3 spread = vec3(NUMBER(SPREAD_XX, 0, AT_SPREAD), NUMBER(SPREAD_XY, 0, AT_SPREAD + 1),
         NUMBER(SPREAD_YY, 0, AT_SPREAD + 2)) + wider;
-    // Placeholder alpha in a hole, never read.
+    // Placeholder alpha in a hole, where its weight is 0.
     if (!(covers > 0.0)) spread = vec3(first_alpha * first_alpha, 0.0, first_alpha * first_alpha);
 #ifdef COAT
     coat_share = NUMBER(COAT, 0, AT_COAT);

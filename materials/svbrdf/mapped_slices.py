@@ -235,7 +235,7 @@ class MappedSlices(EnvironmentForm):
             add(self._level(0, uv), np.full((len(points), 1), OWN_SHARE), slice(None))
         whole = np.where(there > 0.0, there, 1.0)
         total /= whole
-        # Placeholders in holes, never read.
+        # Placeholders in holes, where their weight is 0.
         for name, up, _ in layout.bumps:
             first, last = (layout.columns[layout.starts[one]] for one in (name, up))
             mean = np.where(there > 0.0, moments[name] / whole, (0.0, 0.0, 1.0, 0.0, 0.0, 0.0))
@@ -305,7 +305,7 @@ class MappedSlices(EnvironmentForm):
             lobes += sizes["COAT_LOBES"]
         textures = {"axes": axes, "slices": tabled}
         if self.parts > 1:
-            # By rho, two texels a row: middles and shares, widths and the logarithm of rho.
+            # A row a rho, of two texels: middles and shares, widths and the logarithm of rho.
             uniforms |= {"least_height": LEAST_HEIGHT, "rings": [tuple(ring) for ring in RINGS.T.tolist()]}
             sizes |= {"RINGS": RINGS.shape[1], "ROUND": ROUND}
             textures["leaning"] = TABLE.reshape(len(TABLE), 2, 4).astype(np.float32)

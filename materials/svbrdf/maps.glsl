@@ -15,8 +15,8 @@ uniform float coat_f0;
 #endif
 #if defined(CUT) && defined(FILTERED)
 uniform float own_share;        // see map_planes.OWN_SHARE
-float all_there;                // what all places of a sample count
-bool own_place;                 // of the point itself, which is there whatever its numbers come to
+float all_there;                // total weight of all places of a sample
+bool own_place;                 // true of the point itself, which is no hole whatever its numbers come to
 #endif
 
 struct Here {

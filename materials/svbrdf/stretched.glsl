@@ -3,7 +3,7 @@
 #if PARTS > 1
 uniform sampler2D leaning;      // a row a rho: two middles and shares; three widths, and the logarithm of rho
 uniform float least_height;
-uniform vec2 rings[RINGS];      // of half vectors on a disc: radius and share
+uniform vec2 rings[RINGS];      // rings of half vectors on a disc: radius and share
 
 // See stretched.shadowed.
 float shadowed(vec3 w, vec3 spread) {

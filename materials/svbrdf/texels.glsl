@@ -61,7 +61,7 @@ struct Mixed {                  // the texels about a point, at one level or bet
     Four fine;
 #ifdef MIPMAPPED
     Four coarse;
-    float blend;                // how far from the fine level to the coarse one
+    float blend;                // fraction of the way from the fine level to the coarse one
 #endif
 };
 

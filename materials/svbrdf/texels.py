@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 from ...runtime.errors import InputError
 from ..core.fast import MOST_TEXELS
 
-#: Beyond [0, 1] a picture goes on from its other side, stays what its edge is, or comes back as in a mirror.
+#: Continuation of a picture beyond [0, 1]: repeated, held at its edge, or mirrored.
 Wrap = Literal["repeat", "clamp", "mirror"]
 WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
 #: Along u and along v.

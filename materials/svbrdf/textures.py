@@ -198,7 +198,7 @@ class Texture:
         mode, mime = picture.mode, Image.MIME.get(str(picture.format), "image/x-tga")
         stated = other_than_srgb(picture, self.data)
         orientation = _UPRIGHT
-        if picture.format != "TIFF":  # those Pillow turns
+        if picture.format != "TIFF":  # Pillow turns TIFFs
             with suppress(Exception):  # Exif that is damaged is no reason not to read the picture
                 orientation = int(picture.getexif().get(_ORIENTATION, _UPRIGHT))
         if width * height > MOST_TEXELS:

@@ -20,7 +20,7 @@ Green = Literal["opengl", "directx"]
 
 # Widths in texels over which slopes are averaged before they are compared: bricks and their grain have to agree.
 _SCALES = (1.0, 2.0, 4.0, 8.0, 16.0)
-# By how much the wrong curl has to be the larger one, at each of them: noise is as large in both.
+# Ratio by which the wrong curl has to exceed the right one, at each of them: noise is as large in both.
 _PROOF = 1.25
 # A level normal is 127.5 of 255; the two codes beside it are meant by it.
 _LEVEL = 1.01 / 255.0
