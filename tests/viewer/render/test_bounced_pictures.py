@@ -1,8 +1,7 @@
 """Light between surfaces in fast pictures: both renderers beside paths at every wavelength, and beside each other."""
 
-from dataclasses import replace
-
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest

@@ -228,8 +228,12 @@ def test_the_chain_says_how_many_bounces_pictures_have(written, sphere):
         scene = replace(sphere, bounces="auto")
         return colour_chain(scene, scene.camera(), bounces, plan, ("A",), (None,), DisplayTransform(), "CPU")
 
-    for bounces, ending in (({0}, "no interreflection."), ({1}, "and interreflection, 1 bounce."), ({3}, ", 3 bounces."),
-                            ({0, 4, 2}, "and interreflection, 0 to 4 bounces.")):  # fmt: skip
+    for bounces, ending in (
+        ({0}, "no interreflection."),
+        ({1}, "and interreflection, 1 bounce."),
+        ({3}, "and interreflection, 3 bounces."),
+        ({0, 4, 2}, "and interreflection, 0 to 4 bounces."),
+    ):
         words = chain(bounces)
         assert [one for one in words if one.startswith("Both: ") and one.endswith(ending)], bounces
         assert [one for one in words if "in bases of their own, folded" in one]

@@ -1,4 +1,4 @@
-// A light that spreads, made ready to be looked up; twin of lighting.environment.gathering. Octahedral maps with a border
+// Area and environment light prepared for look-up; twin of lighting.environment.prefiltering. Octahedral maps with a border
 // of one texel, one below the other; up to four fields a texel.
 
 uniform sampler2D pyramid;          // levels of rising sharpness

@@ -139,7 +139,7 @@ float sent_above(float to, float axis) {
     return exp(-0.5 * to * to) / sqrt(2.0 * PI) + axis * (0.5 + 0.5 * error_function(to * sqrt(0.5), 1.0, 0.0));
 }
 
-// The share of a Gaussian's light that comes from above the triangle's plane, lighting.visibility.own_horizon.
+// The share of a Gaussian's light that comes from above the triangle's plane, lighting.visibility.free_share.
 float share_above(float facet, float shading, float lambda) {
     float axis = max(shading * sqrt(lambda), -2.0), edge = axis + min((facet - shading) * sqrt(lambda), 0.0);
     return clamp(sent_above(edge, axis) / sent_above(axis, axis), 0.0, 1.0);

@@ -3,7 +3,7 @@
 uniform sampler2D standing;     // of every sample: the weights of its triangle's second and third corner
 uniform sampler2D faces;        // of every triangle of the window: its number in the scene + 1, negative where its back
                                 // is seen, and its normal on the viewer's side
-uniform isampler2D nodes;       // of every triangle of the scene, then of every cut: what light_tables._nodes says
+uniform isampler2D nodes;       // of every triangle of the scene, then of every cut: what light_textures._nodes says
 uniform isampler2D sites_of;    // of every vertex its site in front and behind, -1 inside of solids
 
 ivec4 node(int number) { return texelFetch(nodes, ivec2(number % ROW_LENGTH, number / ROW_LENGTH), 0); }

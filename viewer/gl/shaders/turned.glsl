@@ -1,5 +1,5 @@
 // Illuminance and its moments in other axes, the columns of `frame`, normal last; see
-// materials.environment_form.bends and lighting.environment.gathering.turned.
+// materials.core.environment_form.bends and lighting.environment.prefiltering.rotate_moments.
 void turned(mat3 frame, vec4 m[BENT], out vec4 found[BENT]) {
     found[0] = m[0];
 #if BENT > 1
