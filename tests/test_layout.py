@@ -420,7 +420,7 @@ def _anchors(page):
 
 def test_links_of_the_documentation_lead_to_pages_and_headings_that_are_there():
     site, broken = ROOT / "docs", []
-    for page in (ROOT / "README.md", *site.rglob("*.md"), *site.rglob("*.ipynb")):
+    for page in (*ROOT.glob("*.md"), *site.rglob("*.md"), *site.rglob("*.ipynb")):
         for text, target in re.findall(r"\[([^]]*)\]\(([^)\s]+)\)", _prose(page)):
             if re.match(r"[a-z]+:", target):
                 continue
