@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 from ..materials.intake.progress import share_done
 from ..runtime.shutdown import saying
+from ..runtime.wording import counted
 from .options import add_catalogue_option, add_json_option, catalogue_for, positive_count, positive_delta_e
-from .output import counted, figures_file, write_json
+from .output import figures_file, write_json
 from .progress.fit import FitProgress
 
 if TYPE_CHECKING:

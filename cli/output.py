@@ -19,15 +19,6 @@ _figures_stream: TextIO | None = None
 TEXT_OUTPUTS = ("json", "csv", "html", "junit", "markdown")
 
 
-def counted(number: int, what: str) -> str:
-    """Write a count of things in words.
-
-    >>> counted(1, "row"), counted(2, "row")
-    ('1 row', '2 rows')
-    """
-    return f"{number} {what}{'' if number == 1 else 's'}"
-
-
 def end_of_name(text: str, room: int) -> str:
     """Return the end of a name, which tells it from its neighbours, in so many characters."""
     return text if len(text) <= room else f"…{text[len(text) - room + 1 :]}" if room > 1 else ""

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 from ..runtime.progress import TimeLeft
+from ..runtime.wording import counted
 from .options import (
     Added,
     add_catalogue_option,
@@ -23,7 +24,7 @@ from .options import (
     positive_delta_e,
     renderer_for,
 )
-from .output import counted, say, warn, write_text
+from .output import say, warn, write_text
 from .progress.lines import progress_bar
 
 

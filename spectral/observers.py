@@ -163,6 +163,15 @@ def observer_name(name: str) -> str:
     return short
 
 
+def observer_title(name: str) -> str:
+    """Return an observer's name for people, from its short name or colour-science's key; any other name stays.
+
+    >>> observer_title("1964_10"), observer_title("CIE 1931 2 Degree Standard Observer")
+    ('CIE 1964 10°', 'CIE 1931 2°')
+    """
+    return OBSERVERS.get(name, name).replace(" Degree Standard Observer", "°")
+
+
 def observer(name: str) -> Observer:
     """Standard observer by short name ("1931_2", "1964_10", "2015_2", "2015_10"), by colour-science's key, or by angle
     or year ("2", "10°", "CIE 1931", "1964").

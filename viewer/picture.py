@@ -24,6 +24,7 @@ from ..materials.records.material import MaterialRecord
 from ..runtime.distribution import installed_version
 from ..runtime.errors import ComparisonError, UsageError
 from ..runtime.notebook import new_axes
+from ..runtime.wording import counted
 from ..spectral.difference import FormulaName, delta_e_xyz, lab_from_xyz
 from ..spectral.formats.png_writer import png_bytes
 from ..spectral.formats.spectral_exr import RELATIVE_UNITS, write_spectral_exr
@@ -285,7 +286,7 @@ def picture(
 
 def bounced_words(bounces: int) -> str:
     """Describe bounces for the header of a picture."""
-    return f", {bounces} {'bounce' if bounces == 1 else 'bounces'}" if bounces else ""
+    return f", {counted(bounces, 'bounce')}" if bounces else ""
 
 
 def bounces_notes(scene: Scene, renderer: RenderSession) -> tuple[str, ...]:

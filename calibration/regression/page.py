@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ...runtime.wording import counted
 from ...spectral.difference import differences
 from ..report import coded_map, plots
 from ..report.direction import direction
@@ -178,7 +179,7 @@ def _moved_words(rows: Sequence[RowResult]) -> str:
     for row in rows:
         counts[state_words(row)] = counts.get(state_words(row), 0) + 1
     told = ", ".join(f"{words} in {count}" for words, count in counts.items())
-    return f"The picture alone moved in {len(rows)} row{'' if len(rows) == 1 else 's'}: {told}."
+    return f"The picture alone moved in {counted(len(rows), 'row')}: {told}."
 
 
 def _error_words(result: Result) -> list[str]:

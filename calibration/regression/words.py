@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
+from ...runtime.wording import counted
 from ...spectral.sample import distinct_titles, title_from_id
 from ..report.review_facts import light_words, within_sentence
 from ..report.row_name import short_observer
@@ -42,7 +43,7 @@ def verdict_words(result: Result) -> str:
     if moved:
         counts = [(sum(row.tier == tier for row in moved), words) for tier, words in _MOVED.items()]
         told = ", ".join(f"{count} {words}" for count, words in counts if count)
-        parts.append(f"{len(moved)} of {total} {what}{'' if total == 1 else 's'} moved: {told}")
+        parts.append(f"{len(moved)} of {counted(total, what)} moved: {told}")
     for state, words in (("removed", "gone"), ("added", "new")):
         if count := sum(row.state == state for row in rows):
             parts.append(f"{count} {'is' if count == 1 else 'are'} {words}")
@@ -50,7 +51,7 @@ def verdict_words(result: Result) -> str:
     if parts and not moved and still:
         parts.append(f"the other {'one' if still == 1 else still} did not move")
     if not parts:
-        return f"Nothing moved beyond rounding and noise: {total} {what}{'' if total == 1 else 's'}{asked}"
+        return f"Nothing moved beyond rounding and noise: {counted(total, what)}{asked}"
     worst = max(moved, key=lambda row: (TIERS.index(row.tier), row.largest), default=None)
     if worst is not None and total > 1:
         change = what_changed(worst)[0].removesuffix(".")

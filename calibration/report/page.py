@@ -10,6 +10,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...spectral.observers import observer_title
 from . import plots
 from .history import Run, trend_plot
 from .rating import MOST, VERDICTS
@@ -17,7 +18,7 @@ from .review_data import page_data
 from .review_facts import SHIFT_ADAPTATION, SHIFT_FROM
 from .review_words import screen_name
 from .row import ReviewRow
-from .row_name import observer_title, row_id
+from .row_name import row_id
 from .shift_plot import ShiftArrow, shift_plots
 from .statistics import beside, verdict, verdict_limits
 

@@ -13,6 +13,7 @@ from typing import Any
 from urllib.parse import quote, unquote
 
 from ...runtime.files import takes_bytes, written_whole
+from ...runtime.wording import counted
 from .page import html_environment, script_json
 from .review_data import BADGES
 from .row_name import row_id
@@ -77,7 +78,7 @@ def catalogue_sentence(cards: Sequence[PreviewCard]) -> str:
         parts.append(f"{guesses} guessed from RGB, to be judged in daylight only")
     if unusable:
         parts.append(f"{unusable} cannot be used")
-    return f"{total} material{'' if total == 1 else 's'}: {', '.join(parts)}."
+    return f"{counted(total, 'material')}: {', '.join(parts)}."
 
 
 def write_preview_page(path: Path, cards: Sequence[PreviewCard], sheets: SpriteSheets, title: str, words: str) -> None:

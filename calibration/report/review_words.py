@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...runtime.wording import counted
 from .review_facts import light_words, within_sentence
 from .row import ReviewRow
 from .statistics import beside, verdict, verdict_limits
@@ -50,7 +51,7 @@ def verdict_sentence(summary: dict[str, Any], display: str, valid: bool) -> str:
     if accurate == total:
         head = f"{_all(total)} accurate enough to judge colour by"
     else:
-        head = f"{accurate} of {_counted(total, 'picture')} {_are(accurate)} accurate enough to judge colour by"
+        head = f"{accurate} of {counted(total, 'picture')} {_are(accurate)} accurate enough to judge colour by"
         parts = [(summary["borderline"], LEVELS["near"]), (summary["too_far_off"], LEVELS["over"])]
         head += "; " + " and ".join(f"{count} {_are(count)} {words}" for count, words in parts if count)
     limits = []
@@ -153,10 +154,6 @@ def screen_words(display: str) -> str:
 
 def _all(total: int) -> str:
     return "The one picture is" if total == 1 else f"All {total} pictures are"
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}{'' if count == 1 else 's'}"
 
 
 def _plural(count: int, one: str, several: str) -> str:

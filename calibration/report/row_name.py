@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import re
 
+from ...spectral.observers import observer_title
+
 
 def row_id(name: str) -> str:
     """Name a row in an address: without white space, which an address would not keep."""
     return re.sub(r"\s", "_", name)
-
-
-def observer_title(name: str) -> str:
-    """`CIE 1931 2°` for colour-science's `CIE 1931 2 Degree Standard Observer`."""
-    return name.replace(" Degree Standard Observer", "°")
 
 
 def short_observer(name: str) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...calibration.report.text_tables import columns
+from ...runtime.wording import counted
 from ..options import (
     add_catalogue_argument,
     add_json_option,
@@ -16,7 +17,7 @@ from ..options import (
     positive_count,
     renderer_for,
 )
-from ..output import counted, on_standard_output, say, write_json
+from ..output import on_standard_output, say, write_json
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from ...calibration.report.text_tables import columns
 from ...materials.records.query import WORDS
 from ...materials.records.standing import missed_figures, misses_budget
+from ...runtime.wording import counted
 from ..options import add_catalogue_argument, add_json_option
-from ..output import counted, on_standard_output, write_json
+from ..output import on_standard_output, write_json
 from .query import add_query_options, found_by
 
 if TYPE_CHECKING:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...calibration.report.text_tables import columns
 from ...runtime.errors import visible
+from ...runtime.wording import counted
 from ..options import add_catalogue_argument, add_json_option, add_renderer_option, open_catalogue, renderer_for
-from ..output import counted, say, write_text
+from ..output import say, write_text
 from ..progress.lines import progress_bar
 from .texel import print_texel, texel
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
+from ...runtime.wording import counted
 from ..options import add_catalogue_argument, add_json_option, add_scheduler_option, open_catalogue, positive_count
-from ..output import counted, on_standard_output, write_json
+from ..output import on_standard_output, write_json
 from ..progress.lines import progress_bar
 
 if TYPE_CHECKING:

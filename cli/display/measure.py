@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     from ...calibration.display.argyll import measure
     from ...runtime.errors import UsageError
     from ...runtime.files import check_outputs, existing_file
-    from ..output import counted
+    from ...runtime.wording import counted
 
     if args.out.suffix.lower() != ".ti3":
         raise UsageError(f"{args.out}: readings of ArgyllCMS are written as .ti3")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from ...runtime.wording import counted
 from ..options import add_output_option, positive_count
-from ..output import counted
 
 
 def add_parser(kinds: argparse._SubParsersAction) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ...runtime.wording import counted
 from ..options import positive_count
-from ..output import counted, say
+from ..output import say
 from ..view import window_module
 
 _PERCENT = range(1, 101)

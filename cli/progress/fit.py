@@ -9,7 +9,8 @@ from typing import Any
 
 from ...materials.intake.progress import Doing, fit_seconds
 from ...runtime.errors import visible
-from ...runtime.progress import TimeLeft, in_words
+from ...runtime.progress import TimeLeft
+from ...runtime.wording import in_words
 from ..output import shows_bars
 from .lines import Ticker, left_column, say_line
 

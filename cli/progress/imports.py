@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...materials.intake.progress import Doing, fit_seconds
 from ...runtime.errors import visible
-from ...runtime.progress import TimeLeft, in_words
-from ..output import counted, end_of_name, shows_bars
+from ...runtime.progress import TimeLeft
+from ...runtime.wording import counted, in_words
+from ..output import end_of_name, shows_bars
 from .lines import Ticker, left_column, say_line
 
 if TYPE_CHECKING:

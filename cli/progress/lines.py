@@ -12,7 +12,8 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ...runtime.progress import TimeLeft, in_words
+from ...runtime.progress import TimeLeft
+from ...runtime.wording import in_words
 from ..output import end_of_name, shows_bars
 
 # A line after so many seconds, and then each time a share more has passed, but at most so seldom.

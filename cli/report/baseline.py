@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 import shutil
 
+from ...runtime.wording import counted
 from ..options import add_output_option
-from ..output import counted
 from ..progress.lines import progress_bar
 from .suite import add_suite_options, render_suite_side
 

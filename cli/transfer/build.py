@@ -6,8 +6,9 @@ import argparse
 import time
 from pathlib import Path
 
+from ...runtime.wording import counted
 from ..options import add_catalogue_option, add_output_option, add_scheduler_option, catalogue_for, positive_count
-from ..output import counted, say
+from ..output import say
 from ..progress.lines import progress_bar
 
 

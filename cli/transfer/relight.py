@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...runtime.errors import UsageError
+from ...runtime.wording import counted
 from ..options import (
     add_catalogue_option,
     add_json_option,
@@ -18,7 +19,7 @@ from ..options import (
     positive_count,
     renderer_for,
 )
-from ..output import counted, figures_file, say, warn, write_json
+from ..output import figures_file, say, warn, write_json
 from ..progress.lines import progress_bar
 from .build import add_kept_options
 from .changes import add_change_options, by_part, given_materials, relit_lights

@@ -6,8 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...runtime.wording import counted
 from ..options import add_catalogue_option, add_illuminant_option, add_json_option, catalogue_for
-from ..output import counted, figures_file, say, write_json
+from ..output import figures_file, say, write_json
 from ..progress.lines import progress_bar
 from .build import add_kept_options
 

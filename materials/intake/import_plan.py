@@ -12,7 +12,7 @@ from typing import Literal
 
 from ...runtime.errors import InputError
 from ...runtime.memory import gigabytes
-from ...runtime.progress import in_words
+from ...runtime.wording import in_words
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..formats.input_file import InputFile
 from ..formats.registry import Format, companions, guessed, label, not_a_source, recognised_files

@@ -19,6 +19,7 @@ from ...materials.records.description import shown_reconstruction
 from ...materials.records.material import MaterialRecord
 from ...materials.records.standing import missed_words
 from ...runtime.errors import InputError
+from ...runtime.wording import counted
 from ...spectral.spectrum import Spectrum
 from ..display.transform import DisplayTransform
 
@@ -113,8 +114,7 @@ def _bounces_words(bounces: Collection[int]) -> str:
     fewest, most = min(bounces), max(bounces)
     if not most:
         return "no interreflection"
-    number = f"{most}" if fewest == most else f"{fewest} to {most}"
-    return f"and interreflection, {number} {'bounce' if most == 1 else 'bounces'}"
+    return f"and interreflection, {f'{fewest} to ' if fewest < most else ''}{counted(most, 'bounce')}"
 
 
 def display_words(display: DisplayTransform, now: datetime | None = None) -> list[str]:
@@ -145,4 +145,4 @@ def _age(when: str, now: datetime | None) -> str:
     except ValueError:
         return "of unknown age"
     days = ((now or datetime.now(UTC)) - then).days
-    return "today" if days < 1 else f"{days} day{'' if days == 1 else 's'} ago"
+    return "today" if days < 1 else f"{counted(days, 'day')} ago"

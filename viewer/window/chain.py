@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from ...spectral.observers import observer_title
 from ..display.png import write_png
 from ..display.transform import DisplayTransform
 from .canvas_readback import read_codes
@@ -21,10 +22,10 @@ def chain(session: Session, display: DisplayTransform) -> tuple[str, ...]:
 
 def _links(session: Session, display: DisplayTransform) -> Iterator[str]:
     other = session.other
-    light, observer = session.light.words, observer_words(session.observer)
+    light, observer = session.light.words, observer_title(session.observer)
     yield light if other.light is None or other.light == session.light else f"{light} (B: {other.light.words})"
     beside = other.observer and other.observer != session.observer
-    yield f"{observer} (B: {observer_words(other.observer or '')})" if beside else observer
+    yield f"{observer} (B: {observer_title(other.observer or '')})" if beside else observer
     yield f"{session.adaptation.words}{' to D65' if session.adaptation.degree else ''}"
     if session.exposure:
         yield f"exposure {session.exposure:+g} EV"
@@ -32,15 +33,10 @@ def _links(session: Session, display: DisplayTransform) -> Iterator[str]:
         yield f"soft proof of {session.shown.proof}"
     yield f"OCIO {display.name} / {display.view}"
     if session.observer != display.aimed_for:
-        yield f"display still aimed for {observer_words(display.aimed_for)}"
+        yield f"display still aimed for {observer_title(display.aimed_for)}"
     elif beside:
         yield f"display aimed for {observer}"
     yield "colorimetric, no tone mapping" if display.is_colorimetric else "NOT colorimetric: this view changes colours"
-
-
-def observer_words(name: str) -> str:
-    """Return an observer as people call it: "CIE 1964 10°"."""
-    return f"CIE {name.replace('_', ' ')}°"
 
 
 def write_screenshot(path: str | Path, frame: Frame | ImageFrame, session: Session) -> Path:

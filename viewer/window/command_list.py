@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...spectral.adaptation import degree_of_adaptation
+from ...spectral.observers import observer_title
 from .choices import Choices
 from .commands import Change, Command, Commands, following, stepped
 from .light_choice import LightChoice
@@ -114,12 +115,12 @@ def _observer(choices: Choices) -> Iterator[Command]:
         return of_a(session, following(choices.observers, session.observer, steps))
 
     for name in choices.observers:
-        words = f"Observer: CIE {name.replace('_', ', ')}°"
+        words = f"Observer: {observer_title(name)}"
         yield Command(f"observer.{name}", words, "Observer", (), partial(of_a, name=name))
     yield Command("observer.next", "Next observer", "Observer", ("O",), partial(next_one, steps=1))
     yield Command("observer.previous", "Previous observer", "Observer", ("Shift+O",), partial(next_one, steps=-1))
     for name in choices.observers:
-        words = f"Observer of B: CIE {name.replace('_', ', ')}°"
+        words = f"Observer of B: {observer_title(name)}"
         yield Command(f"other.observer.{name}", words, "Side B", (), _of_other(observer=name))
 
 

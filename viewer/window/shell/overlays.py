@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import ImVec2, imgui
 
+from ....spectral.observers import observer_title
 from ..display_pass import map_colour
 from ..picture_position import seen_at
 from ..state import Session
@@ -82,8 +83,8 @@ def side_words(session: Session, window: Window) -> tuple[str, str]:
         first.append(session.light.words)
         second.append(other.light.words)
     if other.observer is not None and other.observer != session.observer:
-        first.append(session.observer.replace("_", " ") + "°")
-        second.append(other.observer.replace("_", " ") + "°")
+        first.append(observer_title(session.observer).removeprefix("CIE "))
+        second.append(observer_title(other.observer).removeprefix("CIE "))
     if other.made != "fast":
         first.append("fast form")
         second.append("reference" if other.made == "reference" else _tail(other.file or ""))

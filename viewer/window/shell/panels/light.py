@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from imgui_bundle import imgui
 
+from .....spectral.observers import observer_title
 from ...light_choice import Lamp, LightChoice
 from ...numeric_controls import DIMMING, ROTATION
 from ...state import Session
@@ -45,7 +46,10 @@ def draw(window: Window) -> None:
         desk.do(lambda s: replace(s, other=replace(s.other, light=None)), "Light of B as that of A")
     elif clicked is not None:
         desk.run(f"other.light.{clicked}")
-    options = [("as A", "observer as A"), *((name, name.replace("_", " ") + "°") for name in choices.observers)]
+    options = [
+        ("as A", "observer as A"),
+        *((name, observer_title(name).removeprefix("CIE ")) for name in choices.observers),
+    ]
     clicked = combo("other observer", options, other.observer or "as A")
     if clicked == "as A":
         desk.do(lambda s: replace(s, other=replace(s.other, observer=None)), "Observer of B as that of A")

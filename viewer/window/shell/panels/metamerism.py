@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
+from .....spectral.observers import observer_title
 from ...metamerism import Cell, session_of_cell
 from ...queries import metamers
 from ...state import Session
@@ -87,7 +88,7 @@ def _table(window: Window, standard: str, cells: tuple[Cell, ...]) -> None:
             imgui.table_next_row()
             imgui.table_next_column()
             whole = imgui.SelectableFlags_.span_all_columns
-            words = f"{one.conditions.illuminant}, {one.conditions.observer.replace('_', ' ')}°"
+            words = f"{one.conditions.illuminant}, {observer_title(one.conditions.observer).removeprefix('CIE ')}"
             if imgui.selectable(f"{words}##cell {number}", False, whole)[0]:
                 said = f"See {one.material} under {one.conditions.words}"
                 desk.do(partial(_seen, window, one, standard), said)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from ...chain import observer_words
+from .....spectral.observers import observer_title
 from ...state import MODES
 from ..widgets import choice, em
 from ..window import Window
@@ -28,7 +28,7 @@ def draw(window: Window) -> None:
     ) is not None:
         desk.run(f"light.{clicked}")
     _label("Observer", gap=True)
-    options = [(name, observer_words(name).replace("CIE ", "")) for name in choices.observers]
+    options = [(name, observer_title(name).removeprefix("CIE ")) for name in choices.observers]
     clicked = choice("observer", options, session.observer, style, room * 0.24,
                      lambda key: _tip(window, f"observer.{key}"))  # fmt: skip
     if clicked is not None:
