@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .illuminants import illuminant
-from .measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT, MUST, Geometry, Measurement, signed
+from .measurement import ANGLE_NOTATION, ANGLE_WITHOUT_LIGHT, MUST_AGREE, Geometry, Measurement, signed
 from .observers import observer
 
 _One = TypeVar("_One")
@@ -135,7 +135,7 @@ def things(readings: Iterable[AngleReading[_One]]) -> tuple[Thing[_One], ...]:
             continue
         name = _called(first)
         others = [kind for kind in groups[name] if kind is not group]
-        parts = [part for part in (*MUST, "data mode") if any(_differs(first, kind[0], part) for kind in others)]
+        parts = [part for part in (*MUST_AGREE, "data mode") if any(_differs(first, kind[0], part) for kind in others)]
         label = ", ".join([name, *(first.measurement.parts[part].words for part in parts)])
         found.append(Thing(label, tuple(group), len({one.thing or one.name for one in group}) > 1))
     return tuple(found)
@@ -167,12 +167,12 @@ def _numbered(name: str) -> re.Match[str] | None:
 
 def _otherwise(one: AngleReading, other: AngleReading) -> bool:
     """Return whether two readings differ in more than their angle, the data mode included."""
-    parts = (*one.measurement.unlike(other.measurement), *one.measurement.noted(other.measurement))
-    return any((part in MUST and part != "geometry") or part == "data mode" for part in parts)
+    parts = (*one.measurement.differing(other.measurement), *one.measurement.noted(other.measurement))
+    return any((part in MUST_AGREE and part != "geometry") or part == "data mode" for part in parts)
 
 
 def _differs(one: AngleReading, other: AngleReading, part: str) -> bool:
-    parts = (*one.measurement.unlike(other.measurement), *one.measurement.noted(other.measurement))
+    parts = (*one.measurement.differing(other.measurement), *one.measurement.noted(other.measurement))
     return part != "geometry" and part in parts
 
 

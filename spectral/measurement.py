@@ -18,10 +18,10 @@ from ..runtime.errors import visible
 from .spectrum import Quantity
 
 #: Differences of conditions that a person may ask to compare across.
-Crossing = Literal["geometry", "condition"]
-CROSSINGS: tuple[Crossing, ...] = get_args(Crossing)
+AllowedDifference = Literal["geometry", "condition"]
+ALLOWED_DIFFERENCES: tuple[AllowedDifference, ...] = get_args(AllowedDifference)
 #: Parts of a measurement that must be alike, and what allows them not to be; None: nothing does.
-MUST: dict[str, Crossing | None] = {
+MUST_AGREE: dict[str, AllowedDifference | None] = {
     "quantity": None,
     "geometry": "geometry",
     "specular component": "geometry",
@@ -210,7 +210,7 @@ class StatedPart(NamedTuple):
 
 @dataclass(frozen=True)
 class Measurement:
-    """Parts of a measurement by their names in `MUST` and `NOTED`; what is not stated is missing."""
+    """Parts of a measurement by their names in `MUST_AGREE` and `NOTED`; what is not stated is missing."""
 
     parts: Mapping[str, StatedPart] = field(default_factory=dict)
 
@@ -260,17 +260,17 @@ class Measurement:
         """All that is stated, part by part."""
         return {part: said.words for part, said in self.parts.items()}
 
-    def unlike(self, other: Measurement) -> tuple[str, ...]:
-        """Return the parts of `MUST` that both state and state differently."""
-        return tuple(part for part in MUST if self._differs(other, part))
+    def differing(self, other: Measurement) -> tuple[str, ...]:
+        """Return the parts of `MUST_AGREE` that both state and state differently."""
+        return tuple(part for part in MUST_AGREE if self._differs(other, part))
 
     def noted(self, other: Measurement) -> tuple[str, ...]:
         """Return the parts of `NOTED` that both state and state differently."""
         return tuple(part for part in NOTED if self._differs(other, part))
 
     def silent(self, other: Measurement) -> tuple[str, ...]:
-        """Return the parts of `MUST` that the other alone states."""
-        return tuple(part for part in MUST if part in other.parts and part not in self.parts and part != "film")
+        """Return the parts of `MUST_AGREE` that the other alone states."""
+        return tuple(part for part in MUST_AGREE if part in other.parts and part not in self.parts and part != "film")
 
     def _differs(self, other: Measurement, part: str) -> bool:
         one, two = self.parts.get(part), other.parts.get(part)
@@ -285,12 +285,12 @@ class Side(NamedTuple):
     measurement: Measurement
 
 
-def refusal(one: Side, other: Side, across: Collection[Crossing]) -> str:
+def why_not_comparable(one: Side, other: Side, across: Collection[AllowedDifference]) -> str:
     """Return the reason why two readings cannot be compared, over several lines; "" where they can."""
-    parts = [part for part in one.measurement.unlike(other.measurement) if MUST[part] not in across]
+    parts = [part for part in one.measurement.differing(other.measurement) if MUST_AGREE[part] not in across]
     if not parts:
         return ""
-    ask = list(dict.fromkeys(MUST[part] for part in parts))
+    ask = list(dict.fromkeys(MUST_AGREE[part] for part in parts))
     hint = "measure both alike"
     if None not in ask:
         hint += f", or compare them all the same with --across {','.join(str(word) for word in ask)}"
@@ -311,7 +311,7 @@ def crossed(one: Side, other: Side) -> tuple[str, ...]:
     """Sentences on what is compared although it was not measured alike."""
     return tuple(
         f"Compared across unlike conditions, as asked: {_difference(one, other, part)}."
-        for part in one.measurement.unlike(other.measurement)
+        for part in one.measurement.differing(other.measurement)
     )
 
 

@@ -26,7 +26,7 @@ from ..spectral.foreign_spectra import KINDS, foreign_curves
 from ..spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ..spectral.formula import formula
 from ..spectral.illuminants import illuminant, measured_lamp
-from ..spectral.measurement import CROSSINGS, Crossing
+from ..spectral.measurement import ALLOWED_DIFFERENCES, AllowedDifference
 from ..spectral.metamerism import Conditions
 from ..spectral.observers import observer, observer_name
 from ..spectral.sample import Sample
@@ -52,7 +52,7 @@ def match(
     whites: str | Sequence[str] = (),
     catalogue: Catalogue | Path | None = None,
     answer: ImportOptions = NO_ANSWER,
-    across: Crossing | Collection[Crossing] = (),
+    across: AllowedDifference | Collection[AllowedDifference] = (),
     angles: str | Sequence[str] = (),
     signed: Mapping[str, str] | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
@@ -265,11 +265,11 @@ def _scales(names: Sequence[str]) -> tuple[WhiteScale, ...]:
     return cast(tuple[WhiteScale, ...], tuple(dict.fromkeys(names)))
 
 
-def _crossings(names: Collection[str]) -> tuple[Crossing, ...]:
+def _crossings(names: Collection[str]) -> tuple[AllowedDifference, ...]:
     for name in names:
-        if name not in CROSSINGS:
-            raise UnknownNameError("difference of measurements", name, CROSSINGS)
-    return tuple(one for one in CROSSINGS if one in names)
+        if name not in ALLOWED_DIFFERENCES:
+            raise UnknownNameError("difference of measurements", name, ALLOWED_DIFFERENCES)
+    return tuple(one for one in ALLOWED_DIFFERENCES if one in names)
 
 
 def _known(repeatability: float | None, repeated: str | Path | None, answer: ImportOptions) -> Repeatability | None:

@@ -15,7 +15,7 @@ from ...spectral.axis_letters import White
 from ...spectral.difference import Differences, differences, lab_from_xyz
 from ...spectral.formula import Formula
 from ...spectral.illuminants import illuminant
-from ...spectral.measurement import Crossing, refusal
+from ...spectral.measurement import AllowedDifference, why_not_comparable
 from ...spectral.metamerism import Conditions, Correction, colour_inconstancy, metamerism_index
 from ...spectral.observers import observer
 from ...spectral.sample import Sample
@@ -49,7 +49,7 @@ class MatchOptions:
     tolerance: Tolerance | None = None
     repeatability: Repeatability | None = None
     whites: tuple[WhiteScale, ...] = ()
-    across: tuple[Crossing, ...] = ()
+    across: tuple[AllowedDifference, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -136,7 +136,7 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: MatchOptions) ->
     if not samples:
         raise InputError("no sample", expected="one sample or more beside the standard")
     for sample in samples:
-        if reason := refusal(standard.side, sample.side, asked.across):
+        if reason := why_not_comparable(standard.side, sample.side, asked.across):
             raise ComparisonError(reason)
         check_another(standard, sample)
     found = []

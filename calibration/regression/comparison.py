@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ...runtime.errors import ComparisonError
-from ...spectral.measurement import Crossing, crossed, refusal, remarks
+from ...spectral.measurement import AllowedDifference, crossed, remarks, why_not_comparable
 from ...spectral.measurement import Side as Measured
 from ..report.statistics import SelfCheck
 from .change import Change, change
@@ -41,7 +41,7 @@ def compare(
     after: ComparedSide,
     criteria: Criteria,
     progress: Progress = lambda done, total, what: None,
-    across: Collection[Crossing] = (),
+    across: Collection[AllowedDifference] = (),
 ) -> Result:
     """Compare two sides; the first is the reference of every ΔE. Of all pictures those of one row are in memory.
 
@@ -73,7 +73,7 @@ def compare(
 
 
 def _measurements(
-    before: ComparedSide, after: ComparedSide, pairs: Sequence[tuple[Row, Row]], across: Collection[Crossing]
+    before: ComparedSide, after: ComparedSide, pairs: Sequence[tuple[Row, Row]], across: Collection[AllowedDifference]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences on what is not alike in how pairs were measured, and on what one side does not say, each once.
 
@@ -90,7 +90,7 @@ def _measurements(
             Measured(row.name.material or str(row.name), str(_source(row, side)), measurement)
             for row, side, measurement in ((a, before, a.measurement), (b, after, b.measurement))
         ]
-        if reason := refusal(sides[0], sides[1], across):
+        if reason := why_not_comparable(sides[0], sides[1], across):
             raise ComparisonError(reason)
         unlike |= dict.fromkeys(crossed(sides[0], sides[1]))
         told |= dict.fromkeys(remarks(sides[0], sides[1]))

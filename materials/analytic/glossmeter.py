@@ -67,7 +67,7 @@ def _into_window(surface: Surface, folding: Folding, azimuth: float) -> float:
 
 @cache
 def _window(azimuth: float) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-    """Directions to the light and into the window, and what each counts: cos(theta) dw.
+    """Directions to the light and into the window, and their weights cos(theta) dw.
 
     Nodes crowd towards the middle as cubes do: a highlight of a tenth of the window is met as well as a wide one.
     """

@@ -1,4 +1,4 @@
-// Between measured directions, twin of hemisphere.py: the three around another one, and what each counts.
+// Interpolation between measured directions, twin of hemisphere.py: the three around another one, and their weights.
 
 #include "listed.glsl"
 

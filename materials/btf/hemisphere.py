@@ -1,4 +1,4 @@
-"""Between measured directions: the three around any other, and what each counts.
+"""Interpolation between measured directions: barycentric weights in the triangle around any other direction.
 
 Directions lie in a plane, theta away from the middle (azimuthal equidistant), and Delaunay's triangles lie between
 them. Meseth, Mueller and Klein 2003 interpolate views so (their eq. 4). Beyond the outermost, values are held: each
@@ -145,7 +145,7 @@ class Hemisphere:
     def shares(
         self, directions: Float[np.ndarray, "N 3"], falling: bool = False
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """Return the three measured directions around each of others, and what each counts; the sum is 1.
+        """Return the three measured directions around each of others, and their weights, which add up to 1.
 
         directions : unit vectors with z >= 0. falling : values are f_r cos(theta_i) of the directions of light: beyond
         the outermost, shares fall with the cosine, so that f_r is held.

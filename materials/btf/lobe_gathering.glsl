@@ -16,7 +16,7 @@ struct Here {
     vec4 matt[BENT * FOURS];
 };
 
-// A texel in a view, of the twelve about a point at a level: where its numbers begin, and what it counts.
+// A texel in a view, of the twelve about a point at a level: where its numbers begin, and its weight.
 int start_at(Corners corners, Around seen, int number) {
     Four four = corners.four[number / 12];
     return start_of(corner_at(four, number % 12 / 3), four.level, seen.number[number % 3]);

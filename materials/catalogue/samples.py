@@ -15,7 +15,15 @@ from ...spectral.angles import FEWEST, AngleReading, Thing, things, without_ligh
 from ...spectral.formats.colours_only import UnclearColoursError, colour_in, read_colours
 from ...spectral.formats.import_options import NO_ANSWER, ImportOptions
 from ...spectral.formats.registry import StatedColour, details_of_readings, read_filling_gaps
-from ...spectral.measurement import FILE_NAME, MUST, Geometry, Measurement, StatedPart, geometry_in, refusal
+from ...spectral.measurement import (
+    FILE_NAME,
+    MUST_AGREE,
+    Geometry,
+    Measurement,
+    StatedPart,
+    geometry_in,
+    why_not_comparable,
+)
 from ...spectral.sample import Sample, check_covers
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Quantity, Spectrum
 from ..effect_coating.off_specular import effect_of, light_and_detector
@@ -75,7 +83,7 @@ def repeated_readings(path: Path, answer: ImportOptions = NO_ANSWER) -> Sample:
     """
     found = _of_file(path, answer)
     for other in found[1:]:
-        if reason := refusal(found[0].side, other.side, ()):
+        if reason := why_not_comparable(found[0].side, other.side, ()):
             raise ComparisonError(reason)
     readings = tuple(reading for one in found for reading in one.readings)
     if not readings:
@@ -337,7 +345,7 @@ def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:
     if len(groups) == 1:
         return [(name, some)]
     firsts = [group[0].measurement for group in groups]
-    parts = [part for part in MUST if any(part in one.unlike(two) for one in firsts for two in firsts)]
+    parts = [part for part in MUST_AGREE if any(part in one.differing(two) for one in firsts for two in firsts)]
     labels = [", ".join(one.parts[part].words for part in parts if part in one.parts) for one in firsts]
     if len(set(labels)) < len(labels):
         told = [", ".join(_conditions_of(group[0]).values()) for group in groups]
@@ -348,7 +356,7 @@ def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:
 def _apart(one: Sample, two: Sample) -> bool:
     """Return whether two readings of one name are of two samples, measured unlike or under two conditions."""
     first, second = _conditions_of(one), _conditions_of(two)
-    return bool(one.measurement.unlike(two.measurement)) or any(
+    return bool(one.measurement.differing(two.measurement)) or any(
         first[label] != second[label] for label in first.keys() & second.keys()
     )
 

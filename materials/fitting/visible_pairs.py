@@ -39,7 +39,7 @@ _HORIZON_MARGIN = 1e-3
 def seen_pairs(
     count: int, seed: int, isotropic: bool
 ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-    """wi and wo of points on spheres under lights at every angle from the view; and what each counts.
+    """wi and wo of points on spheres under lights at every angle from the view; and their weights.
 
     Of `count` pairs drawn, those above the horizon; behind them, some all over both hemispheres (`anywhere_pairs`).
 

@@ -38,7 +38,7 @@ class BilinearWarp:
     def uniform(
         self, x: Float[np.ndarray, " N"], y: Float[np.ndarray, " N"], slices: Slices
     ) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, " N"]]:
-        """Warp (x, y) in [0, 1]^2; `slices` are densities of the family and what each counts."""
+        """Warp (x, y) in [0, 1]^2; `slices` are densities of the family and their weights."""
         height, width = self.shape
         column, across = cell(x, width)
         row, up = cell(y, height)

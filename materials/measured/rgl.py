@@ -237,7 +237,7 @@ class RglBrdf(Brdf):
         return phi_i, phi_m
 
     def _slices(self, phi_i: np.ndarray, theta_i: np.ndarray) -> Slices:
-        """Return the tabulated light directions around these, as indices into (P x T,), and what each counts."""
+        """Return the tabulated light directions around these, as indices into (P x T,), and their weights."""
         fields = self.measurement.fields
         azimuths, polars = _around(fields["phi_i"], phi_i), _around(fields["theta_i"], theta_i)
         count = len(fields["theta_i"])
@@ -245,7 +245,7 @@ class RglBrdf(Brdf):
 
 
 def _around(nodes: np.ndarray, x: np.ndarray) -> Slices:
-    """Return the nodes on both sides of x and what each counts; the end nodes beyond them."""
+    """Return the nodes on both sides of x and their weights; the end nodes beyond them."""
     if len(nodes) == 1:
         return [(np.zeros(len(x), dtype=np.intp), np.ones(len(x)))]
     nodes = nodes.astype(np.float64)

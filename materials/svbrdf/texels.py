@@ -80,7 +80,7 @@ def level_at(footprint: Float[np.ndarray, "N 2 2"], height: int, width: int, las
 def at_levels(
     level: Float[np.ndarray, " N"], count: int
 ) -> Iterator[tuple[int, Int[np.ndarray, " n"], Float[np.ndarray, " n"]]]:
-    """Find the levels, of `count`, that points are looked up at: number, which points, and what it counts there.
+    """Find the levels, of `count`, that points are looked up at: number, points, and its weight there.
 
     A point is at one level, or between two, which together count 1.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from metamer.spectral.formats.registry import details_of_readings, read_spectra
-from metamer.spectral.measurement import Geometry, Measurement, Side, crossed, geometry_in, refusal, remarks
+from metamer.spectral.measurement import Geometry, Measurement, Side, crossed, geometry_in, remarks, why_not_comparable
 
 
 def measured(label="", words="", quantity="reflectance", **more):
@@ -26,7 +26,7 @@ def measured(label="", words="", quantity="reflectance", **more):
     ],
 )
 def test_geometries_are_compared_by_their_numbers(one, other):
-    assert not measured("geometry", one).unlike(measured("MEASUREMENT_GEOMETRY", other))
+    assert not measured("geometry", one).differing(measured("MEASUREMENT_GEOMETRY", other))
 
 
 @pytest.mark.parametrize(
@@ -75,18 +75,18 @@ def test_geometries_are_compared_by_their_numbers(one, other):
 )
 def test_what_was_not_measured_alike_is_refused_until_somebody_asks(one, other, part):
     sides = Side("red", "a.cxf", measured(*one)), Side("red", "b.txt", measured(*other))
-    said = refusal(*sides, ())
+    said = why_not_comparable(*sides, ())
     assert all(repr(side.measurement.parts[part].words) in said for side in sides)
     assert part in said and "a.cxf" in said and "b.txt" in said and "--across" in said
     asked = "geometry" if part in ("geometry", "specular component") else "condition"
-    assert f"--across {asked}" in said and not refusal(*sides, (asked,)) and crossed(*sides)
-    assert refusal(*sides, ("condition" if asked == "geometry" else "geometry",))
+    assert f"--across {asked}" in said and not why_not_comparable(*sides, (asked,)) and crossed(*sides)
+    assert why_not_comparable(*sides, ("condition" if asked == "geometry" else "geometry",))
 
 
 @pytest.mark.parametrize("quantity", ["reflectance", "radiance factor"])
 def test_no_wish_compares_reflectance_with_transmittance(quantity):
     one, other = measured(quantity=quantity), measured(quantity="transmittance")
-    said = refusal(Side("a", "a", one), Side("b", "b", other), ("geometry", "condition"))
+    said = why_not_comparable(Side("a", "a", one), Side("b", "b", other), ("geometry", "condition"))
     assert "transmittance" in said and quantity in said and "--across" not in said
 
 
@@ -123,7 +123,7 @@ def test_a_sentence_without_a_label_states_nothing(words):
 def test_what_one_side_alone_states_is_noted_and_refuses_nothing():
     one, other = Side("red", "a.cxf", measured("geometry", "di:8")), Side("lot", "b.csv", measured())
     (said,) = remarks(one, other)
-    assert not refusal(one, other, ()) and said.startswith("lot of b.csv does not state")
+    assert not why_not_comparable(one, other, ()) and said.startswith("lot of b.csv does not state")
     assert "geometry (di:8)" in said and "specular component (di:8)" in said
     assert remarks(other, other) == ()
 

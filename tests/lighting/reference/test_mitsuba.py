@@ -1,13 +1,7 @@
 """An independent eye: Mitsuba 3 renders the same scenes, and must agree with the reference within its own noise.
 
-How the two are brought together. Mitsuba's film gets our colour-matching functions as its sensor responses, so that its
-own tables and its own normalisation of Y (1.0010 for a unit spectrum) stay out of the comparison; a channel is then the
-integral of radiance x response over 360 to 830 nm. XYZ with Y = 1 for the perfect diffuser is pi times that over the
-integral of light x y-bar. Its `eval` contains the cosine, ours does not. Only direct light is traced.
-
-Its samples are random in position and wavelength. Two seeds tell the noise: the variance of a block of 8 x 8 pixels is
-estimated from the squared differences of the seeds, pixel by pixel. A block may differ by four standard errors plus
-`ALLOWANCE` of white, for our regular sample points at outlines and the 5 nm grid.
+Films, XYZ and noise are those of `mitsuba_scenes`. A block may differ by four standard errors plus `ALLOWANCE` of
+white. Only direct light is traced.
 """
 
 import numpy as np
@@ -21,12 +15,9 @@ from metamer.materials.analytic import CookTorrance, Lambert
 from metamer.spectral.illuminants import illuminant
 from metamer.spectral.observers import observer
 from metamer.spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
+from mitsuba_scenes import ALLOWANCE, FINE_NM, Emitter, apart, blocks, finely, pictures_of, spectrum
 
 pytestmark = pytest.mark.mitsuba
-
-ALLOWANCE = 0.001
-BLOCK = 8
-FINE_NM = np.arange(360.0, 831.0)
 
 # Gold, after Johnson and Christy (1972): photon energy in eV, n, k.
 GOLD = np.array(
@@ -44,79 +35,32 @@ UNEVEN = np.array(
 )
 
 
-def spectrum(values, wavelengths_nm=FINE_NM, extend=True):
-    """A Mitsuba spectrum, linear between samples; held to the ends of the range that Mitsuba integrates over."""
-    if extend:
-        values = np.interp(FINE_NM, wavelengths_nm, values)
-        wavelengths_nm = FINE_NM
-    return {
-        "type": "irregular",
-        "wavelengths": ", ".join(f"{w:.9g}" for w in wavelengths_nm),
-        "values": ", ".join(f"{v:.9g}" for v in values),
-    }
-
-
-def mitsuba_pictures(mi, scene, bsdfs, folder, count, seeds=(11, 12)):
-    """XYZ (2, H, W, 3) of `scene` by Mitsuba, one a seed."""
-    import trimesh
-
-    camera, light = scene.camera(), scene.lights[0]
-    cmfs = np.stack([np.interp(FINE_NM, scene.observer.wavelengths_nm, c) for c in scene.observer.cmfs.T], axis=1)
-    power = np.interp(FINE_NM, light.spectrum.wavelengths_nm, light.spectrum.samples)
-    film = {"type": "specfilm", "width": camera.width, "height": camera.height_px, "rfilter": {"type": "box"}}
-    film |= {name: spectrum(cmfs[:, k]) for k, name in enumerate(("band0_x", "band1_y", "band2_z"))}
-    place = mi.ScalarTransform4f().look_at(
-        origin=camera.position.tolist(), target=camera.target.tolist(), up=camera.up.tolist()
-    )
-    if camera.projection == "orthographic":
-        sensor = {"type": "orthographic", "to_world": place @ mi.ScalarTransform4f().scale(camera.height / 2)}
-    else:
-        sensor = {"type": "perspective", "to_world": place, "fov": camera.vertical_fov_deg, "fov_axis": "y"}
-        sensor |= {"near_clip": 0.01, "far_clip": 1000.0}
+def mitsuba_pictures(mi, scene, bsdfs, folder, count):
+    """XYZ (2, H, W, 3) of a scene with one light by Mitsuba."""
+    light = scene.lights[0]
+    power = finely(light)
     if isinstance(light, DirectionalLight):
         direction = (-light.direction_to_light).tolist()
-        emitter = {"type": "directional", "direction": direction, "irradiance": spectrum(power)}
-        strength = light.illuminance_lux
+        described = {"type": "directional", "direction": direction, "irradiance": spectrum(power, FINE_NM)}
+        emitter = Emitter(described, power, light.illuminance_lux)
     else:
-        emitter = {"type": "point", "position": light.position.tolist(), "intensity": spectrum(power)}
-        strength = light.intensity_cd
-    world = {
-        "type": "scene",
-        "integrator": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
-        "sensor": sensor | {"film": film, "sampler": {"type": "independent", "sample_count": count}},
-        "light": emitter,
-    }
-    for part in scene.parts:
-        mesh = trimesh.Trimesh(part.mesh.vertices, part.mesh.faces, vertex_normals=part.mesh.normals, process=False)
-        file = folder / f"{part.name}.ply"
-        mesh.export(file, vertex_normal=True)
-        world[part.name] = {"type": "ply", "filename": str(file), "bsdf": bsdfs[part.material]}
-    loaded = mi.load_dict(world)
-    scale = np.pi / (power @ cmfs[:, 1]) * strength / scene.viewing.reference_illuminance_lux
-    return np.stack([np.array(mi.render(loaded, seed=seed), dtype=np.float64) * scale for seed in seeds])
-
-
-def blocks(image):
-    """(h, w, 64, 3): the pixels of each 8 x 8 block."""
-    height, width, _ = image.shape
-    split = image.reshape(height // BLOCK, BLOCK, width // BLOCK, BLOCK, 3)
-    return split.transpose(0, 2, 1, 3, 4).reshape(height // BLOCK, width // BLOCK, BLOCK * BLOCK, 3)
+        described = {"type": "point", "position": light.position.tolist(), "intensity": spectrum(power, FINE_NM)}
+        emitter = Emitter(described, power, light.intensity_cd)
+    integrator = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+    return pictures_of(mi, scene, emitter, integrator, bsdfs, folder, count)
 
 
 def assert_agrees(ours, theirs, name, record_property):
-    difference = blocks(ours - theirs.mean(axis=0)).mean(axis=2)
-    variance = blocks((theirs[0] - theirs[1]) ** 2).mean(axis=2) / 4.0 / BLOCK**2
-    noise = np.sqrt(variance)
-    lit = blocks(ours).mean(axis=2)[..., 1] > 0.002
-    level = blocks(ours).mean(axis=2)[lit].mean()
+    difference, noise = apart(ours, theirs)
+    seen = blocks(ours)
+    lit = seen[:, 1] > 0.002
+    level, whole = seen[lit].mean(), seen.mean(axis=0)
     figures = {
-        "mean Y of lit blocks": float(blocks(ours).mean(axis=2)[lit][:, 1].mean()),
+        "mean Y of lit blocks": float(seen[lit, 1].mean()),
         "rms difference of blocks / mean XYZ": float(np.sqrt(np.mean(difference[lit] ** 2)) / level),
-        "rms noise of blocks / mean XYZ": float(np.sqrt(np.mean(variance[lit])) / level),
-        "difference of whole picture / its XYZ": (difference.mean((0, 1)) / blocks(ours).mean((0, 1, 2))).tolist(),
-        "noise of whole picture / its XYZ": (
-            np.sqrt(variance.mean((0, 1)) / variance[..., 0].size) / blocks(ours).mean((0, 1, 2))
-        ).tolist(),
+        "rms noise of blocks / mean XYZ": float(np.sqrt(np.mean(noise[lit] ** 2)) / level),
+        "difference of whole picture / its XYZ": (difference.mean(axis=0) / whole).tolist(),
+        "noise of whole picture / its XYZ": (np.sqrt((noise**2).mean(axis=0) / len(noise)) / whole).tolist(),
         "worst block, in standard errors beyond the allowance": float(
             np.max((np.abs(difference) - ALLOWANCE) / np.maximum(noise, 1e-12))
         ),
@@ -125,10 +69,10 @@ def assert_agrees(ours, theirs, name, record_property):
         record_property(f"{name}: {figure}", value)
         print(f"{name}: {figure}: {value}")
     excess = np.abs(difference) - 4.0 * noise - ALLOWANCE
-    worst = np.unravel_index(np.argmax(excess), excess.shape)
+    block, channel = np.unravel_index(np.argmax(excess), excess.shape)
     assert excess.max() <= 0.0, (
-        f"block {worst[:2]}, channel {'XYZ'[worst[2]]}: ours {blocks(ours).mean(axis=2)[worst]:.6f}, "
-        f"Mitsuba {blocks(theirs.mean(axis=0)).mean(axis=2)[worst]:.6f}, its standard error {noise[worst]:.6f}"
+        f"block {block}, channel {'XYZ'[channel]}: ours {seen[block, channel]:.6f}, "
+        f"Mitsuba {blocks(theirs.mean(axis=0))[block, channel]:.6f}, its standard error {noise[block, channel]:.6f}"
     )
 
 
@@ -143,7 +87,7 @@ def gold(alpha):
     n, k = gold_constants()
     black = Spectrum.sampled(WORKING_WAVELENGTHS_NM, np.zeros(81))
     ours = CookTorrance(black, n, k, alpha, 1.0, distribution="ggx", masking="smith")
-    eta, absorption = spectrum(n, WORKING_WAVELENGTHS_NM), spectrum(k, WORKING_WAVELENGTHS_NM)
+    eta, absorption = spectrum(n), spectrum(k)
     theirs = {"type": "roughconductor", "distribution": "ggx", "alpha": alpha, "eta": eta, "k": absorption}
     return ours, theirs
 

@@ -24,7 +24,7 @@ def reflected(cosine, index):
 
 
 def hemisphere(nodes=48):
-    """Directions, and what each counts of the cosine-weighted hemisphere, which is 1 in all."""
+    """Directions, and their weights in the cosine-weighted hemisphere, whose integral is 1."""
     u, share = np.polynomial.legendre.leggauss(nodes)
     cos2, phi = np.meshgrid(0.5 * (u + 1.0), TAU * (np.arange(nodes) + 0.5) / nodes, indexing="ij")
     return spherical(np.arccos(np.sqrt(cos2)).ravel(), phi.ravel()), np.repeat(0.5 * share / nodes, nodes)

@@ -242,7 +242,7 @@ def test_colours_below_headings_that_differ_are_readings_apart(written, kind, he
     one, two = read_colours(written(f"Illuminant: D65\nName,{heads}\nred,50,40,30,45,42,33\n"))
     assert [one.stated[0].values.tolist(), two.stated[0].values.tolist()] == [[50, 40, 30], [45, 42, 33]]
     measured = [Measurement.of(None, each.details, each.name) for each in (one, two)]
-    assert one.name != two.name and measured[0].unlike(measured[1]) == (part,)
+    assert one.name != two.name and measured[0].differing(measured[1]) == (part,)
 
 
 def test_colours_for_two_lights_are_of_one_reading(written):

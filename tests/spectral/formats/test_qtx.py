@@ -46,7 +46,7 @@ def test_standards_each_with_its_batches(written):
     assert [said.get("standard") for said in details] == [None, "Rot", None, "Bleu"]
     assert details[0]["instrument"] == "SF600" and details[0]["illname"] == "D65 10 Deg"
     one, two = (Measurement.of("reflectance", said).words for said in details[:2])
-    assert {"specular component", "filter"} <= set(Measurement.of("reflectance", details[0]).unlike(
+    assert {"specular component", "filter"} <= set(Measurement.of("reflectance", details[0]).differing(
         Measurement.of("reflectance", details[1])))  # fmt: skip
     assert (one["aperture"], two["aperture"]) == ("USAV", "LAV")
 

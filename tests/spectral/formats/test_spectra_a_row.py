@@ -103,7 +103,7 @@ def test_several_spectra_a_row_measure_what_their_own_words_say(written):
 )
 def test_a_condition_beside_wavelengths_goes_with_the_reading(written, headings, part):
     one, other = (Measurement.of("reflectance", e.details, e.name) for e in read(written(sheet(*headings))).entries[:2])
-    assert any(part in unlike for unlike in one.unlike(other)), list(one.unlike(other))
+    assert any(part in unlike for unlike in one.differing(other)), list(one.differing(other))
 
 
 def test_what_stands_above_tells_spectra_apart(written):

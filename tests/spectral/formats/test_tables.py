@@ -569,7 +569,7 @@ def test_rows_above_a_header_are_about_the_columns_below(written, head):
     assert [entry.spectrum.samples[0] for entry in entries] == [0.14, 0.2, 0.3, 0.4]
     told = [Measurement.of("reflectance", entry.details, entry.name) for entry in entries]
     unlike = (1, 2) if ",SCI,," in head else (0, 1)
-    assert "specular component" in told[unlike[0]].unlike(told[unlike[1]])
+    assert "specular component" in told[unlike[0]].differing(told[unlike[1]])
 
 
 def test_colours_of_each_spectrum_below_its_name_are_no_wavelengths(written):
