@@ -143,7 +143,7 @@ def review(
     scheduler : address of a Dask scheduler, whose workers draw all rows instead (`cluster`); this process writes them.
     progress : called with (rows done, rows in all, material) for each row that is drawn.
     again : draw every row, also those that are there.
-    ratings : a reviewer's protocol (`calibration.report.protocol`), for the report.
+    ratings : a reviewer's protocol (`calibration.report.rating`), for the report.
     resumed : called with (rows that were there, rows in all), where there are any, before the others are drawn.
     left : is told what is expected and what is done, to estimate the time left from.
     warn : called at once with a line for each reason why pictures show nothing; the report repeats them.

@@ -29,6 +29,7 @@ def lcd_record(simulated):
 
 
 # A fourth emitter is not in any matrix of three: how far that goes is said.
+@pytest.mark.slow_cases("WRGB OLED-0-0.3-1.5")
 @pytest.mark.parametrize(
     "name, leak, mean, largest", [("LCD", 0, 0.02, 0.1), ("LCD", 5, 0.02, 0.1), ("WRGB OLED", 0, 0.3, 1.5)]
 )
