@@ -1,4 +1,4 @@
-"""Light booths: the lamps that they have by the names that stand on them, and one as the light that a sample sees."""
+"""Light booths as environment lights, and their lamps by trade name."""
 
 from __future__ import annotations
 
@@ -51,25 +51,24 @@ def light_booth(
 ) -> EnvironmentLight:
     """Return a light booth as an environment of one spectrum: a diffuse panel overhead, grey walls, an open front (+z).
 
-    The light that goes round between its grey surfaces is worked out (`box.Box`); they are the same grey at every
-    wavelength, so all of the light has the lamp's spectrum. It is the map that the sample sees from its place over the
-    middle of the floor, taken to be infinitely far off: parallax over the sample is left out, and so is what the
-    sample itself keeps from the walls and gives back to them. Outside is darkness.
+    Interreflection between the walls is solved by radiosity (`box.Box`); their grey is spectrally neutral, so that all
+    light has the lamp's spectrum. The map is rendered from the sample's place over the middle of the floor and treated
+    as infinitely distant: parallax across the sample is neglected, and so are the sample's shadow on the walls and the
+    light that it reflects onto them. Outside is darkness.
 
     Parameters
     ----------
-    booth : a lamp, one of `LAMPS`; else `spectrum`, an emission, says what the lamp is.
-    width, height, depth : of the interior, metres, > 0: only their proportions count.
+    booth : a lamp, one of `LAMPS`; alternatively `spectrum`, the lamp's emission.
+    width, height, depth : of the interior, metres, > 0; only their ratios matter.
     wall_reflectance : of the interior, 0 to 1; Munsell N7.
-    illuminance_lux : on a horizontal plane where the sample stands, > 0. ASTM D1729 asks for 1080 to 1340 lx where
-        colours are judged critically.
-    rotation_deg : turns the booth about the vertical; at 0 its front is towards +z, where a camera stands that frames
-        the scene.
+    illuminance_lux : on a horizontal plane at the sample, > 0. ASTM D1729 asks for 1080 to 1340 lx for critical colour
+        judgement.
+    rotation_deg : of the booth about the vertical; at 0 its front faces +z, towards a camera that frames the scene.
 
     Raises
     ------
     InputError, UnknownNameError
-        No such booth; neither it nor a spectrum, or both; a size or reflectance out of range.
+        Unknown booth; neither booth nor spectrum, or both; a size or reflectance out of range.
     """
     if (booth is None) == (spectrum is None):
         raise InputError(
@@ -107,7 +106,9 @@ def light_booth(
 
 
 def booth_map(size: tuple[Number, Number, Number], wall_reflectance: Number) -> Float[np.ndarray, "H W"]:
-    """Luminance around the sample's place, latitude-longitude, the panel's being 1: each texel the mean of its rays."""
+    """Render the luminance around the sample's place, latitude-longitude, the panel's being 1; a texel is the mean of
+    its rays.
+    """
     box = Box(size, wall_reflectance)
     origin = np.array([0.0, (SAMPLE_HEIGHT - 0.5) * size[1], 0.0])
     fine = latlong.texel_directions(TEXELS[0] * RAYS, TEXELS[1] * RAYS)
@@ -116,7 +117,7 @@ def booth_map(size: tuple[Number, Number, Number], wall_reflectance: Number) -> 
 
 
 def lamp_of(booth: str) -> tuple[Spectrum, str]:
-    """Emission of the lamp with that name on a booth, and what it is; raises `UnknownNameError`.
+    """Return the emission of the lamp with a trade name, and its description; raises `UnknownNameError`.
 
     >>> lamp_of("TL84")[1]
     'CIE FL11'

@@ -1,7 +1,7 @@
-"""Light that goes round in a grey box with a bright panel in its ceiling and an open front: radiosity on patches.
+"""Radiosity in a grey box with a bright panel in its ceiling and an open front.
 
-Factors between patches are closed forms (Ehlert and Smith, View factors for perpendicular and parallel rectangular
-plates, Journal of Thermophysics and Heat Transfer 7, 1993), so that each patch gives away exactly what it sends.
+Form factors between patches are closed forms (Ehlert and Smith, View factors for perpendicular and parallel rectangular
+plates, Journal of Thermophysics and Heat Transfer 7, 1993), so that energy is conserved exactly.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ class Box:
 
     Parameters
     ----------
-    size : width, height and depth along x, y and z.
-    wall_reflectance : of walls, floor, and the ceiling around the panel, which are perfectly diffuse. The panel's
-        luminance is 1, all that it sends; what falls on it is not followed further, nor is what leaves by the front.
+    size : width, height and depth, along x, y and z.
+    wall_reflectance : of walls, floor, and the ceiling around the panel, which are perfectly diffuse. The panel has
+        luminance 1 and absorbs all light that falls on it; light that leaves by the front is lost.
     """
 
     size: tuple[Number, Number, Number]
@@ -44,7 +44,7 @@ class Box:
 
     @cached_property
     def factors(self) -> Float[np.ndarray, "P P"]:
-        """Share of what patch i sends that reaches patch j."""
+        """Form factors: fraction of the flux leaving patch i that reaches patch j."""
         count = PATCHES**2
         found = np.zeros((6 * count, 6 * count))
         for i, first in enumerate(FACES):
@@ -71,7 +71,9 @@ class Box:
     def luminance(
         self, origin: Float[np.ndarray, "3"], directions: Float[np.ndarray, "n 3"]
     ) -> Float[np.ndarray, " n"]:
-        """Seen from a point within the box: on walls linear between the middles of patches, on the ceiling by patch."""
+        """Return the luminance seen from a point inside the box: linear between patch centres on walls, constant per
+        patch on the ceiling.
+        """
         half = 0.5 * np.asarray(self.size, dtype=np.float64)
         with np.errstate(divide="ignore"):
             to_faces = np.where(directions >= 0.0, half - origin, -half - origin) / np.where(
@@ -101,7 +103,7 @@ class Box:
         return np.asarray(self.size, dtype=np.float64)[list(_others(axis))]
 
     def _edges(self, axis: int) -> Float[np.ndarray, " n"]:
-        """Compute where patches begin and end along an axis, from 0 to the size."""
+        """Return the boundaries of patches along an axis, from 0 to the size."""
         return np.linspace(0.0, float(self.size[axis]), PATCHES + 1)
 
     def _parallel(self, first: tuple[int, int], second: tuple[int, int]) -> Float[np.ndarray, "q q"]:
@@ -140,9 +142,7 @@ class Box:
     def _differences(
         self, primitive: Float[np.ndarray, "a b c d"], first: tuple[int, int], raw: bool = False
     ) -> np.ndarray:
-        """Return a primitive of four edges summed over each pair of patches with alternating signs, over 2 pi and the
-        area.
-        """
+        """Sum a primitive of four edges over each pair of patches with alternating signs, over 2 pi and the area."""
         for axis in range(4):
             primitive = np.diff(primitive, axis=axis)
         found = primitive / (2.0 * np.pi * self._sides(first[0]).prod() / PATCHES**2)

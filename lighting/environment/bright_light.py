@@ -1,10 +1,10 @@
-"""An environment where something stands in its way: its bright parts as lobes that are hidden each for itself.
+"""Occlusion of an environment light: its bright parts as lobes, each with its own visibility.
 
-One share of light for a whole lobe is as bad as none: what is hidden of a sun says nothing of the sky about it. So what
-lobes and surfaces gather stays what it is where all is free, and of it is taken what is hidden. For glossy surfaces: of
-each bright part by itself, and of the rest by the lobe's own share. For matt ones only the narrow among the bright
-parts are hidden each for itself, wherever a shadow's edge runs between vertices; what all other light gives is smooth,
-so that it is enough to know what vertices lose of it, by cells of directions (`lighting.visibility.hidden_light`).
+One visibility factor for a whole lobe is useless: the occlusion of a sun says nothing about the sky around it. So the
+unoccluded light is gathered first, and the occluded part subtracted. On glossy surfaces each bright part has its own
+visibility, and the rest has the lobe's. On diffuse surfaces only narrow bright parts have their own, so that shadow
+edges between vertices are resolved; the loss of all other light is smooth, so it is computed at vertices, summed over
+cells of directions (`lighting.visibility.hidden_light`).
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ _COSINES, _ACROSS, _AROUND = 257, 24, 24
 
 @dataclass(frozen=True, eq=False)
 class BrightLight:
-    """The bright parts of an environment as it is turned, world, and cells of all other light.
+    """Bright parts of a rotated environment, and cells of all other light, in world axes.
 
-    parts : n lobes, the narrowest first; `narrow` : how many of them are narrow. lux (n, nodes) : what a lobe of
-    amplitude 1 sends onto surfaces whose normals lie at cosines from -1 to 1 to its axis. cells, rest (P, K) : all
-    light but the narrow parts', lux on a surface that faces the cell; where a fit took too much it is negative.
+    parts : n lobes, the narrowest first; `narrow` : the number of narrow ones. lux (n, nodes) : illuminance by a lobe
+    of amplitude 1, at cosines from -1 to 1 between surface normal and lobe axis. cells, rest (P, K) : all light
+    except the narrow parts', lux on a surface facing the cell; negative where the fit overshoots.
     """
 
     parts: BrightParts
@@ -47,9 +47,7 @@ class BrightLight:
 
     @classmethod
     def of(cls, environment: EnvironmentLight) -> BrightLight:
-        """Found in the environment's own axes, some tenths of a second, then turned as it is: a rotation moves nothing
-        in relation to the light.
-        """
+        """Fit in the environment's own axes (some tenths of a second), then rotate: the result turns with the light."""
         turned, environment = environment.world_from_map, replace(environment, rotation_deg=0.0)
         found, _ = taken_apart(environment, _COUNT, _SHARE)
         order = np.argsort(-found.sharpness, kind="stable")
@@ -72,14 +70,14 @@ class BrightLight:
         return cls(parts, narrow, lux, cells, rest - there @ parts.amplitude[:narrow]).turned(turned)
 
     def turned(self, rotation: Float[np.ndarray, "3 3"]) -> BrightLight:
-        """Return the same light turned by a rotation of the world: nothing is found anew."""
+        """Return the same light rotated in the world; nothing is fitted again."""
         parts = replace(self.parts, axis=self.parts.axis @ rotation.T)
         return replace(self, parts=parts, cells=replace(self.cells, directions=self.cells.directions @ rotation.T))
 
     def by_lobes(
         self, directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
     ) -> Float[np.ndarray, "N Q n"]:
-        """Return the mean of each bright part, of amplitude 1, under Gaussians about unit directions of the world.
+        """Return the mean of each bright part, at amplitude 1, weighted by Gaussians about unit world directions.
 
         Wang et al. 2009, eq. 4, over the Gaussian's integral, with the exponent written so that it does not overflow.
         """
@@ -92,7 +90,7 @@ class BrightLight:
         return inner / _integrals(sharpness)[..., None]
 
     def on_surfaces(self, normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N n"]:
-        """Lux that each bright part of amplitude 1 gives surfaces of unit normals, world."""
+        """Return the illuminance, lux, by each bright part at amplitude 1, for unit world normals."""
         axis, lux = self.parts.axis, self.lux
         place = (np.clip(normals @ axis.T, -1.0, 1.0) + 1.0) * (0.5 * (_COSINES - 1))
         below = np.minimum(place.astype(np.int64), _COSINES - 2)
@@ -107,7 +105,7 @@ def _integrals(sharpness: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
 
 
 def _on_surfaces(sharpness: float) -> Float[np.ndarray, " nodes"]:
-    """Return the integral of a lobe times the clamped cosine, by the cosine between normal and axis."""
+    """Integrate a lobe times the clamped cosine, tabulated by the cosine between normal and axis."""
     # The lobe's own distribution: equal shares of it by 1 - cosine to the axis, which a Gaussian has an inverse for.
     shares = (np.arange(_ACROSS) + 0.5) / _ACROSS
     off = -np.log1p(shares * np.expm1(-2.0 * sharpness)) / sharpness

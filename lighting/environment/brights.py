@@ -1,8 +1,8 @@
-"""An environment taken apart: its bright parts as a few spherical Gaussians, and the rest as an environment.
+"""Decomposition of an environment: its bright parts as a few spherical Gaussians, and the remainder as an environment.
 
-What is bright is what rises above the luminance that a share of the sphere exceeds. The rest is what stays below: never
-negative, and with the bright parts exactly as much light as there was. Gaussians are fitted by expectation maximisation
-of the von Mises-Fisher mixture (Banerjee, Dhillon, Ghosh and Sra 2005).
+The bright part is the excess over the luminance that a given share of the sphere exceeds. The remainder is the map
+clamped there: never negative, and together with the excess exactly the original light. Gaussians are fitted to the
+excess by expectation maximisation of the von Mises-Fisher mixture (Banerjee, Dhillon, Ghosh and Sra 2005).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ...runtime.errors import InputError
 from . import convolution, latlong
 from .environment import EnvironmentLight
 
-#: The share of the sphere whose brightest part is taken out.
+#: Share of the sphere that exceeds the threshold of brightness.
 SHARE = 0.03
 #: Rows of the map that Gaussians are fitted on: finer texels move them by less than they are wide.
 ROWS = 128
@@ -37,7 +37,7 @@ class BrightParts:
     amplitude: Float[np.ndarray, "n K"]
 
     def luminance(self, directions: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N K"]:
-        """cd/m^2 that the lobes send from unit directions of the world."""
+        """Return the luminance of the lobes in unit world directions, cd/m^2."""
         apart = np.sum((directions[:, None] - self.axis) ** 2, axis=-1)
         return np.exp(-0.5 * self.sharpness * apart) @ self.amplitude
 
@@ -45,13 +45,13 @@ class BrightParts:
 def taken_apart(
     environment: EnvironmentLight, count: int = 8, share: float = SHARE
 ) -> tuple[BrightParts, EnvironmentLight | None]:
-    """`count` lobes at most for what is bright, and the rest; None where there is no rest from above.
+    """Return at most `count` lobes for the bright part, and the remainder; None if none of that comes from above.
 
-    share : of the sphere, in (0, 1]; 1 takes all of it for bright.
+    share : of the sphere, in (0, 1]; with 1 the whole map is bright.
 
     Raises
     ------
-    InputError : no lobes, or no such share.
+    InputError : `count` below 1, or `share` out of range.
     """
     if count < 1:
         raise InputError("no lobes", field="count", found=count, expected="1 or more")
@@ -69,7 +69,7 @@ def taken_apart(
 
 
 def _exceeded(total: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """Return the luminance that this share of the sphere exceeds."""
+    """Return the luminance that a share of the sphere exceeds."""
     if share == 1.0:
         return 0.0
     order = np.argsort(total, axis=None)[::-1]
@@ -96,11 +96,11 @@ def _fitted(bright: np.ndarray, world_from_map: np.ndarray, count: int) -> Brigh
 def _expected_mixture(
     to: Float[np.ndarray, "m 3"], weight: Float[np.ndarray, " m"], count: int, sharpest: float
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, "m n"]]:
-    """Axes, sharpness and memberships of at most `count` lobes by expectation maximisation.
+    """Fit axes, sharpness and memberships of at most `count` lobes by expectation maximisation.
 
-    A von Mises-Fisher mixture: Banerjee, Dhillon, Ghosh and Sra 2005. to : unit directions, of which each counts by
-    its weight > 0. sharpest : that a lobe may become. A membership (m, n) is the share of a direction's weight that a
-    lobe holds; they sum to 1.
+    A von Mises-Fisher mixture: Banerjee, Dhillon, Ghosh and Sra 2005. to : unit directions; weight : of each, > 0.
+    sharpest : largest sharpness of a lobe. A membership (m, n) is the fraction of a direction's weight that belongs to
+    a lobe; each row sums to 1.
     """
     axis, sharpness = _starts(to, weight, count, sharpest)
     shares, member = np.full(len(axis), 1.0 / len(axis)), np.ones((len(to), len(axis)))
@@ -122,7 +122,7 @@ def _expected_mixture(
 
 
 def _starts(to: np.ndarray, weight: np.ndarray, count: int, sharpest: float) -> tuple[np.ndarray, np.ndarray]:
-    """Directions to begin from, each where the most weight is farthest from those before."""
+    """Choose initial axes, each with the largest product of weight and squared distance to those before."""
     chosen = [int(np.argmax(weight))]
     away = np.full(len(to), np.inf)
     while len(chosen) < min(count, len(to)):

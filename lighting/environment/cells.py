@@ -1,8 +1,8 @@
-"""An environment as a few hundred cells of directions: small where much light comes from, large where little does.
+"""Partition of an environment into a few hundred cells of directions: small where it is bright, large where it is dark.
 
-Squares of an octahedral map are divided into four, from `COARSEST` to `FINEST` a side, as long as their light times the
-width of what they span is more than some bound; the bound is what gives as many cells as are wanted. What lies at an
-edge of what is hidden is then worked out for each cell, with nothing of the light left out.
+A quadtree over an octahedral map, from `COARSEST` to `FINEST` squares a side: a square is divided while its light times
+its angular width exceeds a bound, which is chosen to give the wanted number of cells. Occlusion is then evaluated for
+each cell, and no light is left out.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _STEPS = 30
 class Cells:
     """P cells of directions of the world.
 
-    directions (P, 3) : unit, the middle of the light in a cell. solid_angles (P,) : sr, 4 pi in all.
+    directions (P, 3) : unit, the centroid of the light in a cell. solid_angles (P,) : sr, 4 pi in all.
     of (texels,) : the cell of each texel of the environment's map, row by row.
     """
 
@@ -40,7 +40,7 @@ class Cells:
 
 
 def cells_of(environment: EnvironmentLight, count: int) -> Cells:
-    """At most `count` cells, or the `COARSEST`^2 that there are in any case; each has a texel at least."""
+    """Divide an environment into at most `count` cells, or the `COARSEST`^2 minimum; each has at least one texel."""
     height, width = environment.fields.shape[1:]
     to = latlong.texel_directions(height, width).reshape(-1, 3) @ environment.world_from_map.T
     angles = np.repeat(latlong.solid_angles(height, width), width)
@@ -77,7 +77,7 @@ def cells_of(environment: EnvironmentLight, count: int) -> Cells:
 
 
 def _whole(worth: list[np.ndarray], bound: float) -> list[Bool[np.ndarray, "side side"]]:
-    """Find the squares of each level that are cells, coarsest level first."""
+    """Select the squares of each level that are cells, coarsest level first."""
     there, found = np.ones(worth[0].shape, dtype=bool), []
     for number, each in enumerate(worth):
         last = number == len(worth) - 1

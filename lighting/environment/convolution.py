@@ -1,7 +1,8 @@
-"""An environment's fields under a kernel that turns about each direction: rows against rows, columns by Fourier.
+"""Convolution of an environment's fields with a rotationally symmetric kernel: rows by summation, columns by Fourier
+transform.
 
-A kernel of the angle alone is, between two rows of a latitude-longitude map, a circular convolution along columns. So a
-map costs (rows within the kernel's reach) x (rows) products of spectra, and every weight stays as positive as it was.
+Between two rows of a latitude-longitude map a kernel of the angle alone is a circular convolution along columns. So a
+map costs (rows within the kernel's reach) x (rows) products of spectra, and positive weights stay positive.
 """
 
 from __future__ import annotations
@@ -16,19 +17,18 @@ from scipy.ndimage import map_coordinates, spline_filter
 from ..vectors import Number
 from . import latlong
 
-#: A kernel: its value at cosines of the angle to its axis. It may be scaled as it likes: means are taken.
+#: Kernel: its value at cosines of the angle to its axis. Its scale does not matter, since results are normalised.
 Kernel = Callable[[np.ndarray], np.ndarray]
-#: Rows and columns that a map is continued by before splines are fitted to it; their response has died away by then.
+#: Rows and columns of padding around a map before splines are fitted; their response to the edge has decayed there.
 MARGIN = 12
 
 
 def convolved(
     fields: Float[np.ndarray, "K H W"], kernel: Kernel, reach: float, rows: int
 ) -> Float[np.ndarray, "K rows columns"]:
-    """Return the mean of each field under the kernel about the middles of the texels of a map of `rows` and 2 `rows`
-    columns.
+    """Return the mean of each field under the kernel, at the texel centres of a map of `rows` x 2 `rows`.
 
-    reach : rad, beyond which the kernel counts as 0. Texels count at their middles, by their solid angle.
+    reach : rad; beyond it the kernel is 0. Texels are sampled at their centres and weighted by solid angle.
     """
     number, height, width = fields.shape
     if width % 2:
@@ -67,9 +67,9 @@ def convolved(
 def smooth_between_texels(
     fields: Float[np.ndarray, "K H W"], to: Float[np.ndarray, "*n 3"]
 ) -> Float[np.ndarray, "*n K"]:
-    """Smooth fields in directions, by cubic splines through the middles of texels and over the poles; W is even.
+    """Interpolate smooth fields in directions, by cubic splines through texel centres and over the poles; W is even.
 
-    Where fields that are nowhere negative come out below 0, by the splines' own error, 0 is taken.
+    Results of non-negative fields that undershoot 0, by the splines' error, are clamped to 0.
     """
     height, width = fields.shape[1:]
     over = min(MARGIN, height)
@@ -84,7 +84,7 @@ def smooth_between_texels(
 
 
 def half_size(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K h w"]:
-    """Means of two by two texels, by solid angle."""
+    """Average two by two texels, weighted by solid angle."""
     height, width = fields.shape[1:]
     weights = latlong.solid_angles(height, width)[:, None]
     sums = (fields * weights).reshape(len(fields), height // 2, 2, width // 2, 2).sum(axis=(2, 4))
@@ -92,14 +92,14 @@ def half_size(fields: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K h w"]:
 
 
 def _finer(fields: Float[np.ndarray, "K H W"], factor: int) -> Float[np.ndarray, "K h w"]:
-    """`factor` times as many rows and columns, linear between the middles of texels."""
+    """Upsample to `factor` times as many rows and columns, linear between texel centres."""
     height, width = (factor * side for side in fields.shape[1:])
     to = latlong.texel_directions(height, width)
     return np.moveaxis(latlong.between_texels(fields, to.reshape(-1, 3)), -1, 0).reshape(len(fields), height, width)
 
 
 class Resolutions:
-    """A map at as many rows as are asked for; each resolution is made once."""
+    """Resolutions of a map; each is made once, on demand."""
 
     def __init__(self, fields: Float[np.ndarray, "K H W"]) -> None:
         self._halves = [fields]
@@ -108,7 +108,7 @@ class Resolutions:
         self._finer: dict[int, np.ndarray] = {}
 
     def at_least(self, rows: Number) -> Float[np.ndarray, "K h w"]:
-        """Return the coarsest resolution that has so many rows, of the map, its halves and its powers of two."""
+        """Return the coarsest resolution with at least `rows` rows: the map halved or enlarged by a power of two."""
         fields = self._halves[0]
         factor = 1 << max(0, int(np.ceil(np.log2(rows / fields.shape[1]))))
         if factor == 1:

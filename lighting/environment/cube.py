@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 
 from .environment import EnvironmentLight
 
-#: Texels across a face, at least, that a light's means are taken over.
+#: Least number of texels across a face at which a light is sampled for its means.
 FINEST = 256
 
 
@@ -25,7 +25,7 @@ class CubeMap:
 
     @cached_property
     def directions(self) -> Float[np.ndarray, "D 3"]:
-        """Unit directions of the middles of texels."""
+        """Unit directions of texel centres."""
         at = (np.arange(self.across) + 0.5) / self.across * 2.0 - 1.0
         down, right = (each.ravel() for each in np.meshgrid(at, at, indexing="ij"))
         faces = []
@@ -46,7 +46,7 @@ class CubeMap:
         return np.tile(face.ravel(), 6)
 
     def texel_of(self, to: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
-        """Return the texel that each direction lies in."""
+        """Return the index of the texel that contains each direction."""
         axis, rows = np.abs(to).argmax(axis=1), np.arange(len(to))
         large = to[rows, axis]
         places = [(to[rows, (axis + step) % 3] / np.abs(large) + 1.0) * (0.5 * self.across) for step in (1, 2)]
@@ -54,16 +54,16 @@ class CubeMap:
         return ((2 * axis + (large < 0.0)) * self.across + down) * self.across + right
 
     def coarser(self, across: int) -> Int[np.ndarray, " D"]:
-        """Find the texel of a coarser map that each texel lies in; `across` divides this map's."""
+        """Return the texel of a coarser map that contains each texel; `across` divides this map's."""
         number = np.arange(len(self))
         face, down, right = number // self.across**2, number // self.across % self.across, number % self.across
         by = self.across // across
         return (face * across + down // by) * across + right // by
 
     def means(self, light: EnvironmentLight, finest: int = FINEST) -> Float[np.ndarray, "K D"]:
-        """Mean luminance of each field of a light over each texel, cd/m^2.
+        """Return the mean luminance of each field of a light over each texel, cd/m^2.
 
-        finest : texels across a face, at least, that the light is looked up at.
+        finest : least number of texels across a face at which the light is sampled.
         """
         fine = _kept(self.across * max(1, -(-finest // self.across)))
         part, angle = fine.coarser(self.across), fine.solid_angles
@@ -74,5 +74,5 @@ class CubeMap:
 
 @lru_cache(maxsize=2)
 def _kept(across: int) -> CubeMap:
-    """Keep a cube map with its directions, which each turn of a light asks for."""
+    """Return a cached cube map with its directions, needed again for each rotation of a light."""
     return CubeMap(across)

@@ -1,11 +1,10 @@
-"""Directions drawn from a latitude-longitude map exactly as bright as it is between the middles of its texels.
+"""Importance sampling of a latitude-longitude map, exact for luminance that is linear between texel centres.
 
-A map that is linear between texels is a sum of tents, one about the middle of each texel. To draw from it is to choose
-a texel by what it sends, and a place under its tent; the density is then linear between texels too, and luminance over
-density is all but constant. The texel is found by halving the map again and again, along rows and columns in turn, so
-that numbers that lie evenly in the unit square become directions that lie evenly in each bright part of the map
-(Clarberg, Jarosz, Akenine-Moeller and Jensen, "Wavelet importance sampling", ACM Transactions on Graphics 24(3), 2005,
-section 4.2).
+A map that is linear between texels is a sum of tents, one about each texel centre. Sampling chooses a texel by its
+flux, then a place under its tent; the density is linear between texels too, and luminance over density is almost
+constant. The texel is found by halving the map repeatedly, along rows and columns in turn, so that stratified points of
+the unit square become stratified directions in each bright part of the map (Clarberg, Jarosz, Akenine-Moeller and
+Jensen, "Wavelet importance sampling", ACM Transactions on Graphics 24(3), 2005, section 4.2).
 """
 
 from __future__ import annotations
@@ -20,11 +19,11 @@ _LEAST_SINE = 1e-12
 
 
 class MapDrawing:
-    """Draws directions of a map's own frame.
+    """Importance sampler of directions in a map's own frame.
 
     Parameters
     ----------
-    luminance : (H, W), finite, not negative; a black one is drawn from evenly.
+    luminance : (H, W), finite, not negative; a black map is sampled uniformly.
     """
 
     def __init__(self, luminance: Float[np.ndarray, "H W"]) -> None:
@@ -44,7 +43,7 @@ class MapDrawing:
         self._levels.reverse()
 
     def drawn(self, uniform: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 3"]:
-        """Return a unit direction for each pair of numbers in [0, 1)."""
+        """Sample a unit direction for each pair of numbers in [0, 1)."""
         height, width = self._shares.shape
         row, column = np.zeros((2, len(uniform)), dtype=np.int64)
         down, right = uniform[:, 0], uniform[:, 1]
@@ -60,24 +59,24 @@ class MapDrawing:
         return latlong.directions(np.where(rows > 1.0, 2.0 - rows, rows), (column + 0.5 + _under_tent(right)) / width)
 
     def density(self, to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-        """1/sr with which `drawn` gives these unit directions."""
+        """Return the probability density of `drawn` for unit directions, 1/sr."""
         return self.density_at(latlong.TexelWeights(to, *self._shares.shape), to)
 
     def density_at(self, places: latlong.TexelWeights, to: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-        """Return the same, where the places of these directions in the map are known."""
+        """Return the same, for directions whose places in the map are known."""
         sine = np.maximum(np.hypot(to[:, 0], to[:, 2]), _LEAST_SINE)
         return places.of(self._shares[None])[:, 0] * (self._shares.size / (2.0 * np.pi**2)) / sine
 
 
 def _power_of_two(count: int) -> int:
-    """Return the first that is not below."""
+    """Return the least power of two that is not below `count`."""
     return 1 << (count - 1).bit_length()
 
 
 def _halved(
     place: Float[np.ndarray, " n"], near: Float[np.ndarray, " n"], far: Float[np.ndarray, " n"]
 ) -> tuple[np.ndarray, Float[np.ndarray, " n"]]:
-    """Return whether each place in [0, 1) falls to the far one of two shares, and its place in that half."""
+    """Choose between two shares for each place in [0, 1): whether it falls to the far one, and its place within."""
     both = near + far
     border = near / np.where(both > 0.0, both, 1.0)
     beyond = (place >= border) & (far > 0.0)
@@ -86,6 +85,6 @@ def _halved(
 
 
 def _under_tent(place: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """Map places even in [0, 1] to -1 to 1, most often in the middle: the density 1 - |x|."""
+    """Map uniform places in [0, 1] to [-1, 1] with the density 1 - |x|."""
     place = np.clip(place, 0.0, 1.0)
     return np.where(place < 0.5, np.sqrt(2.0 * place) - 1.0, 1.0 - np.sqrt(2.0 - 2.0 * place))

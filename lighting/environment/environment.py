@@ -1,4 +1,4 @@
-"""Light from all around, as from infinitely far: a few spectra, each times a luminance over directions."""
+"""Environment light at infinity: a few spectra, each times a luminance over directions."""
 
 from __future__ import annotations
 
@@ -23,15 +23,16 @@ Origin = Literal["stated", "made", "measured"]
 
 
 def _photometric() -> Observer:
-    """Return the observer by whom luminance is defined."""
+    """Return the observer that defines luminance."""
     return observer("1931_2")
 
 
 @dataclass(frozen=True, eq=False)
 class WeightedMaps:
-    """Maps of directions and a weight for each, whose product is a light's luminance.
+    """Maps over directions and a weight for each; their product is a light's luminance.
 
-    What depends on directions is a sum over maps, worked out once for every observer, spectrum and strength.
+    Everything that depends on directions is linear in the maps, so it is computed once for all observers, spectra and
+    strengths.
 
     maps (K, H, W), weights (K,). product (K, H, W) : `maps` itself where all weights are 1.
     """
@@ -42,7 +43,7 @@ class WeightedMaps:
 
     @classmethod
     def of(cls, maps: Float[np.ndarray, "K H W"]) -> WeightedMaps:
-        """Maps that are luminances as they stand."""
+        """Return maps with weights 1."""
         return cls(maps, np.ones(len(maps)), maps)
 
     def scaled(self, factors: Float[np.ndarray, " K"]) -> WeightedMaps:
@@ -56,22 +57,22 @@ class EnvironmentLight(SpreadLight):
 
     Parameters
     ----------
-    fields : (K, H, W) luminance, relative, finite, not negative, latitude-longitude (`latlong`); field k is that of
-        spectrum k alone. Between the middles of texels it is linear.
+    fields : (K, H, W) luminance, relative, finite, not negative, latitude-longitude (`latlong`), linear between texel
+        centres; field k belongs to spectrum k.
     spectra : K emissions; their scale does not matter.
-    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0: it scales the fields. None leaves
-        them as they are, in cd/m^2, even if nothing comes from above.
+    illuminance_lux : on a horizontal plane, from above, all fields together, lx, > 0; it scales the fields. None leaves
+        them unscaled, in cd/m^2, even without light from above.
     rotation_deg : turns the map about the vertical (+y), right-handed.
-    origin : of the spectra; reports say so.
-    spectrum_name : what reports call the spectra.
-    observer : whose luminance the fields are: that by which renderers weigh the spectra. A `Scene` makes it its own.
-    notes : what was assumed or left out where the light was made.
-    weighted : maps whose weighted product is `fields`; default: `fields` themselves. Lights that differ in spectra,
-        observer and strength share them, and renderers keep what depends on directions under them.
+    origin : of the spectra, for reports.
+    spectrum_name : name of the spectra, for reports.
+    observer : of the fields' luminance, by which renderers weight the spectra; a `Scene` replaces it by its own.
+    notes : assumptions and omissions made while constructing the light.
+    weighted : maps whose weighted product is `fields`; default: `fields` themselves. Lights that differ only in
+        spectra, observer and strength share them, and renderers cache results by them.
 
     Raises
     ------
-    InputError : shapes that do not fit, values that are no luminance, no light from above, or a spectrum that is not an
+    InputError : mismatched shapes, values that are no luminance, no light from above, or a spectrum that is not an
         emission.
     """
 
@@ -130,7 +131,7 @@ class EnvironmentLight(SpreadLight):
         self._set_fields(fields, 1.0 if abs(scale - 1.0) < 1e-12 else scale)
 
     def _set_fields(self, fields: Float[np.ndarray, "K H W"], scale: float) -> None:
-        """Luminance in cd/m^2; the first scale goes into the maps, later ones into their weights."""
+        """Set the luminance in cd/m^2; the first scale multiplies the maps, later ones their weights."""
         weighted = self.weighted
         if weighted is None or weighted.product is not fields:
             weighted = WeightedMaps.of(fields if scale == 1.0 else fields * scale)
@@ -156,7 +157,7 @@ class EnvironmentLight(SpreadLight):
 
     @cached_property
     def spectrum(self) -> Spectrum:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The mixture of the spectra that arrives on a horizontal plane."""
+        """Mixture of the spectra incident on a horizontal plane."""
         return mixture(self.spectra, self._relative_illuminances(self.fields), self.observer)
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> EnvironmentLight:
@@ -165,9 +166,7 @@ class EnvironmentLight(SpreadLight):
         return replace(self, illuminance_lux=self.illuminance_lux or None, origin="stated", **changes)
 
     def for_observer(self, seen_by: Observer) -> EnvironmentLight:
-        """Return the same light, its fields the luminance that this observer sees: spectra weigh as much as they do to
-        it.
-        """
+        """Return the same light with fields in another observer's luminance, which reweights the spectra."""
         if seen_by.name == self.observer.name:
             return self
         changes: dict[str, Any] = {"illuminance_lux": self.illuminance_lux or None, "observer": seen_by}
@@ -180,29 +179,29 @@ class EnvironmentLight(SpreadLight):
 
     @property
     def maps(self) -> WeightedMaps:
-        """`weighted`, which is always there."""
+        """`weighted`, never None after construction."""
         assert self.weighted is not None
         return self.weighted
 
     @property
     def unweighted(self) -> EnvironmentLight:
-        """The light whose fields are the maps themselves."""
+        """The same light with all weights 1: its fields are the maps."""
         maps = self.maps.maps
         return self if maps is self.fields else replace(self, fields=maps, weighted=None, illuminance_lux=None)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """Return its illuminance on a horizontal plane, from infinitely far off."""
+        """Return the illuminance on a horizontal plane, lx, and infinite distances."""
         return float(self.illuminance_lux), np.inf, np.inf
 
     @property
     def world_from_map(self) -> Float[np.ndarray, "3 3"]:
-        """Turns directions of the map into directions of the world."""
+        """Rotation from map to world directions."""
         angle = np.deg2rad(self.rotation_deg)
         cosine, sine = np.cos(angle), np.sin(angle)
         return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
 
     def luminance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
-        """(n, K) cd/m^2; the same at every point."""
+        """Return the luminance (n, K), cd/m^2; the same at every point."""
         return latlong.between_texels(self.fields, directions @ self.world_from_map)
 
     @cached_property
@@ -210,30 +209,29 @@ class EnvironmentLight(SpreadLight):
         return MapDrawing(self.fields.sum(axis=0))
 
     def drawn(self, points: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]):
-        """Draw directions with the luminance of all fields together."""
+        """Sample directions in proportion to the total luminance of all fields."""
         to = self._drawing.drawn(uniform)
         return to @ self.world_from_map.T, self._drawing.density(to)
 
     def density(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
-        """1/sr with which `drawn` gives these directions."""
+        """Return the probability density of `drawn` for these directions, 1/sr."""
         return self._drawing.density(directions @ self.world_from_map)
 
     def luminance_and_density(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]):
-        """Both, whose places in the map are the same."""
+        """Return `luminance` and `density` with one look-up of places in the map."""
         to = directions @ self.world_from_map
         places = latlong.TexelWeights(to, *self.fields.shape[1:])
         return places.of(self.fields), self._drawing.density_at(places, to)
 
     def distance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
-        """Infinite."""
+        """Return infinity."""
         return np.full(len(directions), np.inf)
 
 
 def mixture(spectra: Sequence[Spectrum], shares: Float[np.ndarray, " K"], seen_by: Observer) -> Spectrum:
-    """Return the emission of K spectra mixed by this observer's luminance, in shares of any scale, on all their
-    wavelengths.
+    """Mix K emissions in shares of an observer's luminance, of any scale, on the union of their wavelengths.
 
-    A spectrum without any luminance counts by its power.
+    A spectrum without luminance is weighted by its power.
     """
     if _all_equal(spectra):
         return spectra[0]

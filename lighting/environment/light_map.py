@@ -1,4 +1,4 @@
-"""Light over directions as a file holds it: RGB, XYZ, luminance or spectra at each texel."""
+"""Light over directions as stored in a file: RGB, XYZ, luminance or spectra at each texel."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _BLOCK = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class LightMap:
-    """A latitude-longitude picture of light (`latlong`), row 0 up.
+    """Latitude-longitude image of light (`latlong`), row 0 up.
 
     Parameters
     ----------
     path : the file.
-    kind : what its channels are: "RGB", "XYZ", "luminance", or "spectra", radiance at `wavelengths_nm`.
+    kind : of the channels: "RGB", "XYZ", "luminance", or "spectra" (radiance at `wavelengths_nm`).
     channels : C arrays (H,W), as stored.
-    wavelengths_nm : (C,) nm of spectra, ascending; else None.
+    wavelengths_nm : (C,) of spectra, ascending, nm; else None.
     xyz_from_rgb : of RGB: XYZ = M @ rgb; else None.
-    notes : what was assumed or left out.
+    notes : assumptions and omissions.
     """
 
     path: Path
@@ -53,7 +53,7 @@ class LightMap:
 
     @property
     def xyz_from_channels(self) -> Float[np.ndarray, "3 C"]:
-        """XYZ (CIE 1931 2 degree, relative) = M @ channels; of a luminance alone, Y stands in all three rows."""
+        """XYZ (CIE 1931 2 degree, relative) = M @ channels; for luminance alone all three rows are Y."""
         if self.wavelengths_nm is not None:
             return xyz_of_samples(observer("1931_2"), self.wavelengths_nm)[0]
         if self.xyz_from_rgb is not None:
@@ -61,14 +61,14 @@ class LightMap:
         return np.eye(3) if self.kind == "XYZ" else np.ones((3, 1))
 
     def luminance(self) -> Float[np.ndarray, "H W"]:
-        """Y of each texel, relative."""
+        """Return Y of each texel, relative."""
         found = np.zeros(self.size)
         for weight, channel in zip(self.xyz_from_channels[1], self.channels, strict=True):
             found += weight * channel
         return found
 
     def blocks(self) -> Iterator[tuple[slice, Float[np.ndarray, "n C"]]]:
-        """Yield all texels, some rows at a time: which rows, and what the channels hold there."""
+        """Yield blocks of rows: their slice, and the channel values of their texels."""
         height, width = self.size
         step = max(1, _BLOCK // width)
         for start in range(0, height, step):
@@ -76,14 +76,14 @@ class LightMap:
             yield rows, self.at(rows)
 
     def at(self, where: Any) -> Float[np.ndarray, "n C"]:
-        """Read the channels at an index of (H,W) arrays, one texel after the other, float64."""
+        """Return the channels at an index of (H,W) arrays, one texel per row, float64."""
         return np.stack([channel[where].ravel() for channel in self.channels], axis=-1).astype(np.float64)
 
     def without_bad_texels(self, bad_texels: str | None) -> LightMap:
-        """Return the same map, whose every value is finite and not negative.
+        """Return the map with every value finite and not negative.
 
-        bad_texels : None refuses a map with other texels, by row and column from 0; "black" takes those for black, and
-            a note says how many there were and how much of the light.
+        bad_texels : None raises for any other texel, naming row and column from 0; "black" replaces them by black, and
+            a note states their number and their share of the light.
         """
         if bad_texels not in (None, *BAD_TEXELS):
             raise UnknownNameError("treatment of bad texels", str(bad_texels), BAD_TEXELS, field="bad_texels")
@@ -109,7 +109,7 @@ class LightMap:
         return replace(mended, notes=(*self.notes, self._said_of(bad, mended, f"row {row}, column {column}")))
 
     def _said_of(self, bad: Bool[np.ndarray, "H W"], mended: LightMap, first: str) -> str:
-        """Say how many texels are taken for black, how much of all directions they are, and how much of the light."""
+        """Describe the texels replaced by black: their number, solid angle and share of the light."""
         solid = latlong.solid_angles(*self.size)
         directions = float(bad.sum(axis=1) @ solid) / (4.0 * np.pi)
         values = self.at(bad)

@@ -1,4 +1,4 @@
-"""Reading maps of light: OpenEXR (RGB, XYZ, luminance or spectral) and Radiance pictures, twice as wide as high."""
+"""Reader of environment maps: OpenEXR (RGB, XYZ, luminance or spectral) and Radiance images, twice as wide as high."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ SAID_FROM_SECONDS = 2.0
 def read_map(
     path: str | Path, bad_texels: str | None = None, fields: int = 1, say: Callable[[str], None] | None = None
 ) -> LightMap:
-    """Read light from all around.
+    """Read an environment map.
 
-    Of several layers the one without a name is taken, or the only one that holds light. RGB are of the primaries that
-    the file states, or of linear sRGB.
+    Of several layers the unnamed one is used, or the only one that holds light. RGB has the primaries stated in the
+    file, or those of linear sRGB.
 
     Parameters
     ----------
-    bad_texels : as of `LightMap.without_bad_texels`.
-    fields : how many fields of luminance will be made of it: memory is foretold by them.
-    say : called with a line before a long step.
+    bad_texels : see `LightMap.without_bad_texels`.
+    fields : number of luminance fields to be made of the map, for the estimate of memory.
+    say : called with a message before a long step.
 
     Raises
     ------
     InputError
-        No such file, damaged or cut short; not twice as wide as high; a cropped picture; channels that hold no light;
-        a texel that holds no light; more than fits into memory.
+        A file that is missing, damaged or truncated; not twice as wide as high; cropped; channels or a texel that hold
+        no light; more than fits into memory.
     """
     path = Path(path)
     if not path.is_file():
@@ -115,7 +115,7 @@ def _from_exr(path: Path, fields: int, say: Callable[[str], None] | None) -> Lig
 
 
 def _check_windows(path: Path, attributes: Mapping[str, Any]) -> None:
-    """Refuse, by the header alone, what is no whole latitude-longitude picture."""
+    """Raise `InputError` unless the header describes a whole latitude-longitude image."""
     if "envmap" in attributes and _whole(attributes["envmap"]) == _CUBE:
         _refuse(path, "envmap", "a cube map", "ENVMAP_CUBE", "latitude and longitude, twice as wide as high")
     windows = [
@@ -151,7 +151,7 @@ def _check_sides(path: Path, height: int, width: int) -> None:
 
 
 def _light_of(path: Path, channels: Mapping[str, np.ndarray]) -> tuple[Kind, str, dict[Any, np.ndarray]]:
-    """Find what the picture's light is, in which layer, and its channels by name or wavelength."""
+    """Return the kind of light in an image, its layer, and its channels by name or wavelength."""
     spectral: dict[str, dict[float, np.ndarray]] = {}
     named: dict[str, dict[str, np.ndarray]] = {}
     no_light = set()
@@ -187,7 +187,7 @@ def _light_of(path: Path, channels: Mapping[str, np.ndarray]) -> tuple[Kind, str
 
 
 def _left_out(channels: Mapping[str, np.ndarray], layer: str, chosen: Mapping[Any, np.ndarray]) -> tuple[str, ...]:
-    """Write notes on channels that are no light: alpha where it is not 1 everywhere, further layers, depth, ..."""
+    """Return notes on channels that hold no light: alpha unless 1 everywhere, further layers, depth, ..."""
     taken = {id(pixels) for pixels in chosen.values()}
     others = [name for name, pixels in channels.items() if id(pixels) not in taken]
     notes = []
@@ -206,7 +206,9 @@ def _left_out(channels: Mapping[str, np.ndarray], layer: str, chosen: Mapping[An
 
 
 def _primaries(path: Path, stated: Any, field: str) -> tuple[Float[np.ndarray, "3 3"], tuple[str, ...]]:
-    """XYZ from RGB of the primaries and the white that a file states (SMPTE RP 177-1993), and what is assumed."""
+    """Return the matrix XYZ from RGB for the primaries and white stated in a file (SMPTE RP 177-1993), and notes on
+    assumptions.
+    """
     if stated is None:
         note = "its RGB is taken to be linear, of the primaries of ITU-R BT.709 (sRGB): the file does not say"
         return xyz_from_rgb(), (note,)
@@ -227,7 +229,7 @@ def _refuse(
 
 @dataclass(frozen=True)
 class MapCost:
-    """Cost of a map by its texels and channels; `fields` of luminance are made of them."""
+    """Cost of reading a map of so many texels and channels, reduced to `fields` fields of luminance."""
 
     texels: int
     channels: int
@@ -235,7 +237,7 @@ class MapCost:
 
     @property
     def memory_bytes(self) -> int:
-        """At the peak."""
+        """Peak memory, bytes."""
         texel = BYTES_A_SAMPLE * self.channels + BYTES_A_FIELD * self.fields + BYTES_A_TEXEL
         return self.texels * texel + BYTES_OF_ROWS * (self.fields > 1)
 
@@ -246,14 +248,14 @@ class MapCost:
 
     @property
     def words(self) -> str:
-        """Cost in words."""
+        """Description of the cost."""
         return (
             f"{self.texels:,} texels of {self.channels} channels, up to {gigabytes(self.memory_bytes)} of memory and "
             f"{max(1.0, self.seconds):.0f} s"
         )
 
     def check_room(self, path: Path, say: Callable[[str], None] | None = None) -> None:
-        """Raise `InputError` where this does not fit into the memory that there is; `say` what takes long."""
+        """Raise `InputError` if this does not fit into free memory; announce long work through `say`."""
         check_room(
             self.memory_bytes,
             "the map does not fit into memory",

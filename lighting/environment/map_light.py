@@ -1,4 +1,4 @@
-"""Environment lights of map files: a spectrum that is stated, made from RGB, or measured."""
+"""Environment lights from map files, with spectra stated, uplifted from RGB, or measured."""
 
 from __future__ import annotations
 
@@ -58,20 +58,21 @@ def load_environment(
     Parameters
     ----------
     map : the file.
-    spectrum : stated: the map's luminance, all of this spectrum.
-    uplift : made: RGB of each texel becomes a reflectance by that method of `spectral.upsampling`, times D65, and all
-        of them become a few spectra (`reduction`).
-    rotation_deg, illuminance_lux, name, spectrum_name : as of `EnvironmentLight`.
-    bad_texels : None refuses texels that are NaN, infinite or negative; "black" takes them for black, and says so.
-    say : called with a line before a long step.
+    spectrum : stated spectrum of the whole map, which then gives luminance only.
+    uplift : method of `spectral.upsampling` that turns each texel's RGB into a reflectance, multiplied by D65; all of
+        them are reduced to a few spectra (`reduction`).
+    rotation_deg, illuminance_lux, name, spectrum_name : see `EnvironmentLight`.
+    bad_texels : None refuses texels that are NaN, infinite or negative; "black" replaces them by black, with a note.
+    say : called with a message before a long step.
 
-    A spectral map needs neither `spectrum` nor `uplift`: its spectra are measured, and reduced to a few. One of the two
-    has to be said of any other map, whose numbers are those of many spectra. The light's `notes` say what was assumed.
+    A spectral map needs neither `spectrum` nor `uplift`: its measured spectra are reduced to a few. An RGB or XYZ map
+    needs exactly one of the two, and a luminance map `spectrum`, since their values do not determine spectra. The
+    light's `notes` list the assumptions.
 
     Raises
     ------
     InputError, UnknownNameError
-        What `read_map` refuses; neither of the two or both; a map without light.
+        Any error of `read_map`; neither `spectrum` nor `uplift`, or both; a map without light.
     """
     path = Path(map)
     # By its first author, as people write it.
@@ -116,7 +117,7 @@ def load_environment(
 
 
 def _unstated(found: LightMap) -> InputError:
-    """Numbers of colour are those of many spectra; which one is for a person to say."""
+    """Return the error for a map of colours without `spectrum` or `uplift`: colours do not determine spectra."""
     made = f'uplift = "{METHODS[1]}", which makes spectra up from its colours times {MADE_OF}'
     colours = found.kind != "luminance"
     return InputError(
@@ -130,7 +131,7 @@ def _unstated(found: LightMap) -> InputError:
 
 
 def _check_luminance(found: LightMap, luminance: Float[np.ndarray, "H W"]) -> None:
-    """Refuse a map without light, and colours that no light has."""
+    """Raise `InputError` for a map without light and for colours that no light has."""
     if not luminance.any():
         raise InputError(
             "a map without light",
@@ -153,10 +154,10 @@ def _check_luminance(found: LightMap, luminance: Float[np.ndarray, "H W"]) -> No
 
 
 def _looked_at(luminance: Float[np.ndarray, "H W"]) -> tuple[tuple[np.ndarray, np.ndarray], Float[np.ndarray, " n"]]:
-    """Return rows and columns of the texels by which spectra are chosen, and the level at which each is seen.
+    """Sample the texels from which spectra are chosen: their rows and columns, and the level at which each is seen.
 
-    Half of them are sampled by their light, at level 1, as on surfaces that they light. The others are sampled by solid
-    angle, at the level of a mirror image beside a white diffuser in the light from above.
+    Half are sampled in proportion to their light, at level 1, as on surfaces that they illuminate. The others are
+    sampled by solid angle, at the level of their mirror image beside a white diffuser lit from above.
     """
     height, width = luminance.shape
     solid = latlong.solid_angles(height, width)[:, None]
@@ -175,7 +176,7 @@ def _looked_at(luminance: Float[np.ndarray, "H W"]) -> tuple[tuple[np.ndarray, n
 def _fields(
     found: LightMap, spectra: tuple[Spectrum, ...], shares: Callable[[np.ndarray], np.ndarray]
 ) -> Float[np.ndarray, "K H W"]:
-    """Luminance of each spectrum, from the shares of texels, some rows at a time."""
+    """Compute the luminance of each spectrum from the shares of texels, in blocks of rows."""
     scale = np.array([observer("1931_2").luminous(one) for one in spectra])
     fields = np.empty((len(spectra), *found.size))
     for rows, values in found.blocks():
@@ -184,7 +185,7 @@ def _fields(
 
 
 def _measured(found: LightMap, luminance: np.ndarray) -> tuple[np.ndarray, tuple[Spectrum, ...], tuple[str, ...]]:
-    """Return the few spectra that the budget needs."""
+    """Reduce measured spectra to the fewest within the error budget."""
     grid = found.wavelengths_nm
     assert grid is not None
     where, levels = _looked_at(luminance)
@@ -204,7 +205,7 @@ def _measured(found: LightMap, luminance: np.ndarray) -> tuple[np.ndarray, tuple
 def _made(
     found: LightMap, luminance: np.ndarray, method: str
 ) -> tuple[np.ndarray, tuple[Spectrum, ...], tuple[str, ...]]:
-    """Uplifted reflectances times D65, and the few spectra of them that the budget needs."""
+    """Uplift colours to reflectances times D65, and reduce these to the fewest spectra within the error budget."""
     lamp, uplifting = illuminant(MADE_OF), upsampling(method)
     grid = lamp.wavelengths_nm
     rgb_from_channels = np.linalg.solve(xyz_from_rgb(), found.xyz_from_channels)
@@ -237,7 +238,7 @@ def _made(
 
 
 def _in_gamut(found: LightMap, rgb: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-    """Linear sRGB without what rounding left below 0; InputError where a colour is not one of sRGB."""
+    """Return linear sRGB with negative rounding errors clamped to 0; InputError for a colour outside sRGB."""
     if found.kind == "RGB" and rgb.min(initial=0.0) >= 0.0:
         return rgb
     allowed = -_STORED * np.maximum(rgb.max(axis=-1, keepdims=True), 0.0)

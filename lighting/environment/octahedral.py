@@ -1,10 +1,10 @@
 """Octahedral maps of all directions: a square of texels that covers the sphere evenly and needs no trigonometry.
 
-A direction is divided by the sum of its absolute components, which lays it onto an octahedron; its upper half (y >= 0)
-is the diamond in the middle of the square [-1, 1]^2, x over columns and z over rows, the lower half is folded out into
-the corners (Praun and Hoppe 2003; Engelhardt and Dachsbacher 2008). Axes are those of the world, so that maps of
-different places can be mixed texel by texel. Texel (row, column) of an n x n map has its middle at
-(2 (column + 1/2) / n - 1, 2 (row + 1/2) / n - 1).
+A direction is divided by its L1 norm, which projects it onto an octahedron; the upper half (y >= 0) is the diamond in
+the middle of the square [-1, 1]^2, x along columns and z along rows, and the lower half is folded out into the corners
+(Praun and Hoppe 2003; Engelhardt and Dachsbacher 2008). Axes are those of the world, so that maps of different places
+can be interpolated texel by texel. Texel (row, column) of an n x n map has its centre at (2 (column + 1/2) / n - 1, 2
+(row + 1/2) / n - 1).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _FULL = 32767.0
 
 
 def unfolded(u: Float[np.ndarray, "*#n"], v: Float[np.ndarray, "*#n"]) -> Float[np.ndarray, "*n 3"]:
-    """Unit directions of places (u, v) of the square, each from -1 to 1."""
+    """Return unit directions of places (u, v) of the square, each from -1 to 1."""
     u, v = np.broadcast_arrays(u, v)
     up = 1.0 - np.abs(u) - np.abs(v)
     outside = np.maximum(-up, 0.0)
@@ -26,7 +26,7 @@ def unfolded(u: Float[np.ndarray, "*#n"], v: Float[np.ndarray, "*#n"]) -> Float[
 
 
 def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
-    """(u, v), each from -1 to 1, of directions of any length but 0."""
+    """Return (u, v), each from -1 to 1, of directions of any non-zero length."""
     x, y, z = np.moveaxis(to, -1, 0)
     size, below = np.abs(x) + np.abs(y) + np.abs(z), y < 0.0
     x, z = x / size, z / size
@@ -37,15 +37,13 @@ def places(to: Float[np.ndarray, "*n 3"]) -> tuple[Float[np.ndarray, "*n"], Floa
 
 
 def texel_directions(side: int) -> Float[np.ndarray, "side side 3"]:
-    """Unit directions of the middles of texels."""
+    """Return unit directions of texel centres."""
     middles = (2.0 * np.arange(side) + 1.0) / side - 1.0
     return unfolded(middles[None, :], middles[:, None])
 
 
 def bordered(texels: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "padded padded K"]:
-    """Return the same map with one texel more at each edge: what lies beyond an edge is that edge's own texels,
-    reversed.
-    """
+    """Pad a map by one texel at each edge: the border repeats the edge's own texels, reversed."""
     side = len(texels)
     padded = np.empty((side + 2, side + 2, texels.shape[2]), dtype=texels.dtype)
     padded[1:-1, 1:-1] = texels
@@ -57,9 +55,9 @@ def bordered(texels: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "pad
 
 
 def solid_angles(size: int) -> Float[np.ndarray, " texels"]:
-    """Solid angles of all texels, sr; they add up to 4 pi.
+    """Return the solid angles of all texels, sr; their sum is 4 pi.
 
-    A texel's area over the cube of the length of the direction that it lies at on the octahedron, |x| + |y| + |z| = 1.
+    A texel's area over the cube of the length of its point on the octahedron |x| + |y| + |z| = 1.
     """
     to = texel_directions(size).reshape(-1, 3)
     density = np.abs(to).sum(axis=1) ** 3
@@ -67,16 +65,16 @@ def solid_angles(size: int) -> Float[np.ndarray, " texels"]:
 
 
 def texel_at(to: Float[np.ndarray, "*n 3"], size: int) -> Int[np.ndarray, "*n"]:
-    """Return the number of the texel in which each direction lies."""
+    """Return the index of the texel that contains each direction."""
     x, z = places(to)
     column, row = (np.clip(((each + 1.0) * (0.5 * size)).astype(np.int64), 0, size - 1) for each in (x, z))
     return row * size + column
 
 
 def around(to: Float[np.ndarray, "*n 3"], size: int) -> tuple[Int[np.ndarray, "*n 4"], Float[np.ndarray, "*n 4"]]:
-    """Return the four texels around each direction and the weights that make a map linear between their middles.
+    """Return the four texels around each direction and their bilinear weights.
 
-    Beyond the rim of the square the map goes on folded: column c of row -1 is column size - 1 - c of row 0.
+    The map wraps at the rim of the square: column c of row -1 is column size - 1 - c of row 0.
     """
     x, z = places(to)
     column, row = ((each + 1.0) * (0.5 * size) - 0.5 for each in (x, z))
@@ -93,7 +91,7 @@ def around(to: Float[np.ndarray, "*n 3"], size: int) -> tuple[Int[np.ndarray, "*
 
 
 def slopes(to: Float[np.ndarray, "*n 3"], size: int) -> Float[np.ndarray, "*n 4 3"]:
-    """Differentiate the weights of `around` by a unit direction, 1/rad: across it, in the world."""
+    """Differentiate the weights of `around` with respect to a unit direction, 1/rad: tangent vectors, world."""
     on = to / np.abs(to).sum(axis=-1, keepdims=True)
     x, z = places(to)
     right, down = ((each + 1.0) * (0.5 * size) - 0.5 for each in (x, z))
@@ -115,7 +113,7 @@ def slopes(to: Float[np.ndarray, "*n 3"], size: int) -> Float[np.ndarray, "*n 4 
 
 
 def _folded_texel(row: Int[np.ndarray, "*n"], column: Int[np.ndarray, "*n"], size: int) -> Int[np.ndarray, "*n"]:
-    """Return the number of a texel that may lie one beyond the rim."""
+    """Return the index of a texel that may be one beyond the rim."""
     over, beside = (row < 0) | (row >= size), (column < 0) | (column >= size)
     inside_row, inside_column = np.clip(row, 0, size - 1), np.clip(column, 0, size - 1)
     # At a corner both turn, and the texel is the opposite corner's: all four corners are the one lowest direction.
@@ -125,10 +123,10 @@ def _folded_texel(row: Int[np.ndarray, "*n"], column: Int[np.ndarray, "*n"], siz
 
 
 def in_two(to: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, "n 2"]:
-    """Unit directions as places of the square in steps of 1 / 32767, 16 bits each: good to 1e-4 rad."""
+    """Encode unit directions as places of the square in steps of 1 / 32767, 16 bits each: accurate to 1e-4 rad."""
     return np.rint(np.stack(places(to), axis=1) * _FULL).astype(np.int16)
 
 
 def out_of_two(kept: Int[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 3"]:
-    """Unit directions that were kept by `in_two`."""
+    """Decode unit directions encoded by `in_two`."""
     return unfolded(*(kept.T / _FULL))

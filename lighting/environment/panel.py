@@ -1,4 +1,4 @@
-"""A softbox made ready for renderers: each sample sees it from where it is, and nothing is prefiltered."""
+"""Softbox prepared for renderers: evaluated from each sample's position, without prefiltering."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _BROAD, _LEAST_SHARPNESS = 12.0, 1.0
 
 @dataclass(frozen=True, eq=False)
 class GatheredPanel:
-    """A bright rectangle, black from behind.
+    """Rectangle of uniform luminance on its front, black behind.
 
-    corners (4, 3) : in the coordinates that positions will have; in an order in which its front has a positive
-        `polygon.solid_angle`. luminance : of its front, cd/m^2.
+    corners (4, 3) : in the coordinates of positions, ordered so that the front has a positive `polygon.solid_angle`.
+        luminance : of its front, cd/m^2.
     """
 
     corners: Float[np.ndarray, "4 3"]
@@ -38,17 +38,17 @@ class GatheredPanel:
 
     @property
     def _sides(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """Sides from the first corner, across and along; their cross product looks the way the front does."""
+        """Sides from the first corner, across and along; their cross product points to the front."""
         return self.corners[3] - self.corners[0], self.corners[1] - self.corners[0]
 
     @cached_property
     def facing(self) -> Float[np.ndarray, "3"]:
-        """Unit: the way its front looks."""
+        """Unit normal of the front."""
         return unit(np.cross(*self._sides))
 
     @cached_property
     def cells(self) -> Float[np.ndarray, "n 3"]:
-        """The middles of its cells, row by row."""
+        """Cell centres, row by row."""
         at = (np.arange(CELLS) + 0.5) / CELLS
         across, along = self._sides
         return (self.corners[0] + at[:, None, None] * along + at[:, None] * across).reshape(-1, 3)
@@ -64,7 +64,7 @@ class GatheredPanel:
         directions: Float[np.ndarray, "N Q 3"],
         sharpness: Float[np.ndarray, "N Q"],
     ) -> Float[np.ndarray, "N Q"]:
-        """Mean luminance under each Gaussian about unit directions of the world, cd/m^2."""
+        """Return the mean luminance weighted by each Gaussian about unit world directions, cd/m^2."""
         found = np.zeros(sharpness.shape)
         front = self._in_front(positions)
         towards = self.corners - positions[front, None]
@@ -74,8 +74,8 @@ class GatheredPanel:
     def by_frames(
         self, positions: Float[np.ndarray, "N 3"], frames: Float[np.ndarray, "N 3 3"], bent: int = BENDS
     ) -> Float[np.ndarray, "N B"]:
-        """Illuminance on surfaces, lx, and its moments in their own axes (rows of `frames`; the last is the normal),
-        were nothing in between; with `bent` 1 the illuminance alone.
+        """Return the unoccluded illuminance on surfaces, lx, and its moments in their own axes (rows of `frames`; the
+        last is the normal); with `bent` 1 the illuminance alone.
         """
         found = np.zeros((len(positions), bent))
         front = self._in_front(positions)
@@ -89,7 +89,7 @@ class GatheredPanel:
     def seen_cells(
         self, positions: Float[np.ndarray, "N 3"]
     ) -> tuple[Float[np.ndarray, "N n 3"], Float[np.ndarray, "N n"], Float[np.ndarray, "N n"]]:
-        """Unit directions to the cells, the solid angle of each, sr, and the sharpness of a Gaussian as broad."""
+        """Return unit directions to cells, their solid angles, sr, and the sharpness of Gaussians of equal width."""
         offset = self.cells - positions[:, None]
         squared = np.maximum(np.sum(offset * offset, axis=2), 1e-30)
         to = offset / np.sqrt(squared)[..., None]
@@ -99,5 +99,5 @@ class GatheredPanel:
         return to, angle, np.maximum(_BROAD / np.maximum(angle, 1e-12), _LEAST_SHARPNESS)
 
     def _in_front(self, positions: Float[np.ndarray, "N 3"]) -> np.ndarray:
-        """Numbers of the points that it sends light to."""
+        """Return the indices of points in front of the panel."""
         return np.flatnonzero(dot(positions - self.corners[0], np.broadcast_to(self.facing, positions.shape)) > 0.0)

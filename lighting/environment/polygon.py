@@ -1,15 +1,15 @@
-"""A polygon of even luminance seen from a point: what of it lies under a Gaussian, and what it gives a surface.
+"""Polygon of uniform luminance seen from a point: its share of a Gaussian, and the moments of its light on a surface.
 
 Both are integrals over the polygon's edges. By Stokes' theorem the integral over a spherical polygon of a function that
-turns about an axis p is one over its edges (as Arvo 1995 has it for powers of the cosine); for a spherical Gaussian of
-sharpness lambda, less its mean over the sphere, with the part t along the great circle of each edge, its height d of p
-above that circle and c = v . p = cos(d) cos(t),
+is symmetric about an axis p is an integral over its edges (Arvo 1995 for powers of the cosine). For a spherical
+Gaussian of sharpness lambda, minus its mean over the sphere, with t the angle along the great circle of each edge, d
+the elevation of p above that circle and c = v . p = cos(d) cos(t),
 
     integral of G  =  Omega m  +  1 / lambda  sum over edges  sin(d) int h(c) / (1 - c^2) dt,
     m = (1 - exp(-2 lambda)) / (2 lambda),    h(c) = 1 - exp(-lambda (1 - c)) - (1 - exp(-2 lambda)) (1 - c) / 2,
 
-where h(c) / (1 - c^2) is smooth everywhere, at p and opposite to it too. The moments of light on a surface are the
-irradiance tensors of Arvo 1995 (section 4), of degree one to three, in closed form.
+where h(c) / (1 - c^2) is smooth everywhere, including at p and -p. The moments of light on a surface are the irradiance
+tensors of Arvo 1995 (section 4), of degree one to three, in closed form.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _OPPOSITE = 1e-6
 
 
 def solid_angle(corners: Float[np.ndarray, "N C 3"]) -> Float[np.ndarray, " N"]:
-    """Compute the solid angle of convex polygons, sr, positive where the corners run counter-clockwise: Van Oosterom
-    and Strackee 1983, eq. 8.
+    """Compute the solid angle of convex polygons, sr, positive for counter-clockwise corners: Van Oosterom and Strackee
+    1983, eq. 8.
 
-    corners : from the point, of any length but 0.
+    corners : relative to the point, of any non-zero length.
     """
     to = unit(corners)
     first, total = to[:, 0], np.zeros(len(to))
@@ -46,11 +46,11 @@ def solid_angle(corners: Float[np.ndarray, "N C 3"]) -> Float[np.ndarray, " N"]:
 def gaussian_shares(
     corners: Float[np.ndarray, "N C 3"], axes: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
 ) -> Float[np.ndarray, "N Q"]:
-    """Return the share of normalised Gaussians, 0 to 1, that lies within a convex polygon.
+    """Integrate normalised Gaussians over a convex polygon: 0 to 1.
 
     Parameters
     ----------
-    corners : from each point, counter-clockwise as it sees them; of any length but 0.
+    corners : relative to each point, counter-clockwise as seen from it, of any non-zero length.
     axes, sharpness : unit directions, lambda > 0.
     """
     omega = solid_angle(corners)[:, None]
@@ -91,7 +91,7 @@ def gaussian_shares(
 
 
 def _smooth(y: Float[np.ndarray, "N Q"], sharpness: Float[np.ndarray, "N Q"], whole: np.ndarray) -> np.ndarray:
-    """h(c) / (1 - c^2) by y = 1 - c."""
+    """Evaluate h(c) / (1 - c^2) at y = 1 - c."""
     fall = np.where(y > 0.0, -np.expm1(-sharpness * y) / np.where(y > 0.0, y, 1.0), sharpness)
     other = 2.0 - y
     opposite = (whole - 2.0 * sharpness * np.exp(-2.0 * sharpness)) / 4.0
@@ -100,10 +100,10 @@ def _smooth(y: Float[np.ndarray, "N Q"], sharpness: Float[np.ndarray, "N Q"], wh
 
 
 def surface_moments(corners: Float[np.ndarray, "N C 3"]) -> Float[np.ndarray, "N 9"]:
-    """Return the integrals of cos(theta) times each of `materials.core.environment_form.bends` over what of a convex
-    polygon is above the horizon of a surface, sr: what luminance 1 gives it.
+    """Integrate cos(theta) times each of `materials.core.environment_form.bends` over the part of a convex polygon
+    above a surface's horizon, sr: the moments for luminance 1.
 
-    corners : from each point, in the surface's axes, the normal last; counter-clockwise as the point sees them.
+    corners : relative to each point, in the surface's axes, the normal last; counter-clockwise as seen from the point.
 
     With m the inward normal of an edge's plane, and T0 and T1 the tensors of degree zero and one,
     3 T2_zj = delta_zj T0 + sum m_z int v_j dt and 4 T3_zjk = delta_zj T1_k + delta_zk T1_j + sum m_z int v_j v_k dt,
@@ -147,8 +147,8 @@ def _edges(corners: Float[np.ndarray, "N C 3"]) -> list[tuple[np.ndarray, np.nda
 
 
 def _above_horizon(corners: Float[np.ndarray, "N C 3"]) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield the edges of what is above z = 0: start, end, and for which polygons each is there; the horizon's comes
-    last.
+    """Yield the edges of polygons clipped to z > 0: start, end, and a mask of the polygons that have it; the edge on
+    the horizon comes last.
     """
     leaves, enters, crossed = np.ones((len(corners), 3)), np.ones((len(corners), 3)), np.zeros(len(corners), dtype=bool)
     for here, there in _edges(corners):

@@ -1,4 +1,4 @@
-"""An environment made ready for renderers: what any lobe and any matt surface gathers of it, by look-ups."""
+"""Prefiltered environment: light gathered by any lobe and any diffuse surface, by look-up."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from . import convolution, latlong, octahedral
 from .environment import EnvironmentLight
 from .pyramid import SHARPEST, Pyramid
 
-#: Side of the map of irradiances: matt surfaces see nothing finer, but for the edge of a sun that sets on them.
+#: Side of the irradiance map: diffuse surfaces resolve nothing finer, except where a sun crosses their horizon.
 IRRADIANCE_SIDE = 128
-#: Rows of a map from which its finest level is as sharp as levels get. Of coarser maps it is as wide in texels, a third
-#: of one: beyond, the map itself is linear between texels.
+#: Rows of a map from which its finest level has the largest sharpness. On coarser maps the Gaussian of the finest level
+#: has the same width in texels, a third of one; beyond, the map itself is linear between texels.
 ROWS_OF_SHARPEST = 64
-# Environments of the last scenes, by the bytes of their maps: a scene that is loaded anew seldom has another light.
+# Environments of the last scenes, by the bytes of their maps: a reloaded scene usually has the same light.
 _KEPT = 2
 _recent: dict[tuple[tuple[int, ...], bytes], GatheredLight] = {}
 _lock = threading.Lock()
@@ -28,10 +28,10 @@ _lock = threading.Lock()
 
 @dataclass(frozen=True, eq=False)
 class GatheredLight:
-    """Light from all around, of K spectra, in the environment's own frame: made once, good for every rotation.
+    """Prefiltered environment of K spectra in its own frame, valid for every rotation.
 
-    pyramid : for lobes. irradiance (side, side, 9, K) : by normals, lux, and its moments (`bends`) in the directions
-    that it comes from; float32, octahedral.
+    pyramid : for lobes. irradiance (side, side, 9, K) : by normal, lux, and its moments (`bends`) over incident
+    directions; float32, octahedral.
     """
 
     pyramid: Pyramid
@@ -39,7 +39,7 @@ class GatheredLight:
 
     @classmethod
     def of(cls, environment: EnvironmentLight) -> GatheredLight:
-        """Gather what an environment sends, whichever way it is turned; the last few of a process are remembered."""
+        """Prefilter an environment, for every rotation; the last few of a process are cached."""
         key = environment.fields.shape, hashlib.sha256(np.ascontiguousarray(environment.fields).data).digest()
         with _lock:
             found = _recent.pop(key, None)
@@ -65,13 +65,13 @@ class GatheredLight:
     def by_lobes(
         self, directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
     ) -> Float[np.ndarray, "N Q K"]:
-        """Mean luminance under each Gaussian about unit directions, cd/m^2."""
+        """Return the mean luminance weighted by each Gaussian about unit directions, cd/m^2."""
         found = self.pyramid(directions.reshape(-1, 3), sharpness.reshape(-1))
         return found.reshape(*sharpness.shape, self.irradiance.shape[3])
 
     def by_frames(self, frames: Float[np.ndarray, "N 3 3"], bent: int = BENDS) -> Float[np.ndarray, "N B K"]:
-        """Illuminance on surfaces, lx, and its moments in their own axes (rows of `frames`; the last is the normal),
-        were nothing in between; with `bent` 1 the illuminance alone.
+        """Return the unoccluded illuminance on surfaces, lx, and its moments in their own axes (rows of `frames`; the
+        last is the normal); with `bent` 1 the illuminance alone.
         """
         u, v = octahedral.places(frames[:, 2])
         padded = self._bordered if bent > 1 else self._bordered[:, :, :1]
@@ -93,7 +93,7 @@ class GatheredLight:
 def rotate_moments(
     moments: Float[np.ndarray, "N 9 K"], frames: Float[np.ndarray, "N 3 3"]
 ) -> Float[np.ndarray, "N 9 K"]:
-    """Moments along other axes: those of degree one turn as a vector, those of degree two as a symmetric matrix."""
+    """Rotate moments to other axes: those of degree one as a vector, those of degree two as a symmetric matrix."""
     whole, xy, yz, xz, difference, third = moments[:, 0], *(moments[:, k] for k in range(4, 9))
     zz = (third + whole) / 3.0
     xx, yy = 0.5 * (whole - zz + difference), 0.5 * (whole - zz - difference)
@@ -105,8 +105,8 @@ def rotate_moments(
     return np.concatenate([whole[:, None], vector, bent], axis=1)
 
 
-#: Rows of the map over normals: where the sun sets on a surface, the cosine's edge is then good to 0.2 % of what the
-#: sun gives at most.
+#: Rows of the map over normals: where the sun crosses a surface's horizon, the error is then 0.2 % of the sun's largest
+#: illuminance.
 ROWS = 128
 #: Rows of the environment that are enough for this: half a degree of smoothing moves a cosine by 1e-5.
 ENVIRONMENT_ROWS = 180
@@ -117,7 +117,7 @@ class Irradiance:
     """Illuminance over normals: the environment convolved with the clamped cosine, Ramamoorthi and Hanrahan 2001.
 
     lux (K, ROWS, 2 ROWS) : by the surface's normal, latitude-longitude, in the environment's own frame.
-    world_from_map : turns that frame.
+    world_from_map : rotation of that frame.
     """
 
     lux: Float[np.ndarray, "K H W"]
@@ -125,17 +125,17 @@ class Irradiance:
 
     @classmethod
     def of(cls, environment: EnvironmentLight) -> Irradiance:
-        """Made once, by sums over all directions."""
+        """Integrate an environment over all directions."""
         return cls.of_fields(environment.fields, environment.world_from_map)
 
     @classmethod
     def of_fields(cls, fields: Float[np.ndarray, "K H W"], world_from_map: np.ndarray | None = None) -> Irradiance:
-        """Return the same of any fields, which may be negative too: a map's moments."""
+        """Return the same for any fields, also negative ones such as a map's moments."""
         fields = convolution.Resolutions(fields).at_least(ENVIRONMENT_ROWS)
         mean = convolution.convolved(fields, lambda cosine: np.maximum(cosine, 0.0), 0.5 * np.pi, ROWS)
         # A mean under the clamped cosine, whose integral is pi.
         return cls(np.pi * mean, np.eye(3) if world_from_map is None else world_from_map)
 
     def __call__(self, normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n K"]:
-        """(n, K) lx on surfaces of these unit normals of the world, one for each of the environment's spectra."""
+        """Return the illuminance (n, K), lx, for unit world normals and each of the environment's spectra."""
         return convolution.smooth_between_texels(self.lux, normals @ self.world_from_map)

@@ -1,8 +1,8 @@
-"""An environment seen through spherical Gaussians of any sharpness: made once, then looked up.
+"""Environment prefiltered with spherical Gaussians of any sharpness.
 
 Wang et al. 2009, eq. 35, with normalised Gaussians: Gamma_L(p, lambda) here is the mean luminance under
-exp(lambda (v . p - 1)), not the integral, so that it stays finite and tends to the environment itself. Times
-2 pi (1 - exp(-2 lambda)) / lambda it is the paper's.
+exp(lambda (v . p - 1)), not the integral, so that it stays finite and tends to the environment itself. The paper's
+value is 2 pi (1 - exp(-2 lambda)) / lambda times this.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from ...runtime.errors import InputError
 from . import convolution, latlong, octahedral
 from .environment import EnvironmentLight
 
-#: The finest level's sharpness, unless asked otherwise: a Gaussian about as wide as a texel of a map 512 wide.
+#: Default sharpness of the finest level: a Gaussian about as wide as a texel of a map 512 wide.
 SHARPEST = 4096.0
 #: The coarsest level that is not the mean over the sphere.
 BLUNTEST = 0.5
-#: A level's side is this times the root of its sharpness, and at least the other: a Gaussian's standard deviation is
+#: A level's side is `TEXELS` times the root of its sharpness, at least `LEAST_SIDE`: a Gaussian's standard deviation is
 #: about 3 texels.
 TEXELS = 10.0
 LEAST_SIDE = 32
@@ -35,9 +35,9 @@ SOFTENING = 2.0
 class Pyramid:
     """Levels of an environment, each under Gaussians of one sharpness, in octahedral maps (`octahedral`).
 
-    sharpness (L,) : rising; the first is 0, the mean over the sphere. levels : L arrays (side, side, K), cd/m^2,
+    sharpness (L,) : ascending; the first is 0, the mean over the sphere. levels : L arrays (side, side, K), cd/m^2,
     float32, in the environment's own frame. fields (K, H, W) : the map itself, beyond the finest level.
-    world_from_map (3, 3) : turns that frame.
+    world_from_map (3, 3) : rotation of that frame.
     """
 
     sharpness: Float[np.ndarray, " L"]
@@ -51,7 +51,7 @@ class Pyramid:
 
         Raises
         ------
-        InputError : a sharpness that is not above 0 and finite.
+        InputError : a sharpness that is not positive and finite.
         """
         if not 0.0 < sharpest < np.inf:
             raise InputError("not a sharpness", field="sharpest", found=sharpest, expected="more than 0, finite")
@@ -66,7 +66,7 @@ class Pyramid:
     def __call__(
         self, directions: Float[np.ndarray, "n 3"], sharpness: Float[np.ndarray, " n"]
     ) -> Float[np.ndarray, "n K"]:
-        """(n, K) cd/m^2: the mean luminance under the normalised Gaussian about each unit direction of the world.
+        """Return the mean luminance (n, K) weighted by the normalised Gaussian about each unit world direction, cd/m^2.
 
         sharpness : not negative; 0 is the mean over the sphere, infinity the map itself.
 
@@ -101,14 +101,14 @@ class Pyramid:
 
     @cached_property
     def _texels(self) -> tuple[Float[np.ndarray, "t K"], np.ndarray, np.ndarray]:
-        """All levels with a border of one texel, one after the other; where each begins; how long its rows are."""
+        """Texels of all levels, each with a border of one texel; the offset of each level; the length of its rows."""
         padded = [octahedral.bordered(level) for level in self.levels]
         sides = np.array([len(level) for level in padded])
         starts = np.append(0, np.cumsum(sides**2))[:-1]
         return np.concatenate([level.reshape(-1, level.shape[2]) for level in padded]), starts, sides
 
     def _at(self, places: tuple[np.ndarray, np.ndarray], level: np.ndarray) -> Float[np.ndarray, "n K"]:
-        """Return each place of its own level, linear between texels."""
+        """Sample each place from its own level, linear between texels."""
         texels, starts, sides = self._texels
         start, side = starts[level], sides[level]
         column, row = (0.5 * (place + 1.0) * (side - 2) + 0.5 for place in places)
@@ -122,7 +122,9 @@ class Pyramid:
 
 
 def _level(resolutions: convolution.Resolutions, sharpness: float) -> Float[np.ndarray, "side side K"]:
-    """One octahedral level: the map at 0.4 standard deviations a row, blurred, by splines at half of one a row."""
+    """Compute one octahedral level: the map at 0.4 standard deviations a row is blurred, and interpolated by splines
+    from half a standard deviation a row.
+    """
     width = 1.0 / np.sqrt(sharpness)
     fields = resolutions.at_least(max(32.0, np.pi / (0.4 * width)))
     reach = float(np.arccos(max(-1.0, 1.0 - CUT / sharpness)))

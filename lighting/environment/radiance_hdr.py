@@ -1,7 +1,7 @@
-"""Radiance pictures (.hdr, .pic): four bytes a pixel, three mantissas and one exponent, in runs or not.
+"""Radiance images (.hdr, .pic): four bytes a pixel, three mantissas and one exponent, plain or run-length encoded.
 
-As Radiance's own library has it (Ward, "Real Pixels", Graphics Gems II, 1991; `ray/src/common/color.c`): a channel is
-(mantissa + 1/2) 2^(exponent - 136), since writers cut mantissas off, and black where the exponent is 0.
+Decoded as in Radiance's own library (Ward, "Real Pixels", Graphics Gems II, 1991; `ray/src/common/color.c`): a channel
+is (mantissa + 1/2) 2^(exponent - 136), since writers cut mantissas off, and black where the exponent is 0.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from ...runtime.files import existing_file
 
 SUFFIXES = (".hdr", ".pic", ".rgbe")
 _SIZE = re.compile(rb"^([+-])([XY]) +(\d+) +([+-])([XY]) +(\d+)\s*$")
-# A header is a few hundred bytes; what has no end within this many is none.
+# Largest length of a header, which is usually a few hundred bytes.
 _LONGEST_HEADER = 1 << 16
-# Widths that the newer runs are written for.
+# Widths for which the newer run-length encoding is used.
 _SHORTEST_RUN, _LONGEST_RUN = 8, 0x7FFF
 _AGAIN = "the picture is damaged or cut short: save or copy it again"
 
 
 @dataclass(frozen=True)
 class RadianceHeader:
-    """Header before the pixels.
+    """Header of a Radiance image.
 
-    `height`, `width` are of the picture as it is looked at; `resolution` is the line that says in which order its
-    pixels stand. `chromaticities` are the eight numbers of PRIMARIES, red, green, blue, white, or None. `correction`
-    is what the channels were multiplied by, one after the other.
+    `height`, `width` are those of the upright image; `resolution` is the line that states the order of its pixels.
+    `chromaticities` are the eight numbers of PRIMARIES, red, green, blue, white, or None. `correction` holds the factor
+    that each channel was multiplied by.
     """
 
     height: int
@@ -45,7 +45,7 @@ class RadianceHeader:
 
 
 def read_header(path: Path) -> RadianceHeader:
-    """Return the header of a file; raises `InputError` where it is none."""
+    """Read the header of a file; raises `InputError` if it is not a Radiance header."""
     with existing_file(path).open("rb") as file:
         head = file.read(_LONGEST_HEADER)
     if not head.startswith((b"#?RADIANCE", b"#?RGBE", b"#?")):
@@ -81,8 +81,7 @@ def read_header(path: Path) -> RadianceHeader:
 
 
 def read_pixels(path: Path, header: RadianceHeader) -> Float[np.ndarray, "H W 3"]:
-    """Return the picture as it is looked at, row 0 at the top, float32; raises `InputError` where it is cut or
-    damaged."""
+    """Read the upright image, row 0 at the top, float32; raises `InputError` if it is truncated or damaged."""
     data = np.frombuffer(path.read_bytes(), dtype=np.uint8)[header.start :]
     sign_of_lines, lines_along, lines, sign_within, _, within = header.resolution
     if lines * within > 4096 * max(data.size, 1):
@@ -102,7 +101,7 @@ def read_pixels(path: Path, header: RadianceHeader) -> Float[np.ndarray, "H W 3"
 
 
 def _scanline(path: Path, data: np.ndarray, at: int, into: UInt8[np.ndarray, "W 4"], line: int) -> int:
-    """Read one line of pixels from `at`; returns where the next one begins."""
+    """Decode one scanline from offset `at`; return the offset of the next."""
     width = len(into)
     head = data[at : at + 4]
     if head.size < 4:
@@ -120,7 +119,9 @@ def _scanline(path: Path, data: np.ndarray, at: int, into: UInt8[np.ndarray, "W 
 
 
 def _runs(path: Path, data: np.ndarray, at: int, into: UInt8[np.ndarray, " W"], line: int) -> int:
-    """One channel: a count above 128 repeats the byte that follows, another is followed by so many bytes."""
+    """Decode the runs of one channel: a count above 128 repeats the next byte, any other is followed by that many
+    bytes.
+    """
     filled, width = 0, len(into)
     while filled < width:
         if at + 1 >= data.size:
@@ -144,7 +145,9 @@ def _runs(path: Path, data: np.ndarray, at: int, into: UInt8[np.ndarray, " W"], 
 
 
 def _plain(path: Path, data: np.ndarray, at: int, into: UInt8[np.ndarray, "W 4"], line: int) -> int:
-    """Pixel after pixel; 1, 1, 1, n repeats the last one n times, and the next such n counts 256 times as much."""
+    """Decode pixels in the old format: 1, 1, 1, n repeats the last pixel n times; consecutive such n have weights 1,
+    256, ...
+    """
     width = len(into)
     whole = data[at : at + 4 * width]
     if whole.size == 4 * width:

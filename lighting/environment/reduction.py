@@ -1,8 +1,8 @@
-"""Many spectra of light as a few, each times a number that is not negative, as exact as colours need it.
+"""Reduction of many light spectra to non-negative combinations of a few, within a colour difference.
 
-A non-negative matrix factorisation: the few begin as spectra that the light itself has somewhere, corners of the cone
-in which all others lie, and move from there. What counts is what the light shows: tristimulus values of reflectances,
-for the CIE 1931 and 1964 observers.
+A non-negative matrix factorisation, initialised with spectra of the light itself near the corners of the cone that
+contains all others. Errors are measured in the tristimulus values of reflectances under the light, for the CIE 1931 and
+1964 observers.
 """
 
 from __future__ import annotations
@@ -18,15 +18,17 @@ from ...spectral.colour_library import colour_science
 from ...spectral.difference import delta_e_xyz
 from ...spectral.observers import Observer, observer
 
-#: Error budget of the reduction: ΔE94 of reflectances, worst of each sample of the light, 99th percentile over samples.
+#: Error budget of the reduction: ΔE94, largest over reflectances, 99th percentile over samples of the light.
 BUDGET_DELTA_E94 = 0.25
-#: Most spectra of a reduction; the error that remains is reported.
+#: Largest number of spectra of a reduction; the remaining error is reported.
 MOST_SPECTRA = 8
 # Singular values of the colours below this share of the largest are rounding.
 _RANK = 1e-6
-# Non-negative fit: most exchanges per spectrum, full exchanges that may fail in a row, and the share that counts as 0.
+# Non-negative fit: largest number of exchanges per spectrum, full exchanges that may fail in a row, and the share
+# treated as 0.
 _EXCHANGES, _FULL_EXCHANGES, _ROUNDING = 20, 3, 1e-10
-# Most alternations of spectra and shares, and the change, relative to the largest sample, at which they end.
+# Largest number of alternations of spectra and shares, and the change, relative to the largest sample, at which they
+# stop.
 _TURNS, _SETTLED = 30, 1e-5
 # Largest distance from the mean at which a spectrum begins, relative to that of its sample.
 _REACH = 4.0
@@ -37,8 +39,8 @@ _LEAST_WHITE = 1e-6
 
 @cache
 def reflectances() -> tuple[Float[np.ndarray, "R M"], Float[np.ndarray, " M"]]:
-    """Return the reflectances that light is judged by, and wavelengths in nm: the perfect diffuser and the 24 patches
-    of a ColorChecker.
+    """Return the test reflectances, the perfect diffuser and the 24 patches of a ColorChecker, and their wavelengths,
+    nm.
     """
     chart = colour_science().SDS_COLOURCHECKERS["BabelColor Average"]
     wavelengths_nm = np.arange(380.0, 731.0, 10.0)
@@ -52,10 +54,10 @@ def xyz_of_samples(
     surfaces: Float[np.ndarray, "R M"] | None = None,
     surfaces_nm: Float[np.ndarray, " M"] | None = None,
 ) -> Float[np.ndarray, "R 3 L"]:
-    """Matrices with XYZ = M[r] @ light, for light sampled at `wavelengths_nm`, thrown back by surface r.
+    """Return matrices with XYZ = M[r] @ light, for light sampled at `wavelengths_nm` and reflected by surface r.
 
-    As `Observer.weights` has it, but not normalised: the light is linear between its samples and held beyond them, the
-    observer is zero beyond its table. Without surfaces the light is seen itself (R = 1).
+    As `Observer.weights`, but not normalised: the light is linear between its samples and constant beyond them, the
+    observer is zero beyond its table. Without surfaces the light itself is seen (R = 1).
     """
     low, high = seen_by.wavelengths_nm[[0, -1]]
     grid = np.union1d(seen_by.wavelengths_nm, wavelengths_nm)
@@ -74,12 +76,13 @@ def xyz_of_samples(
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
-    """K spectra for many.
+    """Basis of K spectra that replaces many.
 
     Parameters
     ----------
     spectra : (K,L), not negative, at `wavelengths_nm`.
-    delta_e94 : of the light that they were chosen by, the 99th percentile, and the largest, over reflectances.
+    delta_e94 : 99th percentile over the samples of the light used to choose them, and the largest; of each sample the
+        worst reflectance.
     """
 
     spectra: Float[np.ndarray, "K L"]
@@ -87,12 +90,12 @@ class Reduction:
     delta_e94: tuple[float, float] = (0.0, 0.0)
 
     def shares(self, samples: Float[np.ndarray, "n L"]) -> Float[np.ndarray, "n K"]:
-        """Numbers, not negative, with samples ≈ shares @ spectra, nearest in tristimulus values of reflectances."""
+        """Fit non-negative shares with samples ≈ shares @ spectra, nearest in tristimulus values of reflectances."""
         towards = _metric(self.wavelengths_nm).towards
         return _non_negative(samples @ towards.T, self.spectra @ towards.T)
 
     def at_peak_one(self) -> Reduction:
-        """Return the same spectra, the largest sample of each 1."""
+        """Return the spectra scaled to a largest sample of 1."""
         return replace(self, spectra=self.spectra / self.spectra.max(axis=1, keepdims=True))
 
 
@@ -103,17 +106,17 @@ def fewest_spectra(
     budget_delta_e94: float = BUDGET_DELTA_E94,
     most: int = MOST_SPECTRA,
 ) -> Reduction:
-    """Return the fewest spectra that show all of `samples`, each of which counts the same, within the budget.
+    """Find the fewest spectra that reproduce all of `samples`, equally weighted, within the budget.
 
-    The mean alone where that will do; else as many as the budget needs if they might be negative, and one more at a
-    time until those do that are not. The error is ΔE94 of each of the `reflectances` under one sample's light and what
-    stands for it, in Lab relative to the mean light's white; of each sample the worst.
+    The mean alone if that suffices; else the number that suffices without the sign constraint, increased by one until
+    non-negative spectra suffice. The error is ΔE94 of each of the `reflectances` under a sample's light and under its
+    reproduction, in Lab relative to the mean light's white; of each sample the worst.
 
     Parameters
     ----------
     samples : light, not negative, at least one with a luminance.
-    levels : the luminance at which each is looked at, 1 being white's; None for 1.
-    most : spectra, at which it ends over the budget.
+    levels : luminance at which each is seen, relative to white; None for 1.
+    most : largest number of spectra, even if over the budget.
     """
     luminance = samples @ xyz_of_samples(observer("1931_2"), wavelengths_nm)[0, 1]
     some = luminance > 0.0
@@ -140,7 +143,7 @@ def fewest_spectra(
 
 
 def _fewest(metric: _Metric, wanted: np.ndarray, budget_delta_e94: float) -> int:
-    """Count the spectra that the budget needs if they may be negative: fewer that may not never do."""
+    """Count the spectra needed within the budget without the sign constraint: a lower bound for non-negative ones."""
     left, singular, right = np.linalg.svd(wanted, full_matrices=False)
     for count in range(2, singular.size):
         shown = (left[:, :count] * singular[:count]) @ right[:count]
@@ -150,8 +153,8 @@ def _fewest(metric: _Metric, wanted: np.ndarray, budget_delta_e94: float) -> int
 
 
 def _corners(seen: np.ndarray, wanted: np.ndarray, count: int) -> np.ndarray:
-    """Choose where spectra may begin: the sample farthest from the mean, then always the one farthest from the flat
-    through those before it; all pushed away from the mean until somewhere nothing is left of them.
+    """Choose initial spectra: the sample farthest from the mean, then repeatedly the one farthest from the affine hull
+    of those before; all are moved away from the mean until a wavelength reaches 0.
     """
     chosen = [int(np.argmax(np.sum((wanted - wanted.mean(axis=0)) ** 2, axis=1)))]
     rest = wanted - wanted[chosen[0]]
@@ -169,9 +172,7 @@ def _corners(seen: np.ndarray, wanted: np.ndarray, count: int) -> np.ndarray:
 
 
 def _improved(found: Reduction, seen: np.ndarray) -> Reduction:
-    """Return the spectra moved, in turn with their shares, to where they mix all others better (Cichocki and Phan
-    2009).
-    """
+    """Refine spectra and shares by alternating least squares (hierarchical, Cichocki and Phan 2009)."""
     spectra = found.spectra.copy()
     for _ in range(_TURNS):
         shares = Reduction(spectra, found.wavelengths_nm).shares(seen)
@@ -193,16 +194,16 @@ def _judged(found: Reduction, seen: np.ndarray) -> Reduction:
 
 @dataclass(frozen=True, eq=False)
 class _Metric:
-    """All that the reflectances show of a light, as few numbers as there can be.
+    """Projection of a light onto the tristimulus values of all reflectances, in the fewest coordinates.
 
-    towards (Q,L) : those numbers of a light. rows (O, 3 R, Q) : of them, its tristimulus values, for each observer.
+    towards (Q,L) : coordinates from a light. rows (O, 3 R, Q) : tristimulus values from coordinates, for each observer.
     """
 
     towards: Float[np.ndarray, "Q L"]
     rows: Float[np.ndarray, "O V Q"]
 
     def delta_e94(self, truth: Float[np.ndarray, "n Q"], shown: Float[np.ndarray, "n Q"]) -> Float[np.ndarray, " n"]:
-        """Compute for each light, given by its numbers, the worst ΔE94 over reflectances and observers."""
+        """Compute the largest ΔE94 over reflectances and observers for each light, given by its coordinates."""
         worst = np.zeros(len(truth))
         for rows in self.rows:
             true, kept = ((numbers @ rows.T).reshape(len(numbers), -1, 3) for numbers in (truth, shown))
@@ -227,11 +228,11 @@ def _metric_of(key: bytes) -> _Metric:
 
 
 def _non_negative(wanted: Float[np.ndarray, "n Q"], parts: Float[np.ndarray, "K Q"]) -> Float[np.ndarray, "n K"]:
-    """Return the least squares of wanted - x @ parts over x >= 0: block principal pivoting (Kim and Park 2011,
-    algorithm 2).
+    """Minimise the squares of wanted - x @ parts over x >= 0: block principal pivoting (Kim and Park 2011, algorithm
+    2).
 
-    Which numbers are 0 is guessed for all rows at once, and where signs disagree the guess is exchanged; a row that
-    does not settle is left to the slower active sets of Lawson and Hanson.
+    The set of zeros is guessed for all rows at once and exchanged where signs disagree; a row that does not converge is
+    left to the slower active-set method of Lawson and Hanson.
     """
     lengths = np.sqrt(np.sum(parts**2, axis=1))
     parts = parts / lengths[:, None]

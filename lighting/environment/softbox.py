@@ -1,4 +1,4 @@
-"""A softbox: a rectangle that sends the same luminance everywhere and in all directions, to one side."""
+"""Softbox: a one-sided rectangular light of uniform luminance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...spectral.spectrum import Spectrum
 from ..lights import SpreadLight, check_spectrum, strength
 from ..vectors import Number, VectorLike, dot, finite_vector, unit
 
-# Solid angle, sr, below which a rectangle is sampled by area: sums of its angles would be rounding.
+# Solid angle, sr, below which a rectangle is sampled by area, since rounding dominates the sums of its angles.
 _SMALL = 1e-5
 # Floor of divisors, cosines and lengths: a rectangle sends no light into its own plane.
 _TINY = 1e-12
@@ -25,22 +25,22 @@ _PARALLEL = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class SoftboxLight(SpreadLight):
-    """A bright rectangle, black from behind, that each point of the world sees from where it is.
+    """One-sided rectangular area light of uniform luminance.
 
     Parameters
     ----------
-    position : (3,) of its middle, world coordinates; one world unit is a metre.
-    target : (3,) a point that it faces.
-    width, height : its sides, world units, > 0: across `up`, and along it.
+    position : (3,) of its centre, world coordinates; one world unit is a metre.
+    target : (3,) point that it faces.
+    width, height : sides across and along `up`, world units, > 0.
     spectrum : emission, relative: its scale does not matter.
-    illuminance_lux : at the target, on a plane that faces the light, lx, > 0.
-    up : (3,) roughly the direction of its height; None is up (+y), or away from the viewer (-z) where it faces
-        straight up or down.
-    spectrum_name : what reports call the spectrum.
+    illuminance_lux : at the target, on a plane facing the light, lx, > 0.
+    up : (3,) approximate direction of its height; None is up (+y), or away from the viewer (-z) if it faces straight up
+        or down.
+    spectrum_name : name of the spectrum, for reports.
 
     Raises
     ------
-    InputError : no power, no size, a target where it stands, `up` along its axis, or a spectrum that is no emission.
+    InputError : no power, no size, a target at its position, `up` along its axis, or a spectrum that is no emission.
     """
 
     KIND: ClassVar = "softbox"
@@ -89,7 +89,7 @@ class SoftboxLight(SpreadLight):
     def _up(stated: np.ndarray | None, axis: np.ndarray) -> Float[np.ndarray, "3"]:
         """Return the direction of the height: `stated`, or the first of +y and -z that is not along the axis.
 
-        What it gives, it gives back: a copy of a softbox has the same corners to the last bit.
+        Idempotent: a copy of a softbox has bit-identical corners.
         """
         if stated is not None and abs(stated @ axis) <= _ROUNDED and abs(stated @ stated - 1.0) <= _ROUNDED:
             return stated
@@ -121,13 +121,13 @@ class SoftboxLight(SpreadLight):
 
     @property
     def axes(self) -> Float[np.ndarray, "3 3"]:
-        """Unit rows: along its width, along its height, and the way it faces; right-handed."""
+        """Unit rows: along its width, along its height, and its facing direction; right-handed."""
         facing = unit(self.target - self.position)
         return np.stack([np.cross(self.up, facing), self.up, facing])
 
     @property
     def corners(self) -> Float[np.ndarray, "4 3"]:
-        """World, counter-clockwise as its front is seen."""
+        """Corners, world, counter-clockwise seen from the front."""
         right, up, _ = self.axes
         half_right, half_up = 0.5 * self.width * right, 0.5 * self.height * up
         return np.array([self.position + a * half_right + b * half_up for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
@@ -137,13 +137,14 @@ class SoftboxLight(SpreadLight):
         return replace(self, spectrum=spectrum, spectrum_name=name)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """Compute the illuminance on a surface in the middle of the box that faces it; 0 behind it."""
+        """Compute the illuminance, lx, on a surface at the box's centre facing the light; 0 behind the light."""
         middle = 0.5 * (low + high)
         distance = float(np.linalg.norm(self.position - middle))
         return float(np.linalg.norm(self.irradiance_vectors(middle[None])[0])), distance, distance
 
     def irradiance_vectors(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """(n,3) lx, whose product with a normal is the illuminance of a plane that has all of the light before it.
+        """Return vectors (n,3), lx, whose product with a normal is the illuminance of a plane with the whole light
+        above its horizon.
 
         Lambert's formula for polygons: half the luminance times the sum over edges of the angle each spans, along the
         normal of the plane through the edge and the point (Arvo 1994, eq. 2). 0 behind the light.
@@ -152,7 +153,7 @@ class SoftboxLight(SpreadLight):
         return np.where(in_front[:, None], self.luminance_cd_m2 * self._vector_irradiance(points), 0.0)
 
     def _vector_irradiance(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Compute the vector irradiance of a luminance of 1, whichever side the points are on: towards the light."""
+        """Compute the vector irradiance for luminance 1, towards the light, on either side of it."""
         corners = self.corners
         total = np.zeros_like(points)
         for here, there in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -163,18 +164,18 @@ class SoftboxLight(SpreadLight):
         return 0.5 * np.sign(dot(total, self.position - points))[:, None] * total
 
     def luminance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
-        """(n, 1) cd/m^2: that of the front where a ray from the point meets it."""
+        """Return the luminance (n, 1), cd/m^2: that of the front where a ray from the point hits it, else 0."""
         met, _ = self._met(points, directions)
         front = directions @ self.axes[2] < 0.0
         return np.where(met & front, self.luminance_cd_m2, 0.0)[:, None]
 
     def distance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
-        """Compute the distance to the rectangle; infinite where a ray passes it by."""
+        """Compute the distance to the rectangle; infinite for a ray that misses it."""
         met, along = self._met(points, directions)
         return np.where(met, along, np.inf)
 
     def _met(self, points: np.ndarray, directions: np.ndarray) -> tuple[Bool[np.ndarray, " n"], np.ndarray]:
-        """Return whether rays meet the rectangle, from whichever side, and how far off its plane is along each."""
+        """Return whether rays hit the rectangle, from either side, and the distance to its plane along each."""
         right, up, facing = self.axes
         towards, height = directions @ facing, (self.position - points) @ facing
         parallel = np.abs(towards) < _TINY
@@ -186,9 +187,9 @@ class SoftboxLight(SpreadLight):
     def drawn(
         self, points: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
-        """Evenly by solid angle (Ureña, Fajardo and King 2013); by area where the rectangle looks small.
+        """Sample uniformly by solid angle (Ureña, Fajardo and King 2013); by area where the rectangle subtends little.
 
-        A point behind it, for which nothing arrives, gets directions to its back.
+        A point behind it, which receives no light, gets directions to its back.
         """
         frame = self._seen_from(points)
         x, y, z = _on_rectangle(frame, uniform)
@@ -199,7 +200,7 @@ class SoftboxLight(SpreadLight):
         return to, self._density(frame, to, np.sqrt(x * x + y * y + z * z))
 
     def density(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> np.ndarray:
-        """1/sr with which `drawn` gives these directions; 0 beside the rectangle."""
+        """Return the probability density of `drawn` for these directions, 1/sr; 0 outside the rectangle."""
         met, along = self._met(points, directions)
         return np.where(met, self._density(self._seen_from(points), directions, np.where(met, along, 1.0)), 0.0)
 
@@ -210,7 +211,7 @@ class SoftboxLight(SpreadLight):
         return np.where(solid < _SMALL, by_area, 1.0 / np.maximum(solid, _SMALL))
 
     def _seen_from(self, points: np.ndarray) -> Float[np.ndarray, "5 n"]:
-        """x0, y0, x1, y1 of the rectangle and z of its plane, along `axes`, from each point."""
+        """Return x0, y0, x1, y1 of the rectangle and z of its plane, along `axes`, relative to each point."""
         x, y, z = ((self.position - points) @ self.axes.T).T
         half = 0.5 * np.array([self.width, self.height])
         return np.stack([x - half[0], y - half[1], x + half[0], y + half[1], z])
@@ -226,9 +227,9 @@ def _solid_angle(frame: Float[np.ndarray, "5 n"]) -> Float[np.ndarray, " n"]:
 
 
 def _on_rectangle(frame: Float[np.ndarray, "5 n"], uniform: Float[np.ndarray, "n 2"]) -> tuple[Any, Any, Any]:
-    """Points of rectangles, even by solid angle: Ureña, Fajardo and King 2013, listings 1 and 2.
+    """Sample points of rectangles uniformly by solid angle: Ureña, Fajardo and King 2013, listings 1 and 2.
 
-    What they come to where a rectangle is too small to be seen is not to be used.
+    Results are meaningless where a rectangle is too small to be seen.
     """
     x0, y0, x1, y1, height = frame
     z = -np.maximum(np.abs(height), _TINY)
