@@ -1,5 +1,5 @@
-"""Free directions at each vertex of a scene: computed once by rays, kept small, looked up by renderers.
+"""Precomputed visibility at the vertices of a scene: traced once, compressed, looked up by renderers.
 
-Begin with `visibility.py`; `refinement.py` bisects large triangles, `hidden_light.py` is the loss of one light,
-`cache.py` keeps all of it on disk.
+Begin with `visibility.py`; `refinement.py` bisects large triangles, `hidden_light.py` is the occlusion of one light,
+`cache.py` the cache on disk.
 """

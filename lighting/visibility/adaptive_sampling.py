@@ -1,12 +1,12 @@
-"""Large scenes: sites are traced where visibility changes, and foretold from those where it does not.
+"""Adaptive sampling in large scenes: sites are traced where visibility changes, and interpolated elsewhere.
 
-Sites are asked for from coarse to fine: one in each cell of a grid over place and normal, then of a grid half as wide,
-and so on, but only near such as were not foretold. A site was foretold where its codes are what a plane through its
-neighbours' says. A map may not show from afar how small a thing is that stands close by; so sites near which the scene
-rises above their horizon are asked about finely too, whatever their maps say.
+Sites are traced from coarse to fine: one in each cell of a grid over position and normal, then of a grid half as wide,
+and so on, but only near sites that were mispredicted. A site is predicted by a plane fitted to its neighbours' codes.
+Small objects close by may be missed from afar; so sites near which the scene rises above their horizon are sampled
+finely in any case.
 
-What is left in the end is taken from the traced sites around it, by the same plane: as coarsely as linear interpolation
-in a mesh of so many vertices would do. A place where a choice hangs on rounding is one where both answers are good.
+The remaining sites are interpolated from the traced sites around them, by the same plane, with the accuracy of linear
+interpolation in a mesh with as many vertices. Where a decision depends on rounding, both answers are good.
 """
 
 from __future__ import annotations
@@ -23,38 +23,39 @@ from scipy.spatial import KDTree
 from ..vectors import welded
 from .tracing import MAP
 
-#: Most sites of a scene that is traced whole: some seconds.
+#: Largest number of sites of a scene that is traced completely: some seconds.
 WHOLE = 8192
-#: Root mean square of bent distances by which a traced site's own neighbours may miss it. Sites between them are nearer
-#: to their neighbours than these are to each other, and missed by about a quarter of it. Of a smooth shape of 82,000
-#: triangles a fifth is traced then; with 0.12 the illuminance was off by four times as much, with 0.08 by no less.
+#: Tolerance of predictions of a traced site by its neighbours, root mean square of compressed distances. Sites between
+#: traced ones are nearer to their neighbours than these to each other, and mispredicted by about a quarter of it. Of a
+#: smooth shape of 82,000 triangles a fifth is traced; with 0.12 the error of the illuminance was four times as large,
+#: with 0.08 no smaller.
 MISSED = 0.1
-# Width of the coarsest cells, and the distance that a normal's change by 1 counts as, both in radii of the scene.
+# Width of the coarsest cells, and the distance equivalent to a change of the normal by 1, both in radii of the scene.
 _COARSEST, _NORMAL = 0.3, 0.5
-# A shell close behind a surface sees nothing, and predicts nothing of the surface. A site predicted by such sites with
-# more than this share, but not wholly, is traced (sites between others are missed by a quarter of what these miss each
-# other by), and so is one from whose plane they lie off by more than this sine.
+# A shell close behind a surface is dark, and predicts nothing about the surface. A site is traced if dark sites
+# contribute more than this share to its prediction, but not all of it (the error between sites is a quarter of that
+# between neighbours), or if they are off its plane by more than this sine.
 _MIXED, _ASIDE = 0.25 * MISSED, 0.5
-# Neighbours that a plane is fitted to, and those of which one has to ask for finer sites.
+# Numbers of neighbours for the fit of a plane, and of those of which one has to request finer sites.
 _AROUND, _NEAR = 8, 4
-# Test for a rising scene: nearest sites tested, how much finer their grid is, and the sine that one has to rise by.
+# Test for a rising scene: number of nearest sites, refinement of their grid, and least sine of their elevation.
 _LOOKED_AT, _FINER, _SINE = 64, 4.0, 0.1
-# Weight that holds the plane's slopes to 0 where neighbours stand in a row.
+# Ridge on the plane's slopes, for collinear neighbours.
 _LEVEL = 1e-3
-# Most grids; sites per block, some 60 MB of codes.
+# Largest number of grids; sites per block, some 60 MB of codes.
 _GRIDS, _BLOCK = 16, 1 << 14
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Surroundings of n sites in a scene of radius 1 about the origin: places and unit normals."""
+    """Positions and unit normals of n sites in a scene of radius 1 about the origin."""
 
     places: Float[np.ndarray, "n 3"]
     normals: Float[np.ndarray, "n 3"]
 
     @cached_property
     def both(self) -> Float[np.ndarray, "n 6"]:
-        """Place of a site among places and normals."""
+        """Joint coordinates of position and scaled normal."""
         return np.concatenate([self.places, _NORMAL * self.normals], axis=1)
 
     @cached_property
@@ -62,7 +63,7 @@ class Surroundings:
         return {}
 
     def one_a_cell(self, width: float) -> Int[np.ndarray, " m"]:
-        """Return the first site of each cell that has any, for widths of which each is another times a power of 2."""
+        """Return the first site of each non-empty cell; widths must differ by powers of 2."""
         known, count = self._known_cells, len(self.places)
         if width not in known:
             # Cells of half the width lie in whole ones: those of a site each stay so.
@@ -75,7 +76,9 @@ class Surroundings:
         return known[width]
 
     def coarsest(self, least: int) -> Int[np.ndarray, " m"]:
-        """Return one site a cell of the coarsest grid that has so many: `thinned` asks for these at first, too."""
+        """Return one site per cell of the coarsest grid with at least `least` non-empty cells; `thinned` begins with
+        these.
+        """
         found = np.arange(0)
         for number in range(_GRIDS):
             if len(found) >= min(least, len(self.places)):
@@ -91,17 +94,17 @@ def thinned(
     trace: Callable[[Int[np.ndarray, " m"]], object],
     dark: Bool[np.ndarray, " n"],
 ) -> Int[np.ndarray, " t"]:
-    """Fill in the codes of all sites; returns which of them were traced.
+    """Fill in the codes of all sites; return the indices of the traced ones.
 
     Parameters
     ----------
-    codes : filled in place. known : which sites have theirs; they should be spread over all, sorted.
-    trace : called with sites, sorted, whose codes it writes, and `dark`.
-    dark : which of the known see nothing at all: what rises near them hides nothing from them any more.
+    codes : filled in place. known : indices of sites with known codes, sorted; they should be spread over all sites.
+    trace : called with sorted sites; writes their `codes` and `dark`.
+    dark : mask of known sites that see nothing; a scene rising near them hides nothing more.
     """
     both = around.both
     asking = np.ones(len(known), dtype=bool)
-    # Sites near which nothing rises, as far as tested: finer tests are for the others.
+    # Sites with no scene rising near them, so far as tested; only the others are tested on finer grids.
     level = np.zeros(len(codes), dtype=bool)
     before = 0
     for number in range(_GRIDS):
@@ -135,7 +138,7 @@ def thinned(
 def _missed(
     around: Surroundings, codes: Float[np.ndarray, "n K"], known: Int[np.ndarray, " k"], which: Int[np.ndarray, " m"]
 ) -> Float[np.ndarray, " m"]:
-    """Compute by how much neighbours miss known sites, root mean square over the map."""
+    """Compute the error of predicting known sites from their neighbours, root mean square over the map."""
     found, tree = np.empty(len(which)), KDTree(around.both[known])
     for start in range(0, len(which), _BLOCK):
         some = which[start : start + _BLOCK]
@@ -147,10 +150,10 @@ def _missed(
 def _plane(
     around: Surroundings, known: Int[np.ndarray, " k"], tree: KDTree, which: Int[np.ndarray, " m"]
 ) -> tuple[Int[np.ndarray, "m c"], Float[np.ndarray, "m c"]]:
-    """Return the nearest known sites, and the shares by which the plane through them, the sites themselves left out,
-    predicts sites.
+    """Return the nearest known sites, and their shares in predicting each site by a plane; a site does not predict
+    itself.
 
-    tree : of `around.both` of the known sites.
+    tree : over `around.both` of the known sites.
 
     Least squares over steps in the tangent plane of each site, with weights that fall to 0 at the farthest neighbour.
     """
@@ -175,7 +178,7 @@ def _plane(
 def _mixed(
     codes: Float[np.ndarray, "n K"], near: Int[np.ndarray, "m c"], shares: Float[np.ndarray, "m c"]
 ) -> Float[np.ndarray, "m K"]:
-    """Codes that neighbours predict by their shares."""
+    """Predict codes from neighbours and their shares."""
     used, at = np.unique(near, return_inverse=True)
     ends = near.shape[1] * np.arange(len(near) + 1)
     return csr_array((shares.ravel(), at.ravel(), ends), (len(near), len(used))) @ codes[used].astype(np.float32)
@@ -187,9 +190,9 @@ def _between_shells(
     near: Int[np.ndarray, "m c"],
     shares: Float[np.ndarray, "m c"],
 ) -> Bool[np.ndarray, " m"]:
-    """Return whether sites that see nothing may predict sites of another surface.
+    """Return a mask of sites whose prediction mixes dark sites of another surface.
 
-    shares : of neighbours that see nothing; 0 for all others.
+    shares : of dark neighbours; 0 for all others.
     """
     dim = shares.sum(axis=1)
     found = (dim > _MIXED) & (dim < 1.0 - _MIXED)
@@ -201,8 +204,8 @@ def _between_shells(
 
 
 def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) -> Bool[np.ndarray, " m"]:
-    """Return whether the scene rises above the horizons of sites, within about `width`."""
-    # Nearest by places alone: a wall's normals are far from the floor's.
+    """Return a mask of sites above whose horizon the scene rises, within about `width`."""
+    # Nearest by position alone, since a wall's normals are far from the floor's.
     few = around.one_a_cell(width / _FINER)
     tree, found = KDTree(around.places[few]), np.zeros(len(which), dtype=bool)
     for start in range(0, len(which), _BLOCK):
@@ -217,6 +220,6 @@ def _rising(around: Surroundings, which: Int[np.ndarray, " m"], width: float) ->
 def _nearest(
     tree: KDTree, asked: Float[np.ndarray, "m d"], count: int
 ) -> tuple[Float[np.ndarray, "m c"], Int[np.ndarray, "m c"]]:
-    """Find how far off the nearest in a tree are, and which these are."""
+    """Return distances and indices of the nearest points in a tree."""
     far, near = (np.asarray(each).reshape(len(asked), -1) for each in tree.query(asked, min(count, tree.n)))
     return far, near

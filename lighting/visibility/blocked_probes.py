@@ -1,7 +1,7 @@
-"""Sites that are shut: another part stands on them, or they are inside of one.
+"""Blocked sites: covered by another part, or inside of one.
 
-What they see is seen from nowhere, but is mixed into what is seen beside them: the floor along a wall would be as dark
-as the floor below it. They take what open sites next to them see.
+They are never seen themselves, but their codes are interpolated with those beside them: the floor along a wall would be
+as dark as the floor below it. They take over the visibility of open neighbours.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from ..vectors import dot
 from .occluders import Occluders
 from .sites import Sites
 
-# Rays of the test, of which most sites need few; the largest share of even light that reaches a shut site; and the
-# distance within which a ray ends at once, in radii of the scene.
+# Rays of the test, of which most sites need few; the largest share of uniform light that reaches a blocked site; and
+# the distance at which a hit counts as contact, in radii of the scene.
 _RAYS, _REACHES, _AT_ONCE = 32, 0.1, 0.003
 # Sites per block: some 50 MB of rays.
 _BLOCK = 1 << 15
@@ -26,9 +26,9 @@ def shut_sites(
     face_normals: Float[np.ndarray, "F 3"],
     solid: Bool[np.ndarray, " F"],
 ) -> Bool[np.ndarray, " S"]:
-    """Find sites whose rays nearly all end on the inner side of a solid, or at once.
+    """Find sites from which nearly all rays hit the inner side of a solid, or anything in contact.
 
-    face_normals, solid : of the triangles of `occluders`; whether they are of closed bodies.
+    face_normals, solid : normals of the triangles of `occluders`, and whether each belongs to a closed body.
     """
     found = np.zeros(len(where), dtype=bool)
     to = _spiral(_RAYS)
@@ -47,17 +47,17 @@ def shut_sites(
 
 
 def edges(corners: Int[np.ndarray, "F 3"]) -> Int[np.ndarray, "n 2"]:
-    """Return the ends of the edges of triangles, an edge of two triangles twice."""
+    """Return the end points of the edges of triangles; an edge shared by two triangles appears twice."""
     return np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
 
 
 def beside_shut(
     values: Float[np.ndarray, "S *K"], shut: Bool[np.ndarray, " S"], ends: Int[np.ndarray, "n 2"]
 ) -> Float[np.ndarray, "S *K"]:
-    """Return the same, with means of their open neighbours at sites that are shut; where they have none, as it is: what
-    lies between a shut site and others is seen, and is not half dark.
+    """Replace values at blocked sites by the mean of their open neighbours, so that triangles between the two are not
+    half dark; a blocked site without open neighbours keeps its value.
 
-    ends : see `edges`, by site; -1 where there is none.
+    ends : see `edges`, as site indices; -1 for none.
     """
     both = _from_shut_to_open(shut, ends)
     sites, place, count = np.unique(both[:, 0], return_inverse=True, return_counts=True)
@@ -69,12 +69,12 @@ def beside_shut(
 
 
 def rim_of_shut(shut: Bool[np.ndarray, " S"], ends: Int[np.ndarray, "n 2"]) -> Int[np.ndarray, " r"]:
-    """Sites that are shut and stand beside open ones, ascending; `ends` as of `beside_shut`."""
+    """Return the blocked sites with open neighbours, ascending; `ends` as in `beside_shut`."""
     return np.unique(_from_shut_to_open(shut, ends)[:, 0])
 
 
 def _from_shut_to_open(shut: Bool[np.ndarray, " S"], ends: Int[np.ndarray, "n 2"]) -> Int[np.ndarray, "m 2"]:
-    """Edges between the two, each once, the shut end first."""
+    """Return the edges between blocked and open sites, each once, the blocked end first."""
     both = np.concatenate([ends, ends[:, ::-1]])
     both = both[(both >= 0).all(axis=1)]
     return np.unique(both[shut[both[:, 0]] & ~shut[both[:, 1]]], axis=0)
@@ -88,7 +88,9 @@ def _reached(
     face_normals: Float[np.ndarray, "F 3"],
     solid: Bool[np.ndarray, " F"],
 ) -> Float[np.ndarray, " n"]:
-    """Return the cosine of a direction, turned round where it looks below the horizon; nought where its ray ends so."""
+    """Return the absolute cosine of a direction, reversed where it points below the horizon; 0 where its ray hits the
+    inner side of a solid or anything in contact.
+    """
     cosine = normals @ way
     to = np.where((cosine < 0.0)[:, None], -way, way)
     triangle, far = occluders.met(starts, to)
@@ -97,9 +99,9 @@ def _reached(
 
 
 def _spiral(count: int) -> Float[np.ndarray, "count 3"]:
-    """Unit directions, evenly over the sphere, no two opposite ones."""
+    """Return unit directions distributed evenly over the sphere, no two of them opposite."""
     height = 1.0 - (2.0 * np.arange(count) + 1.0) / count
-    # Far apart from first to last: any few of them go all round.
+    # Ordered so that any few consecutive directions cover the sphere.
     order = np.argsort((np.arange(count) * 0.618033988749895) % 1.0)
     turn = np.arange(count) * np.pi * (3.0 - np.sqrt(5.0))
     across = np.sqrt(1.0 - height**2)

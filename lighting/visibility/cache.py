@@ -1,9 +1,9 @@
-"""Visibility that was computed before: a file for each geometry, in a folder that may be deleted at any time.
+"""Cache of visibility on disk: a file for each geometry, in a folder that may be deleted at any time.
 
 A file is named by a hash of all that it depends on: the vertices, normals and triangles of all parts, the code of this
-room, and the libraries that give the numbers. Materials, lights and cameras do not count, but for the plane of a
-softbox that only what lies before it can hide. It holds a hash of its content; one that is damaged is computed anew,
-and that is said. `cache_limits` bounds what all of them take.
+package, and the numerical libraries. Materials, lights and cameras do not matter, except the plane of a softbox, since
+only geometry in front of it can occlude it. A file holds a hash of its content; a damaged one is reported and computed
+again. `cache_limits` bounds their total size.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from .refinement import cuts
 from .sites import nothing_hides, pieces_of
 from .visibility import SceneVisibility
 
-# Libraries of which another version may give other numbers.
+# Libraries whose version may change results.
 _LIBRARIES = ("numpy", "scipy", "embreex")
-# Arrays of a file; the refinement is made anew, since the scene says it all.
+# Arrays of a file; the refinement is recomputed from the scene.
 _ARRAYS = tuple(each.name for each in fields(SceneVisibility) if each.name != "refinement")
 _NOTHING_HIDES = "nothing_hides"
 
@@ -44,21 +44,21 @@ def scene_visibility(
     seen: SeenPoints | None = None,
     on_seen: Callable[[SceneVisibility], object] = lambda found: None,
 ) -> SceneVisibility | None:
-    """Return the visibility of a scene, from `folder` where it is there, else computed and kept there.
+    """Return the visibility of a scene, read from `folder` if cached there, else computed and stored.
 
     Parameters
     ----------
-    folder : of the cache, made where it is missing; None keeps nothing, nor does a limit of 0 (`cache_limits`).
-    jobs, progress, before, seen, on_seen : as of `computed_visibility`.
-    say : hears a sentence where a file of the cache cannot be used, and where the work takes long.
+    folder : of the cache, created if missing; None or a limit of 0 (`cache_limits`) disables caching.
+    jobs, progress, before, seen, on_seen : see `computed_visibility`.
+    say : called with a message if a cache file cannot be used, and before long work.
 
     Returns
     -------
-    SceneVisibility or None : None where nothing hides anything from anything.
+    SceneVisibility or None : None if nothing occludes anything.
 
     Raises
     ------
-    InputError : it would not fit into memory; the folder cannot be made or written to; its limit is no size.
+    InputError : it would not fit into memory; the folder cannot be created or written to; its limit is no size.
     """
     limit = 0 if folder is None else most_bytes()
     if folder is None or not limit:
@@ -71,14 +71,14 @@ def scene_visibility(
             used(file)
             return found
         except FileNotFoundError:
-            # Another process has made room since.
+            # Another process has freed space since.
             pass
         except UNREADABLE:
             say(f"{file} is damaged; the visibility of the scene is computed again")
-    # Known at once: such scenes have no file.
+    # Known without tracing: such scenes have no file.
     if nothing_hides(pieces_of(scene)):
         return None
-    # Before the work; this also clears away what a killed process has left of this file.
+    # Before the work; this also removes remains of this file left by a killed process.
     made_folder(folder)
     check_writable(file)
     _say_cost(scene, jobs, say)
@@ -89,7 +89,7 @@ def scene_visibility(
 
 
 def is_kept(scene: Scene, folder: Path | str | None, before: Before | None = None) -> bool:
-    """Return True if `folder` has a file of the visibility of a scene, which may yet be damaged."""
+    """Return whether `folder` has a file with the visibility of a scene; it may still be damaged."""
     return folder is not None and _file(scene, Path(folder), before).is_file()
 
 
@@ -104,14 +104,14 @@ def _say_cost(scene: Scene, jobs: int, say: Callable[[str], object]) -> None:
 
 
 def visibility_key(scene: Scene, before: Before | None = None) -> str:
-    """Return the hash of everything that the visibility of a scene depends on."""
+    """Hash everything that the visibility of a scene depends on."""
     meshes = tuple((part.mesh.vertices, part.mesh.normals, part.mesh.faces) for part in scene.parts)
     return fingerprint(meshes, _computing_code(), before)
 
 
 @cache
 def _computing_code() -> str:
-    """Hash the modules of this room and of what they compute with, and the versions of libraries."""
+    """Hash the modules of this package and of its numerical dependencies, and the versions of libraries."""
     room = Path(__file__).parent
     beside = (
         "vectors.py",

@@ -1,9 +1,9 @@
-"""Folders that visibility, and rays between parts, are kept in from run to run: where they are, how large each may
-grow, and what goes first.
+"""Cache folders for visibility and for rays between parts: location, size limit, and eviction of least recently used
+files.
 
-A file's time is that of its last use, since systems do not keep times of reading. What was not used for longest is
-removed first; the file that was just used stays, however large it is. Two processes may do so at once: a file that is
-gone was removed by the other, and one that somebody reads stays readable to them.
+A file's modification time is set at each use, since access times are unreliable. The least recently used file is
+removed first; the one just used stays, whatever its size. Processes may prune concurrently: a missing file was removed
+by another, and an open file stays readable.
 """
 
 from __future__ import annotations
@@ -21,20 +21,20 @@ from ...runtime.files import half_written
 from ...runtime.locks import remove_abandoned
 from ...runtime.memory import gigabytes
 
-#: Environment variable of each folder's limit, in gigabytes (1e9 bytes); 0 keeps nothing.
+#: Environment variable with the limit of each folder, in gigabytes (1e9 bytes); 0 disables caching.
 LIMIT_VARIABLE = "METAMER_CACHE_GB"
-#: Limit without it: some 250 scenes of 50,000 vertices, or 13 of a million (77 bytes a vertex; at most a hundred).
+#: Default limit: some 250 scenes of 50,000 vertices, or 13 of a million (77 bytes a vertex; at most a hundred).
 DEFAULT_GB = 1.0
 _SUFFIX = ".npz"
 
 
 def visibility_folder() -> Path:
-    """`metamer/visibility` in the user's cache, which `XDG_CACHE_HOME` moves."""
+    """Return `metamer/visibility` in the user's cache folder (`XDG_CACHE_HOME`)."""
     return cache_folder("visibility")
 
 
 def transfer_folder() -> Path:
-    """`metamer/transfer` beside it: rays of `lighting.transfer`."""
+    """Return `metamer/transfer` beside it, for rays of `lighting.transfer`."""
     return cache_folder("transfer")
 
 
@@ -43,7 +43,7 @@ def most_bytes() -> int:
 
     Raises
     ------
-    InputError : `METAMER_CACHE_GB` is no number, or no size.
+    InputError : `METAMER_CACHE_GB` is not a number, or not a size.
     """
     stated = os.environ.get(LIMIT_VARIABLE, "").strip()
     try:
@@ -61,16 +61,16 @@ def most_bytes() -> int:
 
 
 def used(file: Path) -> None:
-    """Say that a file is of use now."""
-    # A folder that may only be read is of use all the same.
+    """Mark a file as just used."""
+    # A read-only cache is still usable.
     with suppress(OSError):
         os.utime(file)
 
 
 def pruned(folder: Path, most: int, keep: Collection[Path] = ()) -> tuple[int, int]:
-    """Remove what was not used for longest until at most `most` bytes are left; those of `keep` stay.
+    """Remove least recently used files until at most `most` bytes are left; those of `keep` stay.
 
-    What killed processes have left half-written goes too. Returns how many files are left, and their bytes.
+    Partial files of killed processes are removed too. Return the number of files left, and their bytes.
     """
     for stray in half_written(folder, (_SUFFIX,)):
         remove_abandoned(stray)
@@ -85,7 +85,7 @@ def pruned(folder: Path, most: int, keep: Collection[Path] = ()) -> tuple[int, i
 
 
 def cache_words(folder: Path) -> str:
-    """Describe the content of the folder."""
+    """Describe the number and size of the files in a folder."""
     sizes = [size for _, size, _ in _files(folder)]
     files = "1 file" if len(sizes) == 1 else f"{len(sizes)} files"
     held = gigabytes(sum(sizes)) if sizes else "0 GB"
@@ -93,7 +93,7 @@ def cache_words(folder: Path) -> str:
 
 
 def _files(folder: Path) -> Iterator[tuple[int, int, Path]]:
-    """Yield when each file was used last (ns), its size and its name."""
+    """Yield time of last use (ns), size and path of each file."""
     for file in folder.glob(f"*{_SUFFIX}"):
         with suppress(FileNotFoundError):
             found = file.stat()
@@ -101,7 +101,7 @@ def _files(folder: Path) -> Iterator[tuple[int, int, Path]]:
 
 
 def _removed(file: Path) -> bool:
-    """Return whether a file is gone; one that may not be removed stays, and counts."""
+    """Remove a file and return whether it is gone; one that cannot be removed stays, and counts."""
     try:
         file.unlink(missing_ok=True)
     except OSError:

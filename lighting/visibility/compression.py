@@ -1,16 +1,16 @@
-"""Maps of signed distances as a mean and a few axes, with a byte or half a byte a term and place.
+"""Compression of maps of signed distances: a mean and a few principal axes, with a byte or half a byte per term and
+site.
 
-Principal component analysis with weights (Wang et al. 2009, eq. 24, minds nothing but squares over the hemisphere):
+Weighted principal component analysis (Wang et al. 2009, eq. 24, minimises unweighted squares over the hemisphere):
 
-- Distances are bent, v = tanh(angle / `SOFT`), so that terms are not spent on how far off a far boundary is.
-- What counts are texels near a boundary, where an error moves a shadow, and those that see much of the light: by the
-  cosine above the horizon. Below it a site has no values of its own; they become what the axes make likely, and cost
-  nothing.
+- Distances are compressed, v = tanh(angle / `SOFT`), so that no terms are spent on distances to far boundaries.
+- Weights are large near a boundary, where an error moves a shadow, and grow with the cosine above the horizon. Texels
+below it have no values of their own and almost no weight; the axes extrapolate them.
 
-Axes and codes are found in turns, each by linear least squares with the other held. In the end axes are turned so
-that codes fall off as fast as they can. The first, which vary most, have a byte each, in steps of 1 / 127 of the
-largest; the others half a byte, in steps of 1 / 7 of four times their root mean square, the few beyond held there. Both
-add little beside what the terms leave out.
+Axes and codes are fitted alternately, each by linear least squares with the other fixed. Finally the axes are rotated
+so that codes decay as fast as possible. The first terms, which vary most, have a byte each, in steps of 1 / 127 of the
+largest; the others half a byte, in steps of 1 / 7 of four times their root mean square, with the few beyond clamped.
+Quantisation adds little to the truncation error.
 """
 
 from __future__ import annotations
@@ -27,24 +27,25 @@ from .tracing import BELOW, MAP, texels
 
 #: Signed angles are stored as tanh(angle / SOFT), radians.
 SOFT = np.pi / 4.0
-#: Most terms, if a vertex has room for them, and if it has two sites, as on sheets. Inside a car the error of direct
+#: Largest number of terms, and of those of a vertex with two sites, as on sheets. Inside a car the error of direct
 #: light (p95) is a twelfth lower with the former, and visibility takes a fifth longer to compute.
 MOST_TERMS, FEW_TERMS = 96, 64
-# Terms with a byte each, of more than `FEW_TERMS` and of fewer; multiples of 4, as texels hold them.
+# Number of terms with a byte each, above `FEW_TERMS` terms and otherwise; multiples of 4, the channels of a texel.
 _BYTES, _FEW_BYTES = 32, 16
-# Angle from a boundary (rad) at which a texel's weight falls to 1/e; its floor in the open; and below the horizon.
+# Angle from a boundary (rad) at which a texel's weight falls to 1/e; its floor far from boundaries; and below the
+# horizon.
 _NEAR, _OPEN, _UNSEEN = np.deg2rad(20.0), 0.1, 1e-3
 # Weight of a texel at the horizon, to which its cosine is added.
 _GRAZING = 0.1
-# Root mean square of bent distances that fewer terms may leave out.
+# Truncation error, root mean square of compressed distances, that is accepted for fewer terms.
 _LEFT_OUT = 0.01
-# Alternations of axes and codes, and the ridge that holds axes to zero which no weight determines.
+# Alternations of axes and codes, and the ridge for axes that no weight determines.
 _TURNS, _RIDGE = 2, 1e-4
 # Steps of conjugate gradients for codes, and the side of the map of normals whose sites share a preconditioner: shadows
 # agree with the exact solution to a hundredth, in a quarter of its time. The preconditioner's weights are those at this
 # angle (rad) from a boundary.
 _STEPS, _NORMALS, _USUAL = 4, 8, np.pi / 4.0
-# Half a byte reaches from -7 to 7; 7 is this many root mean squares of its term.
+# Range of a half byte, -7 to 7, in root mean squares of its term.
 _HALF, _REACH = 7, 4.0
 # Codes packed per block: less than a megabyte.
 _PACKED = 1024
@@ -52,18 +53,18 @@ _PACKED = 1024
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """mean (texels,) and axes (texels, K) of bent distances, float32; axes are square to each other."""
+    """Mean (texels,) and orthogonal axes (texels, K) of compressed distances, float32."""
 
     mean: Float[np.ndarray, " texels"]
     axes: Float[np.ndarray, "texels K"]
 
     def __reduce__(self) -> tuple:
-        """Without the inverses: another process makes its own."""
+        """Pickle without the inverses, which each process recomputes."""
         return Basis, (self.mean, self.axes)
 
     @cached_property
     def inverses(self) -> Float[np.ndarray, "normals K K"]:
-        """Inverse matrices of the least squares at sites of each direction of normals, with weights as usual."""
+        """Inverse normal matrices of the least squares, for sites of each direction of normals with typical weights."""
         normals = octahedral.texel_directions(_NORMALS).reshape(-1, 3)
         weights = importance(np.full((len(normals), MAP**2), _USUAL, dtype=np.float32), normals)
         matrices = np.stack([(self.axes.T * one) @ self.axes for one in weights])
@@ -71,7 +72,7 @@ class Basis:
 
     @property
     def hidden(self) -> Float[np.ndarray, " K"]:
-        """Code of a site that sees nothing anywhere."""
+        """Code of a fully occluded site."""
         return (bent(np.full(MAP**2, -0.5 * np.pi, dtype=np.float32)) - self.mean) @ self.axes
 
 
@@ -81,13 +82,15 @@ def bent(distances: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
 
 
 def straight(values: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """Signed angles of stored values, which mixing and rounding may carry a little beyond those of pi / 2."""
+    """Return signed angles from stored values, which interpolation and rounding may carry slightly beyond those of pi /
+    2.
+    """
     most = np.tanh(0.5 * np.pi / SOFT)
     return np.clip(SOFT * np.arctanh(np.clip(values, -most, most)), -0.5 * np.pi, 0.5 * np.pi)
 
 
 def straightening(values: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """Differentiate signed angles by stored values; 0 where those are held."""
+    """Differentiate signed angles with respect to stored values; 0 where these are clamped."""
     held = np.abs(values) >= np.tanh(0.5 * np.pi / SOFT)
     return np.where(held, 0.0, SOFT / (1.0 - np.square(np.where(held, 0.0, values))))
 
@@ -95,7 +98,7 @@ def straightening(values: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
 def importance(
     distances: Float[np.ndarray, "n texels"], normals: Float[np.ndarray, "n 3"]
 ) -> Float[np.ndarray, "n texels"]:
-    """Weigh texels at sites of these normals."""
+    """Return the weights of texels at sites with these normals."""
     sines = normals.astype(np.float32) @ texels().T
     weights = np.exp(np.abs(distances) * np.float32(-1.0 / _NEAR))
     weights += np.float32(_OPEN)
@@ -122,14 +125,15 @@ def fitted_basis(
     dark: Bool[np.ndarray, " n"],
     most: int = MOST_TERMS,
 ) -> tuple[Basis, Float[np.ndarray, "n K"]]:
-    """Find the basis of bent distances of n sites, with as few terms as leave out little, and the sites' codes.
+    """Fit the basis of compressed distances of n sites, with the fewest terms of acceptable truncation error, and the
+    sites' codes.
 
-    dark : sites that see nothing, which share the code of that. most : terms.
+    dark : fully occluded sites, which share one code. most : largest number of terms.
     """
     basis = _principal(values, most)
     if not basis.axes.shape[1]:
         return basis, np.zeros((len(values), 0), dtype=np.float32)
-    # Dark sites are one, the last, of the sum of their weights.
+    # Dark sites are merged into one, the last, with the sum of their weights.
     light, some = np.flatnonzero(~dark), np.flatnonzero(dark)
     count, row = np.ones(len(light)), np.cumsum(~dark) - 1
     if len(some):
@@ -154,19 +158,18 @@ def fitted_basis(
 
 
 def quick_basis(values: Float[np.ndarray, "n texels"], dark: Bool[np.ndarray, " n"], most: int = MOST_TERMS) -> Basis:
-    """Find a basis of bent distances of n sites in a fifth of the time: principal axes, that no weight has turned.
+    """Find a basis of compressed distances of n sites in a fifth of the time: unweighted principal axes.
 
-    It leaves out as much of the sites that it was made of, and of those between them, as `fitted_basis` does of a whole
-    scene.
+    Its truncation error for these sites, and for those between them, equals that of `fitted_basis` for a whole scene.
     """
-    # Both ends, all open and all hidden, are there for certain.
+    # Both extremes, all free and all hidden, are always included.
     ends = np.float32(np.tanh(0.5 * np.pi / SOFT)) * np.array([[1.0], [-1.0]], np.float32)
     known = np.concatenate([values[~dark], np.broadcast_to(ends, (2, MAP**2))])
     return _principal(known, most)
 
 
 def _principal(values: Float[np.ndarray, "n texels"], most: int) -> Basis:
-    """Return the principal axes of bent distances, as few as leave out little."""
+    """Return the fewest principal axes of compressed distances with an acceptable truncation error."""
     from scipy.linalg import eigh
 
     mean = values.mean(axis=0)
@@ -186,10 +189,10 @@ def encoded(
     weights: Float[np.ndarray, "n texels"],
     normals: Float[np.ndarray, "n 3"],
 ) -> Float[np.ndarray, "n K"]:
-    """Return the codes that stand for values: the weighted least squares, by a few preconditioned conjugate gradients.
+    """Encode values by weighted least squares, with a few steps of preconditioned conjugate gradients.
 
-    They begin at the plain projection, which stays where no weight determines more. Sites of like normals have like
-    weights, and share a preconditioner.
+    The unweighted projection is the starting point, and remains where weights determine nothing. Sites of similar
+    normals have similar weights, and share a preconditioner.
     """
     if not basis.axes.shape[1]:
         return np.zeros((len(values), 0), dtype=np.float32)
@@ -226,13 +229,13 @@ def encoded(
 def pack_codes(
     codes: Float[np.ndarray, "S K"],
 ) -> tuple[Int[np.ndarray, "S B"], UInt8[np.ndarray, "S H"], Float[np.ndarray, " K"]]:
-    """Codes as whole numbers, and the size of one step of each term.
+    """Quantise codes to integers, with a step size for each term.
 
     Returns
     -------
-    whole (S, B) : of the first `whole_bytes` terms, from -127 to 127.
-    halves (S, (K - B) / 2) : two of the other terms a byte, the first in its lower half: from 1 to 15, 8 for nothing.
-    steps (K,).
+    whole (S, B) : the first `whole_bytes` terms, from -127 to 127.
+    halves (S, (K - B) / 2) : two of the other terms per byte, the first in the lower half: 1 to 15, with 8 for 0.
+    steps (K,) : step sizes.
     """
     whole = whole_bytes(codes.shape[1])
     largest, squares = np.zeros(whole, dtype=codes.dtype), np.zeros(codes.shape[1] - whole)
@@ -255,16 +258,16 @@ def pack_codes(
 
 
 def unpack_codes(whole: Int[np.ndarray, "*n B"], halves: UInt8[np.ndarray, "*n H"]) -> Float[np.ndarray, "*n K"]:
-    """Return the whole numbers of all terms, as float32."""
+    """Return the integers of all terms, as float32."""
     small = np.stack([halves & 15, halves >> 4], axis=-1).reshape(*halves.shape[:-1], -1)
     return np.concatenate([whole.astype(np.float32), small.astype(np.float32) - np.float32(8.0)], axis=-1)
 
 
 def _turned(basis: Basis, codes: np.ndarray, values: np.ndarray, weights: np.ndarray) -> Basis:
-    """Return the basis that suits codes which the given one finds, its axes square to each other again."""
+    """Refit the basis to the codes found with the given one, and orthogonalise its axes."""
     extended = np.concatenate([codes, np.ones((len(codes), 1), dtype=np.float32)], axis=1)
     before = np.concatenate([basis.axes, basis.mean[:, None]], axis=1)
-    # Held to what they were, weakly: a texel that hardly any site sees has no axes of its own.
+    # Weak ridge towards the previous axes, for texels that hardly any site sees.
     hold = 1e-5 * len(values)
     right = (weights * values).T @ extended + np.float32(hold) * before
     solved = _solved(weights.T, _products(extended), right, hold)
@@ -273,7 +276,7 @@ def _turned(basis: Basis, codes: np.ndarray, values: np.ndarray, weights: np.nda
 
 
 def _products(known: Float[np.ndarray, "m K"]) -> Float[np.ndarray, "m P"]:
-    """Multiply every two columns, in the order of `_packing`."""
+    """Multiply every pair of columns, in the order of `_packing`."""
     across = np.ascontiguousarray(known.T)
     row, column = _packing(len(across))
     found = np.empty((len(row), len(known)), dtype=known.dtype)
@@ -284,7 +287,7 @@ def _products(known: Float[np.ndarray, "m K"]) -> Float[np.ndarray, "m P"]:
 
 @lru_cache(maxsize=4)
 def _packing(terms: int) -> tuple[Int[np.ndarray, " P"], Int[np.ndarray, " P"]]:
-    """Return the rows and columns of a symmetric matrix's lower triangle in rectangular full packed storage.
+    """Return the row and column indices of a symmetric matrix's lower triangle in rectangular full packed storage.
 
     Source: Gustavson et al., ACM TOMS 37(2), 2010: a triangle's room, and level 3 BLAS in it.
     """
@@ -303,8 +306,7 @@ def _solved(
 ) -> Float[np.ndarray, "n K"]:
     """Solve (known^T diag(w) known + ridge) x = right for each row w of weights.
 
-    products : see `_products`. All rows' matrices come out of one multiplication, as triangles packed the way LAPACK
-    takes them.
+    products : see `_products`. One multiplication computes the matrices of all rows, as triangles packed for LAPACK.
     """
     from scipy.linalg.lapack import spftrf, spftrs
 
@@ -316,7 +318,7 @@ def _solved(
     for number, (triangle, one) in enumerate(zip(triangles, right.astype(np.float32), strict=True)):
         factor, failed = spftrf(terms, triangle, uplo="L")
         if failed:
-            # Too near to singular for a triangle in float32.
+            # Too nearly singular for a Cholesky factorisation in float32.
             whole = np.zeros((terms, terms))
             whole[row, column] = whole[column, row] = triangle
             found[number] = np.linalg.lstsq(whole, one.astype(np.float64), rcond=None)[0]

@@ -1,18 +1,19 @@
-"""Spherical Gaussians cut by a boundary: how much, and which way it then looks.
+"""Spherical Gaussians cut by an occlusion boundary: the remaining share, and its mean direction and sharpness.
 
-Of the share alone (`free_share`) no light follows: a lobe that a table cuts from below loses the dark ground, not as
-much of the sky. What is left is taken for a Gaussian again, with the same mean direction and spread.
+The share alone (`free_share`) does not determine the light: a lobe that a table cuts from below loses the dark ground,
+not an equal part of the sky. The remainder is approximated by a Gaussian again, with the same mean direction and
+spread.
 
-With the boundary a great circle at the signed angle theta from the axis p, and M0 the integral of what is free of
-G(i) = exp(lambda (i . p - 1)), the mean direction is exact in M0: its component across p, towards what is free, is
-(dM0 / dtheta) / (lambda M0), since moving p changes G alone, and that along p is 1 + (d ln M0 / dlambda). With
-M0 proportional to `free_share`, which for sharp lobes is a function of theta sqrt(lambda),
+With the boundary a great circle at the signed angle theta from the axis p, and M0 the integral of the free part of G(i)
+= exp(lambda (i . p - 1)), the mean direction follows exactly from M0: its component across p, towards the free side, is
+(dM0 / dtheta) / (lambda M0), since moving p changes G alone, and that along p is 1 + (d ln M0 / dlambda). With M0
+proportional to `free_share`, which for sharp lobes is a function of theta sqrt(lambda),
 
     across = share' / (lambda share),      along = 1 / (1 - exp(-lambda)) - 1 / lambda + theta across / 2.
 
-share' is counted from what it is at pi / 2, where nothing is hidden and nothing moves. Beside the integral over what is
-free of the hemisphere about p the middle is then within 0.03 rad, and the sharpness within a fifth, from lambda = 2 on
-and where a sixth is left.
+share' is taken relative to its value at pi / 2, where nothing is hidden. Compared with the integral over the free part
+of the hemisphere about p, the mean direction is accurate to 0.03 rad and the sharpness to a fifth, for lambda >= 2 and
+a free share of at least a sixth.
 """
 
 from __future__ import annotations
@@ -24,15 +25,15 @@ from jaxtyping import Float
 
 from .free_share import error_function, free_share, steepness
 
-# Free share below which the little light left is assumed to come from about the axis.
+# Free share below which the remaining light is assumed to come from near the axis.
 _LEAST = 1e-3
 # Largest gain in sharpness, of a Gaussian cut in half or by more.
 _SHARPEST = 2.0
 
 
 class CutLobe(NamedTuple):
-    """Free part of each lobe: the share that is free; the angle, radians, by which the middle of that lies nearer to
-    what is free than the axis; and its sharpness.
+    """Free part of each lobe: its share of the lobe; the angle, radians, from the axis to its mean direction, towards
+    the free side; and its sharpness.
     """
 
     share: Float[np.ndarray, "*n"]
@@ -43,12 +44,12 @@ class CutLobe(NamedTuple):
 def cut_lobe(
     angles: Float[np.ndarray, "*n"], slopes: Float[np.ndarray, "*n"], sharpness: Float[np.ndarray, "*n"]
 ) -> CutLobe:
-    """Cut lobes at a boundary.
+    """Cut lobes at an occlusion boundary.
 
     Parameters
     ----------
-    angles : signed angles from the axis to the boundary, as of `free_share`. slopes : by how much the angle changes
-        along the way to what is free, 0 to 1; below 1 the boundary is no great circle, and the middle moves less.
+    angles : signed angles from the axis to the boundary, see `free_share`. slopes : derivative of the angle towards the
+        free side, 0 to 1; below 1 the boundary is no great circle, and the mean direction moves less.
     sharpness : lambda, positive.
     """
     share = free_share(angles, sharpness)
@@ -69,10 +70,10 @@ def cut_lobe(
 
 
 def mean_cosine(sharpness: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """Compute the mean cosine to the axis of a Gaussian, over the hemisphere about it: 1 / (1 - exp(-lambda)) - 1 /
+    """Compute the mean cosine between a Gaussian over a hemisphere and its axis: 1 / (1 - exp(-lambda)) - 1 /
     lambda.
     """
     small = sharpness < 0.01
     lambda_ = np.where(small, 1.0, sharpness)
-    # By series where the two cancel.
+    # Series where the two terms cancel.
     return np.where(small, 0.5 + sharpness / 12.0, -1.0 / np.expm1(-lambda_) - 1.0 / lambda_)

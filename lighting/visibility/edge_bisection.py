@@ -1,10 +1,10 @@
-"""Triangles cut in two, and again, at the middles of some of their edges: a point finds its piece in a few steps.
+"""Recursive bisection of triangles at the midpoints of some edges, as a binary tree for point location.
 
-Two triangles that share an edge share its middle, so that whatever is linear over the pieces meets along it. Of the
-edges of a piece that get a middle together the one with the lowest number is cut first, by a line to the opposite
-corner; then the edges of what that leaves. Where longer edges have lower numbers, this is the longest-edge partition
+Two triangles that share an edge share its midpoint, so that functions linear over the pieces are continuous. Of the
+edges of a piece that get midpoints at the same time the one with the lowest number is cut first, by a line to the
+opposite corner; then the edges of the halves. Where longer edges have lower numbers, this is the longest-edge partition
 of M.-C. Rivara (International Journal for Numerical Methods in Engineering 20, 1984), whose angles do not degenerate.
-Nothing of a triangle without middles changes.
+Triangles without midpoints are unchanged.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from jaxtyping import Bool, Float, Int
 
 @dataclass(frozen=True, eq=False)
 class Halving:
-    """The cuts of F triangles, C in all, and the T pieces that they leave.
+    """Binary tree of C cuts of F triangles, with T pieces as leaves.
 
     corners (F, 3) : vertices of the triangles.
-    opposite (C,) : which corner of what it cuts, 0 to 2, the line of a cut runs to. middle (C,) : the vertex in the
-        middle of the other two.
-    next (F + 2 C,) : the cut of each triangle, and then of both halves of each cut: of the one that has the corner
-        after the opposite one, and of the other; -1 where that is a piece.
-    pieces (T, 3), of (T,), slot (T,) : the vertices of each piece, the triangle that it is of, in order, and where in
-        `next` it stands. A triangle without cuts is a piece.
+    opposite (C,) : corner, 0 to 2, of the bisected triangle to which the cut runs. middle (C,) : vertex at the midpoint
+        of the other two.
+    next (F + 2 C,) : the cut of each triangle, and then of both halves of each cut, first the one with the corner after
+        the opposite one; -1 for a piece.
+    pieces (T, 3), of (T,), slot (T,) : the vertices of each piece, its triangle (ascending), and its index in `next`. A
+        triangle without cuts is a piece.
     """
 
     corners: Int[np.ndarray, "F 3"]
@@ -38,25 +38,23 @@ class Halving:
 
     @classmethod
     def none(cls, corners: Int[np.ndarray, "F 3"]) -> Halving:
-        """Whole triangles."""
+        """Return the tree without cuts."""
         own, nothing = np.arange(len(corners)), np.zeros(0, dtype=np.int64)
         return cls(corners, nothing, nothing, np.full(len(corners), -1), corners, own, own)
 
     @property
     def whole(self) -> Bool[np.ndarray, " T"]:
-        """Pieces that are triangles without cuts."""
+        """Mask of pieces that are uncut triangles."""
         return self.slot < len(self.corners)
 
     @property
     def halves(self) -> Int[np.ndarray, "C 2"]:
-        """The next cuts of both halves of each."""
+        """Next cuts of both halves of each cut; -1 for a piece."""
         return self.next[len(self.corners) :].reshape(-1, 2)
 
     @property
     def shares(self) -> Float[np.ndarray, "T 3 3"]:
-        """Barycentric weights of each corner of a piece in the triangle that it is of: whole numbers over powers of
-        two, so that they are exact.
-        """
+        """Barycentric weights of each piece's corners in its triangle: dyadic fractions, hence exact."""
         found = np.tile(np.eye(3), (len(self.pieces), 1, 1))
         piece = np.full(len(self.next), -1)
         piece[self.slot] = np.arange(len(self.pieces))
@@ -77,12 +75,12 @@ class Halving:
         return found
 
     def cut(self, sites: Int[np.ndarray, " V"], pairs: Int[np.ndarray, "A 2"]) -> Halving:
-        """Cut pieces wherever two corners are a pair.
+        """Bisect pieces at the midpoints of their edges that are in `pairs`.
 
         Parameters
         ----------
-        sites : of all V vertices; those of one site are one here, as along a seam. pairs : of vertices; their middles
-            are numbered from V, so that the new pieces are those with such a vertex.
+        sites : of all V vertices; vertices of one site are identified, as along a seam. pairs : of vertices; their
+            midpoints are numbered from V, so that new pieces are those with such a vertex.
         """
         if not len(pairs):
             return self
@@ -118,8 +116,8 @@ class Halving:
     def located(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"]
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """Return the vertices of the piece that each point lies on and its barycentric weights there; the point is
-        given by its triangle and the weights of that one's corners.
+        """Locate points, given by triangles and barycentric weights: return the vertices of the piece that contains
+        each and the barycentric weights in that piece.
         """
         corners, weights = self.corners[faces], np.array(weights, dtype=np.float64)
         at = self.next[faces]
@@ -139,9 +137,9 @@ class Halving:
 
 
 class _Middles:
-    """Edges that have a middle.
+    """Look-up of the midpoints of edges.
 
-    beyond : a number above all of theirs.
+    beyond : a number above those of all midpoints.
     """
 
     def __init__(self, sites: Int[np.ndarray, " V"], pairs: Int[np.ndarray, "A 2"]) -> None:
@@ -154,7 +152,7 @@ class _Middles:
         self._sorted, self.beyond = keys[self._order], self._count + len(pairs)
 
     def of(self, triangles: Int[np.ndarray, "n 3"]) -> Int[np.ndarray, "n 3"]:
-        """Return the middle of the edge opposite to each corner; -1 where it has none."""
+        """Return the midpoint of the edge opposite to each corner; -1 for none."""
         sites = self._sites[triangles]
         one, other = np.roll(sites, -1, axis=1), np.roll(sites, 1, axis=1)
         asked = self._keys(np.stack([one, other]))

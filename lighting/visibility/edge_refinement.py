@@ -1,10 +1,9 @@
-"""Further sites where a mesh is coarser than its visibility: in the middles of edges whose ends see much else.
+"""Refinement of visibility at the midpoints of edges along which it changes much.
 
-What is linear between two vertices misses a shadow's edge that runs between them. How much the maps of bent distances
-(`compression`) at both ends differ says where that may be; most meshes have no such edge. Sites in the middles are of
-the same kind as those of vertices, and the triangles on both sides are cut there (`edge_bisection`). Triangles that
-were cut since they are large (`refinement`) have none: where all edges are that short, middles were worth less than
-they took.
+Linear interpolation between two vertices misses a shadow edge between them. The difference between the maps of
+compressed distances (`compression`) at both ends detects such edges; most meshes have none. Sites at midpoints are like
+those of vertices, and the triangles on both sides are bisected there (`edge_bisection`). Triangles that were cut for
+their size (`refinement`) get no midpoints: with edges that short the gain was smaller than the cost.
 """
 
 from __future__ import annotations
@@ -21,25 +20,27 @@ from .refinement import Vertices
 from .sites import Corners, Faces, Sites, sites_at
 from .tracing import MAP
 
-#: Least difference, root mean square, of the maps of bent distances at the ends of an edge whose middle becomes a site.
-#: In a mesh of 3,000 vertices, coarse for its shapes, half of the vertices have such an edge; in finely divided ones
+#: Least root mean square difference of the maps of compressed distances at the ends of an edge that gets a midpoint. In
+#: a mesh of 3,000 vertices, coarse for its shapes, half of the vertices have such an edge; in finely divided ones
 #: hardly any.
 APART = 0.25
-#: Most middles per vertex, and most bytes per vertex with them.
+#: Largest number of midpoints per vertex, and of bytes per vertex including them.
 MOST_A_VERTEX, MOST_BYTES = 0.5, 98.0
-# Bytes beside the codes: a vertex has its normal and two site numbers, a middle two vertices as well.
+# Bytes besides the codes: a normal and two site indices per vertex, and two vertices more per midpoint.
 _VERTEX_BYTES, _MIDDLE_BYTES = 12, 20
 # Edges per block: 50 MB of codes.
 _BLOCK = 1 << 16
 
 
 def most_terms(vertices: int, sites: int) -> int:
-    """Limit the terms of codes by the number of sites."""
+    """Return the largest number of terms of codes for a number of sites."""
     return MOST_TERMS if vertices * (MOST_BYTES - _VERTEX_BYTES) >= sites * code_bytes(MOST_TERMS) else FEW_TERMS
 
 
 def most_middles(refinement: Halving, codes: Float[np.ndarray, "S K"] | None = None, sheets: bool = False) -> int:
-    """Limit the middles of a scene; sheets have two sites in each. codes : of all sites, once these are known."""
+    """Return the largest number of midpoints in a scene; on sheets each has two sites. codes : of all sites, once
+    known.
+    """
     vertices, whole = (len(np.unique(some)) for some in (refinement.pieces, refinement.pieces[refinement.whole]))
     most = int(MOST_A_VERTEX * whole)
     if codes is None:
@@ -57,8 +58,8 @@ def far_apart(
     codes: Float[np.ndarray, "S K"],
     most: int,
 ) -> Int[np.ndarray, "A 2"]:
-    """Select the edges, by the vertices at their ends, that get a site in the middle; the `most` that differ most where
-    there are too many.
+    """Select the edges, as pairs of vertices, that get a site at the midpoint: at most the `most` with the largest
+    difference.
 
     facing : normals of the vertices. codes : of all sites.
     """
@@ -78,11 +79,11 @@ def middle_sites(
     pairs: Int[np.ndarray, "A 2"],
     occluders: Occluders,
 ) -> tuple[Halving, Sites]:
-    """Triangles cut in the middles of pairs of vertices, and the sites in those, numbered by themselves: found as those
-    of vertices are, from the pieces around them.
+    """Bisect triangles at the midpoints of pairs of vertices, and find the sites there, numbered from 0, from the
+    pieces around them as for vertices.
 
-    faces, occluders : of the scene, which has radius 1 about the origin. refinement, fronts : before these middles.
-    vertices : with them.
+    faces, occluders : of the scene, of radius 1 about the origin. refinement, fronts : without these midpoints.
+        vertices : with them.
     """
     finer, first = refinement.cut(fronts, pairs), len(fronts)
     mine = (finer.pieces >= first).any(axis=1)
@@ -104,7 +105,7 @@ def middle_sites(
 
 
 def _differ(codes: Float[np.ndarray, "S K"], sites: Int[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
-    """Root mean square over the map; 0 where there is no site."""
+    """Compute the root mean square difference over the map; 0 without a site."""
     used, at = np.unique(np.maximum(sites.T, 0), return_inverse=True)
     one, other = codes[used].astype(np.float32)[at.reshape(2, -1)]
     return np.where((sites >= 0).all(axis=1), np.linalg.norm(one - other, axis=1) / MAP, 0.0)

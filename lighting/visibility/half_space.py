@@ -1,4 +1,4 @@
-"""Half space before a near light: only triangles in it can hide the light."""
+"""Half space in front of a near light: only triangles in it can occlude the light."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ from ..vectors import VectorLike
 
 @dataclass(frozen=True, eq=False)
 class Before:
-    """The side of a plane that a light shines to, world: through `point` (3,), towards `facing` (3,), unit."""
+    """Half space that a light shines into, world: bounded by the plane through `point` (3,), towards unit `facing`
+    (3,).
+    """
 
     point: VectorLike
     facing: VectorLike
 
     def holds(self, points: Float[np.ndarray, "n 3"]) -> bool:
-        """Return whether all points of the world are there."""
+        """Return whether all points, world, are in the half space."""
         return bool((self._heights(points) >= 0.0).all())
 
     def cut(self, triangles: Float[np.ndarray, "F 3 3"]) -> Float[np.ndarray, "G 3 3"]:
@@ -29,7 +31,7 @@ class Before:
         found = [triangles[count == 3]]
         for above in (1, 2):
             some = count == above
-            # The corner that is alone on its side comes first, the others in their order.
+            # Rotated so that the corner alone on its side comes first.
             alone = (up[some] if above == 1 else ~up[some]).argmax(axis=1)
             order = (alone[:, None] + np.arange(3)) % 3
             corners = np.take_along_axis(triangles[some], order[..., None], axis=1)

@@ -1,4 +1,4 @@
-"""Loss of a light at the vertices of a scene, and what is needed to see its bright parts from anywhere."""
+"""Occluded part of a light at the vertices of a scene, and the visibility of its bright parts."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _BLOCK = 4096
 
 @dataclass(frozen=True, eq=False)
 class HiddenLight:
-    """Loss of one light, as it is turned, in one scene of S sites; made anew when either changes.
+    """Occluded part of one rotated light in one scene of S sites; recomputed when either changes.
 
-    lost (S, 9, K) : of all light but the narrow bright parts', what is hidden of the illuminance, lux, and of its
-    moments (`bends`, in axes of the world). whole (S, K) : all of that illuminance, were nothing in between.
-    axes (n, terms), mean (n,) : of the bright parts, as `SceneVisibility.along`.
+    lost (S, 9, K) : occluded illuminance, lux, and its moments (`bends`, in world axes), of all light but the narrow
+    bright parts. whole (S, K) : unoccluded illuminance of the same light.
+    axes (n, terms), mean (n,) : `SceneVisibility.along` the bright parts' axes.
     """
 
     lost: Float[np.ndarray, "S 9 K"]
@@ -31,7 +31,7 @@ class HiddenLight:
 
     @classmethod
     def of(cls, visibility: SceneVisibility, bright: BrightLight) -> HiddenLight:
-        """Return a sum over the light's cells at every site: 10 microseconds each."""
+        """Sum over the light's cells at every site: 10 microseconds each."""
         cells, rest = bright.cells, bright.rest
         along, normals = visibility.along(cells.directions), visibility.site_normals.astype(np.float32)
         bent = bends(cells.directions)
@@ -49,7 +49,9 @@ class HiddenLight:
     def between(
         self, sites: Int[np.ndarray, "N 3"], weights: Float[np.ndarray, "N 3"], bent: int = BENDS
     ) -> tuple[Float[np.ndarray, "N B K"], Float[np.ndarray, "N K"]]:
-        """`lost`, its first `bent` moments, and `whole` between three sites; a site of -1 has neither."""
+        """Interpolate the first `bent` moments of `lost`, and `whole`, between three sites; a site of -1 contributes
+        0.
+        """
         shares = np.where(sites >= 0, weights, 0.0)
         lost = np.einsum("nc,ncbk->nbk", shares, self.lost[sites, :bent])
         return lost, np.einsum("nc,nck->nk", shares, self.whole[sites])

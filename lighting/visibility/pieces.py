@@ -1,4 +1,4 @@
-"""The connected pieces of a mesh: which are closed bodies, which are sheets that show both sides, which are convex."""
+"""Connected pieces of a mesh, classified as closed bodies or two-sided sheets, and as convex."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from jaxtyping import Bool, Float, Int
 from ..mesh.mesh import Mesh
 from ..vectors import dot, welded
 
-# A neighbour that rises this far above a triangle's plane, in sizes of the mesh, is rounding, not a hollow.
+# Height of a neighbour above a triangle's plane, in sizes of the mesh, attributed to rounding, not to a concavity.
 _FLAT = 1e-9
 
 
 class Pieces(NamedTuple):
-    """The P pieces of a mesh: triangles that hang together at edges, whatever numbers their vertices have.
+    """The P pieces of a mesh: triangles connected by edges, compared by position, not by vertex index.
 
     of_face (F,) : the piece of each triangle.
-    solid (P,) : closed, wound alike all over, and the winding looks outwards: its inside is dark, and nobody sees it.
-    convex (P,) : a solid that hides nothing from itself.
+    solid (P,) : closed, consistently wound, facing outwards; its inside is dark and never seen.
+    convex (P,) : solid without self-occlusion.
     """
 
     of_face: Int[np.ndarray, " F"]
@@ -28,12 +28,12 @@ class Pieces(NamedTuple):
 
 
 def pieces(mesh: Mesh) -> Pieces:
-    """Return the pieces of a mesh.
+    """Find the pieces of a mesh.
 
-    An edge is in order if it belongs to two triangles that run along it in opposite senses. A piece all of whose edges
-    are in order is closed. It is convex if, beside, no triangle rises above the plane of its neighbour: a closed
-    surface that is convex everywhere is so as a whole, unless it winds around more than once; one does so whose
-    angles at a vertex add up to more than a full turn, which no convex corner has.
+    An edge is regular if it belongs to two triangles that traverse it in opposite senses. A piece with only regular
+    edges is closed. It is convex if also no triangle rises above the plane of its neighbour: a closed, locally convex
+    surface is convex unless it winds around more than once. A surface that does has a vertex whose angles sum to more
+    than a full turn, which is tested too.
     """
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -54,7 +54,7 @@ def pieces(mesh: Mesh) -> Pieces:
     other = order[found]
     in_order = alone & there & alone[other]
 
-    # Edges out of order hold pieces together as well: by the edge's number, whichever way it runs.
+    # Irregular edges connect pieces as well: by the edge's number, in either direction.
     edge = np.unique(np.minimum(key, reverse), return_inverse=True)[1]
     face = np.repeat(np.arange(faces), 3)
     links = coo_array((np.ones(len(face)), (face, faces + edge)), shape=(faces + edge.max() + 1,) * 2)
@@ -77,14 +77,14 @@ def pieces(mesh: Mesh) -> Pieces:
 
 
 def corner_angles(mesh: Mesh) -> np.ndarray:
-    """(F, 3) angles of the triangles at their corners, radians."""
+    """Return the angles (F, 3) of a mesh's triangles at their corners, radians."""
     return triangle_angles(mesh.vertices[mesh.faces])
 
 
 def triangle_angles(corners: Float[np.ndarray, "F 3 3"]) -> np.ndarray:
-    """(F, 3) angles of triangles at their corners, radians."""
+    """Return the angles (F, 3) of triangles at their corners, radians."""
     along = corners[:, [1, 2, 0]] - corners
     back = -along[:, [2, 0, 1]]
-    # Twice the area, at whatever corner.
+    # Twice the area, the same at every corner.
     area = np.linalg.norm(np.cross(along[:, 0], back[:, 0]), axis=-1)
     return np.arctan2(area[:, None], dot(along, back))

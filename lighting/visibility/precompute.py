@@ -1,7 +1,7 @@
-"""Precomputation of the visibility of a scene: sites traced, tile by tile, by several processes where wanted.
+"""Precomputation of the visibility of a scene: sites are traced in tiles, optionally by several processes.
 
-Those of all vertices, or in large scenes of enough of them (`adaptive_sampling`); then further ones where that is too
-few (`edge_refinement`).
+These are the sites of all vertices, in large scenes a subset (`adaptive_sampling`), and then further ones at midpoints
+(`edge_refinement`).
 """
 
 from __future__ import annotations
@@ -34,29 +34,29 @@ from .visibility import SceneVisibility
 
 Progress = Callable[[int, int, str], None]
 _Count = Callable[[int, bool], None]
-#: CPU seconds a vertex, at most: 0.5 ms were measured of a shape of 88,000 triangles on a floor, 1.0 ms a vertex of a
-#: sheet, on one core of a small machine that was busy with other work.
+#: Upper bound of CPU seconds per vertex: 0.5 ms were measured for a shape of 88,000 triangles on a floor, 1.0 ms per
+#: vertex of a sheet, on one core of a small machine that was busy with other work.
 SECONDS_A_VERTEX = 1.2e-3
-# Middles of edges that take as long as one site, as far as they are needed at all.
+# Number of midpoints that take as long as one site, for progress.
 _A_SITE = 8
-#: Work that takes longer than this is announced.
+#: Seconds of work above which it is announced.
 SAID_FROM_SECONDS = 10.0
-#: Bytes at the peak a triangle and a vertex, measured with two million triangles; a triangle in each further process;
-#: and of a process itself.
+#: Peak bytes per triangle and per vertex, measured with two million triangles; per triangle in each further process;
+#: and per process.
 BYTES_A_TRIANGLE, BYTES_A_VERTEX, BYTES_SHARED, BYTES_A_PROCESS = 1000, 700, 300, 250_000_000
-# Sites that are traced together: some 30 MB of rays.
+# Sites per tile: some 30 MB of rays.
 _TILE = 128
-# Sites that make a further process worth its start.
+# Sites that justify starting a further process.
 _A_PROCESS = 4096
-# Fewest and most sites, evenly spread over all, that the axes are found from; between these, a quarter of them.
+# Smallest and largest number of evenly spread sites used to fit the axes; between these, a quarter of all.
 _FEW, _TRAINING = 1024, 2048
 
 
 @dataclass(frozen=True)
 class VisibilityCost:
-    """Largest cost of the visibility of a scene, known before the work.
+    """Upper bound of the cost of the visibility of a scene, known beforehand.
 
-    vertices, triangles : of all parts together, divided ones as they are divided. jobs : processes.
+    vertices, triangles : of all parts together, after refinement. jobs : processes.
     """
 
     vertices: int
@@ -70,26 +70,26 @@ class VisibilityCost:
 
     @property
     def seconds(self) -> float:
-        """Seconds on as many free cores as there are processes."""
+        """Seconds, with a free core for each process."""
         return self.cpu_seconds / max(1, self.jobs)
 
     @property
     def memory_bytes(self) -> int:
-        """At the peak, all processes together: each worker has the triangles."""
+        """Peak memory of all processes together, bytes; each worker has a copy of the triangles."""
         ours = BYTES_A_TRIANGLE * self.triangles + BYTES_A_VERTEX * self.vertices + BYTES_A_PROCESS
         workers = self.jobs if self.jobs > 1 else 0
         return ours + workers * (BYTES_SHARED * self.triangles + BYTES_A_PROCESS)
 
     @property
     def words(self) -> str:
-        """Cost in words."""
+        """Description of the cost."""
         return (
             f"{self.triangles:,} triangles, {self.vertices:,} vertices, {gigabytes(self.memory_bytes)} of memory and "
             f"at most {max(1.0, self.seconds):.0f} s"
         )
 
     def with_jobs(self, most: int) -> VisibilityCost:
-        """Return the same with as many processes as there is work and memory for, at most `most`."""
+        """Return the cost with as many processes as work and memory justify, at most `most`."""
         free = available_bytes()
         found = replace(self, jobs=max(1, min(most, self.vertices // _A_PROCESS)))
         while found.jobs > 1 and free is not None and found.memory_bytes > free:
@@ -97,7 +97,7 @@ class VisibilityCost:
         return found
 
     def check_room(self) -> None:
-        """Raise `InputError` where this does not fit into the memory that there is."""
+        """Raise `InputError` if this does not fit into free memory."""
         check_room(
             self.memory_bytes,
             "the visibility of this scene does not fit into memory",
@@ -107,17 +107,17 @@ class VisibilityCost:
 
 
 def visibility_cost(scene: Scene, jobs: int = 1) -> VisibilityCost:
-    """Estimate the largest cost of `computed_visibility`; some vertices may turn out to be one site, or foretold."""
+    """Bound the cost of `computed_visibility`; vertices may share a site or be interpolated, which costs less."""
     meshes = [part.mesh for part in refined(scene)[0].parts]
     return VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes), jobs)
 
 
 @dataclass(frozen=True, eq=False)
 class SeenPoints:
-    """Points of a scene whose visibility somebody waits for.
+    """Points of a scene whose visibility is needed first.
 
-    faces (n,), weights (n, 3) : triangles, numbered over all parts, and barycentric weights on them.
-    back (n,) : where the side is seen that the normals look away from.
+    faces (n,), weights (n, 3) : triangles, numbered over all parts, and barycentric weights in them.
+    back (n,) : True where the back side is seen, opposite to the normal.
     """
 
     faces: Int[np.ndarray, " n"]
@@ -133,21 +133,22 @@ def computed_visibility(
     seen: SeenPoints | None = None,
     on_seen: Callable[[SceneVisibility], object] = lambda found: None,
 ) -> SceneVisibility | None:
-    """Find the visibility of all vertices of a scene, against all of its parts, and between them where it takes more.
+    """Compute the visibility at all vertices of a scene, occluded by all of its parts, and at midpoints where it
+    changes much.
 
     Parameters
     ----------
-    jobs : processes at most: fewer where there is little to do, or no memory for more of them. The result is the same,
-        bit for bit, where BLAS works in one thread, as commands have it (`worker_pool.one_thread`).
-    progress : called with (sites done, sites in all at most, what is done) after each tile.
-    before : what may hide anything, where that is not all of the scene.
-    seen, on_seen : points around which it is found first, and what is called with the visibility then: as good as the
-        result around these points, and dark anywhere else, in a basis of its own. The result does not depend on it:
-        sites are traced anew.
+    jobs : largest number of processes; fewer are used for little work or little memory. The result is bit-identical if
+        BLAS runs in one thread, as in commands (`worker_pool.one_thread`).
+    progress : called with (sites done, upper bound of all sites, name of the work) after each tile.
+    before : half space that contains all relevant occluders; None is all of the scene.
+    seen, on_seen : points around which visibility is computed first, and a callback that receives it: as accurate as
+        the result around these points, and dark elsewhere, in a basis of its own. The result does not depend on it,
+        since all sites are traced again.
 
     Returns
     -------
-    SceneVisibility or None : None where nothing hides anything from anything. Of one convex body that is known at once.
+    SceneVisibility or None : None if nothing occludes anything; for one convex body that is known without tracing.
 
     Raises
     ------
@@ -163,7 +164,7 @@ def computed_visibility(
 
 
 class _Computation:
-    """Visibility of a scene on its way: its sites, the basis of their codes, and codes as they become known."""
+    """State of the computation: sites of a scene, the basis of their codes, and the codes known so far."""
 
     def __init__(
         self, scene: Scene, found: tuple[Pieces, ...], jobs: int, progress: Progress, before: Before | None
@@ -172,7 +173,7 @@ class _Computation:
         meshes = [part.mesh for part in fine.parts]
         cost = VisibilityCost(sum(len(mesh.vertices) for mesh in meshes), sum(len(mesh.faces) for mesh in meshes))
         cost.check_room()
-        # One process until what is seen is found: to start others takes longer than they save there.
+        # One process until the seen points are done, where starting more would take longer than it saves.
         self._most_jobs, self._jobs, self._progress = cost.with_jobs(jobs).jobs, 1, progress
         triangles = scaled_triangles(scene).astype(np.float32)
         self._occluders = Occluders(triangles)
@@ -182,7 +183,7 @@ class _Computation:
         corners = self._faces.cut(fine, self._refinement.of)
         where = sites_at(corners, self._occluders)
         shut = self._shut_sites(where)
-        # Shut sites come last: codes are predicted from open sites alone.
+        # Blocked sites come last, since codes are predicted from open sites alone.
         self._where, self._shut = where.ordered(np.argsort(shut, kind="stable")), np.sort(shut)
         self._triangles = triangles if before is None else scaled_triangles(scene, before).astype(np.float32)
         self._vertices = Vertices.of(fine).at(order).scaled(*scene.bounds)
@@ -190,7 +191,7 @@ class _Computation:
         self._ends = [edges(of[corners.vertex.reshape(-1, 3)]) for of in (self._where.fronts, self._where.backs)]
         self._total = len(self._where)
         self._open = int(np.count_nonzero(~self._shut)) or self._total
-        # Sites that are shut are seen from nowhere; those beside open ones say where middles are needed.
+        # Blocked sites are never seen; those beside open ones show where midpoints are needed.
         self._rim = rim_of_shut(self._shut, np.concatenate(self._ends))
         # Estimates for the progress, since the counts of traced sites and of middles are known only afterwards: half of
         # the sites, and the most middles.
@@ -202,7 +203,7 @@ class _Computation:
         self._free = True
 
     def result(self, seen: SeenPoints | None, on_seen: Callable[[SceneVisibility], object]) -> SceneVisibility | None:
-        """Return the visibility of all sites; see `computed_visibility`."""
+        """Compute the visibility of all sites; see `computed_visibility`."""
         if seen is not None:
             on_seen(self._around(seen))
         training = self._find_basis()
@@ -226,7 +227,7 @@ class _Computation:
         return found
 
     def _find_basis(self) -> Int[np.ndarray, " t"]:
-        """Find the basis from sites evenly spread over the open ones, which are returned and have their codes then."""
+        """Fit the basis to sites spread evenly over the open ones, set their codes, and return their indices."""
         where, some = self._where, min(self._open, max(_FEW, self._open // 4), _TRAINING)
         training = np.unique(np.linspace(0, self._open - 1, some).astype(np.int64))
         first: list[Traced] = []
@@ -252,9 +253,9 @@ class _Computation:
         known: Int[np.ndarray, " k"],
         count: _Count,
     ) -> Int[np.ndarray, " t"]:
-        """Fill in the codes of open sites, traced or foretold, and return which of the n are traced.
+        """Fill in the codes of n open sites, traced or interpolated; return the indices of the traced ones.
 
-        known : which of the n have theirs. count : as of `_trace`.
+        known : indices of those with known codes. count : see `_trace`.
         """
         if len(sites) <= adaptive_sampling.WHOLE:
             self._trace(sites, np.setdiff1d(np.arange(len(sites)), known), codes, dark, count)
@@ -272,9 +273,9 @@ class _Computation:
         dark: Bool[np.ndarray, " n"],
         count: _Count,
     ) -> None:
-        """Work out the codes of some of n sites, and which of those are dark.
+        """Trace some of n sites; write their `codes` and `dark`.
 
-        count : called after each tile with the number of its sites, and whether nothing hides anything from them.
+        count : called after each tile with the number of its sites, and whether all of them are unoccluded.
         """
         at = 0
         for coded, free, tile_dark in self._traced(self._where, sites[which]):
@@ -288,24 +289,24 @@ class _Computation:
         return _in_tiles(self._triangles, where, which, self._basis, jobs)
 
     def _count(self, number: int, free: bool) -> None:
-        """Count sites of the result."""
+        """Count traced sites and report progress."""
         self._free, self._done = self._free and free, min(self._done + number, self._most)
         self._progress(self._done, self._whole, "visibility")
 
     def _count_middles(self, done: int, number: int) -> None:
-        """Say how many of the middles are done."""
+        """Report progress of the midpoints."""
         before = self._whole - self._middles
         self._progress(before + self._middles * done // (number + 1), self._whole, "visibility")
 
     def _around(self, seen: SeenPoints) -> SceneVisibility:
-        """Return the visibility with codes around some points alone, in a basis of what is seen there."""
+        """Compute the visibility around some points only, in a basis fitted there."""
         refinement = self._refinement
         near, _ = refinement.located(seen.faces, seen.weights)
         pieces, wanted, ends = np.zeros(len(refinement.pieces), dtype=bool), [], []
         for sites, vertices in ((self._fronts, near[~seen.back]), (self._backs, near[seen.back])):
             touched = np.zeros(len(sites), dtype=bool)
             touched[vertices] = True
-            # Pieces beside these may be seen too, between two points.
+            # Adjacent pieces may be seen too, between two points.
             beside = touched[refinement.pieces].any(axis=1)
             pieces |= beside
             ends.append(edges(sites[refinement.pieces[beside]]))
@@ -314,7 +315,7 @@ class _Computation:
         wanted = wanted[(wanted >= 0) & (wanted < self._open)]
 
         def count(number: int, free: bool) -> None:
-            """Let whoever hears of progress break off."""
+            """Report progress, so that the caller can cancel."""
             self._progress(self._done, self._whole, "visibility")
 
         known = Surroundings(self._where.starts[wanted], self._where.normals[wanted]).coarsest(_FEW // 2)
@@ -345,9 +346,10 @@ class _Computation:
         ends: Sequence[Int[np.ndarray, "m 2"]],
         on_middle: Callable[[int, int], object] = lambda done, number: None,
     ) -> SceneVisibility:
-        """Return the visibility of codes of all sites, with middles where they differ along the edges of some pieces.
+        """Assemble the visibility from the codes of all sites, with midpoints where codes differ along the edges of
+        some pieces.
 
-        ends : of edges, by site, along which sites that are shut are like open ones.
+        ends : of edges, by site, along which blocked sites take over the codes of open ones.
         """
         fronts, backs, shut, vertices = self._fronts, self._backs, self._shut, self._vertices
         refinement, ends = self._refinement, list(ends)
@@ -397,7 +399,7 @@ def _in_tiles(
     basis: Basis | None,
     jobs: int,
 ) -> Generator:
-    """Yield what `_tile` gives for these sites, tile by tile, in order."""
+    """Yield the results of `_tile` for these sites, in order."""
     if not len(which):
         return
     tiles = [which[tile] for tile in _tiles(len(which))]
@@ -408,8 +410,8 @@ def _in_tiles(
 
 
 class _Worker(threading.local):
-    """State of a worker process, since triangles are many and the same for every tile: set by `_start_worker`. Each
-    thread has its own: another one may be at another scene.
+    """State of a worker, set by `_start_worker`, so that triangles are not sent with every tile. It is local to a
+    thread, since another thread may work on another scene.
     """
 
     triangles: Float[np.ndarray, "F 3 3"] | None = None
@@ -417,7 +419,7 @@ class _Worker(threading.local):
     basis: Basis | None = None
 
     def clear(self) -> None:
-        """Let go of it."""
+        """Release the state."""
         self.triangles = self.occluders = self.basis = None
 
 
@@ -431,7 +433,7 @@ def _start_worker(triangles: Float[np.ndarray, "F 3 3"], basis: Basis | None) ->
 
 
 def _tile(starts: np.ndarray, normals: np.ndarray) -> Traced | tuple:
-    """`Traced` of a tile, with codes (n, K) in place of distances where there is a basis."""
+    """Trace a tile; with a basis return codes (n, K), `all_free` and `dark` instead of `Traced`."""
     assert _worker.occluders is not None
     found, basis = traced(starts, normals, _worker.occluders), _worker.basis
     if basis is None:

@@ -1,9 +1,8 @@
-"""Further vertices where triangles are too large to have shadows on: a floor of two triangles has none at all.
+"""Subdivision of triangles too large to resolve shadows, such as a floor of two triangles.
 
-The longest edges of each part are cut in their middles (`edge_bisection`), then the longest of what that leaves, until
-none is longer than there should be, or the part has as many vertices as it may. So a thin side of a box gets few and
-its top many, and of a mesh of many small triangles and a few large ones the large ones are cut. What comes of it may be
-cut further, where something changes much along its edges.
+The longest edges of each part are bisected (`edge_bisection`) repeatedly until none exceeds the limit, or the part has
+its largest number of vertices. So a thin side of a box gets few vertices and its top many, and in a mesh of many small
+triangles and a few large ones only the large ones are cut.
 """
 
 from __future__ import annotations
@@ -20,38 +19,38 @@ from ..vectors import unit, welded
 from .edge_bisection import Halving
 from .sites import numbered_faces, part_of_face
 
-#: Longest edge after division, in radii of the scene; most vertices of a part after division. A part that has more
-#: already may get a quarter of that number, for its largest triangles.
+#: Longest edge after subdivision, in radii of the scene; largest number of vertices of a part after subdivision. A part
+#: that already has more may get a quarter of that number, for its largest triangles.
 LONGEST_EDGE, MOST_VERTICES = 0.03, 6000
-# Length from which edges are cut together, relative to the part's longest: longest first, but in few rounds. Edges of a
-# shape and of its halves never have this ratio, so that rounding does not decide which are cut.
+# Length of edges cut in the same round, relative to the part's longest: longest first, but in few rounds. Edges of a
+# shape and of its halves never have this ratio, so that the choice does not depend on rounding.
 _TOGETHER = 2.0**-0.25
 
 
 class Vertices(NamedTuple):
-    """Places, and unit normals."""
+    """Positions and unit normals of vertices."""
 
     places: Float[np.ndarray, "V 3"]
     facing: Float[np.ndarray, "V 3"]
 
     @classmethod
     def of(cls, scene: Scene) -> Vertices:
-        """Refine all parts, one after the other."""
+        """Return the vertices of all parts, one part after the other."""
         meshes = [part.mesh for part in scene.parts]
         return cls(
             np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate([mesh.normals for mesh in meshes])
         )
 
     def at(self, numbers: Int[np.ndarray, " n"]) -> Vertices:
-        """Some of them."""
+        """Select vertices by index."""
         return Vertices(self.places[numbers], self.facing[numbers])
 
     def scaled(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> Vertices:
-        """Scale it as `Sites` are, to a scene of radius 1 about the origin. low, high : of the scene's bounds."""
+        """Scale to a scene of radius 1 about the origin, as `Sites`. low, high : the scene's bounds."""
         return self._replace(places=(self.places - 0.5 * (low + high)) / (0.5 * float(np.linalg.norm(high - low))))
 
     def with_middles(self, pairs: Int[np.ndarray, "A 2"]) -> Vertices:
-        """And those in the middles of pairs."""
+        """Append the midpoints of pairs, with averaged normals."""
         return Vertices(
             np.concatenate([self.places, self.places[pairs].mean(axis=1)]),
             np.concatenate([self.facing, unit(self.facing[pairs].sum(axis=1))]),
@@ -59,14 +58,14 @@ class Vertices(NamedTuple):
 
 
 def refined(scene: Scene, longest_edge: float | None = None) -> tuple[Scene, Halving, Int[np.ndarray, " V"]]:
-    """Return the scene with large triangles cut.
+    """Subdivide the large triangles of a scene.
 
-    longest_edge : that there should be, in radii of the scene; None: `LONGEST_EDGE`.
+    longest_edge : limit, in radii of the scene; None: `LONGEST_EDGE`.
 
     Returns
     -------
-    It; the cuts, with the vertices and triangles of all parts one after the other, as in `geometry.Tracer`, and the
-    vertices that were added after them; and the number in the new scene of each of these vertices.
+    The subdivided scene; the cuts, with vertices and triangles of all parts one after the other, as in
+    `geometry.Tracer`, followed by the added vertices; and the index in the new scene of each of these vertices.
     """
     halving, vertices = cuts(scene, longest_edge)
     fine, number = divided(scene, halving, vertices)
@@ -74,9 +73,9 @@ def refined(scene: Scene, longest_edge: float | None = None) -> tuple[Scene, Hal
 
 
 def divided(scene: Scene, halving: Halving, vertices: Vertices) -> tuple[Scene, Int[np.ndarray, " V"]]:
-    """Return the scene with pieces in place of its triangles; and the number in it of each vertex.
+    """Replace the triangles of a scene by their pieces; return it and the index in it of each vertex.
 
-    vertices : those of the scene, then those that cuts have added.
+    vertices : those of the scene, then those added by cuts.
     """
     places, facing = vertices
     total = sum(len(part.mesh.vertices) for part in scene.parts)
@@ -113,14 +112,16 @@ def divided(scene: Scene, halving: Halving, vertices: Vertices) -> tuple[Scene, 
 
 
 def edges_between(triangles: Int[np.ndarray, "n 3"], sites: Int[np.ndarray, " V"]) -> Int[np.ndarray, "E 2"]:
-    """Vertices at both ends of the edges of triangles; edges of the same two sites are one, as along a seam."""
+    """Return the edges of triangles as pairs of vertices; edges between the same two sites are merged, as along a
+    seam.
+    """
     ends = np.concatenate([triangles[:, [1, 2]], triangles[:, [2, 0]], triangles[:, [0, 1]]])
     between = np.sort(sites[ends].astype(np.int64), axis=1)
     return ends[np.unique(between[:, 0] * (int(sites.max(initial=0)) + 1) + between[:, 1], return_index=True)[1]]
 
 
 def cuts(scene: Scene, longest_edge: float | None = None) -> tuple[Halving, Vertices]:
-    """Return the cuts of large triangles alone, and all vertices: see `refined`."""
+    """Return the cuts of large triangles, and all vertices including added ones: see `refined`."""
     low, high = scene.bounds
     longest = (LONGEST_EDGE if longest_edge is None else longest_edge) * 0.5 * float(np.linalg.norm(high - low))
     longest *= 1.0 + 1e-9
@@ -142,7 +143,7 @@ def cuts(scene: Scene, longest_edge: float | None = None) -> tuple[Halving, Vert
         chosen &= going[of]
         room -= np.where(going, needed, 0)
         pairs = pairs[chosen]
-        # Longest first, in steps that rounding does not tell apart.
+        # Longest first, quantised so that rounding does not affect the order.
         pairs = pairs[np.lexsort((pairs[:, 1], pairs[:, 0], -np.round(1e6 * np.log2(length[chosen]))))]
         halving, vertices = halving.cut(sites, pairs), vertices.with_middles(pairs)
         part = np.concatenate([part, part[pairs[:, 0]]])

@@ -1,14 +1,13 @@
-"""Sites of visibility: vertices that differ in place or normal, and where exactly their rays start.
+"""Sites of visibility: vertices distinct in position or normal, and the origins of their rays.
 
-Vertices that agree in part, place and normal, as along a seam of uv, are one site; a vertex that no triangle uses is
-none. Rays start `OFFSET` off the vertex along its normal, with two exceptions, since a vertex may stand on a boundary
-where the surface beside it does not:
+Vertices that agree in part, position and normal, as along a seam of uv, share a site; an unused vertex has none. Rays
+start `OFFSET` off the vertex along its normal, with two exceptions, since a vertex may touch other geometry where the
+surface beside it does not:
 
-- Where the triangles at a site do not go all the way round it (the rim of a sheet, one side of a crease), the start
-  moves inwards by `_INWARDS` of the way to the middle of those triangles. So the foot of a wall sees what the wall
-  sees.
-- Where something lies between the start and most of the triangles around it (a body that touches a floor at that
-  vertex), the start moves onto the widest of those triangles.
+- If the triangles at a site do not surround it (the rim of a sheet, one side of a crease), the start moves inwards by
+`_INWARDS` of the way to the centre of those triangles. So the foot of a wall has the wall's visibility.
+- If geometry separates the start from most of the triangles around it (a body that touches a floor at that vertex), the
+start moves onto the widest of those triangles.
 
 A sheet may be seen from both sides, so its vertices have two sites, one on each. The back of a solid is its inside,
 which is dark and has none.
@@ -27,18 +26,18 @@ from .half_space import Before
 from .occluders import OFFSET, Occluders
 from .pieces import Pieces, corner_angles, pieces
 
-# Shift of a start inwards, as a share of the way to the mean middle of its triangles; and of a triangle's probe, of the
-# way from the vertex to its middle.
+# Inward shift of a start, as a share of the way to the mean centre of its triangles; and of a triangle's probe, of the
+# way from the vertex to its centre.
 _INWARDS, _BESIDE = 0.03, 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class Sites:
-    """The S sites of a scene, in coordinates in which it has radius 1 about the origin.
+    """The S sites of a scene, scaled to radius 1 about the origin.
 
-    starts (S, 3) : where rays start. normals (S, 3) : unit, on the side of the rays.
-    fronts (V,), backs (V,) : the sites of each vertex of all parts, one after the other, on the side that its normal
-        looks to, and on the other; -1 where there is none.
+    starts (S, 3) : ray origins. normals (S, 3) : unit, on the side of the rays.
+    fronts (V,), backs (V,) : the sites of each vertex of all parts, one after the other, on the side of its normal and
+        on the other; -1 for none.
     """
 
     starts: Float[np.ndarray, "S 3"]
@@ -50,14 +49,14 @@ class Sites:
         return len(self.starts)
 
     def ordered(self, order: Int[np.ndarray, " S"]) -> Sites:
-        """Return the same with other numbers: the first is the one that had number `order[0]`."""
+        """Return the sites renumbered: the first is the former `order[0]`."""
         number = np.append(np.argsort(order), -1)
         return Sites(self.starts[order], self.normals[order], number[self.fronts], number[self.backs])
 
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """All that sites are found from: F triangles, scaled as `Sites` are, and what their corners have.
+    """Input for finding sites: F triangles, scaled as `Sites`, with attributes of their corners.
 
     vertex, angles (3F,) : of corners, triangle by triangle. normals (V, 3) : of vertices. face_normals (F, 3), part,
     solid (F,) : of triangles.
@@ -74,14 +73,14 @@ class Corners:
 
 @dataclass(frozen=True, eq=False)
 class Faces:
-    """Triangles of a scene, as far as they stay what they are where they are cut: see `Corners`."""
+    """Attributes of triangles that cutting preserves: see `Corners`."""
 
     face_normals: Float[np.ndarray, "F 3"]
     part: Int[np.ndarray, " F"]
     solid: Bool[np.ndarray, " F"]
 
     def corners(self, scene: Scene) -> Corners:
-        """Return the corners of the scene that these are the faces of."""
+        """Return the corners of the scene with these faces."""
         return Corners(
             scaled_triangles(scene),
             numbered_faces(scene).ravel(),
@@ -93,15 +92,13 @@ class Faces:
         )
 
     def cut(self, fine: Scene, of: Int[np.ndarray, " T"]) -> Corners:
-        """Replace triangles by pieces, `of` which they are: a piece lies in the plane of its
-        triangle, and a body stays a body.
-        """
+        """Return the corners of the subdivided scene; piece t inherits the attributes of triangle `of[t]`."""
         return Faces(self.face_normals[of], self.part[of], self.solid[of]).corners(fine)
 
 
 def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.ndarray, "F 3 3"]:
-    """Return all triangles of a scene, or what of them is `before` a light, moved and scaled so that the scene has
-    radius 1 about the origin.
+    """Return all triangles of a scene, clipped to `before` if given, translated and scaled so that the scene has radius
+    1 about the origin.
     """
     low, high = scene.bounds
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
@@ -110,17 +107,17 @@ def scaled_triangles(scene: Scene, before: Before | None = None) -> Float[np.nda
 
 
 def nothing_hides(found: tuple[Pieces, ...]) -> bool:
-    """Return whether a scene of these pieces is one convex solid, so that every direction above a surface is free."""
+    """Return whether a scene of these pieces is a single convex solid, without any occlusion."""
     return len(found) == 1 and len(found[0].convex) == 1 and bool(found[0].convex[0])
 
 
 def pieces_of(scene: Scene) -> tuple[Pieces, ...]:
-    """Return the pieces of each part."""
+    """Find the pieces of each part."""
     return tuple(pieces(part.mesh) for part in scene.parts)
 
 
 def sites(scene: Scene, found: tuple[Pieces, ...], occluders: Occluders) -> Sites:
-    """Return the sites of a scene; `found` and `occluders` are those of the scene."""
+    """Find the sites of a scene, given its pieces and occluders."""
     return sites_at(faces_of(scene, found).corners(scene), occluders)
 
 
@@ -145,7 +142,7 @@ def sites_at(corners: Corners, occluders: Occluders) -> Sites:
     """Return the sites of these corners."""
     triangles, vertex, angles, face_normals = corners.triangles, corners.vertex, corners.angles, corners.face_normals
     places = triangles.reshape(-1, 3)
-    # One row a vertex, or two where it is of a sheet and a solid: sheets sort before solids.
+    # One row per vertex, or two if it belongs to a sheet and a solid; sheets sort before solids.
     both = 2 * vertex + np.repeat(corners.solid, 3)
     a_corner = np.full(2 * len(corners.normals), -1)
     a_corner[both] = np.arange(len(both))
@@ -167,10 +164,10 @@ def sites_at(corners: Corners, occluders: Occluders) -> Sites:
     inwards[~_open(site, welded(place)[1][site].reshape(-1, 3), len(kinds))] = 0.0
 
     def side(sign: float, count: int) -> Float[np.ndarray, "n 3"]:
-        """Starts of the first sites on one side."""
+        """Return the ray origins of the first sites on one side."""
         ours = site < count
         normals = sign * normal[:count]
-        # Along the surface or out of it, never into it.
+        # Shift along the surface or out of it, never into it.
         along = inwards[:count] - np.minimum(dot(inwards[:count], normals), 0.0)[:, None] * normals
         starts = place[:count] + along + OFFSET * normals
         beside = places + _BESIDE * (middle - places) + sign * OFFSET * np.repeat(face_normals, 3, axis=0)
@@ -185,10 +182,10 @@ def sites_at(corners: Corners, occluders: Occluders) -> Sites:
 
 
 def _open(site: Int[np.ndarray, " corners"], number: Int[np.ndarray, "F 3"], count: int) -> np.ndarray:
-    """(S,) whether the triangles at a site do not go all the way round: some spoke has one triangle only."""
+    """Return a mask (S,) of sites that triangles do not surround: some spoke has only one triangle."""
     following, last = number[:, [1, 2, 0]].ravel(), number[:, [2, 0, 1]].ravel()
     far = int(number.max()) + 1
-    # Both ways round the site, told apart by the last bit.
+    # Both directions around the site, distinguished by the last bit.
     spokes = np.sort(np.concatenate([2 * (site * far + following), 2 * (site * far + last) + 1]))
     first = np.flatnonzero(np.append(True, spokes[1:] >> 1 != spokes[:-1] >> 1))
     lonely = (spokes[first] >> 1)[np.add.reduceat(1 - 2 * (spokes & 1), first) != 0] // far
@@ -205,7 +202,7 @@ def _weighted_mean(
 ) -> Float[np.ndarray, "S 3"]:
     total = np.bincount(site, weights=weights, minlength=count)
     sums = np.stack([np.bincount(site, weights=weights * values[:, k], minlength=count) for k in range(3)], axis=1)
-    # A corner of a triangle with area has an angle; one that rounds to none moves nothing.
+    # Corners whose angle rounds to 0 have no weight.
     return sums / np.where(total > 0.0, total, 1.0)[:, None]
 
 
@@ -216,15 +213,16 @@ def _out_of_contact(
     angles: Float[np.ndarray, " corners"],
     occluders: Occluders,
 ) -> Float[np.ndarray, "S 3"]:
-    """Return the starts; those that something parts from most of their triangles, measured by angle, lie on such a
-    one."""
+    """Return the starts, with those separated from most of their triangles (by angle) moved onto the widest of
+    these.
+    """
     way = beside - starts[site]
     length = np.linalg.norm(way, axis=1)
     hidden = ~occluders.free(starts[site], unit(way), length)
     share = np.bincount(site, weights=angles * hidden, minlength=len(starts))
     parted = share > 0.5 * np.bincount(site, weights=angles, minlength=len(starts))
     chosen = np.flatnonzero(hidden & parted[site])
-    # The widest comes last, and stays.
+    # The widest comes last and overwrites the others.
     chosen = chosen[np.lexsort((chosen, angles[chosen]))]
     found = starts.copy()
     found[site[chosen]] = beside[chosen]

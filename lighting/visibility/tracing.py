@@ -1,16 +1,16 @@
-"""Tracing of free directions around a few sites: signed angular distances to the boundary of what is hidden.
+"""Tracing of visibility around a few sites: signed angular distances to the occlusion boundary.
 
-A ray is sent to the middle of each texel of a map of the sphere, `MAP`^2, that lies above a site's horizon. A cell
-between four middles, of which some are free and others hidden, is asked twice as finely, and so is one along the
-horizon; where a boundary leaves such a cell, the one that it enters is, too. Where two neighbours of that finer grid
-differ, a boundary runs between them: one more ray halfway says in which half. Distances are taken from the middles of
-texels to all those boundary points: Wang et al. 2009, eq. 23. The horizon is no boundary, since renderers cut there
-anyway and a surface's own horizon changes from vertex to vertex.
+A ray is traced through the centre of each texel of a map of the sphere, `MAP`^2, above a site's horizon. A cell between
+four centres that are not all free or all hidden is sampled twice as finely, and so are cells along the horizon and
+those that a boundary enters from such a cell. Between two differing neighbours of the finer grid runs a boundary; one
+more ray halfway decides in which half. Distances are computed from texel centres to all these boundary points: Wang et
+al. 2009, eq. 23. The horizon is no boundary, since renderers clip there anyway and a surface's own horizon changes from
+vertex to vertex.
 
-Below the horizon of a site nothing is traced: what a point between vertices asks there, just below a vertex's
-horizon, is what the horizon mirrors. Maps have the axes of the world, so that neighbours are mixed texel by texel.
+Below the horizon of a site nothing is traced: the map there mirrors the part above, for points between vertices that
+look just below a vertex's horizon. Maps have the axes of the world, so that neighbours are interpolated texel by texel.
 
-What is so small that no middle of a texel meets it, 5.6 degrees across at most, is not seen from that site.
+An occluder that no texel centre hits, at most 5.6 degrees across, is missed from that site.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from ..environment.octahedral import bordered, places, unfolded
 from ..vectors import dot, unit
 from .occluders import Occluders
 
-#: Side of the maps that distances are kept on.
+#: Side of the maps of distances, texels.
 MAP = 32
-#: Points along a side of the finer grid, rim included: every second one, from the second on, is a texel's middle.
+#: Points along a side of the finer grid, rim included: every second one, from the second on, is a texel centre.
 GRID = 2 * MAP + 1
-# Sine below the horizon down to which distances count: points between vertices may look there.
+# Sine below the horizon down to which distances have full weight, since points between vertices may look there.
 BELOW = 0.15
-# States of directions, so that `or` and `xor` of two tell what they have in common; 0 if not traced.
+# States of directions as bits, to be combined by `or` and `xor`; 0 if not traced.
 _FREE, _HIDDEN, _BOTH = 1, 2, 3
 
 
@@ -40,7 +40,7 @@ class Traced(NamedTuple):
     """Traced distances of n sites.
 
     distances (n, MAP^2) : signed angles, radians, positive where free, at most pi / 2 in size.
-    all_free : whether no ray met anything. dark (n,) : where every ray above the horizon met something.
+    all_free : whether no ray hit anything. dark (n,) : sites whose every ray above the horizon hit something.
     """
 
     distances: Float[np.ndarray, "n texels"]
@@ -51,8 +51,8 @@ class Traced(NamedTuple):
 class _Grid(NamedTuple):
     """The finer grid, float32.
 
-    to (GRID^2, 3) : directions of its points. ends (E, 2) : points of its edges, those along rows first.
-    halfway (E, 3) : between both ends; halves (E, 2, 3) : between that and each end.
+    to (GRID^2, 3) : directions of its points. ends (E, 2) : end points of its edges, those along rows first.
+    halfway (E, 3) : midpoint of both ends; halves (E, 2, 3) : midpoints between that and each end.
     """
 
     to: Float[np.ndarray, "G 3"]
@@ -75,7 +75,7 @@ def _grid() -> _Grid:
 
 @cache
 def texels() -> Float[np.ndarray, "texels 3"]:
-    """Directions of the middles of the map's texels, float32."""
+    """Return the directions of the map's texel centres, float32."""
     return octahedral.texel_directions(MAP).reshape(-1, 3).astype(np.float32)
 
 
@@ -87,7 +87,7 @@ def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], 
     site, texel = _places(sines > 0.0)
     state[site, texel] = _asked(occluders, starts.take(site, axis=0), texels().take(texel, axis=0))
     free, hidden = ((state == one).any(axis=1) for one in (_FREE, _HIDDEN))
-    # A site that sees one thing sees it everywhere.
+    # Sites without a boundary are entirely free or entirely hidden.
     distances = np.where(free[:, None], np.float32(0.5 * np.pi), np.float32(-0.5 * np.pi))
     distances = np.broadcast_to(distances, state.shape).copy()
     some = np.flatnonzero(free & hidden)
@@ -97,14 +97,14 @@ def traced(starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], 
 
 
 def _places(wanted: Bool[np.ndarray, "n m"]) -> tuple[Int[np.ndarray, " r"], Int[np.ndarray, " r"]]:
-    """Find the rows and columns of what is wanted, as `nonzero` does in four times the time."""
+    """Return the rows and columns of True elements, as `nonzero` but four times as fast."""
     return np.divmod(np.flatnonzero(wanted), wanted.shape[1])
 
 
 def _asked(
     occluders: Occluders, starts: Float[np.ndarray, "m 3"], to: Float[np.ndarray, "m 3"]
 ) -> UInt8[np.ndarray, " m"]:
-    """States of directions, a ray each."""
+    """Return the states of directions, tracing a ray for each."""
     return np.where(occluders.free(starts, to), np.uint8(_FREE), np.uint8(_HIDDEN))
 
 
@@ -115,13 +115,13 @@ def _to_boundaries(
     state: UInt8[np.ndarray, "n texels"],
     occluders: Occluders,
 ) -> Float[np.ndarray, "n texels"]:
-    """`Traced.distances` of sites that see both."""
+    """Compute `Traced.distances` of sites with both free and hidden directions."""
     cells = _cells(state.reshape(-1, MAP, MAP))
     fine = _refined(starts, normals, state.reshape(-1, MAP, MAP), cells, occluders)
     site, boundary = _boundaries(starts, fine, occluders)
     ends = np.searchsorted(site, np.arange(len(starts) + 1))
     free, below = state == _FREE, sines <= 0.0
-    # Cosines of the nearest; where there is no boundary that is a right angle, too. Below the horizon a texel t is
+    # Cosines of the nearest boundary points; without a boundary the angle is pi / 2. Below the horizon a texel t is
     # mirrored, t - 2 (t . n) n, and its cosine to b is b . t - 2 (b . n) (t . n).
     nearest = np.zeros(state.shape, dtype=np.float32)
     boundary = np.concatenate([boundary, dot(boundary, normals[site])[:, None]], axis=1)
@@ -131,11 +131,11 @@ def _to_boundaries(
     for number in range(len(starts)):
         near, to[3] = boundary[ends[number] : ends[number + 1]], down[number]
         if len(near):
-            # The largest of each column: rows of boundary points lie one after the other in memory.
+            # Maximum over rows, which are contiguous in memory.
             np.matmul(near, to, out=cosines[: len(near)]).max(axis=0, out=nearest[number])
     distances = np.arccos(np.clip(nearest, 0.0, 1.0))
-    # Mirrored directions take the state of the four middles around them where these agree; elsewhere a ray tells, or,
-    # deep below the horizon, where little hangs on it, the nearest middle.
+    # Mirrored directions take the state of the four texel centres around them where these agree; elsewhere a ray is
+    # traced, or, far below the horizon, where it hardly matters, the nearest centre is used.
     one, texel = _places(below)
     mirrored = texels().take(texel, axis=0) + down[below][:, None] * normals.take(one, axis=0)
     column, row = (((each + 1.0) * (0.5 * MAP) + 0.5).astype(np.int64) for each in places(mirrored))
@@ -150,8 +150,8 @@ def _to_boundaries(
 
 
 def _cells(state: UInt8[np.ndarray, "n m m"]) -> UInt8[np.ndarray, "n k k"]:
-    """Return all states at the four corners of each cell between the middles of texels, those over the folded rim
-    included.
+    """Combine the states at the four corners of each cell between texel centres, including cells across the folded
+    rim.
     """
     padded = np.ascontiguousarray(np.moveaxis(bordered(np.moveaxis(state, 0, -1)), -1, 0))
     rows = padded[:, :-1] | padded[:, 1:]
@@ -165,7 +165,7 @@ def _refined(
     cells: UInt8[np.ndarray, "n k k"],
     occluders: Occluders,
 ) -> UInt8[np.ndarray, "n g g"]:
-    """States on the finer grid: of texels' middles, and in cells that a boundary crosses or the horizon does."""
+    """Return the states on the finer grid: of texel centres, and in cells crossed by a boundary or the horizon."""
     to = _grid().to
     fine = np.zeros((len(state), GRID, GRID), dtype=np.uint8)
     fine[:, 1::2, 1::2] = state
@@ -180,7 +180,7 @@ def _refined(
         wanted[:, 0::2, 1::2] = chosen[:, :, :-1] | chosen[:, :, 1:]
         wanted &= ~asked
         asked |= wanted
-        # The rim has every point twice.
+        # Every point of the rim occurs twice.
         for twice in _second_halves(wanted):
             twice[:] = False
         site, point = _places(wanted.reshape(len(wanted), -1))
@@ -193,12 +193,14 @@ def _refined(
 
 
 def _beside_unasked(state: UInt8[np.ndarray, "n m m"]) -> Bool[np.ndarray, "n k k"]:
-    """Cells with a corner that was not asked."""
+    """Return a mask of cells with an untraced corner."""
     return _cells((state == 0).astype(np.uint8)) != 0
 
 
 def _entered(fine: UInt8[np.ndarray, "n g g"]) -> Bool[np.ndarray, "n k k"]:
-    """Cells on either side of an edge between two middles of texels whose own middle is not as both."""
+    """Return a mask of cells on either side of an edge between texel centres whose midpoint differs from one of its
+    ends.
+    """
     across = (fine[:, 1::2, 2:-1:2] | fine[:, 1::2, 1:-2:2] | fine[:, 1::2, 3::2]) == _BOTH
     along = (fine[:, 2:-1:2, 1::2] | fine[:, 1:-2:2, 1::2] | fine[:, 3::2, 1::2]) == _BOTH
     found = np.zeros((len(fine), MAP + 1, MAP + 1), dtype=bool)
@@ -206,26 +208,26 @@ def _entered(fine: UInt8[np.ndarray, "n g g"]) -> Bool[np.ndarray, "n k k"]:
     found[:, 1:, 1:-1] |= across
     found[:, 1:-1, :-1] |= along
     found[:, 1:-1, 1:] |= along
-    # Cells of the rim are there twice, too.
+    # Cells of the rim occur twice, too.
     for rim in (found[:, 0], found[:, -1], found[:, :, 0], found[:, :, -1]):
         rim |= rim[:, ::-1].copy()
     return found
 
 
 def _second_halves(grid: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the halves of the grid's four sides that are the others over again."""
+    """Return the second halves of the grid's four sides, which repeat the first halves."""
     return grid[:, 0, MAP + 1 :], grid[:, -1, MAP + 1 :], grid[:, MAP + 1 :, 0], grid[:, MAP + 1 :, -1]
 
 
 def _first_halves(grid: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Their first halves, in the order of the second."""
+    """Return the first halves of the grid's four sides, in the order of the second."""
     return grid[:, 0, MAP - 1 :: -1], grid[:, -1, MAP - 1 :: -1], grid[:, MAP - 1 :: -1, 0], grid[:, MAP - 1 :: -1, -1]
 
 
 def _boundaries(
     starts: Float[np.ndarray, "n 3"], fine: UInt8[np.ndarray, "n g g"], occluders: Occluders
 ) -> tuple[Int[np.ndarray, " b"], Float[np.ndarray, "b 3"]]:
-    """Return the site, ascending, and the direction of every boundary point."""
+    """Return the site (ascending) and the direction of every boundary point."""
     grid, count = _grid(), len(fine)
     differ = (fine[:, :, 1:] ^ fine[:, :, :-1]) == _BOTH, (fine[:, 1:] ^ fine[:, :-1]) == _BOTH
     crossed = np.concatenate([one.reshape(count, -1) for one in differ], axis=1)

@@ -1,9 +1,9 @@
-"""Visibility as renderers use it: signed distances to what is hidden, and shares of light that is.
+"""Visibility for renderers: signed angular distances to occluders, and hidden shares of light.
 
-A point is given by three vertices and their barycentric weights. Codes are linear, in axes of the
-world, so they are mixed before they are decoded: nothing jumps from triangle to triangle, and a point costs one
-decoding, not three. The same in GLSL: codes as texels of four, `axes` and `mean` as octahedral maps of four terms a
-texel, looked up as `octahedral.around` does.
+A point is given by three vertices and their barycentric weights. Codes are linear, in world axes, so they are
+interpolated before they are decoded: the result is continuous across triangles, and a point costs one decoding, not
+three. The GLSL twin has codes as texels of four, and `axes` and `mean` as octahedral maps of four terms per texel,
+sampled as by `octahedral.around`.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ _BLOCK = 512
 
 @dataclass(frozen=True, eq=False)
 class SceneVisibility:
-    """Free directions at the vertices of a scene, against all of its parts, on both sides of sheets.
+    """Visibility at the vertices of a scene, occluded by all of its parts, on both sides of sheets.
 
-    mean (texels,), axes (texels, K) : of bent distances (`compression`).
+    mean (texels,), axes (texels, K) : of compressed distances (`compression`).
     whole (S, B), halves (S, H), steps (K,) : codes of each site, `compression.pack_codes`.
     facing (V, 2) : vertex normals, `octahedral.in_two`.
-    fronts (V,), backs (V,) : the site of each vertex on the side that its normal looks to, and on the other one: -1
-        inside of solids, where everything is hidden, and for a vertex that no triangle uses.
-    middles (A, 2) : pairs of vertices between which visibility changes much: the last A of the V lie in their middles.
-    refinement : further vertices inside of large triangles, and the triangles that middles cut.
+    fronts (V,), backs (V,) : the site of each vertex on the side of its normal, and on the other one; -1 inside of
+        solids, where everything is hidden, and for an unused vertex.
+    middles (A, 2) : pairs of vertices between which visibility changes much; the last A of the V are their midpoints.
+    refinement : further vertices inside large triangles, and the triangles cut at midpoints.
     """
 
     mean: Float[np.ndarray, " texels"]
@@ -49,18 +49,20 @@ class SceneVisibility:
 
     @property
     def vertices(self) -> int:
-        """Vertices of the meshes, those of divided triangles with them; middles are not counted, only paid for."""
+        """Number of vertices of the meshes, including those of subdivided triangles, without midpoints."""
         return len(self.fronts) - len(self.middles)
 
     @property
     def bytes_a_vertex(self) -> float:
-        """Bytes stored, middles included, by `vertices`; mean and axes, the same for all, come to less than 0.3 MB."""
+        """Bytes stored, midpoints included, per one of `vertices`; the shared mean and axes take less than 0.3 MB
+        more.
+        """
         held = (self.whole, self.halves, self.facing, self.fronts, self.backs, self.middles)
         return sum(array.nbytes for array in held) / self.vertices
 
     @property
     def site_normals(self) -> Float[np.ndarray, "S 3"]:
-        """Unit, on the side that a site is of."""
+        """Unit normals on each site's side."""
         normals = octahedral.out_of_two(self.facing)
         found = np.empty((len(self.whole), 3))
         for sites, sign in ((self.fronts, 1.0), (self.backs, -1.0)):
@@ -68,11 +70,11 @@ class SceneVisibility:
         return found
 
     def codes(self, sites: Int[np.ndarray, "*n"]) -> Float[np.ndarray, "*n K"]:
-        """Codes of sites; times `axes`, with `mean`, they are bent distances."""
+        """Return the codes of sites; `axes` times these plus `mean` are compressed distances."""
         return unpack_codes(self.whole[sites], self.halves[sites]) * self.steps
 
     def along(self, to: Float[np.ndarray, "P 3"]) -> tuple[Float[np.ndarray, "P K"], Float[np.ndarray, " P"]]:
-        """Return factors and offsets of codes, for compressed distances in fixed directions of the world."""
+        """Return factors and offsets that turn codes into compressed distances in fixed world directions."""
         texels, shares = octahedral.around(to, MAP)
         shares = shares.astype(np.float32)
         return np.einsum("pt,ptk->pk", shares, self.axes[texels]), (shares * self.mean[texels]).sum(axis=1)
@@ -80,9 +82,9 @@ class SceneVisibility:
     def located(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"]
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """Return the vertices and weights to ask with for points on triangles (numbered over all parts): see `Halving`.
+        """Return the vertices and weights for queries at points on triangles (numbered over all parts): see `Halving`.
 
-        The corners of the triangles themselves may be asked with too; on a floor of two triangles they know little.
+        The triangles' own corners are valid for queries too, but coarse, as on a floor of two triangles.
         """
         return self.refinement.located(faces, weights)
 
@@ -93,13 +95,13 @@ class SceneVisibility:
         directions: Float[np.ndarray, "N Q 3"],
         back: Bool[np.ndarray, " N"] | None = None,
     ) -> Float[np.ndarray, "N Q"]:
-        """Angles to the nearest boundary of what is hidden, radians, positive where the direction is free.
+        """Return angles to the nearest occlusion boundary, radians, positive where the direction is free.
 
         Parameters
         ----------
-        directions : world, of any length but 0; above the horizon of the side that is seen. Below it there is no
-            answer that means something: who asks cuts there.
-        back : where the side is seen that the normals look away from; None: nowhere.
+        directions : world, of any non-zero length, above the horizon of the visible side. Below it results are
+            meaningless, and callers must clip.
+        back : True where the back side is seen, opposite to the normal; None: nowhere.
 
         Raises
         ------
@@ -115,8 +117,8 @@ class SceneVisibility:
         directions: Float[np.ndarray, "N Q 3"],
         back: Bool[np.ndarray, " N"] | None = None,
     ) -> tuple[Float[np.ndarray, "N Q"], Float[np.ndarray, "N Q 3"]]:
-        """`signed_distances` of unit directions, and how they change with those: vectors across each, world, that point
-        away from what is hidden; of length 1 where the boundary is near and straight, 0 where there is none.
+        """Return `signed_distances` of unit directions, and their gradients: world vectors across each direction that
+        point away from the occluder, of length 1 where the boundary is near and straight, 0 without one.
         """
         return self._boundaries(vertices, weights, directions, back, sloping=True)
 
@@ -150,7 +152,7 @@ class SceneVisibility:
     def mixed(
         self, vertices: Int[np.ndarray, "N 3"], weights: Float[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"] | None
     ) -> tuple[Float[np.ndarray, "N K"], Float[np.ndarray, " N"]]:
-        """Codes between the corners that are not inside of solids, and the weight of those that are.
+        """Interpolate codes between the corners outside of solids; return them and the weight of the corners inside.
 
         Raises
         ------
@@ -163,7 +165,7 @@ class SceneVisibility:
         return codes / np.where(left > 0.0, left, 1.0)[:, None], (weights * (sites < 0)).sum(axis=1)
 
     def sites(self, vertices: Int[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"] | None) -> Int[np.ndarray, "N 3"]:
-        """Return the sites of vertices; -1 inside of solids."""
+        """Return the sites of vertices; -1 inside solids."""
         sites = self.fronts[vertices]
         if (sites < 0).any():
             number = int(np.asarray(vertices)[sites < 0][0])
@@ -181,11 +183,11 @@ def hidden_shares(
     codes: Float[np.ndarray, "N K"],
     solid_angles: Float[np.ndarray, " P"],
 ) -> Float[np.ndarray, "N P"]:
-    """Return the share of each cell of directions that is hidden, `along` the middles of cells of these solid angles,
-    sr.
+    """Return the hidden share of each cell of directions, given `SceneVisibility.along` their centres and their solid
+    angles, sr.
 
-    A boundary that crosses a cell is taken for a straight edge across a square. Near a boundary a bent distance is
-    the distance over `SOFT`, to 2 % at 10 degrees.
+    A boundary across a cell is treated as a straight edge across a square. Near a boundary a compressed distance is the
+    distance over `SOFT`, to 2 % at 10 degrees.
     """
     axes, mean = along
     steep = (SOFT / np.sqrt(solid_angles)).astype(np.float32)
