@@ -1,5 +1,5 @@
-"""Interreflection between the parts of a scene, found once for its geometry.
+"""Interreflection between the parts of a scene, precomputed from its geometry.
 
-Begin with `edge_refinement.py` and `hits.py`, sites and rays; `transport.py` and `indirect.py` serve pictures,
-`influence.py` says what parts put on each other.
+Begin with `edge_refinement.py` and `hits.py`, sites and rays; `transport.py` and `indirect.py` are for renderings,
+`influence.py` quantifies the colour that parts cast on each other.
 """

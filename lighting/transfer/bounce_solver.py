@@ -1,6 +1,6 @@
-"""Light followed from surface to surface for pictures: coefficients of what all sites send out in the end.
+"""Interreflection for renderings: coefficients of the radiosity of all sites.
 
-Relative to the spectra of lights, where every surface keeps each wavelength; of radiance, where one fluoresces.
+They are relative to the spectra of lights, or of radiance if any surface fluoresces.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from .transport import Transport
 
 @dataclass(frozen=True, eq=False)
 class Followed:
-    """Radiosity of all sites, in fields: of each of K spectra, each coefficient of `basis`.
+    """Radiosity of all sites, in fields: each coefficient of `basis` for each of K spectra.
 
-    bounces, left : see `Interreflection`. glossy : the numbers of parts that are.
-    radiant : None where coefficients are relative to the spectra. Else they are of radiance, of all lights together,
-    and of spectral power where the spectrum of equal energy has this much of what the observer calls Y.
+    bounces, left : see `Interreflection`. glossy : indices of glossy parts.
+    radiant : None if coefficients are relative to the spectra. Else they are of the radiance of all lights together,
+    and this is the observer's Y of the equal-energy spectrum of power 1.
     """
 
     sent: RayLight
@@ -55,10 +55,10 @@ def followed(
     shown_in: Sequence[Spectrum],
     enough: float,
 ) -> Followed:
-    """Light of `lux`, what sites receive straight away.
+    """Compute the radiosity that results from the direct illuminance `lux`.
 
-    spectra : of it. which : of all lights' spectra, the number of each in them. Other parameters are those of
-    `indirect_light`.
+    spectra : K distinct spectra of the light. which : index into them for each spectrum of each light. Other
+    parameters: see `indirect_light`.
     """
     hits, prepared = transport.hits, transport.prepared
     glossy = glossy_parts(prepared, scene, surfaces)
@@ -106,9 +106,9 @@ def _relative(
     shown_in: Sequence[Spectrum],
     lux: Float[np.ndarray, "S K"],
 ) -> tuple[Regions, Float[np.ndarray, "S K J"]]:
-    """Return what all sites pass on as matt ones, and do of `lux`, where every surface keeps each wavelength."""
+    """Return the diffuse reflectances of all sites, and their first reflection of `lux`, without fluorescence."""
     wavelengths = common_wavelengths([surfaces[name].wavelengths_nm for name in scene.material_ids])
-    # Rays outlive materials: parts wear those of this scene.
+    # Cached rays are independent of materials; parts get those of this scene.
     worn = [replace(fine, material=part.material) for fine, part in zip(transport.fine.parts, scene.parts, strict=True)]
     regions, seen = regions_of(replace(transport.fine, parts=tuple(worn)), surfaces, transport.hits, wavelengths)
     shown = [one.on(wavelengths).shown for one in glossy.values()]
@@ -125,7 +125,7 @@ def _by_radiance(
     spectra: tuple[Spectrum, ...],
     lux: Float[np.ndarray, "S K"],
 ) -> tuple[RadiantRegions, Float[np.ndarray, "S 1 J"]]:
-    """Return the same where some surface fluoresces, of all lights together; a texture counts as its mean."""
+    """Return the same with fluorescence, for all lights together; a texture is replaced by its mean."""
     matrices = {name: even_matrix(surfaces[name]) for name in scene.material_ids}
     shown = [each for one in {id(one): one for one in glossy.values()}.values() for each in one.shown_as_matrices]
     basis = planned_basis([*matrices.values(), *shown], spectra, scene.observer)
@@ -135,5 +135,5 @@ def _by_radiance(
 
 
 def _more(scene: Scene) -> int | None:
-    """Bounces that follow the first surface; None is as many as are seen."""
+    """Return the number of bounces after the first surface; None is as many as are visible."""
     return None if scene.bounces == "auto" else max(int(scene.bounces) - 1, 0)

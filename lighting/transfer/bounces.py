@@ -1,9 +1,9 @@
-"""Light from part to part: coefficients that travel, bounce by bounce, until what is left cannot be seen.
+"""Interreflection by Neumann series: coefficients of light, bounce by bounce, until the remainder is invisible.
 
 With radiosity B (S sites, J coefficients relative to a light's spectrum), c_0 = rho E_0 and c_(k+1) = O G c_k, where G
 is the irradiance operator (`operator`) and O = A^T diag(rho) B the reflectance of a region in the basis
-(`SpectralBasis.operator`). The interreflection of Sun et al. 2007 (eq. 4 and on) stops after two bounces, of which the
-second is even over directions. Here, as many follow as change ΔE94 by more than is asked.
+(`SpectralBasis.operator`). The interreflection of Sun et al. 2007 (eq. 4 and on) stops after two bounces, the second of
+which is diffuse. Here bounces are added while the remainder exceeds a tolerance in ΔE94.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from ...runtime.errors import InputError
 from ...spectral.difference import delta_e_xyz
 from .regions import RadiantRegions, Regions
 
-#: ΔE94 that bounces which are left out may change the brightest or darkest site by.
+#: Largest ΔE94 of any site that omitted bounces may cause.
 ENOUGH = 0.1
-#: No scene of real surfaces needs as many: white of 0.99 in a closed box takes some 600.
+#: Limit on the number of bounces; a closed box of reflectance 0.99 takes some 600.
 MOST = 2000
 # Stride of the sites that are tested first.
 _FEW = 16
@@ -31,10 +31,10 @@ _FEW = 16
 class Interreflection:
     """Radiosity of S sites.
 
-    bounces : how many were followed. first, all (S,K,J) : after no bounce, and after all of them; lux of each light's
-        spectrum that a perfect diffuser would have to receive to send out as much.
-    left : ΔE94 that further bounces would change any site by, estimated; bound : what they could at most add to Y, of
-        the reference illuminance.
+    bounces : number of bounces. first, all (S,K,J) : radiosity before any bounce, and after all of them: illuminance,
+        lux, of each light's spectrum that gives a perfect diffuser the same radiosity.
+    left : estimate of the largest ΔE94 of any site by further bounces; bound : upper bound of the Y that they add,
+        relative to the reference illuminance.
     """
 
     bounces: int
@@ -45,7 +45,7 @@ class Interreflection:
 
     @property
     def indirect(self) -> Float[np.ndarray, "S K J"]:
-        """Light added by bounces."""
+        """Radiosity added by bounces."""
         return self.all - self.first
 
 
@@ -61,26 +61,26 @@ def interreflected(
     sends: Float[np.ndarray, " S"] | None = None,
     exactly: int | None = None,
 ) -> Interreflection:
-    """Follow light from site to site until no further bounce changes the colour of any site by ΔE94 `enough`.
+    """Solve for interreflection until no further bounce changes the colour of any site by more than ΔE94 `enough`.
 
     Parameters
     ----------
-    operator : G (S,S) of `irradiance_operator`. lux : received of each of K spectra straight away.
-    folds : of each spectrum, from coefficients to XYZ with Y = 1 of the perfect diffuser (`SpectralBasis.fold`,
-        `RadiantRegions.folds`).
-    white : XYZ that ΔE94 refers to, Y = 1. reference_lux : a perfect diffuser that receives this has Y = 1.
-    sends : of each site, the share of its light that others receive; None is all.
-    exactly : follow so many bounces, whatever is left.
+    operator : G (S,S) of `irradiance_operator`. lux : direct illuminance by each of K spectra.
+    folds : for each spectrum the matrix from coefficients to XYZ, with Y = 1 for the perfect diffuser
+        (`SpectralBasis.fold`, `RadiantRegions.folds`).
+    white : XYZ of the white for ΔE94, Y = 1. reference_lux : illuminance at which a perfect diffuser has Y = 1.
+    sends : factor on the light that each site sends to others; None is 1.
+    exactly : number of bounces, whatever the remainder.
 
-    What is left is estimated as a geometric series of what the last bounce gave and the share by which it had become
-    less, site by site at the slowest of all sites' shares. It ends, for sure, since rows of G sum to at most 1 and
-    reflectances are below 1: whatever Y the last bounce gave the brightest site, all later ones add less than
-    Y q / (1 - q) to any, q being the product of the largest of both. Where sites fluoresce, all of its power counts as
-    what eyes see best.
+    The remainder is estimated as a geometric series of the last bounce at each site, whose ratio is that of the last
+    two bounces, summed over all sites, at most q. The iteration converges, since rows of G sum to at most 1 and
+    reflectances are below 1: with Y the largest that the last bounce added to any site, all later ones add less than Y
+    q / (1 - q), q being the product of the largest row sum and the largest reflectance. With fluorescence all power is
+    assumed to be at the wavelength of the highest sensitivity.
 
     Raises
     ------
-    InputError : `most` bounces are not enough.
+    InputError : `most` bounces do not suffice.
     """
     to_xyz = np.concatenate([np.asarray(fold).T for fold in folds]) / reference_lux
     return passed_on(
@@ -102,11 +102,11 @@ def passed_on(
     bounces: int | None = None,
     then: Float[np.ndarray, "S K J"] | None = None,
 ) -> Interreflection:
-    """`interreflected`, of any radiosity that there is `first`.
+    """Solve for interreflection from any initial radiosity `first`; see `interreflected`.
 
-    to_xyz : what coefficients of all spectra come to. beside : XYZ that sites send out beside it, which is not passed
-    on. bounces : follow so many, whatever is left; None goes on until `enough`. then : what sites make of it by the
-    first bounce, where not all of it is even.
+    to_xyz : XYZ from the coefficients of all spectra. beside : further XYZ of sites that is not reflected again.
+    bounces : their number, whatever the remainder; None continues until `enough`. then : radiosity after the first
+    bounce, if `first` is not entirely diffuse.
     """
     now = first
     total = now.copy()
@@ -138,7 +138,9 @@ def passed_on(
 def largest_difference(
     seen: Float[np.ndarray, "S 3"], more: Float[np.ndarray, "S 3"], white: Float[np.ndarray, "3"], enough: float
 ) -> float:
-    """ΔE94 that `more` changes any site by; of a few of them where that is already more than `enough`."""
+    """Return the largest ΔE94 of any site when `more` is added; of a subset of sites if that already exceeds
+    `enough`.
+    """
     some = slice(None, None, _FEW)
     found = float(delta_e_xyz(seen[some] + more[some], seen[some], white).max(initial=0.0))
     return found if found > enough else float(delta_e_xyz(seen + more, seen, white).max(initial=0.0))

@@ -1,8 +1,8 @@
-"""The hemisphere above a surface in cells: of those at one place light comes in, in those at another it goes out.
+"""Cells of the hemisphere above a surface, for incident and outgoing light.
 
-Cells are even in projected solid angle (the cosine included) and about as wide as high: a square grid, laid onto the
-unit disc below the hemisphere by concentric rings (Shirley and Chiu, "A low distortion map between disk and square",
-Journal of Graphics Tools 2(3), 1997).
+Cells have equal projected solid angle (the cosine included) and are about as wide as high: a square grid mapped onto
+the unit disc below the hemisphere by concentric rings (Shirley and Chiu, "A low distortion map between disk and
+square", Journal of Graphics Tools 2(3), 1997).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ACROSS = 16
 
 @dataclass(frozen=True)
 class HemisphereCells:
-    """`across` x `across` cells, an even number each way; number = row * across + column."""
+    """Grid of `across` x `across` cells, `across` even; index = row * across + column."""
 
     across: int = ACROSS
 
@@ -27,10 +27,10 @@ class HemisphereCells:
         return self.across**2
 
     def of(self, local: Float[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n"]:
-        """Return the cell of each unit direction of a frame; one below the horizon has the nearest at its edge."""
+        """Return the cell of each unit direction in a frame; below the horizon, the nearest cell at the rim."""
         x, y = local[..., 0], local[..., 1]
         length = np.sqrt(x * x + y * y)
-        # Below the horizon the disc would be met again, from its other side.
+        # Directions below the horizon would project into the disc again.
         radius = np.where(local[..., 2] > 0.0, np.minimum(length, 1.0), 1.0)
         wide, high = np.abs(x), np.abs(y)
         turn = np.arctan2(np.minimum(wide, high), np.maximum(wide, high)) * (4.0 / np.pi) * radius
@@ -42,11 +42,13 @@ class HemisphereCells:
         return row * self.across + column
 
     def directions(self) -> Float[np.ndarray, "cells 3"]:
-        """Unit directions in the middles of cells."""
+        """Unit directions of cell centres."""
         return self.within(np.arange(len(self)), np.full((len(self), 2), 0.5))
 
     def within(self, cells: Int[np.ndarray, "*n"], places: Float[np.ndarray, "*n 2"]) -> Float[np.ndarray, "*n 3"]:
-        """Unit directions at places in [0, 1) of cells, along columns and rows: all of a cell count alike."""
+        """Return unit directions at places in [0, 1) of cells, along columns and rows; uniform in projected solid
+        angle.
+        """
         row, column = np.divmod(cells, self.across)
         a, b = ((each + places[..., k]) / self.across * 2.0 - 1.0 for k, each in enumerate((column, row)))
         wide = np.abs(a) >= np.abs(b)
@@ -57,11 +59,11 @@ class HemisphereCells:
 
     @cached_property
     def quarter(self) -> Int[np.ndarray, " quarter"]:
-        """The cells of one quadrant, from which turns by right angles make all others."""
+        """Cells of one quadrant; rotations by right angles give all others."""
         half = np.arange(self.across // 2, self.across)
         return (half[:, None] * self.across + half).ravel()
 
     def turned(self, cells: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
-        """Permute cells by a turn by a right angle about the normal, from x to y."""
+        """Rotate cells by a right angle about the normal, from x to y."""
         row, column = np.divmod(cells, self.across)
         return column * self.across + (self.across - 1 - row)

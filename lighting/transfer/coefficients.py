@@ -1,8 +1,8 @@
 """Coefficients of light between surfaces: relative to the spectra of lights, or of radiance.
 
-Where every surface keeps each wavelength, light of a spectrum s that met reflectances of the product r is s r: J
-coefficients of r, apart for each of K spectra, KJ fields. Where one fluoresces they are of s r itself, at Y = 1 of the
-perfect diffuser (`regions`); once light has met a surface it matters no more which light it is of, and J fields do.
+Without fluorescence, light of a spectrum s after reflectances of the product r is s r, stored as J coefficients of r
+for each of K spectra: KJ fields. With fluorescence, coefficients are of the radiance itself, at Y = 1 of the perfect
+diffuser (`regions`); after the first surface the light's origin does not matter, and J fields suffice.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .regions import best_seen
 
 @dataclass(frozen=True, eq=False)
 class Coefficients:
-    """F fields of a basis of J coefficients.
+    """Layout of F fields in a basis of J coefficients.
 
-    spectra : K, of lights. reference_lux : a perfect diffuser that receives this has Y = 1. radiant : whether they are
-    of radiance.
+    spectra : K, of lights. reference_lux : illuminance at which a perfect diffuser has Y = 1. radiant : whether
+    coefficients are of radiance.
     """
 
     basis: SpectralBasis
@@ -39,28 +39,30 @@ class Coefficients:
 
     @property
     def kinds(self) -> int:
-        """F / J: K where lights are apart."""
+        """F / J: K if lights are kept apart, else 1."""
         return 1 if self.radiant else len(self.spectra)
 
     @property
     def fields(self) -> int:
-        """F."""
+        """Number of fields, F."""
         return self.kinds * self.basis.size
 
     def sent(self, reflected: Float[np.ndarray, "n L"]) -> list[Float[np.ndarray, "n J"]]:
-        """Compute the emission of surfaces under 1 lux of each spectrum; reflected : at the basis' wavelengths."""
+        """Compute the radiosity of surfaces under 1 lux of each spectrum; reflected : reflectances at the basis's
+        wavelengths.
+        """
         if self.radiant:
             return [self.basis.project(reflected * power) for power in self._powers]
         return [self.basis.project(reflected)] * len(self.spectra)
 
     def joined(self, each: Sequence[Float[np.ndarray, "n J"]]) -> Float[np.ndarray, "n F"]:
-        """Fields of what has become of each spectrum."""
+        """Combine coefficients of each spectrum into fields."""
         if self.radiant:
             return sum(each[1:], start=each[0])
         return each[0] if len(each) == 1 else np.concatenate(each, axis=1)
 
     def rows(self, each: Sequence[Float[np.ndarray, "n J"]]) -> Float[np.ndarray, "Kn F"]:
-        """Return the same, a row for each number of each spectrum."""
+        """Return the same as a matrix with K n rows, one for each spectrum and each of its n elements."""
         if self.radiant:
             return np.concatenate(each)
         found = np.zeros((len(each), len(each[0]), len(each), self.basis.size))
@@ -70,12 +72,12 @@ class Coefficients:
 
     @cached_property
     def to_xyz(self) -> Float[np.ndarray, "F 3"]:
-        """Convert them to XYZ."""
+        """Matrix from fields to XYZ."""
         return self.folds(np.ones(len(self.basis.wavelengths_nm)))
 
     @cached_property
     def most_y(self) -> Float[np.ndarray, " F"]:
-        """Y that 1 of each, of any sign, may have after surfaces that send out no more than arrives."""
+        """Largest Y of a field of size 1, of either sign, after passive surfaces."""
         size = np.abs(self.basis.synthesis)
         if not self.radiant:
             return np.concatenate([one[1] @ size for one in self._weights]) / self.reference_lux
@@ -84,13 +86,13 @@ class Coefficients:
     def folds(
         self, surface: Float[np.ndarray, "*n L"], illuminants: Sequence[Spectrum | None] = (None,)
     ) -> Float[np.ndarray, "*n F M3"]:
-        """Make the maps from arriving coefficients to leaving XYZ, exact at each wavelength of the basis.
+        """Return the matrices from incident coefficients to reflected XYZ, exact at each wavelength of the basis.
 
-        surface : reflectances. illuminants : M, each in place of all spectra; None is their own.
+        surface : reflectances. illuminants : M, each replacing all spectra; None keeps them.
 
         Raises
         ------
-        InputError : an illuminant where coefficients are of radiance: it excites anew.
+        InputError : an illuminant for coefficients of radiance, since it changes the excitation.
         """
         if self.radiant:
             self._check_own(illuminants)
@@ -103,14 +105,14 @@ class Coefficients:
         return found.reshape(*surface.shape[:-1], -1, weights.shape[1])
 
     def glowing(self, surface: Bispectral) -> list[Float[np.ndarray, " J"]]:
-        """`sent` by one that fluoresces: radiance, of lights at their own resolution."""
+        """Compute `sent` for a fluorescent surface: radiance, from lights at their own resolution."""
         nm, seen_by = self.basis.wavelengths_nm, self.observer
         return [self.basis.project(surface.radiance(one, nm) / seen_by.luminous(one)) for one in self.spectra]
 
     def glowing_fold(
         self, surface: Bispectral, illuminants: Sequence[Spectrum | None] = (None,)
     ) -> Float[np.ndarray, "J M3"]:
-        """`folds` of one that fluoresces."""
+        """Return `folds` for a fluorescent surface."""
         self._check_own(illuminants)
         matrix = surface.narrow(self.basis.wavelengths_nm)
         seen = (sent_by(matrix.T, self._seen) @ self.basis.synthesis).T / self.reference_lux
@@ -124,7 +126,7 @@ class Coefficients:
 
     @cached_property
     def _powers(self) -> list[Float[np.ndarray, " L"]]:
-        """Powers of each spectrum, Y = 1."""
+        """Spectral power of each light at Y = 1."""
         nm = self.basis.wavelengths_nm
         return [one.averaged(nm).samples / self.observer.luminous(one) for one in self.spectra]
 

@@ -1,7 +1,7 @@
 """Diffuse albedo of surfaces for indirect light.
 
-Of even light a slice reflects its integral (`EnvironmentForm`), however sharp it is. A uniform material has one
-reflectance, a texture one at each site: the mean of its texels over the triangles about it.
+Of uniform light a slice reflects its integral (`EnvironmentForm`), however sharp it is. A uniform material has one
+reflectance, a texture one per site: the mean of its texels over the adjacent triangles.
 """
 
 from __future__ import annotations
@@ -26,24 +26,26 @@ from .radiant import donaldson
 # Samples of a drawn albedo: pairs of directions, each with a place on a texture.
 _PAIRS = 4096
 # Steps of a low-discrepancy sequence in their six dimensions: powers of the inverse of the real root of x^7 = x + 1
-# (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). One pattern for all would tie them.
+# (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018). A pattern shared by them would
+# correlate them.
 _STEPS = 1.11277568427870550 ** -np.arange(1.0, 7.0)
-#: Moments z and 3 zz - 1 of even light from above, relative to its illuminance.
+#: Moments z and 3 zz - 1 of uniform light from above, relative to its illuminance.
 EVEN_Z, EVEN_ZZ = 2.0 / 3.0, 0.5
 # Samples of a fast form's albedo: viewers, each with a place on a texture.
 _VIEWERS = 2048
 # Places in each triangle of a textured part, and points per block.
 _PLACES, _AT_ONCE = 4, 1 << 14
-# Sites of a texture whose reflectances a basis is fitted to, beside the texture's mean.
+# Sites of a texture whose reflectances a basis is fitted to, besides the texture's mean.
 _SHOWN = 8
 
 
 def even_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
-    """Compute the albedo of a surface under even light: a mean over viewers, by their cosines, and over texels.
+    """Compute the albedo of a surface under uniform light: a cosine-weighted mean over viewing directions, and over
+    texels.
 
-    Of a fast form it is from each side the integral of the slice that is drawn (`EnvironmentForm`), however sharp that
-    is. Of others, directions to the light are drawn as the surface scatters it: off by some 0.3 % with highlights of
-    alpha 0.05, and exact for matt surfaces.
+    For a fast form the integral over incident directions is that of the rendered slice (`EnvironmentForm`), however
+    sharp. For other surfaces incident directions are importance sampled: the error is some 0.3 % for highlights of
+    alpha 0.05, and 0 for diffuse surfaces.
     """
     if not isinstance(surface, Fast):
         return _drawn_albedo(surface)
@@ -51,13 +53,13 @@ def even_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
     square = shifted_pattern(np.arange(2), _VIEWERS)
     radius, turn = np.sqrt(square[0, :, 0]), 2.0 * np.pi * square[0, :, 1]
     to = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[0, :, 0])], axis=1)
-    # Permuted: both patterns are the same, and places would be correlated with directions.
+    # Permuted, since both patterns are the same and places would be correlated with directions.
     places = np.random.default_rng(0).permutation(square[1])
     return _even(form, Points(to, to, places)).mean(axis=0) @ form.palette.samples[0]
 
 
 def even_matrix(surface: Surface) -> Bispectral:
-    """Return the same of surfaces of which some fluoresce: exact for those that do, which are matt."""
+    """Return the albedo as a bispectral matrix; exact for fluorescent surfaces, which are diffuse."""
     found = donaldson(surface)
     if found is not None:
         return found
@@ -77,7 +79,7 @@ def _drawn_albedo(surface: Surface) -> Float[np.ndarray, " L"]:
 
 
 def _even(form: EnvironmentForm, points: Points) -> Float[np.ndarray, "N R"]:
-    """Compute each term's reflectance of even light."""
+    """Compute each term's reflectance of uniform light."""
     lobes = form.lobes(points)
     matt = lobes.matt[:, 0].copy()
     if lobes.matt.shape[1] == BENDS:
@@ -88,10 +90,10 @@ def _even(form: EnvironmentForm, points: Points) -> Float[np.ndarray, "N R"]:
 def regions_of(
     fine: Scene, surfaces: Mapping[str, Fast], hits: Hits, wavelengths_nm: Float[np.ndarray, " L"]
 ) -> tuple[tuple[Int[np.ndarray, " S"], Float[np.ndarray, "R L"]], Float[np.ndarray, "n L"]]:
-    """Group sites into regions with their reflectance, as `Regions` takes them; and some of all
-    reflectances, for a basis.
+    """Group sites into regions with their reflectances, as for `Regions`; also return a sample of reflectances, for
+    fitting a basis.
 
-    fine : the scene that `hits` are of, with texture coordinates where materials use them.
+    fine : scene of `hits`, with texture coordinates where materials use them.
     """
     region, parts = hits.part_of_site.copy(), []
     for part in fine.parts:
@@ -114,7 +116,7 @@ def regions_of(
 def _of_sites(
     form: EnvironmentForm, fine: Scene, hits: Hits, number: int
 ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n L"]]:
-    """Return the sites of a part that wears a texture, and what each reflects."""
+    """Return the sites of a textured part, and their reflectances."""
     mesh = fine.parts[number].mesh
     assert mesh.uv is not None
     triangles = np.flatnonzero(hits.part == number)
@@ -122,7 +124,7 @@ def _of_sites(
     square = np.where(square.sum(axis=1, keepdims=True) > 1.0, 1.0 - square, square)
     shares = np.column_stack([1.0 - square.sum(axis=1), square])
     uv = np.einsum("nc,nci->ni", shares, np.repeat(mesh.uv[mesh.faces], _PLACES, axis=0))
-    # Viewers by their cosines, another one at each place.
+    # Cosine-weighted viewing directions, a different one at each place.
     even = np.random.default_rng(0).random((len(uv), 2))
     radius, turn = np.sqrt(even[:, 0]), 2.0 * np.pi * even[:, 1]
     to = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - even[:, 0])], axis=1)

@@ -12,7 +12,7 @@ from ..visibility.occluders import Occluders
 from ..visibility.sites import Sites
 from .hits import shifted_pattern
 
-#: Directions that are drawn at each site of a light that spreads.
+#: Default number of samples of an area or environment light at each site.
 DRAWN = 256
 # Rays per block.
 _AT_ONCE = 1 << 18
@@ -21,11 +21,11 @@ _AT_ONCE = 1 << 18
 def direct_illuminance(
     scene: Scene, sites: Sites, occluders: Occluders, drawn: int = DRAWN
 ) -> tuple[Float[np.ndarray, "S K"], ...]:
-    """Compute the direct illuminance of each light of a scene, lux at each site of each of its K spectra, with the
-    shadows that the scene casts.
+    """Compute the direct illuminance by each light of a scene, lux at each site for each of its K spectra, with
+    shadows.
 
-    A light that comes from one direction is exact. Of one that spreads it is a mean over `drawn` directions, drawn
-    as it shines, another even set at each site.
+    Delta lights are exact. Area and environment lights are importance sampled in `drawn` directions, from a
+    low-discrepancy set shifted at each site.
     """
     low, high = scene.bounds
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
@@ -69,7 +69,7 @@ def drawn_arrivals(
     radius: float,
     drawn: int = DRAWN,
 ) -> tuple[Float[np.ndarray, "n D 3"], Float[np.ndarray, "n D K"]]:
-    """Unit directions that are drawn at some sites, and the lux that each brings: their sum is the illuminance."""
+    """Sample a light at some sites: unit directions, and the contribution of each to the illuminance, lux."""
     points = np.repeat(sites.starts[rows] * radius + centre, drawn, axis=0)
     normals = np.repeat(sites.normals[rows], drawn, axis=0)
     numbers = np.arange(len(sites))[rows]

@@ -1,4 +1,4 @@
-"""Direct irradiance at sites for relighting: as illuminance, and by direction at glossy ones."""
+"""Direct irradiance at sites for relighting: illuminance, and at glossy sites by direction."""
 
 from __future__ import annotations
 
@@ -25,10 +25,11 @@ _BLOCK = 1024
 
 @dataclass(frozen=True, eq=False)
 class Received:
-    """Direct irradiance of K spectra of all lights, one after the other.
+    """Direct irradiance by all lights, whose K spectra follow each other.
 
-    lux (S,K) : illuminance. incoming (K, G, I) : of lights that spread, what glossy sites receive from each cell of
-    their hemispheres, lux. free : of each light from one direction its first spectrum's number, and which sites see it.
+    lux (S,K) : illuminance. incoming (K, G, I) : illuminance of glossy sites by area and environment lights from each
+    cell of their hemispheres, lux. free : for each delta light the index of its spectrum, and a mask of the sites that
+    see it.
     """
 
     lux: Float[np.ndarray, "S K"]
@@ -39,19 +40,19 @@ class Received:
 
     @cached_property
     def amounts(self) -> Float[np.ndarray, "K n"]:
-        """Compute the light that white parts would send to sites of it, see `ByPart`."""
+        """Irradiance of sites by each part if all parts were white, see `ByPart`."""
         return self.by_part.amounts(self.lux)
 
     def scattered(self, part: GlossyPart, reflection: Reflection) -> Float[np.ndarray, "KR GO"]:
-        """Return the radiance that the sites of one glossy part send into cells by each term, without its spectrum; 0
-        where no ray looks at the site. Kept, since other materials elsewhere leave it as it is.
+        """Return the radiance of one glossy part's sites into cells by each term, without its spectrum; 0 where no ray
+        hits the site. It is cached, since it does not depend on the materials of other parts.
         """
         known = self._scattered.get(part.part)
         if known is None or known[0] is not reflection:
             terms, cells = len(reflection.table), self.incoming.shape[2]
             found = np.zeros((len(self.incoming), terms, len(part.sites), cells), dtype=self.incoming.dtype)
             for arriving, sent in zip(self.incoming, found, strict=True):
-                # Only a product of those that are lit and looked at.
+                # Only sites that are lit and hit by rays.
                 some = part.shines[arriving[part.sites[part.shines]].any(axis=1)]
                 lit = arriving[part.sites[some]]
                 for table, one in zip(reflection.table, sent, strict=True):
@@ -62,8 +63,8 @@ class Received:
 
 
 def received(prepared: Precomputation, rays: GlossyRays, lights: Sequence[Light]) -> Received:
-    """Light from infinitely far off is taken along the rays that are kept, wherever they see the sky; of near lights
-    that spread, directions are drawn (`direct`); what comes from one direction is exact.
+    """Compute direct irradiance: of environments along the stored rays that escape, of area lights by importance
+    sampling (`direct`), of delta lights exactly.
     """
     sites, spectra = prepared.hits.sites, sum(len(light.spectra) for light in lights)
     lux = np.zeros((len(sites), spectra), dtype=np.float32)
@@ -79,7 +80,7 @@ def received(prepared: Precomputation, rays: GlossyRays, lights: Sequence[Light]
             cells = rays.sky_in_cells
             for k, one in enumerate(sky, first):
                 lux[:, k] = prepared.sky_operator @ one
-                # Each ray brings pi / N times the luminance that it meets.
+                # Each ray contributes pi / N times the luminance that it hits.
                 incoming[k] = (cells @ one[: cells.shape[1]]).reshape(incoming[k].shape)
         else:
             assert isinstance(light, SpreadLight)

@@ -1,11 +1,10 @@
-"""Further sites in the middles of edges, where what arrives by way of other parts is not linear: contacts, corners.
+"""Refinement of sites at the midpoints of edges where indirect light is not linear, as at contacts and corners.
 
-What counts is what interpolation costs in colour, under a light that is the same for all materials: even light from
-everywhere and a share of it on every surface, of which each part sends on a colour of its own. Where both ends of an
-edge receive so much else that its middle may be off, the middle is traced; where it is off by more than `ALLOWED`, it
-becomes a site, and the triangles on both sides are cut there (`visibility.edge_bisection`). What the cuts have made is
-looked at again. Both ends and the middle have rays in the same directions: so little is left of their noise that a
-difference is one of geometry.
+The criterion is the colour error of interpolation under standard lighting that is independent of materials: uniform
+light, at least a share of it on every surface, and a different colour for each part. If the indirect light at both ends
+of an edge differs enough, its midpoint is traced; if interpolation there is off by more than `ALLOWED`, it becomes a
+site, and the triangles on both sides are bisected there (`visibility.edge_bisection`). New edges are tested again. Both
+ends and the midpoint use the same ray directions, so that noise nearly cancels and differences are due to geometry.
 """
 
 from __future__ import annotations
@@ -28,15 +27,15 @@ from ..visibility.sites import Corners, Sites, faces_of, pieces_of, scaled_trian
 from .hits import RAYS, Hits, RayTracer, check_rays_fit, hits_of, ray_directions, traced_hits
 from .operator import gathering_rows, irradiance_operator
 
-#: Error budget of interpolation in the middle of an edge, ΔE94, and most rounds of cuts.
+#: Error budget of interpolation at the midpoint of an edge, ΔE94, and largest number of rounds.
 ALLOWED, ROUNDS = 0.5, 4
-#: Most sites added, per site of the mesh as it is.
+#: Largest number of added sites, per site of the original mesh.
 MOST = 0.1
 #: Points at which the remaining error is measured, and rays of each.
 POINTS, RAYS_OF_POINT = 1024, 256
-# Rays of a site when edges are chosen; sites per block.
+# Rays per site for choosing edges; sites per block.
 _RAYS, _BLOCK = 64, 2048
-# Least direct illuminance of a site, relative to that of unoccluded even light.
+# Least direct illuminance of a site, relative to unoccluded uniform light.
 _AT_LEAST = 0.25
 # Colours of parts: CIE L*, chroma, and the step in hue, by the golden ratio; and the reflectance of receivers.
 _LIGHTNESS, _CHROMA, _HUE, _RECEIVES = 65.0, 45.0, 2.0 * np.pi * 0.61803398874989484820, 0.5
@@ -45,11 +44,11 @@ _WHITE = np.ones(3)
 
 @dataclass(frozen=True, eq=False)
 class PlacedSites:
-    """Places of the sites of a scene.
+    """Sites of a scene after refinement.
 
-    scene : with triangles as they are cut. refinement : the cuts. order (V,) : for each vertex of these the number in
-    the meshes of `scene`, one after the other. added : vertices that became so since light is not linear. corners,
-    sites, triangles : of `scene`, scaled as `Sites` are; triangles in float32, as rays meet them.
+    scene : with its triangles cut. refinement : the cuts. order (V,) : for each vertex of `refinement` its index in the
+    meshes of `scene`, one after the other. added : number of vertices added for non-linear indirect light. corners,
+    sites, triangles : of `scene`, scaled as `Sites`; triangles in float32, as traced.
     """
 
     scene: Scene
@@ -63,9 +62,9 @@ class PlacedSites:
     def traced(
         self, rays: int = RAYS, progress: Callable[[int, int, str], None] = lambda done, total, what: None
     ) -> Hits:
-        """Trace a number of rays of each site; `ray_cache.kept_hits` has them on disk.
+        """Trace rays from each site; `ray_cache.kept_hits` caches them on disk.
 
-        progress : called with (sites done, sites in all, what is done).
+        progress : called with (sites done, number of sites, name of the work).
 
         Raises
         ------
@@ -76,11 +75,12 @@ class PlacedSites:
 
 
 def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) -> PlacedSites:
-    """Divide large triangles of a scene (`refined`), and cut those on which light between parts is not linear.
+    """Subdivide large triangles of a scene (`refined`), and those on which indirect light is not linear.
 
-    Sites are vertices, welded by place and normal (`visibility.sites`), and those that triangles are cut at.
+    Sites are vertices, welded by position and normal (`visibility.sites`), and the midpoints at which triangles are
+    cut.
 
-    most : sites that are added at most for each there was; 0 adds none.
+    most : largest number of added sites, relative to the original number; 0 adds none.
     """
     fine, refinement, order = refined(scene, longest_edge)
     faces = faces_of(scene, pieces_of(scene))
@@ -119,7 +119,7 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
             for one, other in ((fronts, there.fronts), (backs, there.backs))
         )
         probed, room = probed.with_sites(there), room - len(there)
-        # Other edges were asked about.
+        # All other edges have been tested.
         asked = edges_between(refinement.pieces[(refinement.pieces >= before).any(axis=1)], fronts)
         asked = asked[(asked >= before).any(axis=1)]
     if len(fronts) == total:
@@ -134,8 +134,8 @@ def placed(scene: Scene, longest_edge: float | None = None, most: float = MOST) 
 def _with_twins(
     chosen: Int[np.ndarray, "n 2"], edges: Int[np.ndarray, "E 2"], places: Float[np.ndarray, "V 3"]
 ) -> Int[np.ndarray, "m 2"]:
-    """Find all edges that lie where the chosen ones do: on the other side of a crease a mesh is cut as well, since it
-    would not be closed otherwise.
+    """Find all edges that coincide with the chosen ones: both sides of a crease are cut, so that the mesh stays
+    closed.
     """
     number, pack = welded(places)[1].astype(np.int64), np.array([len(places), 1])
     return edges[np.isin(np.sort(number[edges], axis=1) @ pack, np.sort(number[chosen], axis=1) @ pack)]
@@ -143,10 +143,10 @@ def _with_twins(
 
 @dataclass(frozen=True, eq=False)
 class BetweenSites:
-    """Light that n points receive from sites, F fields, as they are traced and as their sites have it.
+    """Irradiance of n points by sites, F fields: traced, and interpolated from the points' own sites.
 
-    sites, shares (n, 3) : of the triangle that each is on. Points are even in area; rays of a point and of its sites
-    have the same directions.
+    sites, shares (n, 3) : of the triangle of each point. Points are uniform in area; a point and its sites use the same
+    ray directions.
     """
 
     sites: Int[np.ndarray, "n 3"]
@@ -156,9 +156,9 @@ class BetweenSites:
 
 
 def between_sites(scene: Scene, hits: Hits, sent: Float[np.ndarray, "S F"]) -> BetweenSites:
-    """Trace points between sites.
+    """Trace random points between sites.
 
-    scene : with the triangles that sites are of, as `PlacedSites` has it. sent : by all sites.
+    scene : with the triangles of the sites, as in `PlacedSites`. sent : radiosity of all sites.
     """
     triangles, rng = scaled_triangles(scene), np.random.default_rng(0)
     edges = triangles[:, 1:] - triangles[:, :1]
@@ -191,10 +191,10 @@ def between_sites(scene: Scene, hits: Hits, sent: Float[np.ndarray, "S F"]) -> B
 
 @dataclass(frozen=True, eq=False)
 class _Probed:
-    """Irradiance of n sites under the light that is the same for all materials, relative to its own white.
+    """Irradiance of n sites under the standard lighting, relative to its white.
 
-    hits : of the first of them. sent : by these. straight (n,), by_others (n,3) : of that light itself, and by way of
-    parts. shut (n,) : see `shut_sites`.
+    hits : of the initial S sites. sent : radiosity of these. straight (n,), by_others (n,3) : direct and indirect
+    irradiance. shut (n,) : see `shut_sites`.
     """
 
     hits: Hits
@@ -228,7 +228,7 @@ class _Probed:
         return len(self.straight)
 
     def with_sites(self, where: Sites) -> _Probed:
-        """And further ones, that send nothing."""
+        """Append further sites, which send no light."""
         straight, by_others = _received(self.hits, self.tracer, where.starts, where.normals, self.sent, _RAYS)
         shut = shut_sites(where, self.occluders, self.corners.face_normals, self.corners.solid)
         return replace(
@@ -239,8 +239,8 @@ class _Probed:
         )
 
     def apart(self, ends: Int[np.ndarray, "n 2"]) -> Float[np.ndarray, " n"]:
-        """ΔE94 if one end received what the other does by way of parts: without end where one of both is shut, since
-        nothing is known of what lies between; 0 where there is no site.
+        """Return the ΔE94 of exchanging the indirect irradiance of both ends, the larger of the two: infinite if one of
+        them is blocked, since nothing is known in between; 0 if both are, or without a site.
         """
         one, other = np.maximum(ends.T, 0)
         found = np.maximum(self._difference(one, self.by_others[other]), self._difference(other, self.by_others[one]))
@@ -248,8 +248,8 @@ class _Probed:
         return np.where((ends >= 0).all(axis=1) & ~both, np.where(shut, np.inf, found), 0.0)
 
     def missed(self, ends: Int[np.ndarray, "n 2"], middle: Int[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """ΔE94 of what sites in the middle receive beside the mean of the ends, or what that end has which is open; 0
-        where the middle is shut.
+        """Return the ΔE94 of interpolating the irradiance at midpoints from both ends, or from the open end alone; 0
+        where the midpoint is blocked.
         """
         there = (ends >= 0).all(axis=1) & (middle >= 0)
         ends, middle = np.maximum(ends, 0), np.maximum(middle, 0)
@@ -272,7 +272,7 @@ def _received(
     sent: Float[np.ndarray, "S F"],
     rays: int,
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n F"]]:
-    """Return the share of rays that meet nothing, and what places receive of what sites send out."""
+    """Return the share of rays that escape, and the irradiance at points by the radiosity of sites."""
     straight, by_others = np.empty(len(starts)), np.empty((len(starts), sent.shape[1]))
     for start in range(0, len(starts), _BLOCK):
         rows = slice(start, start + _BLOCK)
@@ -283,5 +283,5 @@ def _received(
 
 
 def _alike(normals: Float[np.ndarray, "n 3"], rays: int) -> Float[np.ndarray, "n N 3"]:
-    """Directions that are the same for the same normal."""
+    """Return ray directions that depend on the normal alone."""
     return ray_directions(normals, np.zeros(len(normals), dtype=np.int64), rays)

@@ -1,4 +1,4 @@
-"""First bounce: direct light that glossy sites reflect towards the rays that meet them."""
+"""First bounce: direct light that glossy sites reflect along the rays that hit them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .operator import columns_times
 from .precomputation import Precomputation
 from .reflection import Reflection
 
-#: Reflections by the number of each part; those of glossy parts must be present.
+#: Reflections by part index; those of glossy parts must be present.
 OfParts = Sequence[Reflection] | Mapping[int, Reflection]
 # Rays per block.
 _BLOCK = 1 << 15
@@ -26,9 +26,9 @@ _BLOCK = 1 << 15
 
 @dataclass(frozen=True, eq=False)
 class CellLight:
-    """Emission of the cells of one glossy part: `values.T @ spread` is pi times their radiance in coefficients.
+    """Outgoing light of the cells of one glossy part: `values.T @ spread` is pi times their radiance in coefficients.
 
-    values (C, G_p O), spread (C, F) : of each spectrum and term, or of each field, whichever are fewer.
+    values (C, G_p O), spread (C, F) : by spectrum and term, or by field, whichever are fewer.
     """
 
     part: GlossyPart
@@ -37,7 +37,7 @@ class CellLight:
 
     @property
     def irradiance(self) -> Float[np.ndarray, "n F"]:
-        """Compute the irradiance of sites `GlossyPart.rows` by them."""
+        """Irradiance of sites `GlossyPart.rows` by these cells."""
         return columns_times(self.part.emission, self.values).T @ self.spread
 
 
@@ -49,9 +49,10 @@ def cell_radiosity(
     coefficients: Coefficients,
     dtype: type = np.float32,
 ) -> tuple[CellLight, ...]:
-    """Compute the light of area lights that glossy sites send into each cell; without their matt terms.
+    """Compute the light of area and environment lights that glossy sites reflect into each cell, without their diffuse
+    terms.
 
-    originals, reflections : of each part, as they are and at the wavelengths of the basis.
+    originals, reflections : of each part, at their own wavelengths and at those of the basis.
 
     Raises
     ------
@@ -82,8 +83,8 @@ def ray_radiosity(
     coefficients: Coefficients,
     dtype: type = np.float32,
 ) -> Float[np.ndarray, "n F"]:
-    """pi times the radiance that each ray that ends on a glossy part brings, of lights from one direction: their BRDF
-    at the very end of the ray. How much of the light is hidden there is mixed of the sites about it.
+    """Compute pi times the radiance along each ray that hits a glossy part, of delta lights: the BRDF is evaluated at
+    the hit point, and visibility is interpolated between the sites around it.
     """
     found = np.zeros((len(rays.ray), coefficients.kinds, coefficients.basis.size), dtype=dtype)
     if not got.free:
@@ -98,7 +99,7 @@ def ray_radiosity(
         axes = np.einsum("nc,ncij->nij", share, frames[about])
         normal = unit(axes[:, 2])
         along = unit(axes[:, 0] - dot(axes[:, 0], normal)[:, None] * normal)
-        # Mirrored frames stay so.
+        # Mirrored frames stay mirrored.
         hand = np.sign(dot(np.cross(normal, along), axes[:, 1]))
         frame = np.stack([along, hand[:, None] * np.cross(normal, along), normal], axis=1)
         wo = np.einsum("nij,nj->ni", frame, -_directions(prepared, rays.ray[block]))
@@ -111,13 +112,13 @@ def ray_radiosity(
             for number in np.unique(of_ray[block][lit]):
                 mine = lit[of_ray[block][lit] == number]
                 scattered = reflections[number].scalars(wi[mine], wo[mine]) * lux[mine, None]
-                # Several lights may have one spectrum.
+                # Several lights may share a spectrum.
                 found[start + mine, k % coefficients.kinds] += scattered @ terms[number][k]
     return found.reshape(len(found), coefficients.fields)
 
 
 def _directions(prepared: Precomputation, ray: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 3"]:
-    """Return the directions of rays by their numbers, which ascend."""
+    """Return the directions of rays given by ascending indices."""
     rays = prepared.hits.rays
     first, last = int(ray[0]) // rays, int(ray[-1]) // rays + 1
     return prepared.hits.directions(slice(first, last)).reshape(-1, 3)[ray - first * rays]

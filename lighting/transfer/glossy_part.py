@@ -1,4 +1,4 @@
-"""One glossy part among the ends of rays: what its sites send to others, and what their rays bring of others."""
+"""Light transport of one glossy part: from its sites to others, and along its own rays from others."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ _BLOCK = 1024
 
 @dataclass(frozen=True, eq=False)
 class Ends:
-    """The n rays that end on glossy parts, of G glossy sites among all.
+    """The n rays that hit glossy parts, with G glossy sites.
 
-    site, ray (n,) : the site that each is of, and which of its rays; row (n,) : which of G that site is, -1 of a matt
-    one. share (n,3) : of the sites about the end. part (n,), cell (n,3) : the place among glossy parts of the one that
-    it ends on, and the cells that look back along it, of all that part has. place (G,) : of each glossy site's part.
+    site, ray (n,) : origin of each ray, and its index there; row (n,) : index of that site among the G, -1 for a
+    diffuse one. share (n,3) : weights of the sites around the hit point. part (n,), cell (n,3) : index of the hit part
+    among glossy parts, and the cells, among all cells of that part, that face back along the ray. place (G,) : index of
+    each glossy site's part among glossy parts.
     """
 
     site: Int[np.ndarray, " n"]
@@ -36,16 +37,18 @@ class Ends:
 
 @dataclass(frozen=True, eq=False)
 class GlossyPart:
-    """The G_p sites of one glossy part, of N rays and O cells each. What is equal in all of a part is left to its
+    """The G_p sites of one glossy part, with N rays and O cells each. Quantities constant over the part belong to its
     surface.
 
-    part : its number. sites (G_p,) : which of all glossy sites they are. shines (h,) : those of the G_p that any ray
-        looks at.
+    part : its index. sites (G_p,) : their indices among all glossy sites. shines (h,) : indices of those of the G_p
+        that any ray hits.
     rows (n,), emission (n, G_p O) : irradiance at sites `rows` = this times radiosity (pi times radiance) of cells.
-    brings (G_p N, S + u) : pi times the radiance that each ray of its sites brings = this times radiosity, of what all
-        sites send out evenly and of the u cells that its rays look at.
-    cells : of each glossy part that these are on, its place among all, which of the u they are, and which of its own.
-    at (e,), end (e,) : those of the G_p N rays that end on a glossy part, ascending, and which of all such they are.
+    brings (G_p N, S + u) : pi times the radiance along each ray of its sites = this times radiosity: the diffuse one of
+        all sites, followed by that of the u cells that its rays hit.
+    cells : for each glossy part with such cells, its index among glossy parts, the slice of the u, and the cells'
+        indices in that part.
+    at (e,), end (e,) : indices of those of the G_p N rays that hit a glossy part, ascending, and their indices among
+        all such rays.
     """
 
     part: int
@@ -60,7 +63,9 @@ class GlossyPart:
 
     @classmethod
     def of(cls, hits: Hits, ends: Ends, sites: Int[np.ndarray, " G_p"], place: int, size: int) -> GlossyPart:
-        """sites : of the part, among all there are. place : of the part among glossy ones. size : O."""
+        """Build the matrices of one part. sites : of the part, among all sites. place : of the part among glossy ones.
+        size : O.
+        """
         from scipy.sparse import csr_array, hstack
 
         mine, own = np.flatnonzero(ends.place == place), np.flatnonzero(ends.part == place)
@@ -73,7 +78,7 @@ class GlossyPart:
         looks = np.flatnonzero((ends.row >= 0) & (hits.part_of_site[ends.site] == hits.part_of_site[sites[0]]))
         at = np.searchsorted(mine, ends.row[looks]) * hits.rays + ends.ray[looks]
         ray, corner = np.nonzero(ends.share[looks] > 0.0)
-        # Cells of one part stand together.
+        # Cells of one part are contiguous.
         step = len(ends.place) * size
         met, column = np.unique(ends.part[looks][ray] * step + ends.cell[looks][ray, corner], return_inverse=True)
         value = ends.share[looks][ray, corner].astype(np.float32)
@@ -87,7 +92,7 @@ class GlossyPart:
 
     @cached_property
     def by_site(self) -> tuple[Any, Any]:
-        """(G_p, S + u) : the numbers of `brings`, and which of all rays each is of, in one row a site."""
+        """Elements of `brings` with one row per site, (G_p, S + u), and the ray of each element."""
         from scipy.sparse import csr_array
 
         of, sites = self.brings, len(self.sites)
@@ -98,7 +103,7 @@ class GlossyPart:
 
 
 def _evenly(hits: Hits, sites: Int[np.ndarray, " n"]) -> Any:
-    """(n N, S) : what each ray of sites brings of what all send out evenly."""
+    """Return the matrix (n N, S) from the diffuse radiosity of all sites to pi times the radiance along each ray."""
     from scipy.sparse import csr_array
 
     data, indices, counts = [], [], []

@@ -1,8 +1,8 @@
-"""Glossy sites among the ends of rays: what depends on which parts are glossy, and on no material, light or camera.
+"""Glossy sites among hit points: data that depends on the set of glossy parts, but on no material, light or camera.
 
-A glossy site sends out another radiance into each direction: it is as many sources as the hemisphere has cells
-(`cells`). A ray that ends on a glossy part sees, of each of the three sites about its end, the cell that looks back
-along it. So what all sites receive is still one sparse operator, and so is what each ray of a glossy site brings.
+The radiance of a glossy site depends on direction: it is represented by one source per cell of the hemisphere
+(`cells`). A ray that hits a glossy part sees, for each of the three sites around the hit point, the cell that faces
+back along it. So irradiance is still one sparse operator, and so is the radiance along each ray of a glossy site.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from .hits import Hits, ray_directions
 
 # Sites per block.
 _BLOCK = 1024
-# Bytes at the peak of each ray of a glossy site, and of each ray there is, of which all may end on glossy parts.
+# Peak bytes per ray of a glossy site, and per ray of any site, since all rays may hit glossy parts.
 _BYTES_OF_GLOSSY, _BYTES_TOWARDS = 100, 160
 
 
 @dataclass(frozen=True, eq=False)
 class GlossyRays:
-    """Rays of G glossy sites among S, N rays each; O cells.
+    """Rays of G glossy sites among S, with N rays and O cells each.
 
-    sites (G,) : their numbers. number (S,) : which of them a site is, -1 of a matt one. within (G,) : which of its
-        part's. parts : of each glossy part that has sites.
-    local (G, N, 3) : unit directions of the rays in the sites' frames. cell (G, N) : that they lie in.
-    escape (G, N) : the texel of the sky that each ray meets; -1 where it meets a part.
-    ray (n,) : numbers (site times N + ray) of rays that end on a glossy part, ascending; about (n,3), share (n,3) : the
-        sites about these ends.
+    sites (G,) : their indices. number (S,) : index of each site among the G, -1 for a diffuse one. within (G,) : index
+        within its part. parts : one for each glossy part with sites.
+    local (G, N, 3) : unit directions of the rays in the sites' frames. cell (G, N) : cell of each ray.
+    escape (G, N) : texel of the sky that each ray sees; -1 if it hits a part.
+    ray (n,) : indices (site times N + ray) of rays that hit a glossy part, ascending; about (n,3), share (n,3) : the
+        sites around these hit points and their weights.
     """
 
     cells: HemisphereCells
@@ -52,12 +52,14 @@ class GlossyRays:
 
     @property
     def rays(self) -> int:
-        """N."""
+        """Number of rays per site, N."""
         return self.local.shape[1]
 
     @cached_property
     def sky_in_cells(self) -> Any:
-        """(G I, texels): lux from each cell of glossy sites' hemispheres = this times luminance of the sky, cd/m^2."""
+        """Matrix (G I, texels) from luminance of the sky, cd/m^2, to illuminance by each cell of glossy sites'
+        hemispheres, lux.
+        """
         from scipy.sparse import coo_array
 
         site, ray = np.nonzero(self.escape >= 0)
@@ -65,7 +67,7 @@ class GlossyRays:
         value = np.full(len(site), np.pi / self.rays, dtype=np.float32)
         place = (site * len(self.cells) + self.cell[site, ray]).astype(np.int32)
         size = (len(self.sites) * len(self.cells), int(texel.max(initial=-1)) + 1)
-        # By columns: most rows are empty.
+        # By columns, since most rows are empty.
         return coo_array((value, (place, texel)), shape=size).tocsc()
 
     @classmethod
@@ -77,7 +79,8 @@ class GlossyRays:
         glossy: Bool[np.ndarray, " P"],
         cells: HemisphereCells,
     ) -> GlossyRays:
-        """glossy : which parts are. escapes : the texel of the sky that each ray meets, -1 of a part.
+        """Collect the rays of glossy parts. glossy : mask of these parts. escapes : texel of the sky that each ray
+        sees, -1 for a part.
 
         Raises
         ------
@@ -98,7 +101,7 @@ class GlossyRays:
         ray, about, share, cell = (
             np.concatenate(each) for each in zip(*_ends(hits, frames, glossy, cells), strict=True)
         )
-        # Corners of a triangle are of one part; those that are dark have no share, and may be of any.
+        # Corners of a triangle belong to one part; dark ones have no weight, and their part is arbitrary.
         there = np.maximum(number[about], 0)
         part = place[np.take_along_axis(there, share.argmax(axis=1)[:, None], axis=1)[:, 0]] if len(ray) else ray
         ends = Ends(ray // rays, ray % rays, number[ray // rays], share, part, within[there] * len(cells) + cell, place)
@@ -118,7 +121,9 @@ def _of_sites(hits: Hits, sites: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n 
 def _ends(
     hits: Hits, frames: Float[np.ndarray, "S 3 3"], glossy: Bool[np.ndarray, " P"], cells: HemisphereCells
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-    """Yield rays that end on glossy parts, block by block: number, sites about, shares, and these sites' cells."""
+    """Yield blocks of rays that hit glossy parts: index, sites around the hit point, weights, and these sites'
+    cells.
+    """
     of_triangle = np.append(np.tile(glossy[hits.part], 2), False)
     for start in range(0, max(len(hits.sites), 1), _BLOCK):
         rows = slice(start, start + _BLOCK)

@@ -1,12 +1,12 @@
-"""Hits of the rays of a scene's sites: all of its geometry that interreflection needs.
+"""Hit points of rays from a scene's sites: the geometry needed for interreflection.
 
-Sun et al. 2007 (section 3.1) keep what arrives at a vertex, as tensors over light, regions and reflectances. Here the
-rays themselves are kept: from each site, N rays that are as dense as the cosine to its normal, and of each the triangle
-that it ends on and where. Materials, lights and cameras are not in it, so that all of them may change.
+Sun et al. 2007 (section 3.1) store the light incident at a vertex as tensors over light, regions and reflectances. Here
+the rays themselves are stored: N cosine-distributed rays from each site, with the triangle hit and the barycentric
+weights there. Materials, lights and cameras are not included, so that all of them may change.
 
-A ray's direction is not kept. All sites share one even pattern in the unit square (the R2 sequence of M. Roberts, "The
-unreasonable effectiveness of quasirandom sequences", 2018), which each shifts by an amount of its own, around its edges
-(Cranley and Patterson 1976), so that neighbours err apart.
+Ray directions are not stored. All sites share a low-discrepancy pattern in the unit square (the R2 sequence of M.
+Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018), with a toroidal shift for each (Cranley and
+Patterson 1976) that decorrelates the errors of neighbours.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from ..mesh.ray_index import ray_index
 from ..vectors import dot
 from ..visibility.sites import Corners, Sites
 
-#: Rays of a site. ΔE94 falls with about their number to the power of -0.7.
+#: Rays per site. The error in ΔE94 falls with about their number to the power of -0.7.
 RAYS = 256
 #: Bytes stored per ray.
 BYTES_A_RAY = 8
@@ -34,24 +34,24 @@ _PLASTIC = 1.32471795724474602596
 _STEPS = np.array([1.0 / _PLASTIC, 1.0 / _PLASTIC**2])
 # Steps of the sites' shifts: a sequence of the same kind, by the fractions of the golden and the silver ratio.
 _SHIFTS = np.array([0.61803398874989484820, 0.41421356237309504880])
-# Length of rays that end at once, in radii of the scene, and the share of them that shuts a site; rays that show most
-# sites to be open; and the least share of open sites about a place to interpolate from them alone.
+# Length of rays in contact, in radii of the scene, and their share at a blocked site; number of rays that suffices to
+# find most sites open; and the least weight of open sites around a point for interpolating from these alone.
 _AT_ONCE_FAR, _NEARLY_ALL, _TELL, _LEAST = 0.003, 0.9, 32, 0.05
-# Largest value of a triangle's quantised shares, 16 bits.
+# Largest value of quantised barycentric weights, 16 bits.
 _WHOLE = 65535
 
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Ends of N rays of each of S sites.
+    """Hit points of N rays from each of S sites.
 
-    sites : where rays start.
-    corners (F, 3) : the site that each corner of each triangle is on its front; backs (F, 3) : on its back, -1 where
-        that is dark (the inside of a solid).
-    triangle (S, N) : that each ray ends on; F + its number where it meets the back; -1 where it meets nothing.
-    place (S, N, 2) : shares of the triangle's second and third corner there, of 65535.
-    part (F,) : that each triangle belongs to.
-    areas (S,) : of what each site stands for, in units of a scene of radius 1: a third of each triangle about it.
+    sites : ray origins.
+    corners (F, 3) : site of each triangle's corners on the front; backs (F, 3) : on the back, -1 where that is dark
+        (the inside of a solid).
+    triangle (S, N) : hit by each ray; F + its index for a hit on the back; -1 for none.
+    place (S, N, 2) : barycentric weights of the triangle's second and third corner, times 65535.
+    part (F,) : part of each triangle.
+    areas (S,) : of each site, a third of each adjacent triangle, in a scene of radius 1.
     """
 
     sites: Sites
@@ -64,7 +64,7 @@ class Hits:
 
     @cached_property
     def part_of_site(self) -> Int[np.ndarray, " S"]:
-        """Part that each site is on."""
+        """Part of each site."""
         found = np.zeros(len(self.sites), dtype=np.int64)
         for corners in (self.backs, self.corners):
             there = corners >= 0
@@ -74,7 +74,7 @@ class Hits:
 
     @property
     def rays(self) -> int:
-        """N."""
+        """Number of rays per site, N."""
         return self.triangle.shape[1]
 
     @property
@@ -83,24 +83,24 @@ class Hits:
         return self.triangle.nbytes + self.place.nbytes
 
     def directions(self, rows: slice = slice(None)) -> Float[np.ndarray, "n N 3"]:
-        """Unit vectors of the rays of some sites, in the world."""
+        """Return the unit directions of the rays of some sites, world."""
         numbers = np.arange(len(self.sites))[rows]
         return ray_directions(self.sites.normals[rows], numbers, self.rays)
 
     def ends(self, rows: slice = slice(None)) -> tuple[Int[np.ndarray, "n N 3"], Float[np.ndarray, "n N 3"]]:
-        """Return the three sites about the end of each ray of some sites, and their shares: 0 where it meets nothing.
+        """Return the three sites around each ray's hit point, for some sites, and their weights: 0 without a hit.
 
-        A corner that is dark has the number 0 and no share; the sum of shares is then below 1.
+        A dark corner has index 0 and weight 0, so that the weights sum to less than 1.
         """
         return self.about(self.triangle[rows], self.place[rows])
 
     def about(
         self, triangle: Int[np.ndarray, "n N"], place: UInt16[np.ndarray, "n N 2"]
     ) -> tuple[Int[np.ndarray, "n N 3"], Float[np.ndarray, "n N 3"]]:
-        """`ends` of other rays of this scene.
+        """Return `ends` for other rays in this scene.
 
-        A place that a ray sees is not shut: of what lies beside another part that stands there, the corners below that
-        part do not count.
+        A point that a ray hits is not blocked: next to another part in contact, corners covered by that part have no
+        weight.
         """
         found, shares = self._about(triangle, place)
         return found, self.open_shares(found, shares)
@@ -108,19 +108,19 @@ class Hits:
     def open_shares(
         self, sites: Int[np.ndarray, "*n 3"], shares: Float[np.ndarray, "*n 3"]
     ) -> Float[np.ndarray, "*n 3"]:
-        """Shares of sites about places that are seen: those that are `shut` leave theirs to the others there."""
+        """Return the weights of sites around visible points: those of `shut` sites are distributed to the others."""
         kept = np.where(self.shut[sites], 0.0, shares)
-        # Sums along so short an axis take five times as long by `sum`.
+        # `sum` along such a short axis takes five times as long.
         whole, left = ((one[..., 0] + one[..., 1] + one[..., 2])[..., None] for one in (shares, kept))
-        # Shares stay as they are if next to none of them is of open sites.
+        # Weights are kept if almost none is of open sites.
         return np.where(
             left > _LEAST * whole, kept * np.divide(whole, left, out=np.ones_like(left), where=left > 0.0), shares
         )
 
     @cached_property
     def shut(self) -> Bool[np.ndarray, " S"]:
-        """Sites that see next to nothing, inside of solids or with another part on them: nearly all of their rays
-        end on the dark side of a solid, or at once.
+        """Mask of blocked sites, inside of solids or covered by another part: nearly all of their rays hit the dark
+        side of a solid, or anything in contact.
         """
         found = np.zeros(len(self.sites), dtype=bool)
         some = np.arange(len(found))
@@ -156,12 +156,12 @@ class Hits:
 def ray_directions(
     normals: Float[np.ndarray, "n 3"], numbers: Int[np.ndarray, " n"], rays: int
 ) -> Float[np.ndarray, "n N 3"]:
-    """Unit vectors as dense as the cosine to each normal (density cos / pi, 1/sr).
+    """Sample cosine-distributed unit directions about each normal (density cos / pi, 1/sr).
 
-    numbers : of the sites, which say how each shifts the pattern.
+    numbers : indices of the sites, which determine the shifts of the pattern.
     """
     square = shifted_pattern(numbers, rays)
-    # The disc below the hemisphere, even in area: a cosine.
+    # Uniform on the disc below the hemisphere, hence cosine-distributed.
     radius, turn = np.sqrt(square[..., 0]), 2.0 * np.pi * square[..., 1]
     x, y, z = radius * np.cos(turn), radius * np.sin(turn), np.sqrt(1.0 - square[..., 0])
     across, along = tangents(normals)
@@ -172,16 +172,16 @@ def ray_directions(
 
 
 def shifted_pattern(numbers: Int[np.ndarray, " n"], count: int) -> Float[np.ndarray, "n count 2"]:
-    """Make points spread evenly over the unit square, each set shifted by an amount of its own."""
+    """Return low-discrepancy points in the unit square, with a toroidal shift for each set."""
     pattern = (0.5 + np.arange(1, count + 1)[:, None] * _STEPS) % 1.0
     shifted = pattern + (numbers[:, None] * _SHIFTS % 1.0)[:, None, :]
-    # Below 2, so that this is the remainder, exactly.
+    # Values are below 2, so that this is the exact remainder.
     shifted -= shifted >= 1.0
     return shifted
 
 
 def tangents(normals: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-    """Two axes across each normal (Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017)."""
+    """Return two axes across each normal (Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017)."""
     x, y, z = normals.T
     sign = np.where(z < 0.0, -1.0, 1.0)
     a = -1.0 / (sign + z)
@@ -191,14 +191,14 @@ def tangents(normals: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "n 3"
 
 
 def check_rays_fit(sites: int, rays: int) -> None:
-    """Raise `InputError` where all rays of so many sites do not fit into memory."""
+    """Raise `InputError` if all rays of so many sites do not fit into memory."""
     needed = sites * rays * BYTES_A_RAY + _AT_ONCE * _BYTES_TRACED
     words = f"{sites:,} vertices, {rays} rays each: {gigabytes(needed)} of memory"
     check_room(needed, "what light does between the parts does not fit into memory", words, "ask for fewer rays")
 
 
 class RayTracer:
-    """Index of triangles (F, 3, 3) for the question where rays end, and their normals (F, 3)."""
+    """BVH of triangles (F, 3, 3) with their normals (F, 3), for closest hits."""
 
     def __init__(self, triangles: Float[np.ndarray, "F 3 3"], face_normals: Float[np.ndarray, "F 3"]) -> None:
         self._index, self._face_normals = ray_index(triangles), face_normals
@@ -206,13 +206,13 @@ class RayTracer:
     def ends(
         self, starts: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"], first: int, rays: int
     ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
-        """`triangle` and `place`, as `Hits` has them, of sites that are numbered from `first` on."""
+        """Return `triangle` and `place`, as in `Hits`, for sites numbered from `first`."""
         return self.met(starts, ray_directions(normals, first + np.arange(len(starts)), rays))
 
     def met(
         self, starts: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n N 3"]
     ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
-        """Return the same in directions of the caller's."""
+        """Return the same for given directions."""
         rays, to = directions.shape[1], directions.reshape(-1, 3)
         origins = np.repeat(starts, rays, axis=0)
         met = self._index.run(origins.astype(np.float32), to.astype(np.float32), query="INTERSECT", output=True)
@@ -226,7 +226,7 @@ class RayTracer:
 
 
 def ray_blocks(sites: int, rays: int) -> list[slice]:
-    """Sites whose rays are traced together, and are one file where they are kept."""
+    """Return blocks of sites whose rays are traced together and cached in one file."""
     step = max(1, _AT_ONCE // rays)
     return [slice(start, min(start + step, sites)) for start in range(0, sites, step)]
 
@@ -238,7 +238,7 @@ def traced_hits(
     rays: int,
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> Hits:
-    """Return the rays of sites against triangles, scaled alike."""
+    """Trace the rays of sites against triangles in the same coordinates."""
     tracer, count = RayTracer(triangles, corners.face_normals), len(where)
     triangle = np.full((count, rays), -1, dtype=np.int32)
     place = np.zeros((count, rays, 2), dtype=np.uint16)
@@ -255,7 +255,7 @@ def hits_of(
     triangle: Int[np.ndarray, "S N"],
     place: UInt16[np.ndarray, "S N 2"],
 ) -> Hits:
-    """Rays that are traced, with the sites and triangles that they are of."""
+    """Combine traced rays with their sites and triangles."""
     count = len(where)
     vertex = corners.vertex.reshape(-1, 3)
     fronts, backs = where.fronts[vertex], where.backs[vertex]

@@ -1,9 +1,9 @@
-"""Indirect light as pictures take it: what arrives at sites by way of other surfaces, linear on triangles between them.
+"""Indirect light for renderings: incident at sites from other surfaces, linear on triangles between them.
 
-Radiosity at all sites (`bounces`) is seen along the rays of each (`hits`): not the illuminance alone, but its moments
-and a smooth radiance too, so that surfaces between sites may have normals of their own and gather more than a cosine.
-A coefficient j of a light's spectrum s_k stands for light of the spectrum s_k b_j, with b_j of the basis' synthesis:
-pictures take it as one more field of a light that spreads.
+The radiosity of all sites (`bounces`) is gathered along the rays of each (`hits`): illuminance, its moments and a
+smooth radiance, so that surfaces between sites may have their own normals and lobes other than a cosine. Coefficient j
+for a light's spectrum s_k is light of the spectrum s_k b_j, with b_j of the basis's synthesis, and is rendered as one
+more field of an environment light.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ from .radiance_maps import RadianceMaps
 from .ray_light import MOST_GLOSSY, RayLight
 from .transport import Transport
 
-#: Numbers of a site and field: nine moments, three of the flux, nine of the radiance.
+#: Values per site and field: nine moments, three of the flux, nine of the radiance.
 OF_SITE = 2 * BENDS + 3
 FLUX, RADIANCE = slice(BENDS, BENDS + 3), slice(BENDS + 3, OF_SITE)
-#: Rays of a site from which on they tell those moments apart.
+#: Least number of rays per site that determines the moments.
 LEAST_RAYS = 16
-#: Glossy sites that have maps: some 10 KB each.
+#: Largest number of glossy sites with radiance maps, some 10 KB each.
 MOST_MAPS = 100_000
-# A ray's share of the flux is held where it grazes: 1 / cosine at most.
+# Lower clamp of the cosine in a ray's 1 / cosine weight of the flux.
 _GRAZING = 0.05
 # Rays per block.
 _AT_ONCE = 1 << 17
@@ -54,16 +54,16 @@ _AT_ONCE = 1 << 17
 
 @dataclass(frozen=True, eq=False)
 class IndirectLight:
-    """Indirect light at S sites, in F = K J fields: of light k, coefficient j of `basis`.
+    """Indirect light at S sites, in F = K J fields: coefficient j of `basis` for light k.
 
-    at_sites (S, 21, F) : lux and its moments (`bends`, axes of the world), as `HiddenLight.lost` has them; the
-        flux, the integral of radiance times direction over the hemisphere; and coefficients of `bends` whose sum is
-        about the radiance from each direction, lux / sr.
+    at_sites (S, 21, F) : illuminance, lux, and its moments (`bends`, world axes), as in `HiddenLight.lost`; the flux,
+        the integral of radiance times direction over the hemisphere; and coefficients of `bends` that approximate the
+        radiance from each direction, lux / sr.
     spectra : of the K lights. refinement, fronts, backs : see `Transport`.
-    asked : `Scene.bounces`. bounces : surfaces that the light may have come by.
-    left : ΔE94 that more of them would change any site by.
-    words : how many bounces, sites, rays and seconds, for a person.
-    maps : what sites of glossy parts see, finer than polynomials; None where there are no such parts.
+    asked : `Scene.bounces`. bounces : largest number of surfaces on a light path.
+    left : estimate of the largest ΔE94 of any site by further bounces.
+    words : summary of bounces, sites, rays and seconds.
+    maps : incident radiance at sites of glossy parts, finer than polynomials; None without such parts.
     radiant : see `Followed`.
     """
 
@@ -82,11 +82,11 @@ class IndirectLight:
 
     @property
     def fields(self) -> int:
-        """F."""
+        """Number of fields, F."""
         return self.at_sites.shape[2]
 
     def coloured(self, palette: Palette, field: int) -> tuple[Spectrum, Palette]:
-        """Return a light's spectrum, and the palette that shows under it what `palette` does under a field."""
+        """Return a light's spectrum, and the palette that has the same colours under it as `palette` under a field."""
         light, coefficient = divmod(field, self.basis.size)
         function, nm = self.basis.reconstruct(np.eye(self.basis.size)[coefficient]), self.basis.wavelengths_nm
         if self.radiant is not None:
@@ -99,9 +99,9 @@ class IndirectLight:
     def near(
         self, faces: Int[np.ndarray, " N"], weights: Float[np.ndarray, "N 3"], back: Bool[np.ndarray, " N"]
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """Return the sites about points, by their triangle and the weights of its corners, and their shares.
+        """Return the sites around points, given by triangles and barycentric weights, and the sites' weights.
 
-        The inside of a solid is dark: a site of no share.
+        The inside of a solid is dark: its site has weight 0.
         """
         vertices, shares = self.refinement.located(faces, weights)
         sites = np.where(back[:, None], self.backs[vertices], self.fronts[vertices])
@@ -109,11 +109,11 @@ class IndirectLight:
 
 
 def arriving(hits: Hits, light: RayLight) -> Float[np.ndarray, "S 21 F"]:
-    """Compute the light that each site receives of what all send out (`IndirectLight.at_sites`), float32.
+    """Compute the light incident at each site from all others (`IndirectLight.at_sites`), float32.
 
-    Rays are as dense as the cosine: with radiosity B = pi L the moments are means of B times polynomials, and the flux
-    one of B times direction over cosine. The radiance is the nearest of such polynomials over the site's rays by least
-    squares; its flux is known, so that rays have to tell that of the rest only.
+    Rays are cosine-distributed: with radiosity B = pi L the moments are means of B times polynomials, and the flux is
+    the mean of B times direction over cosine. The radiance is the least-squares fit of polynomials over the site's
+    rays; its flux is known in closed form, and rays estimate only that of the residual.
     """
     count, fields = len(hits.sites), light.radiosity.shape[1]
     found = np.empty((count, OF_SITE, fields), np.float32)
@@ -136,10 +136,10 @@ def arriving(hits: Hits, light: RayLight) -> Float[np.ndarray, "S 21 F"]:
 
 
 def _smooth_flux(radiance: Float[np.ndarray, "n 9 F"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3 F"]:
-    """Return the integral of the polynomials times direction over the hemisphere about each normal.
+    """Integrate the polynomials times direction over the hemisphere about each normal.
 
-    Of 1 it is pi n, of a vector g times direction 2 pi / 3 g, and of a symmetric matrix Q without trace
-    pi / 4 (2 Q n - n (n Q n)).
+    For 1 it is pi n, for a vector g times direction 2 pi / 3 g, and for a traceless symmetric matrix Q pi / 4 (2 Q n -
+    n (n Q n)).
     """
     xy, yz, xz, uneven, steep = (radiance[:, k] for k in range(4, 9))
     x, y, z = (normals[:, k, None] for k in range(3))
@@ -159,17 +159,17 @@ def _smooth_flux(radiance: Float[np.ndarray, "n 9 F"], normals: Float[np.ndarray
 def light_at(
     at: Float[np.ndarray, "N 21 F"], smooth: Float[np.ndarray, "N 3"], normal: Float[np.ndarray, "N 3"]
 ) -> tuple[Float[np.ndarray, "N 9 F"], Float[np.ndarray, "N 9 F"]]:
-    """Moments on surfaces of the given normals, axes of the world, and the radiance's coefficients.
+    """Return the moments on surfaces of given normals, world axes, and the radiance's coefficients.
 
-    smooth : normals between those of the sites; where a texture has others, the illuminance follows by the flux, and
-    half of what the cosine falls by is given back: exact for light that comes evenly from above `smooth`. Its moments
-    follow as those of even light.
+    smooth : normals interpolated between sites. For another normal, as by a normal map, the illuminance changes by the
+    flux, and half of the decrease of the cosine is added back: exact for uniform light from above `smooth`. The moments
+    change as those of uniform light.
     """
     flux = np.einsum("ni,nif->nf", normal - smooth, at[:, FLUX])
     more = flux + 0.5 * (1.0 - dot(normal, smooth))[:, None] * at[:, 0]
     moments = at[:, :BENDS].copy()
     moments[:, 0] += more
-    # The moment of z along the normal, and that of 3 zz - 1 as a symmetric matrix without trace.
+    # The moment of z along the normal, and that of 3 zz - 1 as a traceless symmetric matrix.
     x, y, z = normal.T[:, :, None]
     moments[:, 1:4] += EVEN_Z * normal[:, :, None] * more[:, None]
     even = 0.5 * EVEN_ZZ * more
@@ -181,7 +181,7 @@ def light_at(
 def radiance_under_lobes(
     radiance: Float[np.ndarray, "N 9 F"], directions: Float[np.ndarray, "N Q 3"], sharpness: Float[np.ndarray, "N Q"]
 ) -> Float[np.ndarray, "N Q F"]:
-    """Return the mean radiance under spherical Gaussians: polynomials of degree l lessen as harmonics do."""
+    """Return the mean radiance under spherical Gaussians: polynomials of degree l are attenuated like harmonics."""
     first, second = lessened(sharpness)
     shares = bends(directions)
     shares[..., 1:4] *= first[..., None]
@@ -190,9 +190,9 @@ def radiance_under_lobes(
 
 
 def lessened(sharpness: Float[np.ndarray, "*n"]) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
-    """Compute how much harmonics of degree 1 and 2 lessen under a normalised Gaussian of that sharpness, > 0.
+    """Compute the attenuation of harmonics of degree 1 and 2 by a normalised Gaussian of a sharpness > 0.
 
-    coth(lambda) - 1 / lambda and 1 - 3 of that / lambda; by series where those cancel.
+    a = coth(lambda) - 1 / lambda and 1 - 3 a / lambda; by series where terms cancel.
     """
     small = sharpness < 0.2
     whole = np.where(small, 1.0, sharpness)
@@ -203,7 +203,7 @@ def lessened(sharpness: Float[np.ndarray, "*n"]) -> tuple[Float[np.ndarray, "*n"
 
 
 def needs_none(scene: Scene) -> bool:
-    """Return whether no part of a scene can see another one, or itself: one convex body."""
+    """Return whether a scene has no interreflection: a single convex body."""
     return len(scene.parts) == 1 and is_convex(scene.parts[0].mesh)
 
 
@@ -215,27 +215,27 @@ def indirect_light(
     enough: float = ENOUGH,
     progress: Callable[[int, int, str], None] = lambda done, total, name: None,
 ) -> IndirectLight:
-    """Follow light from surface to surface, `scene.bounces` times or, for "auto", until no further one is seen.
+    """Compute indirect light with `scene.bounces` bounces or, for "auto", until further ones are invisible.
 
-    What lights give straight away is sent on as materials scatter it, by direction where they are glossy (`RayLight`).
-    Later on every material passes light on as a matt one that reflects as much as it does of even light, at each
-    wavelength, a texture at each site as its texels about there: what receives it is as it is. Where a material
-    fluoresces, light travels as radiance, and textures pass on their mean.
+    Direct light is reflected with the materials' BRDFs, by direction where they are glossy (`RayLight`). For later
+    bounces every material is diffuse with its albedo for uniform light, at each wavelength, a texture with the mean of
+    its texels around each site; the receiving surface keeps its full BRDF. With fluorescence, light is represented as
+    radiance, and textures reflect with their mean.
 
     Parameters
     ----------
-    surfaces : by material id. transport : of the scene, whatever its parts wore. shown_in : spectra that may take the
-        place of the lights' own; where a material fluoresces each needs light of its own.
-    enough : ΔE94 that bounces left out may change any site by.
-    progress : called with (steps done, steps in all, "bounces").
+    surfaces : by material id. transport : of the scene, with any materials. shown_in : spectra that may replace the
+        lights' own; with fluorescence each needs its own indirect light.
+    enough : largest ΔE94 of any site that omitted bounces may cause.
+    progress : called with (steps done, number of steps, "bounces").
 
     Returns
     -------
-    IndirectLight : with 0 bounces where none changes anything by more than `enough`.
+    IndirectLight : with 0 bounces if none changes any site by more than `enough`.
 
     Raises
     ------
-    InputError : a material that reflects all that it receives, or more; less than `LEAST_RAYS` of each site.
+    InputError : a material with a reflectance of 1 or more; fewer than `LEAST_RAYS` rays per site.
     """
     start, hits = perf_counter(), transport.hits
     if hits.rays < LEAST_RAYS:
@@ -275,7 +275,9 @@ def indirect_light(
 def _by_spectrum(
     scene: Scene, direct: Sequence[Float[np.ndarray, "S _"]]
 ) -> tuple[tuple[Spectrum, ...], list[int], Float[np.ndarray, "S K"]]:
-    """Return the spectra of all lights, each once, which of them lights have, and what comes straight away of each."""
+    """Return the distinct spectra of all lights, the index of each light's spectra among them, and the direct
+    illuminance by each.
+    """
     found: dict[tuple[bytes, bytes], tuple[Spectrum, np.ndarray]] = {}
     for light, lux in zip(scene.lights, direct, strict=True):
         for spectrum, one in zip(light.spectra, lux.T, strict=True):

@@ -1,7 +1,7 @@
-"""Influence of the parts of a scene on each other: colour differences with light that is passed on, and without.
+"""Influence of the parts of a scene on each other: colour differences with and without interreflection.
 
-Every material counts as a matt surface that reflects as much as it does of even light, at each wavelength: exact for
-matt ones, fluorescent ones among them, and of glossy ones what they pass on as a whole, wherever they send it.
+Every material is treated as diffuse, with its albedo for uniform light at each wavelength: exact for diffuse materials,
+also fluorescent ones; for glossy ones the total is right, not its direction.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .regions import RadiantRegions, Regions
 
 @dataclass(frozen=True, eq=False)
 class ShownInfluence:
-    """ΔE94 over the sites of a part that any light comes to, by the area that they stand for."""
+    """ΔE94 over the lit sites of a part, weighted by area."""
 
     mean: float
     p95: float
@@ -42,11 +42,11 @@ class ShownInfluence:
 
 @dataclass(frozen=True, eq=False)
 class Influence:
-    """Colour change by light that other parts pass on.
+    """Colour changes by interreflection.
 
-    bounces, left, bound : see `Interreflection`. all (P,) : of each part, the difference that all of it makes.
-    of (P,P) : row by row on each part, what it loses when a part (its column) passes no light on. sites, rays, nbytes :
-    of the geometry. albedo_y (P,) : Y that each part's material reflects of even light, of 1.
+    bounces, left, bound : see `Interreflection`. all (P,) : on each part, by all interreflection.
+    of (P,P) : on each part (row), by the light that one part (column) reflects. sites, rays, nbytes : of the geometry.
+    albedo_y (P,) : luminous albedo of each part's material for uniform light, 0 to 1.
     """
 
     bounces: int
@@ -72,21 +72,21 @@ def influence(
     jobs: int = 1,
     say: Callable[[str], object] = lambda words: None,
 ) -> Influence:
-    """Follow light through a scene, as it is and without each of its parts.
+    """Compute interreflection in a scene, with all parts and without the light reflected by each.
 
     surfaces : by material id. rays : of each site. enough : see `interreflected`.
-    folder, jobs, say : where rays are kept, processes that trace them, who hears of damage; see `kept_hits`.
+    folder, jobs, say : cache folder of rays, number of tracing processes, and callback for messages; see `kept_hits`.
 
     Raises
     ------
-    InputError : it would not fit into memory; a material that reflects all that it receives, or more.
+    InputError : it would not fit into memory; a material with a reflectance of 1 or more.
     """
     scene.check_surfaces(surfaces)
     bodies = placed(scene)
     hits = kept_hits(scene, folder, rays, jobs, progress, say=say, bodies=bodies)
     operator = irradiance_operator(hits)
     if needs_none(scene):
-        # Between the flat triangles of a smooth body rays end that its true shape would not meet.
+        # Rays may hit the flat triangles of a smooth convex body that its true shape would not intersect.
         operator = 0.0 * operator
     occluders = Occluders(bodies.triangles)
     lux = np.concatenate(direct_illuminance(scene, hits.sites, occluders), axis=1)
@@ -133,7 +133,7 @@ def _between(
     seen: Callable[[Float[np.ndarray, "n K J"]], Float[np.ndarray, "n 3"]],
     white: Float[np.ndarray, "3"],
 ) -> ShownInfluence:
-    """Compute the influence shown at points that are even in area."""
+    """Measure the interpolation error between sites: ΔE94 at random points, uniform in area."""
     found = between_sites(fine, hits, whole.all.reshape(len(whole.all), -1))
     part = hits.part_of_site[found.sites[:, 0]]
     straight = np.einsum("nc,nckj->nkj", found.shares, whole.first[found.sites])
@@ -146,7 +146,7 @@ def _between(
 
 
 def _y(scene: Scene, surface: Surface) -> float:
-    """Compute the Y that a surface makes of even light of the first light's colour."""
+    """Compute the luminous albedo of a surface for uniform light of the first light's spectrum."""
     light, glowing = scene.lights[0].spectrum, donaldson(surface)
     if glowing is not None:
         return float(glowing.fold(light, scene.observer)[1])
@@ -159,7 +159,7 @@ def _folds(scene: Scene, regions: Regions) -> list[Float[np.ndarray, "3 J"]]:
 
 
 def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regions | RadiantRegions:
-    """Return every part a region, at all wavelengths; in a basis of radiances where some part fluoresces."""
+    """Return regions, one per part, at all wavelengths; with fluorescence, in a basis of radiances."""
     if fluoresces(surfaces[name] for name in scene.material_ids):
         matrices = {name: even_matrix(surfaces[name]) for name in scene.material_ids}
         lights = tuple(spectrum for light in scene.lights for spectrum in light.spectra)
@@ -178,7 +178,7 @@ def _regions(scene: Scene, surfaces: Mapping[str, Surface], hits: Hits) -> Regio
 def _shown(
     delta: Float[np.ndarray, " S"], areas: Float[np.ndarray, " S"], which: Bool[np.ndarray, " S"]
 ) -> ShownInfluence:
-    """Summarise the differences of some sites; where they stand for no area nothing is shown."""
+    """Summarise the differences of some sites, weighted by area; 0 without area."""
     area = areas[which]
     if not area.sum() > 0.0:
         return ShownInfluence(0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""All that relighting keeps of a scene's geometry: rays, operators, frames and which rays see the sky."""
+"""Precomputed geometry for relighting: rays, operators, frames and the sky texels that rays see."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from .glossy_rays import GlossyRays
 from .hits import RAYS, Hits
 from .operator import ByPart, irradiance_operator
 
-#: Texels across a face of the sky: 2.8 degrees in the middle.
+#: Texels across a face of the sky, 2.8 degrees each at its centre.
 SKY = 32
-# Sites per block; sets of glossy parts that are cached.
+# Sites per block; number of cached sets of glossy parts.
 _BLOCK, _KEPT = 2048, 4
 
 
 @dataclass(frozen=True, eq=False)
 class Precomputation:
-    """Geometry of a scene: good for all materials, lights and cameras.
+    """Precomputed geometry of a scene, valid for all materials, lights and cameras.
 
-    scene : with the triangles that sites are of. centre, radius : that its coordinates are scaled by for rays.
+    scene : with the triangles of the sites.
     """
 
     scene: Scene
@@ -48,24 +48,24 @@ class Precomputation:
         longest_edge: float | None = None,
         progress: Callable[[int, int, str], None] = lambda done, total, what: None,
     ) -> Precomputation:
-        """Trace a scene. See `PlacedSites.traced`."""
+        """Place sites in a scene and trace their rays; see `PlacedSites.traced`."""
         bodies = placed(scene, longest_edge)
         return cls(bodies.scene, bodies.traced(rays, progress), HemisphereCells())
 
     @cached_property
     def operator(self) -> Any:
-        """G, see `irradiance_operator`."""
+        """Irradiance operator G, see `irradiance_operator`."""
         return irradiance_operator(self.hits)
 
     @cached_property
     def by_part(self) -> ByPart:
-        """`operator`, cut by the parts that light comes from."""
+        """`operator`, split by sending parts."""
         return ByPart.of(self.operator, self.hits.part_of_site)
 
     @cached_property
     def later(self) -> Any:
-        """G by the first quarter of the rays, for light that has met two surfaces or more and is nearly even: the first
-        of a sequence are as even as all of it.
+        """G from the first quarter of the rays, for light after two surfaces or more, which is nearly uniform; any
+        prefix of the sequence is evenly distributed.
         """
         rays = max(1, self.hits.rays // 4)
         return irradiance_operator(
@@ -74,17 +74,17 @@ class Precomputation:
 
     @cached_property
     def occluders(self) -> Occluders:
-        """All triangles."""
+        """Occlusion queries against all triangles."""
         return Occluders(scaled_triangles(self.scene).astype(np.float32))
 
     @cached_property
     def sky(self) -> CubeMap:
-        """Texels that light from infinitely far off is taken as means over."""
+        """Texels over which environment lights are averaged."""
         return CubeMap(SKY)
 
     @cached_property
     def escapes(self) -> Int[np.ndarray, "S N"]:
-        """The texel of the sky that each ray sees; -1 where it meets a part."""
+        """Texel of the sky that each ray sees; -1 if it hits a part."""
         found = np.full(self.hits.triangle.shape, -1, dtype=np.int16)
         for start in range(0, len(found), _BLOCK):
             rows = slice(start, start + _BLOCK)
@@ -94,7 +94,7 @@ class Precomputation:
 
     @cached_property
     def sky_operator(self) -> Any:
-        """(S, texels): lux at each site = this times luminance, cd/m^2."""
+        """Matrix (S, texels) from luminance of the sky, cd/m^2, to illuminance of sites, lux."""
         from scipy.sparse import csr_array
 
         row, ray = np.nonzero(self.escapes >= 0)
@@ -106,7 +106,7 @@ class Precomputation:
 
     @cached_property
     def frames(self) -> Float[np.ndarray, "S 3 3"]:
-        """Rotations from the world to the frame of each site, on its side."""
+        """Rotations from the world to each site's frame, on its side."""
         hits, parts = self.hits, self.scene.parts
         tangents = np.concatenate([part.mesh.tangents.directions[part.mesh.tangents.faces] for part in parts])
         hand = np.concatenate([part.mesh.tangents.handedness for part in parts])
@@ -121,23 +121,25 @@ class Precomputation:
 
     @cached_property
     def _faces(self) -> tuple[Float[np.ndarray, "F 3"], Float[np.ndarray, "F 3"]]:
-        """A corner of each triangle, in the world, and its normal."""
+        """First corner and normal of each triangle, world."""
         meshes = [part.mesh for part in self.scene.parts]
         corners = np.concatenate([mesh.vertices[mesh.faces[:, 0]] for mesh in meshes])
         return corners, np.concatenate([mesh.face_normals for mesh in meshes])
 
     def seen(self, towards: Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, "n 3"]]) -> Bool[np.ndarray, " S"]:
-        """Select the sites of triangles that face a viewer, on that side. towards : him, from places."""
+        """Select the sites on the visible sides of triangles. towards : maps positions to directions towards the
+        viewer.
+        """
         corners, normals = self._faces
         cosine = dot(normals, unit(towards(corners)))
         found = np.zeros(len(self.hits.sites) + 1, dtype=bool)
-        # One that is seen edge-on may be taken for either side. Where the other side is dark it has no sites, -1.
+        # An edge-on triangle counts on both sides. A dark side has no sites, -1.
         for sites, facing in ((self.hits.corners, cosine), (self.hits.backs, -cosine)):
             found[sites[facing > -LEAST_COSINE].ravel()] = True
         return found[:-1]
 
     def glossy_rays(self, glossy: Bool[np.ndarray, " P"]) -> GlossyRays:
-        """Return the rays ending on these parts; the last few sets are cached."""
+        """Return the rays of and onto glossy parts; the last few sets are cached."""
         key = glossy.tobytes()
         if key not in self._glossy:
             while len(self._glossy) >= _KEPT:
@@ -147,6 +149,6 @@ class Precomputation:
 
     @property
     def centre_and_radius(self) -> tuple[Float[np.ndarray, "3"], float]:
-        """World coordinates = those of sites times the radius, plus the centre."""
+        """Centre and radius of the scene: world coordinates = those of sites times the radius, plus the centre."""
         low, high = self.scene.bounds
         return 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))

@@ -1,12 +1,11 @@
-"""Radiance maps of other surfaces as a site sees them: small maps of the hemisphere above it, made from its rays.
+"""Incident radiance maps: small maps of the hemisphere above a site, made from its rays.
 
-Highlights tell shapes that no polynomial has. A level of a map is the mean radiance under Gaussians of one sharpness:
-light from a direction is a mean over the rays about there, each by the solid angle that it stands for, so that where
-they lie unevenly does not matter. Rays fall onto the four texels next to them; coarser levels follow from those by a
-matrix that is the same for all sites. Where there are no rays a level is the coarser one, the first the polynomials.
+Highlights resolve reflections that polynomials cannot represent. A level of a map is the mean radiance under Gaussians
+of one sharpness: a mean over rays near each direction, weighted by the solid angle of each, so that uneven density does
+not matter. Rays are splatted onto the four nearest texels; coarser levels follow from these by a matrix that is the
+same for all sites. Without rays a level falls back to the coarser one, and the coarsest to the polynomials.
 
-A map is half of an octahedron, in the axes of `tangents`: (x + y, x - y) by the sum of lengths of the direction's
-coordinates, from -1 to 1.
+A map is half of an octahedron, in the axes of `tangents`: (x + y, x - y) over the direction's L1 norm, from -1 to 1.
 """
 
 from __future__ import annotations
@@ -23,15 +22,14 @@ from ..environment.pyramid import SOFTENING
 from .hits import Hits, ray_directions, tangents
 from .ray_light import RayLight
 
-#: Sharpness of what polynomials tell alone; of the levels, with texels along a side.
+#: Sharpness up to which polynomials suffice; sharpness of the levels, with texels along a side.
 BLUNT = 2.0
 LEVELS = ((8.0, 8), (32.0, 16), (128.0, 16))
-#: Texels of a map.
+#: Number of texels of a map.
 TEXELS = sum(side**2 for _, side in LEVELS)
-#: The first texel of each level.
+#: First texel of each level.
 FIRST = tuple(sum(side**2 for _, side in LEVELS[:number]) for number in range(len(LEVELS)))
-# A ray stands for no more than that of this cosine; and the share of a texel's light below which the coarser level has
-# a say in it.
+# Lower clamp of the cosine in a ray's solid angle; and the weight of the coarser level in a texel.
 _GRAZING, _FEW = 0.1, 0.05
 # Rays per block.
 _AT_ONCE = 1 << 17
@@ -39,10 +37,10 @@ _AT_ONCE = 1 << 17
 
 @dataclass(frozen=True, eq=False)
 class RadianceMaps:
-    """Maps of some of S sites, of F fields, lux / sr.
+    """Radiance maps of some of S sites, F fields, lux / sr.
 
-    number (S,) : the map of each site, -1 where it has none. normals (n, 3) : that each map is about.
-    values (n, T, F) : half precision, of `scale` (F,); levels one after the other.
+    number (S,) : map of each site, -1 for none. normals (n, 3) : axis of each map.
+    values (n, T, F) : half precision, in units of `scale` (F,); levels one after the other.
     """
 
     number: Int[np.ndarray, " S"]
@@ -63,8 +61,8 @@ class RadianceMaps:
         sites: Int[np.ndarray, " n"],
         polynomials: Float[np.ndarray, "S 9 F"],
     ) -> RadianceMaps:
-        """Make the maps of `sites`, as `indirect.arriving` has their light. Sites that are shut (`Hits.shut`) have the
-        map of a neighbour.
+        """Compute the maps of `sites` from the light that `indirect.arriving` integrates. Blocked sites (`Hits.shut`)
+        share the map of a neighbour.
         """
         open_sites = sites[~hits.shut[sites]]
         scale = np.maximum(light.largest, np.finfo(np.float32).tiny)
@@ -87,7 +85,7 @@ class RadianceMaps:
         sharpness: Float[np.ndarray, "N Q"],
         fields: slice,
     ) -> Float[np.ndarray, "N Q F"]:
-        """Mean radiance under Gaussians between sites, of which `blunt` is what polynomials tell."""
+        """Interpolate the mean radiance under Gaussians between sites; `blunt` is that of the polynomials."""
         found = blunt.copy()
         point, lobe = np.nonzero(sharpness > BLUNT)
         if not len(point):
@@ -95,7 +93,7 @@ class RadianceMaps:
         places = [(BLUNT, 0), *LEVELS]
         steps = 1.0 / (np.array([one for one, _ in places]) + SOFTENING)
         wanted = 1.0 / (np.minimum(sharpness[point, lobe], LEVELS[-1][0]) + SOFTENING)
-        # Levels fall with 1 / sharpness: the coarser one of the two about each.
+        # Coarser one of the two levels that enclose each 1 / sharpness.
         low = np.clip(np.searchsorted(-steps, -wanted, side="right") - 1, 0, len(LEVELS) - 1)
         mix = ((steps[low] - wanted) / (steps[low] - steps[low + 1]))[:, None]
         told = blunt[point, lobe]
@@ -121,24 +119,26 @@ class RadianceMaps:
     def _at(
         self, number: Int[np.ndarray, " n"], places: Float[np.ndarray, "n 2"], level: int, fields: slice
     ) -> Float[np.ndarray, "n F"]:
-        """Return a level at places, linear between texels."""
+        """Sample a level at places, linear between texels."""
         texels, weights = _about(places, LEVELS[level][1])
         values = self.values[number[:, None], FIRST[level] + texels, fields].astype(np.float64)
         return np.einsum("nt,ntf->nf", weights, values) * self.scale[fields]
 
 
 def hemisphere_places(to: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
-    """Places, from -1 to 1, of unit directions above normals; of one below the horizon that of the horizon above it."""
+    """Return the places, from -1 to 1, of unit directions above normals; directions below the horizon are clamped to
+    it.
+    """
     across, along = tangents(normals)
     x, y, z = (np.einsum("ni,ni->n", to, axis) for axis in (across, along, normals))
     length = np.abs(x) + np.abs(y) + np.maximum(z, 0.0)
-    # Straight down there is no nearest one: any will do.
+    # Straight down the nearest point of the horizon is not unique; any will do.
     length = np.where(length > 0.0, length, 1.0)
     return np.stack([(x + y) / length, (x - y) / length], axis=1)
 
 
 def _about(places: Float[np.ndarray, "n 2"], side: int) -> tuple[Int[np.ndarray, "n 4"], Float[np.ndarray, "n 4"]]:
-    """Return the four texels about places, and their weights; beyond the middles of the outermost those alone count."""
+    """Return the four texels around places, and their bilinear weights, clamped at the rim."""
     at = np.clip(0.5 * (places + 1.0) * side - 0.5, 0.0, side - 1.0)
     corner = np.minimum(np.floor(at).astype(np.int64), side - 2)
     (right, down), (left, top) = (at - corner).T, corner.T
@@ -155,7 +155,7 @@ def _levels(
     sites: Int[np.ndarray, " n"],
     polynomials: Float[np.ndarray, "n 9 F"],
 ) -> Float[np.ndarray, "n T F"]:
-    """Return all levels of some sites."""
+    """Compute all levels of some sites."""
     count, fields, (_, finest) = len(sites), len(scale), LEVELS[-1]
     normals = hits.sites.normals[sites]
     to = ray_directions(normals, sites, hits.rays)
@@ -164,7 +164,7 @@ def _levels(
     flat = hemisphere_places(to.reshape(-1, 3), np.repeat(normals, hits.rays, axis=0))
     texels, weights = _about(flat, finest)
     texels += (np.repeat(np.arange(count), hits.rays) * finest**2)[:, None]
-    # Solid angle per ray over that of a texel, so that the sum is 1 where rays are as dense as expected.
+    # Solid angle per ray over that of a texel; the sum is 1 at the expected density of rays.
     weights *= (finest**2 / (2.0 * hits.rays) / np.maximum(cosine, _GRAZING)).reshape(-1, 1)
     rays, size = len(texels), count * finest**2
     onto = csr_array((weights.ravel(), texels.ravel(), np.arange(0, 4 * rays + 1, 4)), (rays, size)).T
@@ -191,7 +191,7 @@ def _levels(
 
 @cache
 def _middles(side: int) -> Float[np.ndarray, "T 3"]:
-    """Unit directions of the middles of texels, in the axes of a map."""
+    """Return unit directions of texel centres, in the axes of a map."""
     middle = (2.0 * np.arange(side) + 1.0) / side - 1.0
     u, v = np.tile(middle, side), np.repeat(middle, side)
     x, y = 0.5 * (u + v), 0.5 * (u - v)
@@ -201,9 +201,9 @@ def _middles(side: int) -> Float[np.ndarray, "T 3"]:
 
 @cache
 def _coarser(sharpness: float, side: int) -> Float[np.ndarray, "T finest"] | None:
-    """Compute the matrix from texels that rays fell onto to a level; None for those themselves.
+    """Compute the matrix from the finest texels to a level; None for the finest level itself.
 
-    What falls onto the four texels next to it and is read between four is blurred by a tent twice: Gaussians lack that.
+    Splatting onto four texels and reading between four each blur with a tent; the Gaussian is narrowed accordingly.
     """
     finest = LEVELS[-1]
     if (sharpness, side) == finest:
@@ -211,12 +211,12 @@ def _coarser(sharpness: float, side: int) -> Float[np.ndarray, "T finest"] | Non
     blurred = sum(2.0 * np.pi / one**2 / 6.0 for one in (finest[1], side))
     narrower = 1.0 / (1.0 / sharpness - blurred)
     found = np.exp(narrower * (_middles(side) @ _middles(finest[1]).T - 1.0))
-    # Normalised to the number of texels under such a Gaussian.
+    # Normalised by the number of texels under such a Gaussian.
     return (found * (narrower / finest[1] ** 2)).astype(np.float32)
 
 
 def _stretched(values: Float[np.ndarray, "n t F"], side: int, wider: int) -> Float[np.ndarray, "n T F"]:
-    """Return a level with the texels of a finer one."""
+    """Resample a level to the texels of a finer one."""
     if side == wider:
         return values
     middle = (2.0 * np.arange(wider) + 1.0) / wider - 1.0
@@ -225,7 +225,7 @@ def _stretched(values: Float[np.ndarray, "n t F"], side: int, wider: int) -> Flo
 
 
 def _beside(number: Int[np.ndarray, " S"], hits: Hits) -> Int[np.ndarray, " S"]:
-    """Return the same, where sites that are shut have the number of an open one next to them."""
+    """Replace the number of blocked sites by that of an open neighbour."""
     found = number.copy()
     for corners in (hits.corners, hits.backs):
         for a in range(3):

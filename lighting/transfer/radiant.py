@@ -1,4 +1,4 @@
-"""A small basis of radiances for light between surfaces of which some fluoresce, by balanced truncation."""
+"""Small basis of radiances for interreflection with fluorescence, by balanced truncation."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from ...spectral.spectrum import Spectrum
 from ...spectral.wavelengths import common_wavelengths
 from ..plan import SPECTRAL_SHARE
 
-#: Surfaces on paths that a basis is made from: what further ones do lies among what these do.
+#: Number of surfaces on the paths that a basis is made from; further ones stay in the same space.
 BOUNCES = 3
-# Surfaces that it is tried with.
+# Number of surfaces for testing a basis.
 _TRIED = 12
-# Steps of its wavelengths, nm: lights have lines, and what excites a dye may end steeply.
+# Wavelength step, nm, for line spectra and steep excitation spectra.
 _STEP_NM = 1.0
 
 
@@ -34,7 +34,7 @@ def basis_for(
     observer: Observer,
     size: int | None = None,
 ) -> SpectralBasis:
-    """Return the basis of radiances that some surfaces make of some lights: see `radiance_basis`."""
+    """Return the basis of radiances that surfaces reflect or emit under lights: see `radiance_basis`."""
     nm = _wavelengths(surfaces, observer)
     matrices = [surface.narrow(nm) for surface in surfaces]
     powers = np.stack([light.averaged(nm).samples for light in lights])
@@ -47,8 +47,9 @@ def planned_basis(
     observer: Observer,
     before: SpectralBasis | None = None,
 ) -> SpectralBasis:
-    """Return the smallest of `basis_for` in which light over two surfaces is seen over a third one within ΔE94 0.1, and
-    light over one over a second; of many surfaces some, at random. before : a basis that is kept if it does so.
+    """Return the smallest truncation of `basis_for` that reproduces light after one and after two surfaces, seen
+    directly and over one more, within ΔE94 0.1; of many surfaces a random subset is tested. before : basis that is
+    returned if it does.
     """
     nm = _wavelengths(surfaces, observer)
     tried = _Tried.of(surfaces, lights, observer, nm)
@@ -64,15 +65,15 @@ def planned_basis(
 
 def _wavelengths(surfaces: Sequence[Bispectral], observer: Observer) -> Float[np.ndarray, " L"]:
     grids = [grid for one in surfaces for grid in (one.wavelengths_in_nm, one.wavelengths_out_nm)]
-    # As far as the observer sees: what was not measured there counts as what is next to it, as everywhere.
+    # Range of the observer; spectra are extended by their end values there, as everywhere.
     common = common_wavelengths([*grids, observer.wavelengths_nm])
     return np.arange(common[0], common[-1] + 0.5 * _STEP_NM, _STEP_NM)
 
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """Surfaces that a basis is tried with, what observers see over them, and what there is after one of them, with the
-    white, of each light.
+    """Test cases of a basis: surfaces, sensitivities over each of them, and for each light the radiances after one
+    surface, with the white.
     """
 
     matrices: list[np.ndarray]
@@ -104,7 +105,7 @@ class _Tried:
         return cls(matrices, receivers, cases)
 
     def error(self, basis: SpectralBasis) -> float:
-        """Return the largest ΔE94."""
+        """Return the largest ΔE94 of a basis over all cases."""
         worst = 0.0
         for once, white in self.cases:
             twice = self._after(once)
@@ -122,7 +123,7 @@ class _Tried:
 
 
 def donaldson(surface: Surface) -> Bispectral | None:
-    """Return the Donaldson matrix of a matt surface that fluoresces, original or fast form; None of any other."""
+    """Return the Donaldson matrix of a fluorescent diffuse surface, original or fast form; None for any other."""
     if surface.bispectral is None and isinstance(surface, FactoredBrdf):
         (palette, *_) = (pack.palette for pack in surface.packs)
         return palette.bispectral if isinstance(palette, DonaldsonPalette) else None
@@ -130,5 +131,5 @@ def donaldson(surface: Surface) -> Bispectral | None:
 
 
 def fluoresces(surfaces: Iterable[Surface]) -> bool:
-    """Return whether any does."""
+    """Return whether any surface fluoresces."""
     return any(donaldson(one) is not None for one in surfaces)

@@ -1,10 +1,9 @@
-"""Rays of a scene's sites that were traced before: on disk, in blocks of sites, each a file that is whole or not there.
+"""Cache of traced rays on disk, in blocks of sites, each a file that is complete or absent.
 
-A block is named by a hash of all that its rays depend on: where they start and the normals there, how many, the
-triangles that they may end on, the code that traces them and the libraries. Materials, lights and cameras are not in
-it. So a build that was killed goes on from the blocks that are there, two processes may be at it at once, and the
-bytes are the same however often it was broken off and whoever traced them. A block holds a hash of its content; one
-that is damaged is traced anew, and that is said.
+A block is named by a hash of everything that its rays depend on: origins, normals, number of rays, triangles, the
+tracing code and the libraries, but no materials, lights or cameras. So an interrupted build resumes from existing
+blocks, processes may build concurrently, and the bytes are the same in any case. A block holds a hash of its content; a
+damaged one is reported and traced again.
 """
 
 from __future__ import annotations
@@ -31,18 +30,18 @@ from .edge_refinement import PlacedSites, placed
 from .hits import RAYS, Hits, RayTracer, check_rays_fit, hits_of, ray_blocks
 
 Progress = Callable[[int, int, str], None]
-# Libraries that the rays depend on: Embree for their ends, numpy for their directions.
+# Libraries that the rays depend on: Embree for hits, numpy for directions.
 _LIBRARIES = ("numpy", "embreex")
-# Blocks that make a further process worth its start.
+# Number of blocks that justifies starting a further process.
 _A_PROCESS = 4
 
 
 @dataclass(frozen=True)
 class CachedRays:
-    """Rays of a scene on disk.
+    """Files of a scene's rays in the cache.
 
-    key : the hash that its files are named by. files : of the blocks, in their order. sites, rays : how many there are,
-    and of each. there : blocks that were there before. nbytes : of all files.
+    key : hash in the files' names. files : of the blocks, in order. sites, rays : number of sites, and of rays per
+    site. there : number of blocks that already existed. nbytes : of all files.
     """
 
     key: str
@@ -55,7 +54,7 @@ class CachedRays:
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """The rays of the sites `rows`; `there` where they were on disk before."""
+    """Rays of the sites `rows`; `there` if they were read from disk."""
 
     number: int
     rows: slice
@@ -75,20 +74,21 @@ def build_rays(
     most: int | None = None,
     scheduler: str | None = None,
 ) -> CachedRays:
-    """Trace the rays of a scene that are not in `folder` yet, and keep them there; few blocks are in memory at once.
+    """Trace and store the rays of a scene that are not in `folder` yet, with few blocks in memory at once.
 
     Parameters
     ----------
-    folder : made where it is missing. rays, progress, longest_edge : see `PlacedSites.traced`.
-    jobs : processes, at most; the files are the same bytes with any number.
-    say : hears a sentence of each block that is damaged.
-    most : bytes that the folder may hold beside these files; what was not used for longest goes. None removes nothing.
-    scheduler : address of a Dask scheduler, whose workers then trace; needs the extra `cluster`.
+    folder : created if missing. rays, progress : see `PlacedSites.traced`. longest_edge : see `refined`.
+    jobs : largest number of processes; the files' bytes do not depend on it.
+    say : called with a message for each damaged block.
+    most : size limit of the folder, bytes; least recently used files are removed, but never these. None removes
+        nothing.
+    scheduler : address of a Dask scheduler whose workers trace; needs the extra `cluster`.
 
     Raises
     ------
-    InputError : the folder cannot be made or written to; see `numbered_on_cluster`. NoRoomError : its disk is full;
-    what is there stays.
+    InputError : the folder cannot be created or written to; see `numbered_on_cluster`. NoRoomError : its disk is full;
+    finished blocks stay.
     """
     bodies = placed(scene, longest_edge)
     key = ray_key(bodies, rays)
@@ -112,10 +112,10 @@ def kept_hits(
     say: Callable[[str], object] = lambda words: None,
     bodies: PlacedSites | None = None,
 ) -> Hits:
-    """`PlacedSites.traced`, from `folder` where they are there, else traced and kept there, within `$METAMER_CACHE_GB`.
+    """Return `PlacedSites.traced`, read from `folder` if cached, else traced and stored there, within
+    `$METAMER_CACHE_GB`.
 
-    folder : None keeps nothing, nor does a limit of 0. bodies : of the scene, where they are known. The rest as of
-    `build_rays`.
+    folder : None or a limit of 0 disables caching. bodies : of the scene, if known. Other parameters: see `build_rays`.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def kept_hits(
 
 
 def ray_key(bodies: PlacedSites, rays: int) -> str:
-    """Return the hash of everything that the rays of sites depend on."""
+    """Hash everything that the rays of sites depend on."""
     where = bodies.sites
     given = (where.starts, where.normals, bodies.triangles, bodies.corners.face_normals, rays)
     return fingerprint(given, len(ray_blocks(len(where), rays)), tracing_code())
@@ -144,7 +144,7 @@ def ray_key(bodies: PlacedSites, rays: int) -> str:
 
 @cache
 def tracing_code() -> str:
-    """Hash the modules that trace, and the versions of libraries."""
+    """Hash the tracing modules and the versions of libraries."""
     here = Path(__file__).parent
     files = (here / "hits.py", here.parent / "vectors.py", here.parent / "mesh" / "ray_index.py")
     return files_hash(here.parents[1], files, _LIBRARIES)
@@ -164,8 +164,7 @@ def _blocks(
     say: Callable[[str], object],
     scheduler: str | None = None,
 ) -> Iterator[_Block]:
-    """Yield all blocks, each once: first those that are on disk, then those that are traced, as they come, on disk
-    too."""
+    """Yield all blocks, each once: first those on disk, then the others as they are traced and stored."""
     rows = ray_blocks(len(bodies.sites), rays)
     files = [] if folder is None else _files(folder, key, len(rows))
     missing, done = [], 0
@@ -185,7 +184,7 @@ def _blocks(
     if not missing:
         return
     if files:
-        # Before the work; what killed processes have left of these files goes as well.
+        # Before the work; remains of these files left by killed processes are removed as well.
         made_folder(files[0].parent)
         for number in missing:
             check_writable(files[number])
@@ -213,7 +212,7 @@ def _of(key: str, number: int) -> np.ndarray:
 def _read(
     file: Path, key: str, number: int, shape: tuple[int, int], say: Callable[[str], object]
 ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]] | None:
-    """Return a block, or None where there is none that can be used."""
+    """Read a block; None if it is missing or unusable."""
     try:
         held = read_arrays(file)
         if str(held["of"]) != str(_of(key, number)) or held["triangle"].shape != shape:
@@ -230,13 +229,13 @@ def _read(
 def _traced_here(
     tasks: Iterable[tuple[np.ndarray, np.ndarray, int, int]], held: tuple[np.ndarray, np.ndarray]
 ) -> Generator[tuple[int, tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]], None, None]:
-    """Trace in this process, with an index of its own: another scene may be traced meanwhile."""
+    """Trace in this process, with a separate BVH, since another scene may be traced concurrently."""
     tracer = RayTracer(*held)
     for number, task in enumerate(tasks):
         yield number, _traced(*task, tracer)
 
 
-# State of a worker process: the triangles are the same for every block.
+# State of a worker process, since all blocks have the same triangles.
 class _Worker(threading.local):
     tracer: RayTracer
 
@@ -255,5 +254,5 @@ def _traced(
     rays: int,
     tracer: RayTracer | None = None,
 ) -> tuple[Int[np.ndarray, "n N"], UInt16[np.ndarray, "n N 2"]]:
-    """tracer : None is the one that this thread of a worker was started with."""
+    """Trace one block. tracer : None is that of this worker thread."""
     return (_worker.tracer if tracer is None else tracer).ends(starts, normals, first, rays)

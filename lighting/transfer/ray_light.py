@@ -1,5 +1,5 @@
-"""Light along the rays of sites from other surfaces: what these send out evenly, and what glossy parts send into each
-direction of the light that lights give them straight away.
+"""Light along the rays of sites from other surfaces: diffuse radiosity, and directional reflection of direct light by
+glossy parts.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .hits import Hits
 from .precomputation import Precomputation
 from .reflection import Reflection
 
-#: Glossy sites that send out by direction: up to 40 KB each.
+#: Largest number of glossy sites with directional light, up to 40 KB each.
 MOST_GLOSSY = 34_000
 # Sites per block.
 _BLOCK = 512
@@ -29,10 +29,11 @@ _BLOCK = 512
 
 @dataclass(frozen=True, eq=False)
 class GlossyLight:
-    """Light of G glossy sites into the O cells of their hemispheres beside what they send out evenly, F fields.
+    """Directional light of G glossy sites into the O cells of their hemispheres, besides their diffuse radiosity, F
+    fields.
 
-    cells (G O, F) : pi times radiance, of lights that spread. at_ends (n, F) : of lights from one direction, of each
-    ray that ends on a glossy part. frames (S,3,3) : of sites.
+    cells (G O, F) : pi times radiance, of area and environment lights. at_ends (n, F) : the same of delta lights, along
+    each ray that hits a glossy part. frames (S,3,3) : of sites.
     """
 
     rays: GlossyRays
@@ -43,8 +44,8 @@ class GlossyLight:
     def beyond(
         self, hits: Hits, sites: Int[np.ndarray, " n"], to: Float[np.ndarray, "n N 3"]
     ) -> tuple[Int[np.ndarray, " m"], Float[np.ndarray, "m F"]]:
-        """Find the rays of `sites`, of all n N, that end on glossy parts, and pi times the radiance that they bring of
-        it.
+        """Return the rays of `sites` that hit glossy parts, as indices among all n N, and pi times the directional
+        radiance along each.
         """
         rays, known, size = hits.rays, self.rays, len(self.rays.cells)
         first, last = (np.searchsorted(known.ray, (sites + k) * rays) for k in (0, 1))
@@ -54,14 +55,14 @@ class GlossyLight:
         back, found = -to.reshape(-1, 3)[place], self.at_ends[which]
         for corner in range(3):
             about, share = known.about[which, corner], known.share[which, corner]
-            # A corner without a share may be of no glossy site.
+            # A corner of weight 0 may be no glossy site.
             row = np.maximum(known.number[about], 0) * size
             column = row + known.cells.of(np.einsum("nij,nj->ni", self.frames[about], back))
             found = found + share[:, None].astype(np.float32) * self.cells[column]
         return place, found
 
     def irradiance(self, hits: Hits) -> Float[np.ndarray, "S F"]:
-        """Compute the irradiance of all sites."""
+        """Compute the irradiance of all sites by this light."""
         found = np.zeros((len(hits.sites), self.cells.shape[1]), np.float32)
         for start in range(0, len(found), _BLOCK):
             sites = np.arange(start, min(start + _BLOCK, len(found)))
@@ -73,14 +74,14 @@ class GlossyLight:
 
 @dataclass(frozen=True, eq=False)
 class RayLight:
-    """Light of sites: evenly, `radiosity` (S,F), and by direction, where `glossy` is not None."""
+    """Outgoing light of sites: diffuse `radiosity` (S,F), and directional light unless `glossy` is None."""
 
     radiosity: Float[np.ndarray, "S F"]
     glossy: GlossyLight | None = None
 
     @property
     def largest(self) -> Float[np.ndarray, " F"]:
-        """No ray brings more of a field, or less than minus that."""
+        """Upper bound of the size of each field along any ray."""
         found = np.abs(self.radiosity).max(axis=0, initial=0.0)
         if self.glossy is None:
             return found
@@ -90,7 +91,7 @@ class RayLight:
     def along(
         self, hits: Hits, sites: Int[np.ndarray, " n"], to: Float[np.ndarray, "n N 3"]
     ) -> Float[np.ndarray, "n N F"]:
-        """pi times the radiance that each ray of `sites`, along the unit directions `to` that it has, brings."""
+        """Compute pi times the radiance along each ray of `sites`; `to` are the rays' unit directions."""
         number, share = hits.about(hits.triangle[sites], hits.place[sites])
         found = np.einsum("nrc,nrcf->nrf", share, self.radiosity[number])
         if self.glossy is not None:
@@ -100,7 +101,7 @@ class RayLight:
 
 
 def glossy_parts(prepared: Precomputation, scene: Scene, surfaces: Mapping[str, Fast]) -> dict[int, Reflection]:
-    """Return the reflections of all parts that are glossy, by number. scene : whose parts wear `surfaces`."""
+    """Return the reflections of all glossy parts by index. scene : whose parts have materials `surfaces`."""
     lobed = [name for name in scene.material_ids if surfaces[name].environment_form().count]
     known = {name: Reflection.of(surfaces[name], prepared.cells, name) for name in lobed}
     worn = {number: known.get(part.material) for number, part in enumerate(scene.parts)}
@@ -115,10 +116,10 @@ def glossy_light(
     coefficients: Coefficients,
     lux: Float[np.ndarray, "S K"],
 ) -> tuple[GlossyLight, Float[np.ndarray, "G F"]]:
-    """Compute the light of all lights that glossy parts send out by direction, and what their sites, G of S, send out
-    evenly of `lux`.
+    """Compute the directional light of glossy parts under all lights, and the diffuse radiosity of their G sites under
+    `lux`.
 
-    originals : see `glossy_parts`; some. spectrum : of all lights' spectra, one after the other, which of K it is.
+    originals : see `glossy_parts`; not empty. spectrum : index among K for each spectrum of all lights.
 
     Raises
     ------
@@ -141,7 +142,7 @@ def glossy_light(
 
 
 def _merged(got: Received, spectrum: Sequence[int], lux: Float[np.ndarray, "S K"]) -> Received:
-    """Lights of one spectrum added up."""
+    """Sum lights of the same spectrum."""
     incoming = np.zeros((lux.shape[1], *got.incoming.shape[1:]), np.float32)
     for k, place in enumerate(spectrum):
         incoming[place] += got.incoming[k]

@@ -1,7 +1,7 @@
-"""Materials as light between parts meets them: what they scatter evenly, and highlights, scalars times spectra.
+"""Materials for interreflection: a diffuse reflectance, and glossy terms as scalars times spectra.
 
-No formula is named here. A surface that gives scalars of directions and their spectra apart (`Separable`, or the terms
-and palettes of a fast form) is taken so; any other one has a term for each wavelength, which is right and slow.
+They are independent of particular BRDFs. A surface that separates scalars of directions from spectra (`Separable`, or
+the terms and palettes of a fast form) keeps its terms; any other has one term per wavelength, which is exact but slow.
 """
 
 from __future__ import annotations
@@ -27,24 +27,24 @@ from .hits import shifted_pattern
 from .radiant import donaldson
 
 Scalars = Callable[[Points], Float[np.ndarray, "N R"]]
-# A term that differs by less than this share of itself is the same in all directions; and a surface as a whole.
+# Relative variation over directions below which a term is diffuse; and the same for a whole surface.
 _EVEN_TERM, _EVEN = 1e-6, 0.02
-# Pairs of directions that tell; both are at least this high above the surface (the cosine).
+# Number of pairs of directions for that test; least cosine of both to the normal.
 _PAIRS, _HEIGHT = 512, 0.1
-# Spectra of a material that a basis is planned with.
+# Number of spectra of a material for fitting a basis.
 _SHOWN = 8
 # Pairs of directions in each pair of cells; cells per block.
 _TIMES, _AT_ONCE = 4, 8
-# Views, and rays of each, that the albedo by view is a mean over; and by how much it may correct at most.
+# Number of views, and of rays per view, of the albedo by view; and the largest correction factor.
 _VIEWS, _RAYS, _MOST_CORRECTED = 33, 2048, 2.0
-# Steps of an even sequence of places in pairs of cells: powers of the inverse of the real root of x^5 = x + 1 (M.
-# Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
+# Steps of a low-discrepancy sequence of places in pairs of cells: powers of the inverse of the real root of x^5 = x + 1
+# (M. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018).
 _PLACES = 1.16730397826141868426 ** -np.arange(1.0, 5.0)
 
 
 @runtime_checkable
 class Separable(Protocol):
-    """A surface whose f_r is `scalars(points)` (N,R) times `spectra` (R,L)."""
+    """Surface with f_r = `scalars(points)` (N,R) times `spectra` (R,L)."""
 
     @property
     def spectra(self) -> Float[np.ndarray, "R L"]:
@@ -52,22 +52,22 @@ class Separable(Protocol):
         ...
 
     def scalars(self, points: Points) -> Float[np.ndarray, "N R"]:
-        """f_r of each term without its spectrum, 1/sr."""
+        """Evaluate f_r of each term without its spectrum, 1/sr."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Reflection:
-    """A uniform surface, f_r = matt / pi + scalars times spectra.
+    """Reflection of a uniform surface: f_r = matt / pi + scalars times spectra.
 
-    wavelengths_nm (L,). matt (L,) : reflectance of what is the same in all directions. spectra (R,L) : of all other
-    terms; none of a matt surface. table (R,O,I) : of each term, means over light from each cell of the hemisphere and
-    views in each. albedo (L,) : the share of even light that is reflected, evenly seen.
-    shown (n,L) : that, and others that are seen from some side, no brighter than the brightest of it.
-    by_view (V,R) : share of even light that each term sends towards viewers at evenly spaced cosines from 0 to 1; None
-    of an anisotropic surface.
-    glow : what a matt surface that fluoresces sends out of each wavelength, all of it; None of any other. The rest is
-    what keeps its wavelength.
+    wavelengths_nm (L,). matt (L,) : diffuse reflectance. spectra (R,L) : of all other terms; none for a diffuse
+    surface. table (R,O,I) : mean of each term for incident directions in one cell of the hemisphere and outgoing ones
+    in another. albedo (L,) : bihemispherical reflectance for uniform light.
+    shown (n,L) : the albedo, and spectra seen for some directions, scaled to the albedo's maximum.
+    by_view (V,R) : reflectance of each term for uniform light towards viewers at evenly spaced cosines from 0 to 1;
+    None for an anisotropic surface.
+    glow : bispectral reflectance of a fluorescent diffuse surface, including the part without change of wavelength, to
+    which all other fields refer; None for any other surface.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -83,11 +83,11 @@ class Reflection:
 
     @classmethod
     def of(cls, surface: Surface, cells: HemisphereCells, name: str = "") -> Reflection:
-        """Any surface; of one that varies over a texture its mean (`Surface.from_afar`).
+        """Return the reflection of any surface; a texture is replaced by its mean (`Surface.from_afar`).
 
         Raises
         ------
-        InputError : a surface that fluoresces and is not matt.
+        InputError : a fluorescent surface that is not diffuse.
         """
         known = surface.from_afar() if surface.uses_uv else surface
         scalars, spectra = _separated(known)
@@ -112,11 +112,11 @@ class Reflection:
 
     @property
     def is_matt(self) -> bool:
-        """True if there is no other term."""
+        """True if there is only the diffuse term."""
         return not len(self.spectra)
 
     def on(self, wavelengths_nm: Float[np.ndarray, " M"]) -> Reflection:
-        """Return the same at other wavelengths; itself where they are its own."""
+        """Interpolate to other wavelengths; returns itself if they are its own."""
         if np.array_equal(self.wavelengths_nm, wavelengths_nm):
             return self
         to = interpolation_matrix(self.wavelengths_nm, wavelengths_nm).T
@@ -125,28 +125,28 @@ class Reflection:
 
     @cached_property
     def bispectral(self) -> Bispectral:
-        """Average it into a matt bispectral surface under even light."""
+        """Diffuse bispectral surface with the same albedo for uniform light."""
         if self.glow is not None:
             return self.glow
         return Bispectral.diagonal(Spectrum.sampled(self.wavelengths_nm, self.albedo, "reflectance"))
 
     @cached_property
     def shown_as_matrices(self) -> list[Bispectral]:
-        """`bispectral`, and the reflectances that it shows from any side."""
-        # A matt surface shows one alone.
+        """`bispectral`, and the spectra of `shown` as diagonal matrices."""
+        # A diffuse surface has only one spectrum.
         more = [] if self.is_matt else np.unique(np.maximum(self.shown, 0.0), axis=0)
         samples = (Spectrum.sampled(self.wavelengths_nm, each, "reflectance") for each in more)
         return [self.bispectral, *map(Bispectral.diagonal, samples)]
 
     def scalars(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N R"]:
-        """f_r of each term, 1/sr; 0 where a direction is on or below the horizon."""
+        """Evaluate f_r of each term, 1/sr; 0 for directions on or below the horizon."""
         return self._scalars(Points(wi, wo))[:, self._kept]
 
     def correction(self, f_r: Float[np.ndarray, "n N R"], cosine: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n R"]:
-        """Compute the factor of the mean of f_r over rays, so that even light is right.
+        """Compute factors for the mean of f_r over rays that make it exact for uniform light.
 
-        f_r : of N rays as dense as the cosine. cosine : to the viewer. Few rays meet a narrow highlight, and by chance
-        too many or too few: that error is known, and is taken out as far as it may be (a ratio estimator).
+        f_r : of N cosine-distributed rays. cosine : to the viewer. Few rays hit a narrow highlight, by chance too many
+        or too few; the error for uniform light is known, and is removed within limits (a ratio estimator).
         """
         if self.by_view is None:
             return np.ones((len(f_r), f_r.shape[2]), dtype=f_r.dtype)
@@ -181,7 +181,7 @@ def _pairs() -> Points:
     turn = generator.uniform(0.0, 2.0 * np.pi, (2, _PAIRS))
     across = np.sqrt(1.0 - height**2)
     wi, wo = np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=2)
-    # Mirrored directions, where a highlight is.
+    # Mirror directions, where a highlight is.
     wo[: _PAIRS // 2] = wi[: _PAIRS // 2] * (-1.0, -1.0, 1.0)
     return Points(wi, wo)
 
@@ -204,7 +204,7 @@ def _even_rays() -> Float[np.ndarray, "n 3"]:
 
 
 def _shown(albedo: np.ndarray, matt: np.ndarray, seen: np.ndarray) -> Float[np.ndarray, "n L"]:
-    """Spectra that products are to be planned for: the matt one, and what highlights make of it."""
+    """Return spectra for fitting a basis: the albedo, and scaled spectra of the diffuse term and of highlights."""
     some = np.concatenate([matt[None], seen[:: max(1, len(seen) // _SHOWN)]])
     highest, bright = some.max(axis=1, keepdims=True), albedo.max()
     scaled = some * np.divide(bright, highest, out=np.zeros_like(highest), where=highest > 0.0)
@@ -228,13 +228,13 @@ def _table(scalars: Scalars, kept: np.ndarray, isotropic: bool, cells: Hemispher
 
 @lru_cache(maxsize=2)
 def _pairs_of_cells(cells: HemisphereCells, isotropic: bool) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Some cells at once that are looked into; directions wi in all cells and wo in these, `_TIMES` of each pair."""
+    """Return blocks of outgoing cells, with `_TIMES` directions wi in all cells and wo in these for each pair."""
     found, first = [], 0
     seen = cells.quarter if isotropic else np.arange(len(cells))
     for some in np.array_split(seen, -(-len(seen) // _AT_ONCE)):
         pairs = (len(some), len(cells), _TIMES)
         both = np.broadcast_to(some[:, None, None], pairs), np.broadcast_to(np.arange(len(cells))[:, None], pairs)
-        # Anywhere in cells, not in their middles: those of the outermost are too far from grazing angles.
+        # Random places in cells, since the centres of the outermost ones are too far from grazing angles.
         places = _PLACES * np.arange(first, first + np.prod(pairs))[:, None] % 1.0
         first += len(places)
         wo, wi = (

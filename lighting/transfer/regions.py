@@ -1,12 +1,13 @@
-"""Diffuse reflection of regions of sites.
+"""Diffuse reflection of regions: groups of sites with the same reflectance.
 
-With radiosity B (S sites, J coefficients), c_(k+1) = O G c_k, where G is the irradiance operator (`operator`) and O
-that of a region. Relative to the spectra of lights O = A^T diag(rho) B (`SpectralBasis.operator`), and c_0 = rho E_0.
+With radiosity B (S sites, J coefficients), c_(k+1) = O G c_k, where G is the irradiance operator (`operator`) and O the
+reflection operator of a region. Relative to the spectra of lights O = A^T diag(rho) B (`SpectralBasis.operator`), and
+c_0 = rho E_0.
 
-Where some fluoresce, coefficients cannot be relative to a light, since what changes its wavelength is no multiple of it
-(`spectral.radiance_basis`). They are of spectral power then, Y = 1 of the perfect diffuser: c_0 = E_0 A^T D s, with the
-light at its own resolution, and O = A^T D B, with D the Donaldson matrix of a region; what is seen is cmf^T B c, the
-same for all lights.
+With fluorescence, coefficients cannot be relative to a light, since fluorescent emission is no multiple of its spectrum
+(`spectral.radiance_basis`). They are of spectral power, Y = 1 for the perfect diffuser: c_0 = E_0 A^T D s, with the
+light at its own resolution, and O = A^T D B, with D the Donaldson matrix of a region; XYZ is cmf^T B c, the same for
+all lights.
 """
 
 from __future__ import annotations
@@ -25,19 +26,20 @@ from ...spectral.observers import Observer
 from ...spectral.radiance_basis import radiance_operators
 from ...spectral.spectrum import Spectrum
 
-# Runs of sites from which on each site has its own operator at hand, as texels need it.
+# Number of runs of sites above which operators are gathered per site, as for textures.
 _MANY = 256
 
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Regions that keep each wavelength, relative to the spectra of K lights.
+    """Regions without fluorescence, with coefficients relative to the spectra of K lights.
 
-    region (S,) : of each site, of R. reflectances (R,L) : of each region, at the wavelengths of `basis`, 0 to below 1.
+    region (S,) : region of each site, among R. reflectances (R,L) : of each region, at the wavelengths of `basis`, in
+        [0, 1).
 
     Raises
     ------
-    InputError : a reflectance below 0, or of 1 or more: light would never end.
+    InputError : a reflectance below 0, or of 1 or more, for which interreflection diverges.
     """
 
     region: Int[np.ndarray, " S"]
@@ -55,21 +57,21 @@ class Regions:
 
     @property
     def largest(self) -> float:
-        """The most that is reflected at any wavelength."""
+        """Largest reflectance at any wavelength."""
         return float(self.reflectances.max(initial=0.0))
 
     def most_y(
         self, coefficients: Float[np.ndarray, "S K J"], seen_y: Float[np.ndarray, " S"], reference_lux: float
     ) -> Float[np.ndarray, " S"]:
-        """Y that this light could have after further bounces in which nothing is lost: what it has."""
+        """Return the upper bound of Y after further bounces: `seen_y`."""
         return seen_y
 
     def first(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "S K J"]:
-        """c_0 of an illuminance of each of K spectra."""
+        """Return c_0 for an illuminance by each of K spectra."""
         return lux[:, :, None] * self.basis.project(self.reflectances)[self.region][:, None, :]
 
     def reflected(self, arriving: Float[np.ndarray, "S K J"]) -> Float[np.ndarray, "S K J"]:
-        """O times what arrives at each site."""
+        """Return O times the light incident at each site."""
         if self.basis.is_sampled:
             return arriving * self.reflectances[self.region][:, None, :]
         return _times(self._operators, self.region, self._runs, arriving)
@@ -85,14 +87,15 @@ class Regions:
 
 @dataclass(frozen=True, eq=False)
 class RadiantRegions:
-    """Regions of which some fluoresce, by radiance; K lights are added up where what becomes of them is not asked.
+    """Regions with fluorescence, with coefficients of radiance; K lights may be summed.
 
-    region (S,) : of each site, of R. surfaces : of each region; an ordinary one is `Bispectral.diagonal`.
-    lights : K. basis : of radiances, such as `radiant.basis_for` makes it.
+    region (S,) : region of each site, among R. surfaces : of each region; a non-fluorescent one is
+        `Bispectral.diagonal`.
+    lights : K. basis : of radiances, as from `radiant.basis_for`.
 
     Raises
     ------
-    InputError : a surface from which, in some band, as much power leaves as arrives: light would never end.
+    InputError : a surface that returns all power of some band or more, for which interreflection diverges.
     """
 
     region: Int[np.ndarray, " S"]
@@ -108,12 +111,12 @@ class RadiantRegions:
 
     @cached_property
     def largest(self) -> float:
-        """The most of its power that any light keeps at a site."""
+        """Largest power yield of any surface at any wavelength."""
         return max((float(surface.power_yield.max()) for surface in self.surfaces), default=0.0)
 
     @cached_property
     def _first(self) -> Float[np.ndarray, "R K J"]:
-        """First reflection of each region under each light, 1 lux."""
+        """Coefficients of the first reflection of each region under 1 lux of each light."""
         nm, seen_by = self.basis.wavelengths_nm, self.observer
         each = [[one.radiance(light, nm) / seen_by.luminous(light) for light in self.lights] for one in self.surfaces]
         return self.basis.project(np.array(each))
@@ -128,15 +131,15 @@ class RadiantRegions:
         return _runs(self.region)
 
     def first(self, lux: Float[np.ndarray, "S K"]) -> Float[np.ndarray, "S K J"]:
-        """c_0 of an illuminance of each of the K lights."""
+        """Return c_0 for an illuminance by each of the K lights."""
         return lux[:, :, None] * self._first[self.region]
 
     def reflected(self, arriving: Float[np.ndarray, "S K J"]) -> Float[np.ndarray, "S K J"]:
-        """Reflect the light that arrives at each site."""
+        """Return O times the light incident at each site."""
         return _times(self._operators, self.region, self._runs, arriving)
 
     def folds(self) -> list[Float[np.ndarray, "3 J"]]:
-        """Make the maps from coefficients to XYZ, one for each light, all alike."""
+        """Return the matrices from coefficients to XYZ, one for each light, all equal."""
         seen = self.observer.sensitivity(self.basis.wavelengths_nm)
         fold = seen if self.basis.is_sampled else seen @ self.basis.synthesis
         return [fold] * len(self.lights)
@@ -144,20 +147,24 @@ class RadiantRegions:
     def most_y(
         self, coefficients: Float[np.ndarray, "S K J"], seen_y: Float[np.ndarray, " S"], reference_lux: float
     ) -> Float[np.ndarray, " S"]:
-        """Y that this light could have if all of its power went where eyes see best: a dye may bring it there."""
+        """Return the upper bound of Y after further bounces: all power at the wavelength of highest sensitivity, as a
+        dye may shift it.
+        """
         best = best_seen(self.observer, self.basis.wavelengths_nm)
         each = best if self.basis.is_sampled else best @ self.basis.synthesis
         return coefficients.sum(axis=1) @ each / reference_lux
 
 
 def best_seen(observer: Observer, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, " L"]:
-    """Y of spectral power at each wavelength, were all of it where eyes see best: a dye may bring it there."""
+    """Return the Y of spectral power at each wavelength if it were shifted to the highest sensitivity, as a dye may
+    do.
+    """
     widths = np.gradient(wavelengths_nm)
     return widths * float((observer.sensitivity(wavelengths_nm)[1] / widths).max())
 
 
 def _runs(region: Int[np.ndarray, " S"]) -> list[tuple[slice, int]]:
-    """Sites of one region that follow one another, and which it is."""
+    """Return runs of consecutive sites of the same region, and that region."""
     edges = [0, *(np.flatnonzero(np.diff(region)) + 1).tolist(), len(region)]
     return [(slice(a, b), int(region[a])) for a, b in itertools.pairwise(edges) if a < b]
 
@@ -168,12 +175,12 @@ def _times(
     runs: list[tuple[slice, int]],
     arriving: Float[np.ndarray, "S K J"],
 ) -> Float[np.ndarray, "S K J"]:
-    """Return each site's operator times what arrives there."""
+    """Multiply each site's operator with the light incident there."""
     if len(runs) > _MANY:
         return np.einsum("ski,sji->skj", arriving, operators.astype(arriving.dtype)[region])
     found = np.empty_like(arriving)
     for mine, number in runs:
-        # One product, not one for each site.
+        # One product for the whole run.
         sites, operator = arriving[mine], operators[number].T.astype(arriving.dtype)
         found[mine] = (sites.reshape(-1, sites.shape[2]) @ operator).reshape(sites.shape)
     return found

@@ -1,4 +1,4 @@
-"""All of a scene's geometry that pictures need for indirect light."""
+"""Geometry of a scene for rendering indirect light."""
 
 from __future__ import annotations
 
@@ -22,10 +22,9 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True, eq=False)
 class Transport:
-    """Good for any materials and lights.
+    """Precomputed light transport of a scene, valid for any materials and lights.
 
-    prepared : the scene as its triangles are divided, and its rays. refinement, fronts (V,), backs (V,) : where sites
-    are, as of `SceneVisibility`.
+    prepared : the subdivided scene and its rays. refinement, fronts (V,), backs (V,) : sites, as in `SceneVisibility`.
     """
 
     prepared: Precomputation
@@ -44,7 +43,7 @@ class Transport:
         jobs: int = 1,
         say: Callable[[str], object] = lambda words: None,
     ) -> Transport:
-        """Take the rays of a scene from `folder`, or trace them and keep them there: see `kept_hits`.
+        """Read the rays of a scene from `folder`, or trace and store them there: see `kept_hits`.
 
         longest_edge : see `refined`.
 
@@ -60,10 +59,10 @@ class Transport:
 
     @property
     def hits(self) -> Hits:
-        """Ends of the rays."""
+        """Hit points of the rays."""
         return self.prepared.hits
 
     @property
     def fine(self) -> Scene:
-        """The scene as its triangles are divided."""
+        """The subdivided scene."""
         return self.prepared.scene
