@@ -1,4 +1,4 @@
-"""Cameras: pinhole or parallel, seen by ray casters and by rasterisers alike."""
+"""Pinhole and orthographic cameras, for ray tracing and rasterisation."""
 
 from __future__ import annotations
 
@@ -16,25 +16,24 @@ PROJECTIONS = ("perspective", "orthographic")
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """A camera whose every pixel is a regular `samples` x `samples` grid of points, averaged (box filter).
+    """Camera with a regular grid of `samples` x `samples` points per pixel, averaged (box filter).
 
     Parameters
     ----------
-    position, target, up : (3,) world coordinates; the camera looks from `position` to `target`.
+    position, target, up : (3,) world; the camera looks from `position` to `target`.
     projection : "perspective" or "orthographic".
     vertical_fov_deg : full vertical angle of view of a perspective camera, in (0, 180).
-    height : world height of the view of an orthographic camera, > 0.
+    height : of the view of an orthographic camera, world units, > 0.
     width, height_px : size of the picture in pixels. Pixels are square.
     samples : sample points along one side of a pixel.
-    near, far : distances of the clip planes along the viewing direction; without them they are guessed from the
-        distance to the target. `fitted` sets them to a box. They scale the depth of `clip_from_world` and cut nothing
-        from a picture.
-    part_of : (left, top, width, height) where the picture is a part of a larger one (`cropped`): its first column and
-        row there, and the size of the whole, whose view `vertical_fov_deg` or `height` spans.
+    near, far : distances of the clip planes along the viewing direction; by default estimated from the distance to the
+        target. `fitted` sets them to a box. They scale the depth of `clip_from_world` and clip nothing from an image.
+    part_of : (left, top, width, height) of a crop (`cropped`): its first column and row in the whole image, and the
+        size of the whole, to which `vertical_fov_deg` or `height` refers.
 
     Raises
     ------
-    InputError : a direction of no length, `up` along the view, sizes or angles out of range.
+    InputError : a direction of length 0, `up` along the view, sizes or angles out of range.
     """
 
     name: str = "camera"
@@ -126,7 +125,7 @@ class Camera:
 
     @property
     def sample_size(self) -> tuple[float, float]:
-        """Width and height that a sample point stands for, in the units of `half_extent`."""
+        """Width and height of a sample, in the units of `half_extent`."""
         (half_width, half_height), (_, _, width, height) = self.half_extent, self._place
         return 2.0 * half_width / (width * self.samples), 2.0 * half_height / (height * self.samples)
 
@@ -135,11 +134,11 @@ class Camera:
         return self.part_of or (0, 0, self.width, self.height_px)
 
     def sized(self, longest: int) -> Camera:
-        """Return the same view in a picture whose longer side has so many pixels.
+        """Return the same view in an image with `longest` pixels along its longer side.
 
         Raises
         ------
-        InputError : a part of a larger picture, which has no size of its own.
+        InputError : a crop, whose size is that of the whole image.
         """
         if self.part_of is not None:
             raise InputError("a part of a picture has no size of its own", field=self.name, expected="a whole picture")
@@ -148,11 +147,11 @@ class Camera:
         return replace(self, width=width, height_px=height)
 
     def cropped(self, rows: slice, columns: slice) -> Camera:
-        """Return the camera of a part of the picture, whose pixels are those of the whole.
+        """Return the camera of a crop, with pixels identical to those of the whole image.
 
         Raises
         ------
-        InputError : no pixel, or some beyond the picture.
+        InputError : no pixel, or pixels outside the image.
         """
         (top, bottom, _), (left, right, _) = rows.indices(self.height_px), columns.indices(self.width)
         if not (top < bottom and left < right):
@@ -165,23 +164,23 @@ class Camera:
 
     @property
     def clip_planes(self) -> tuple[float, float]:
-        """Distances of the near and far plane along the view."""
+        """Distances of the near and far plane along the viewing direction."""
         distance = float(np.linalg.norm(self.target - self.position))
         near = self.near if self.near is not None else 0.01 * distance
         far = self.far if self.far is not None else max(100.0 * distance, 2.0 * near)
         return near, far
 
     def fitted(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> Camera:
-        """This camera with clip planes just around the box from `low` to `high`; planes that were given stay."""
+        """Return this camera with clip planes just around the box from `low` to `high`; given planes stay."""
         corners = np.array([[x, y, z] for x in (low[0], high[0]) for y in (low[1], high[1]) for z in (low[2], high[2])])
         depth = (self.position - corners) @ self.axes[2]
         margin = 0.01 * max(float(depth.max() - depth.min()), 1e-6 * float(np.abs(depth).max()), 1e-12)
         near, far = float(depth.min()) - margin, float(depth.max()) + margin
         if self.projection == "perspective":
-            # A camera inside the box keeps a near plane in front of it, at a ratio that a float depth buffer bears.
+            # A camera inside the box keeps a near plane in front of it, at a ratio suited to a float depth buffer.
             far = max(far, 1e-6)
             near = max(near, 1e-3 * far)
-        # One plane that was given beyond the box takes the other with it.
+        # A given plane beyond the box moves the other one with it.
         if self.near is not None:
             near, far = self.near, max(far, self.near + margin)
         if self.far is not None:
@@ -220,10 +219,10 @@ class Camera:
     def rays(
         self, rows: slice = slice(None)
     ) -> tuple[Float[np.ndarray, "rows columns 3"], Float[np.ndarray, "rows columns 3"]]:
-        """Origins and unit directions through every sample point, row 0 on top.
+        """Generate origins and unit directions through every sample point, row 0 on top.
 
-        The grid has `height_px * samples` rows and `width * samples` columns; `rows` picks *pixel* rows, so that a
-        large picture can be worked through in bands.
+        The grid has `height_px * samples` rows and `width * samples` columns; `rows` selects *pixel* rows, so that a
+        large image can be rendered in bands.
         """
         s = self.samples
         first, last, step = rows.indices(self.height_px)
@@ -243,7 +242,7 @@ class Camera:
         return self.position + plane, np.broadcast_to(-back, plane.shape)
 
     def to_viewer(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
-        """Unit directions from `points` to the viewer: to the pin-hole, or against the parallel view."""
+        """Return unit directions from `points` to the viewer: to the pinhole, or against the viewing direction."""
         if self.projection == "orthographic":
             return np.broadcast_to(self.axes[2], points.shape)
         offset = self.position - points

@@ -1,6 +1,6 @@
-"""Lights: what arrives from them where, each a spectrum and a photometric strength.
+"""Lights: base classes, and delta lights, each with a spectrum and a photometric strength.
 
-A new light is a class, here or in `environment/`, and a line in `light_tables.LIGHTS`.
+A new light is a class, here or in `environment/`, and an entry of `light_tables.LIGHTS`.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from .vectors import Number, VectorLike, finite_vector
 
 LuminanceByField = Float[np.ndarray, "n K"]
 
-#: A point light nearer to the middle of a scene than this share of its radius counts as if it stood that far off.
+#: Least distance, as a share of the scene's radius, of a point light from the scene's centre for its illuminance there.
 LEAST_SHARE = 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class Arrivals:
-    """Light that arrives at points.
+    """Incident light of a delta light at points.
 
-    directions (..., 3) : unit, towards the light. illuminance_lux (...) : on a surface that faces it. distance (...) :
-    to where it comes from, world units; infinite where its rays are parallel.
+    directions (..., 3) : unit, towards the light. illuminance_lux (...) : on a surface facing it. distance (...) : to
+    the light, world units; infinite for parallel rays.
     """
 
     directions: Float[np.ndarray, "*n 3"]
@@ -38,13 +38,13 @@ class Arrivals:
 
 
 class Light(ABC):
-    """Light: a relative emission, a name, a strength.
+    """Base class of lights: a relative emission, a name, a strength.
 
-    spectra : all that it sends; several where they arrive from different directions. spectrum : their mixture.
-    notes : what was assumed or left out where it was made.
+    spectra : all that it emits; several if they depend on direction. spectrum : their mixture.
+    notes : assumptions and omissions made while constructing it.
 
-    KIND, KEYS, REQUIRED, DEFAULTS : of a scene file: what `kind` calls it, its own keys with the kind of their values
-    (`scene_file.keys`), those of them that must be there, and what stands for some that need not.
+    KIND, KEYS, REQUIRED, DEFAULTS : for scene files: value of `kind`, own keys with the kind of their values
+    (`scene_file.keys`), required keys, and defaults of optional ones.
     """
 
     KIND: ClassVar[str]
@@ -60,13 +60,13 @@ class Light(ABC):
 
     @property
     def place(self) -> Float[np.ndarray, "3"] | None:
-        """Place of the light, world; None if it is infinitely far off."""
+        """Position of the light, world; None at infinity."""
         return None
 
     @abstractmethod
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """Compute the illuminance on a surface that faces the light in the middle of the box from `low` to `high`, lx;
-        how far off it stands; and how far off it counts as standing for that (`LEAST_SHARE`).
+        """Return the illuminance on a surface at the centre of the box from `low` to `high` that faces the light, lx;
+        its distance; and the distance used for the illuminance (`LEAST_SHARE`).
         """
 
     def with_spectrum(self, spectrum: Spectrum, name: str = "") -> Light:
@@ -74,72 +74,71 @@ class Light(ABC):
         return replace(cast(Any, self), spectrum=spectrum, spectrum_name=name)
 
     def for_observer(self, seen_by: Observer) -> Light:
-        """Return the same light as this observer is to see it: another object only where several spectra are
-        weighed."""
+        """Return the light with its spectra weighted for an observer; the same object unless it has several spectra."""
         return self
 
 
 class DeltaLight(Light):
-    """A light that reaches each point from one direction."""
+    """Light that reaches each point from one direction."""
 
     @property
     def spectra(self) -> tuple[Spectrum, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Its one spectrum."""
+        """`spectrum` alone."""
         return (self.spectrum,)
 
     @abstractmethod
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
-        """Compute the light arriving at each point of the world (..., 3), were nothing in between."""
+        """Compute the unoccluded light incident at each point (..., 3), world."""
 
     @abstractmethod
     def homogeneous(self, centre: Float[np.ndarray, "3"], radius: float) -> tuple[Float[np.ndarray, "4"], float]:
-        """Return the light as renderers take it, in lengths of `radius` about `centre`.
+        """Return the light in homogeneous coordinates, in lengths of `radius` about `centre`.
 
-        Returns (x, y, z, w) and E (lx): at a point p the light lies towards (x, y, z) - w p, and gives a surface that
-        faces it E over the squared length of that.
+        Returns (x, y, z, w) and E (lx): at a point p the vector to the light is (x, y, z) - w p, and the illuminance on
+        a surface facing it is E over its squared length.
         """
 
 
 class SpreadLight(Light):
-    """A light that reaches each point from many directions: K `spectra`, each times a luminance over directions.
+    """Area or environment light: K `spectra`, each times a luminance over directions.
 
-    `spectrum` is the mixture of the spectra as it arrives on a horizontal plane. Points and directions are of the
-    world. Luminance is in cd/m^2, of spectra whose scale does not matter.
+    `spectrum` is the mixture of the spectra incident on a horizontal plane. Points and directions are in the world.
+    Luminance is in cd/m^2; the scale of spectra does not matter.
     """
 
     @abstractmethod
     def luminance(self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]) -> LuminanceByField:
-        """(n, K) cd/m^2 that arrives at each point from each unit direction, were nothing in between."""
+        """Return the unoccluded luminance (n, K), cd/m^2, at each point from each unit direction."""
 
     @abstractmethod
     def drawn(
         self, points: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]
     ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
-        """Return a unit direction for each point and each pair of numbers in [0, 1), more often where more light comes
-        from, and its density, 1/sr.
+        """Importance sample a unit direction for each point and pair of numbers in [0, 1); return it and its
+        probability density, 1/sr.
         """
 
     @abstractmethod
     def density(
         self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
     ) -> Float[np.ndarray, " n"]:
-        """1/sr with which `drawn` gives these directions."""
+        """Return the probability density of `drawn` for these directions, 1/sr."""
 
     def luminance_and_density(
         self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
     ) -> tuple[LuminanceByField, Float[np.ndarray, " n"]]:
-        """`luminance` and `density` of the same directions."""
+        """Return `luminance` and `density` of the same directions."""
         return self.luminance(points, directions), self.density(points, directions)
 
     @abstractmethod
     def distance(
         self, points: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
     ) -> Float[np.ndarray, " n"]:
-        """Compute the distance of the light in each direction, world units: what lies beyond shades nothing."""
+        """Compute the distance of the light in each direction, world units; geometry beyond it does not occlude it."""
 
 
 def strength(value: Number, field: str, unit: str) -> float:
-    """Return a light's strength as a float; InputError where it is not above 0 and finite."""
+    """Return a light's strength as a float; InputError unless it is positive and finite."""
     found = as_float(value)
     if not (0.0 < found < np.inf):
         raise InputError("a light of no power", field=field, found=value, expected=f"more than 0 {unit}")
@@ -147,7 +146,7 @@ def strength(value: Number, field: str, unit: str) -> float:
 
 
 def check_spectrum(spectrum: Spectrum) -> None:
-    """InputError where a spectrum is not an emission."""
+    """Raise InputError if a spectrum is not an emission."""
     if spectrum.quantity != "emission":
         raise InputError("not the spectrum of a light", field="spectrum", found=spectrum.quantity, expected="emission")
 
@@ -161,7 +160,7 @@ class DirectionalLight(DeltaLight):
     direction_to_light : (3,) from the scene towards the light; made a unit vector.
     spectrum : emission, relative: its scale does not matter.
     illuminance_lux : on a surface that faces the light, lx, > 0.
-    spectrum_name : what reports call the spectrum.
+    spectrum_name : name of the spectrum, for reports.
 
     Raises
     ------
@@ -193,7 +192,7 @@ class DirectionalLight(DeltaLight):
         object.__setattr__(self, "illuminance_lux", strength(self.illuminance_lux, "illuminance_lux", "lx"))
 
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
-        """Return the same everywhere."""
+        """Return the same direction and illuminance everywhere."""
         whole = points.shape[:-1]
         return Arrivals(
             np.broadcast_to(self.direction_to_light, points.shape),
@@ -202,24 +201,24 @@ class DirectionalLight(DeltaLight):
         )
 
     def homogeneous(self, centre: Float[np.ndarray, "3"], radius: float) -> tuple[Float[np.ndarray, "4"], float]:
-        """w = 0: infinitely far off."""
+        """Return w = 0: at infinity."""
         return np.append(self.direction_to_light, 0.0), float(self.illuminance_lux)
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """Return its illuminance, from infinitely far off."""
+        """Return its illuminance and infinite distances."""
         return float(self.illuminance_lux), np.inf, np.inf
 
 
 @dataclass(frozen=True, eq=False)
 class PointLight(DeltaLight):
-    """Light from one point, equal in all directions: illuminance falls with the square of the distance (E = I / d^2).
+    """Isotropic point light: illuminance falls with the square of the distance (E = I / d^2).
 
     Parameters
     ----------
     position : (3,) world coordinates; one world unit is a metre.
     spectrum : emission, relative: its scale does not matter.
-    intensity_cd : luminous intensity, cd, > 0. It does nothing to a surface at the very point where it stands.
-    spectrum_name : what reports call the spectrum.
+    intensity_cd : luminous intensity, cd, > 0. It does not illuminate a surface at its own position.
+    spectrum_name : name of the spectrum, for reports.
 
     Raises
     ------
@@ -247,7 +246,7 @@ class PointLight(DeltaLight):
         return self.position
 
     def arrivals(self, points: Float[np.ndarray, "*n 3"]) -> Arrivals:
-        """Apply the inverse square law; nothing at the very point where the light stands."""
+        """Apply the inverse square law; 0 at the light's own position."""
         offset = self.position - points
         squared = np.sum(offset * offset, axis=-1)
         apart = squared > 0.0
@@ -257,13 +256,12 @@ class PointLight(DeltaLight):
         return Arrivals(offset / distance[..., None], lux, np.where(apart, distance, 0.0))
 
     def homogeneous(self, centre: Float[np.ndarray, "3"], radius: float) -> tuple[Float[np.ndarray, "4"], float]:
-        """w = 1: where it stands."""
+        """Return w = 1 and the position."""
         return np.append((self.position - centre) / radius, 1.0), self.intensity_cd / radius**2
 
     def counted_from(self, low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]) -> tuple[float, float, float]:
-        """Return the inverse square law of one point says nothing of what surfaces about it receive, and there is none
-        near the middle of a room: a light that is nearer than `LEAST_SHARE` of the box's half diagonal counts from
-        there.
+        """Return illuminance and distances, with the distance clamped to `LEAST_SHARE` of the box's half diagonal: near
+        a light the illuminance at one point does not represent that of the surfaces around it.
         """
         distance = float(np.linalg.norm(self.position - 0.5 * (low + high)))
         counted = max(distance, LEAST_SHARE * 0.5 * float(np.linalg.norm(high - low)))

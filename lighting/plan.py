@@ -20,7 +20,8 @@ from ..spectral.wavelengths import common_wavelengths, interpolation_matrix
 
 #: Share of the budget that the spectral basis may spend; the rest is for the factors over directions.
 SPECTRAL_SHARE = 0.1
-# Most products of reflectances, of one number of factors, that are evaluated; of more, this many are drawn.
+# Largest number of evaluated products of reflectances with the same number of factors; of more, a random subset is
+# used.
 _MOST_PRODUCTS = 1024
 # Pairs of directions at which the spectra of a material are sampled.
 _PAIRS = 48
@@ -28,15 +29,15 @@ _PAIRS = 48
 
 @dataclass(frozen=True, eq=False)
 class ScenePlan:
-    """The stages a scene is rendered with.
+    """Spectral basis and precision for rendering a scene.
 
     Parameters
     ----------
-    basis : spectral basis that palettes are folded in.
-    budget_delta_e94 : what the whole picture may differ from the truth.
+    basis : spectral basis of palettes.
+    budget_delta_e94 : error budget of the whole image.
     spectral_delta_e94 : largest ΔE94 that the basis causes over the scene's own spectra and lights.
-    precision : of factors and of the frame buffer.
-    reasons : why, in words and numbers.
+    precision : of factors and of the framebuffer.
+    reasons : explanation of these choices.
     """
 
     basis: SpectralBasis
@@ -47,7 +48,7 @@ class ScenePlan:
 
     @property
     def basis_size(self) -> int:
-        """J, the number of coefficients a spectrum."""
+        """Number of coefficients per spectrum, J."""
         return self.basis.size
 
 
@@ -58,12 +59,12 @@ def plan_scene(
     budget_delta_e94: float = 1.0,
     bounces: int = 0,
 ) -> ScenePlan:
-    """Choose basis and size for the materials and lights of a scene.
+    """Choose the basis and its size for the materials and lights of a scene.
 
-    Every material is looked at over a fixed set of direction pairs, on wavelengths common to all
-    (`common_wavelengths`); with `bounces`, products of those spectra join them. The balanced basis (rank-J truncation
-    of reflectance x light) grows until its largest ΔE94 over all spectra and lights is within `SPECTRAL_SHARE` of the
-    budget; the minimax basis takes its place where fewer coefficients do. One light and no bounce is exact at J = 3.
+    Every material is sampled at a fixed set of direction pairs, on common wavelengths (`common_wavelengths`); with
+    `bounces`, products of those spectra are added. The balanced basis (rank-J truncation of reflectance x light) grows
+    until its largest ΔE94 over all spectra and lights is within `SPECTRAL_SHARE` of the budget; the minimax basis
+    replaces it if fewer coefficients suffice. One light without bounces is exact at J = 3.
     """
     if not surfaces or not lights:
         raise InputError(
@@ -119,11 +120,10 @@ def bounce_basis(
     observer: Observer,
     wavelengths_nm: Float[np.ndarray, "L"],
 ) -> SpectralBasis:
-    """Return the smallest balanced basis for light that goes from surface to surface.
+    """Return the smallest balanced basis for interreflected light.
 
-    What arrives at a surface is a product of reflectances of those before, up to three here, and is seen as one more
-    surface reflects it: the basis keeps what lights and observer make of that product, within ΔE94
-    `SPECTRAL_SHARE` for each of the reflectances, and for white.
+    Incident light is a product of up to three reflectances, and is seen over one more: the basis preserves the colours
+    of such products under all lights within ΔE94 `SPECTRAL_SHARE`, for each of the reflectances and for white.
     """
     distinct = np.unique(reflectances, axis=0)
     seen, last = [distinct], distinct
@@ -149,25 +149,26 @@ def bounce_basis(
 
 
 def _seen_spectra(surface: Fast, wavelengths_nm: Float[np.ndarray, "L"]) -> Float[np.ndarray, "N L"]:
-    """pi f_r cos(theta_i) of a material (the perfect diffuser facing the light is 1) over fixed points: pairs of
-    directions, each somewhere else on a texture."""
+    """Sample pi f_r cos(theta_i) of a material (1 for the perfect diffuser facing the light) at fixed pairs of
+    directions, each at a different place on a texture.
+    """
     generator = np.random.default_rng(1)
     wi, wo = _upper_directions(generator, _PAIRS), _upper_directions(generator, _PAIRS)
-    wo[: _PAIRS // 4] = wi[: _PAIRS // 4] * (-1, -1, 1)  # mirror directions: where lobes show their own colour
+    wo[: _PAIRS // 4] = wi[: _PAIRS // 4] * (-1, -1, 1)  # mirror directions, where lobes show their colour
     own = np.pi * surface.shaded(Points(wi, wo, generator.random((_PAIRS, 2))))
     grid = surface.wavelengths_nm
     return own if np.array_equal(grid, wavelengths_nm) else own @ interpolation_matrix(grid, wavelengths_nm).T
 
 
 def _upper_directions(generator: np.random.Generator, count: int) -> Float[np.ndarray, "N 3"]:
-    """Directions above the surface, uniform in height: cos(theta) from 0.05 to 1."""
+    """Sample directions above the surface, uniform in cos(theta) from 0.05 to 1."""
     height, turn = generator.uniform(0.05, 1.0, count), generator.uniform(0.0, 2 * np.pi, count)
     radius = np.sqrt(1 - height**2)
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), height], axis=-1)
 
 
 def _products(first: np.ndarray, second: np.ndarray, count: int = 4096) -> np.ndarray:
-    """Up to `count` products of two spectra: what light looks like after one more bounce."""
+    """Return up to `count` products of two spectra: light after one more bounce."""
     generator = np.random.default_rng(2)
     return first[generator.integers(len(first), size=count)] * second[generator.integers(len(second), size=count)]
 

@@ -1,4 +1,4 @@
-"""Scenes: parts with materials, lights, the cameras, the observer and how the picture is viewed."""
+"""Scenes: parts with materials, lights, cameras, the observer and viewing conditions."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Viewing:
 
     Parameters
     ----------
-    reference_illuminance_lux : Y = 1 is a perfect diffuser that receives this.
-    background_reflectance : the grey behind the picture, for display only; the picture itself has coverage 0 there.
+    reference_illuminance_lux : illuminance at which a perfect diffuser has Y = 1.
+    background_reflectance : grey behind the image, for display only; the image itself has coverage 0 there.
     adaptation : chromatic adaptation transform to the display white ("Bradford", "CAT02", "CAT16").
-    ocio_config, display, view : what the display transform uses; None leaves its default.
+    ocio_config, display, view : of the display transform; None is its default.
     """
 
     reference_illuminance_lux: Number = 1000.0
@@ -62,7 +62,7 @@ class Viewing:
 
 @dataclass(frozen=True)
 class Review:
-    """Sweep of a review: these materials (ids, or patterns with * and ?) on one part, under these illuminants."""
+    """Sweep of a review: materials (ids, or patterns with * and ?) on one part, under several illuminants."""
 
     on: str
     materials: tuple[str, ...] = ("*",)
@@ -71,10 +71,10 @@ class Review:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A mesh in world coordinates (`Mesh.placed` puts it there), the id of its material, and where that has holes: None
-    until `Scene.cut` has asked the materials.
+    """Mesh in world coordinates (`Mesh.placed`), the id of its material, and the material's holes, None until
+    `Scene.cut`.
 
-    static : its material is not going to change, and to change it is refused.
+    static : its material cannot be changed.
     """
 
     name: str
@@ -86,23 +86,23 @@ class Part:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
-    """Everything that a picture depends on.
+    """Scene description: everything that an image depends on.
 
     Parameters
     ----------
-    parts, lights, cameras : at least one of each; the names of parts and of cameras are unique. Lights of several
-        spectra become those that `observer` sees (`Light.for_observer`).
-    observer : whose colour-matching functions fold the light.
-    viewing : the luminance scale and the display.
-    review : what `metamer review` sweeps, or None.
-    notes : what was repaired or assumed while the scene was read.
-    path : the file it came from, or None.
-    bounces : surfaces that light may come by beside the one that is seen; 0 is direct light alone, "auto" as many as
-        can be seen.
+    parts, lights, cameras : at least one of each; names of parts and of cameras are unique. Lights of several spectra
+        are reweighted for `observer` (`Light.for_observer`).
+    observer : colour-matching functions.
+    viewing : luminance scale and display.
+    review : sweep of `metamer review`, or None.
+    notes : repairs and assumptions made while reading.
+    path : of the file, or None.
+    bounces : largest number of surfaces on a light path besides the visible one; 0 is direct light alone, "auto" as
+        many as are visible.
 
     Raises
     ------
-    InputError : no part, light or camera; names that repeat; a review of a part that is not there.
+    InputError : no part, light or camera; duplicate names; a review of an unknown part.
     """
 
     parts: tuple[Part, ...]
@@ -147,14 +147,14 @@ class Scene:
         return f"<Scene {self.name}: parts {len(self.parts)}, lights {len(self.lights)}, cameras {len(self.cameras)}>"
 
     def part(self, name: str) -> Part:
-        """Return the part called `name`; UnknownNameError gives the nearest."""
+        """Return the part called `name`; UnknownNameError suggests the nearest names."""
         for part in self.parts:
             if part.name == name:
                 return part
         raise UnknownNameError("part", name, [part.name for part in self.parts], file=self.path)
 
     def parts_like(self, pattern: str) -> tuple[str, ...]:
-        """Return the part of that name, or all whose names fit a pattern with `*` and `?`; `UnknownNameError` without
+        """Return the names of parts that equal `pattern`, or else match it (`*` and `?`); `UnknownNameError` without
         any.
         """
         names = [part.name for part in self.parts]
@@ -164,7 +164,7 @@ class Scene:
         return found
 
     def lights_like(self, pattern: str) -> tuple[int, ...]:
-        """Numbers of the lights of that name, or of all whose names fit a pattern with `*` and `?`."""
+        """Return the indices of lights whose names equal `pattern`, or else match it (`*` and `?`)."""
         return _like(pattern, [light.name for light in self.lights])
 
     def camera(self, name: str | None = None) -> Camera:
@@ -177,12 +177,12 @@ class Scene:
         raise UnknownNameError("camera", name, [camera.name for camera in self.cameras], file=self.path)
 
     def needs_uv(self, surfaces: Mapping[str, Surface]) -> bool:
-        """Return whether a part wears a material that asks where on its texture a point is."""
+        """Return whether a part has a material that needs texture coordinates."""
         return any(surfaces[part.material].uses_uv for part in self.parts)
 
     def check_surfaces(self, surfaces: Mapping[str, Surface]) -> None:
-        """Raises where a part cannot wear its material: `UnknownNameError` where it is not in `surfaces`, `InputError`
-        where it needs texture coordinates that the part's mesh does not have.
+        """Raise `UnknownNameError` for a material that is not in `surfaces`, and `InputError` for one that needs
+        texture coordinates which the part's mesh lacks.
         """
         for part in self.parts:
             field = f"part {part.name}"
@@ -199,7 +199,7 @@ class Scene:
                 )
 
     def cut(self, surfaces: Mapping[str, Surface]) -> Scene:
-        """Return the scene with holes where its materials have some: itself where nothing changes."""
+        """Return the scene with the holes of its materials; itself if nothing changes."""
         cutouts = [surfaces[part.material].cutout for part in self.parts]
         if all(part.cutout is cutout for part, cutout in zip(self.parts, cutouts, strict=True)):
             return self
@@ -213,12 +213,12 @@ class Scene:
 
     @cached_property
     def delta_lights(self) -> tuple[DeltaLight, ...]:
-        """The lights that reach each point from one direction."""
+        """Lights that reach each point from one direction."""
         return tuple(light for light in self.lights if isinstance(light, DeltaLight))
 
     @cached_property
     def spread_lights(self) -> tuple[SpreadLight, ...]:
-        """The lights that reach each point from many directions."""
+        """Area and environment lights."""
         return tuple(light for light in self.lights if isinstance(light, SpreadLight))
 
     @property
@@ -228,27 +228,27 @@ class Scene:
 
     @property
     def reviewed_part(self) -> str:
-        """Name of the part on which materials are shown one after the other: the review's, else the first."""
+        """Name of the part that reviews put materials on: the review's, else the first."""
         return self.review.on if self.review else self.parts[0].name
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """Lowest and highest corner of the box around all parts."""
+        """Lowest and highest corner of the bounding box of all parts."""
         return bounds_of(part.mesh for part in self.parts)
 
     def with_material(self, part: str, material_id: str) -> Scene:
-        """Return the scene with another material on one part; meshes are shared, so geometry caches stay good.
+        """Return the scene with another material on one part; meshes are shared, so that geometry caches stay valid.
 
         Raises
         ------
-        UnknownNameError : no such part. InputError : it is static.
+        UnknownNameError : unknown part. InputError : it is static.
         """
         self.check_changes(part)
         parts = tuple(replace(p, material=material_id) if p.name == part else p for p in self.parts)
         return replace(self, parts=parts)
 
     def check_changes(self, part: str) -> None:
-        """Raises `UnknownNameError` where there is no such part, `InputError` where its material is not to change."""
+        """Raise `UnknownNameError` for an unknown part, and `InputError` for a static one."""
         if self.part(part).static:
             raise InputError(
                 "a static part keeps its material",
@@ -260,13 +260,13 @@ class Scene:
             )
 
     def with_illuminant(self, spectrum: Spectrum, name: str = "") -> Scene:
-        """Return the scene with every light's spectrum replaced; strengths and places stay."""
+        """Return the scene with every light's spectrum replaced; strengths and positions are kept."""
         return replace(self, lights=tuple(light.with_spectrum(spectrum, name) for light in self.lights))
 
     def mixed(self, under_each: Float[np.ndarray, "lights *n"]) -> Float[np.ndarray, "*n"]:
-        """Mix values under each light into that under all lights: their mean by `illuminances_lux`.
+        """Average values under each light, weighted by `illuminances_lux`.
 
-        The one rule for the scene's white and for every colour that is shown beside it.
+        The common rule for the scene's white and for every colour shown beside it.
         """
         weights = self._illuminances
         check_lit(weights, self.path)
@@ -277,34 +277,34 @@ class Scene:
         return illuminances_lux(self.lights, *self.bounds)
 
     def adopted_white(self) -> Float[np.ndarray, "3"]:
-        """XYZ, Y = 1, of a perfect diffuser in the mixture (`mixed`) of all lights; adaptation refers to it."""
+        """Return XYZ, Y = 1, of a perfect diffuser under the mixture (`mixed`) of all lights, the white for
+        adaptation.
+        """
         return self.adopted_whites((None,))[0]
 
     def adopted_whites(self, illuminants: Sequence[Spectrum | None]) -> Float[np.ndarray, "M 3"]:
-        """`adopted_white` with each of these in place of every light's spectrum; None keeps the lights' own.
+        """Return `adopted_white` with each illuminant replacing every light's spectrum; None keeps the lights' own.
 
-        As `with_illuminant` gives it, for strengths and places stay.
+        The same as for `with_illuminant`, since strengths and positions are kept.
         """
         spectra = ([light.spectrum if one is None else one for light in self.lights] for one in illuminants)
         return np.stack([self.mixed(np.stack([self.observer.white(one) for one in some])) for some in spectra])
 
 
 def _like(pattern: str, names: Sequence[str]) -> tuple[int, ...]:
-    """Numbers of what is called so, or fits."""
+    """Return the indices of names equal to a pattern, or else matching it."""
     whole = pattern in names
     return tuple(n for n, name in enumerate(names) if (name == pattern if whole else fnmatchcase(name, pattern)))
 
 
 def bounds_of(meshes: Iterable[Mesh]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Lowest and highest corner of the box around `meshes`."""
+    """Return the lowest and highest corner of the bounding box of `meshes`."""
     lows, highs = zip(*(mesh.bounds for mesh in meshes), strict=True)
     return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
 def framing_camera(low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], **settings: Any) -> Camera:
-    """Return a camera in front (looking along -z) that sees all of the box from `low` to `high`; settings as of
-    `Camera`.
-    """
+    """Return a camera in front (looking along -z) that frames the box from `low` to `high`; settings: see `Camera`."""
     centre, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, 1e-9)
     aspect = settings.get("width", 256) / settings.get("height_px", 256)
     needed = 1.1 * max(half[1], half[0] / aspect)
@@ -313,7 +313,7 @@ def framing_camera(low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], **
         distance = half[2] + needed
     else:
         settings.setdefault("vertical_fov_deg", 30.0)
-        # An angle out of range is refused by `Camera`.
+        # `Camera` refuses angles out of range.
         distance = half[2] + needed / np.tan(np.deg2rad(np.clip(settings["vertical_fov_deg"], 1e-3, 179.0)) / 2.0)
     position = centre + np.array([0.0, 0.0, distance])
     return Camera(position=position, target=centre, **settings).fitted(low, high)
@@ -322,16 +322,15 @@ def framing_camera(low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"], **
 def illuminances_lux(
     lights: Iterable[Light], low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]
 ) -> Float[np.ndarray, "_"]:
-    """Compute the illuminance of each light on a surface that faces it in the middle of the box from `low` to `high`,
-    lx.
+    """Compute the illuminance, lx, by each light on a surface facing it at the centre of the box from `low` to `high`.
 
-    A light that stands near the middle counts from farther off (`Light.counted_from`); `held_off_notes` says which.
+    The distance of a light near the centre is clamped (`Light.counted_from`); `held_off_notes` lists such lights.
     """
     return np.array([light.counted_from(low, high)[0] for light in lights])
 
 
 def check_lit(illuminances: Float[np.ndarray, "_"], path: Path | None) -> None:
-    """InputError where no light falls on the middle of a scene: there is nothing that its white could be."""
+    """Raise InputError if no light reaches the centre of a scene, so that its white is undefined."""
     if not illuminances.sum() > 0.0:
         raise InputError(
             "no light falls on the middle of the scene",
@@ -346,7 +345,7 @@ def check_lit(illuminances: Float[np.ndarray, "_"], path: Path | None) -> None:
 def held_off_notes(
     lights: Iterable[Light], low: Float[np.ndarray, "3"], high: Float[np.ndarray, "3"]
 ) -> tuple[str, ...]:
-    """Return a sentence for each light that `illuminances_lux` counts from farther off than it stands."""
+    """Return a note for each light whose distance `illuminances_lux` clamps."""
     notes = []
     for light in lights:
         _, distance, counted = light.counted_from(low, high)

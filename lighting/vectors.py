@@ -9,15 +9,15 @@ from jaxtyping import Float, Int
 
 from ..runtime.errors import InputError
 
-#: The cosine to the viewer that a shading normal has at least.
+#: Least cosine between a shading normal and the viewer.
 LEAST_COSINE = 1e-3
-# Types of constructor arguments: any three numbers, kept as a (3,) float64 vector; lengths and strengths, whole too.
+# Types of constructor arguments: three numbers, stored as a (3,) float64 vector; lengths and strengths, also integers.
 VectorLike = Any
 Number = float | int
 
 
 def finite_vector(value: object, field: str) -> Float[np.ndarray, "3"]:
-    """Three finite numbers as a float64 vector; InputError names `field` otherwise."""
+    """Convert three finite numbers to a float64 vector; otherwise raise InputError with `field`."""
     try:
         vector = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -28,13 +28,15 @@ def finite_vector(value: object, field: str) -> Float[np.ndarray, "3"]:
 
 
 def unit(vectors: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
-    """Return the same directions at length one; a vector of no length stays what it is."""
+    """Normalise vectors; one of length 0 is unchanged."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return vectors / np.where(length > 0.0, length, 1.0)
 
 
 def welded(points: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "m k"], Int[np.ndarray, " n"]]:
-    """Return the different points, sorted, and which of them each one is: `np.unique` along an axis, much sooner."""
+    """Return the distinct points, sorted, and the index of each point among them: `np.unique` along an axis, much
+    faster.
+    """
     order = np.lexsort(points.T[::-1])
     ordered = points[order]
     first = np.ones(len(points), dtype=bool)
@@ -45,15 +47,15 @@ def welded(points: Float[np.ndarray, "n k"]) -> tuple[Float[np.ndarray, "m k"], 
 
 
 def dot(a: Float[np.ndarray, "*n 3"], b: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n"]:
-    """Scalar products along the last axis."""
+    """Compute dot products along the last axis."""
     return np.einsum("...i,...i->...", a, b)
 
 
 def facing_viewer(
     normals: Float[np.ndarray, "*n 3"], to_viewer: Float[np.ndarray, "*n 3"]
 ) -> Float[np.ndarray, "*n 3"]:
-    """Return the unit normals; those that look away from the viewer are bent just enough to have `LEAST_COSINE` before
-    they are unit again. Every renderer shades with these, so pictures can be compared up to the outlines.
+    """Bend unit normals that face away from the viewer just enough to have the cosine `LEAST_COSINE` before
+    normalisation. All renderers shade with these, so that images are comparable up to the outlines.
     """
     facing = dot(normals, to_viewer)
     bend = np.where(facing < LEAST_COSINE, LEAST_COSINE - facing, 0.0)
@@ -61,8 +63,7 @@ def facing_viewer(
 
 
 def stated_tangents(normals: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
-    """Return the tangent that a surface without texture coordinates gets: horizontal, along up x normal (world y is
-    up).
+    """Return default tangents for surfaces without texture coordinates: horizontal, along up x normal (world y is up).
 
     On a sphere these are the circles of latitude. Where the normal is within 1e-6 of vertical the tangent is world x.
     """
@@ -76,10 +77,10 @@ def orthonormal_frame(
     tangents: Float[np.ndarray, "*n 3"],
     handedness: Float[np.ndarray, "*n"] | None = None,
 ) -> Float[np.ndarray, "*n 3 3"]:
-    """Rows tangent, bitangent, normal: `frame @ world` is local, z along the (unit) normal.
+    """Build frames with rows tangent, bitangent, normal: `frame @ world` is local, z along the (unit) normal.
 
-    `tangents` need only be roughly tangent; one that is parallel to its normal is replaced by `stated_tangents`. The
-    frame is right-handed, or mirrored where `handedness` is -1 and not 1.
+    `tangents` need only be roughly tangent; one parallel to its normal is replaced by `stated_tangents`. The frame is
+    right-handed, or mirrored where `handedness` is -1 instead of 1.
     """
     flat = tangents - dot(tangents, normals)[..., None] * normals
     lost = np.linalg.norm(flat, axis=-1, keepdims=True) < 1e-8

@@ -1,4 +1,4 @@
-"""Triangle meshes: their files, shapes that need none, normals, tangents and texture scale.
+"""Triangle meshes: file formats, generated shapes, normals, tangents and texture scale.
 
-Begin with `mesh.py`, the type; `files.py` reads any format, each in a module of its name, and checks what it read.
+Begin with `mesh.py`, the type; `files.py` reads and checks any format, each in a module of its name.
 """

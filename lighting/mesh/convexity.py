@@ -1,4 +1,4 @@
-"""Convexity of meshes: of a convex body, nothing of it stands in the light of any of its points."""
+"""Convexity of meshes: a convex body does not occlude itself."""
 
 from __future__ import annotations
 
@@ -7,20 +7,19 @@ import numpy as np
 from ..vectors import dot, welded
 from .mesh import Mesh
 
-# Vertices nearer than this share of the mesh's size are one: seams of texture coordinates part them.
+# Distance, as a share of the mesh's size, below which vertices are welded, as along uv seams.
 _SAME = 1e-9
-# An edge may be bent inwards by as much, in sizes of the mesh: rounding.
+# Concavity of an edge, in sizes of the mesh, attributed to rounding.
 _FLAT = 1e-12
-# Radians about a vertex: of a flat one, and rounding.
+# Largest sum of angles about a vertex, radians: a full turn, and rounding.
 _FULL_TURN = 2.0 * np.pi + 1e-6
 
 
 def is_convex(mesh: Mesh) -> bool:
     """Return whether the triangles are the whole surface of one convex body, facing outwards.
 
-    Each edge belongs to two triangles and bends outwards; no vertex has more than a full turn of angles about it, and
-    the whole is of one piece with Euler's characteristic of a ball. What is closed and locally convex is convex
-    (Nakajima 1928).
+    Each edge belongs to two triangles and is convex; angles at a vertex sum to at most a full turn, and the mesh is
+    connected with the Euler characteristic of a ball. A closed, locally convex surface is convex (Nakajima 1928).
     """
     size = float(np.ptp(mesh.vertices, axis=0).max())
     faces = welded(np.round(mesh.vertices / (_SAME * size)))[1][mesh.faces]
@@ -30,12 +29,12 @@ def is_convex(mesh: Mesh) -> bool:
     if len(edges) % 2:
         return False
     one, other = order[::2], order[1::2]
-    # Two of each, once in either direction.
+    # Each edge occurs twice, once in either direction.
     if not (edges[one] == edges[other][:, ::-1]).all() or len(np.unique(np.sort(edges, axis=1), axis=0)) != len(one):
         return False
     if len(np.unique(faces)) - len(one) + len(faces) != 2 or not _of_one_piece(faces, count):
         return False
-    # The corner that is not on an edge lies below the plane of the triangle beyond it.
+    # The opposite corner is below the plane of the adjacent triangle.
     opposite = mesh.vertices[np.concatenate([mesh.faces[:, k] for k in range(3)])]
     face = np.tile(np.arange(len(faces)), 3)
     above = dot(opposite[other] - opposite[one], mesh.face_normals[face[one]])
@@ -52,7 +51,7 @@ def _of_one_piece(faces: np.ndarray, count: int) -> bool:
 
 
 def _angles(mesh: Mesh, faces: np.ndarray, count: int) -> np.ndarray:
-    """Return the sum of the triangles' angles at each vertex, radians."""
+    """Sum the triangles' angles at each vertex, radians."""
     total = np.zeros(count)
     for k in range(3):
         here, ahead, back = (mesh.vertices[mesh.faces[:, (k + i) % 3]] for i in range(3))

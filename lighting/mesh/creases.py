@@ -1,4 +1,4 @@
-"""Vertex normals for meshes that come without, and which corners of triangles share one."""
+"""Vertex normals for meshes without, and groups of triangle corners that share one."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from ..vectors import Number, dot, unit, welded
 def creased_normals(
     vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"], crease_deg: Number = 40.0
 ) -> tuple[Int[np.ndarray, "C"], Float[np.ndarray, "C 3"], Int[np.ndarray, "F 3"]]:
-    """Vertex normals for a mesh that has none, smooth across blunt edges and split along sharp ones.
+    """Compute vertex normals, smooth across blunt edges and split along sharp ones.
 
-    Corners of triangles that share a position are joined across every edge whose two triangles differ by less than
-    `crease_deg`; each joined group has one normal. It is the mean of its triangles' normals weighted by
-    their angle at the corner, which does not depend on how a flat polygon was cut up (Thuermer and Wuethrich 1998).
+    Corners at the same position are joined across every edge whose two triangles differ by less than `crease_deg`; each
+    group has one normal: the mean of its triangles' normals weighted by their angles at the corner, which does not
+    depend on the triangulation of flat polygons (Thuermer and Wuethrich 1998).
 
-    Returns `source` (C,): the old vertex of each new one, the normals (C, 3), and the faces (F, 3) in new numbers.
+    Returns `source` (C,), the old vertex of each new one, the normals (C, 3), and the faces (F, 3) as new indices.
     """
     joined = welded(vertices)[1][faces]
     points = vertices[faces]
@@ -36,13 +36,13 @@ def creased_normals(
         to_last = points[:, (k + 2) % 3] - points[:, k]
         angle = np.arctan2(np.linalg.norm(np.cross(to_next, to_last), axis=1), dot(to_next, to_last))
         np.add.at(total, label[corner[:, k]], angle[:, None] * normals)
-    # Groups whose normals cancel (a fold closed on itself) fall back on one of their triangles.
+    # Groups whose normals cancel (a fold closed on itself) fall back to one of their triangles.
     lost = np.linalg.norm(total, axis=1) < 1e-12
     if lost.any():
         one = np.zeros((groups, 3))
         one[label] = np.repeat(normals, 3, axis=0)
         total[lost] = one[lost]
-    # A corner keeps its old vertex too, so that seams of texture coordinates stay seams.
+    # Old vertices stay distinct, so that uv seams are preserved.
     pairs, number = np.unique(label * len(vertices) + faces.reshape(-1), return_inverse=True)
     return pairs % len(vertices), unit(total)[pairs // len(vertices)], number.reshape(count, 3).astype(np.int64)
 
@@ -51,10 +51,10 @@ def corner_groups(
     joined: Int[np.ndarray, "F 3"],
     joins: Callable[[Int[np.ndarray, " E"], Int[np.ndarray, " E"]], Bool[np.ndarray, " E"]],
 ) -> tuple[int, Int[np.ndarray, "C"]]:
-    """Group the 3 F corners of triangles: the number of groups, and the group of each, row by row.
+    """Group the 3 F corners of triangles: return the number of groups, and the group of each corner, row by row.
 
-    Corners at one vertex (`joined` numbers them) are in a group where their triangles meet in an edge, or are joined by
-    others that do; of the pairs of triangles that do, `joins` says which count.
+    Corners at one vertex (indices in `joined`) are in a group if their triangles share an edge, directly or through
+    others; `joins` selects the pairs of adjacent triangles that count.
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
@@ -78,5 +78,5 @@ def corner_groups(
     ends = np.concatenate([[corner_low[first], corner_low[second]], [corner_high[first], corner_high[second]]], axis=1)
     links = coo_matrix((np.ones(ends.shape[1]), (ends[0], ends[1])), shape=(3 * count, 3 * count))
     groups, label = connected_components(links, directed=False)
-    # scipy's labels have 32 bits, too few for products of numbers from some 46,000 vertices on.
+    # scipy's labels have 32 bits, too few for products of indices above some 46,000 vertices.
     return groups, label.astype(np.int64)

@@ -1,4 +1,4 @@
-"""Meshes from files: OBJ, PLY, STL, OFF, glTF and GLB, checked and cleaned where that can be said."""
+"""Reader of mesh files: OBJ, PLY, STL, OFF, glTF and GLB, checked, and cleaned with a note."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from .obj import obj_pieces
 from .off import off_pieces
 from .ply import ply_pieces
 
-# Characters of a text by which its encoding is told.
+# Number of characters for detecting a text's encoding.
 _SHORT_TEXT = 8
-# A normal of a facet and its corners in a text STL; and the cosine beyond which a normal points to the other side.
+# Facet normal and corners in a text STL; and the cosine below which a normal is opposite to the winding.
 _STL_NUMBERS = re.compile(
     rb"(?:\bfacet\s+normal|\bvertex)(?:\s+[-+]?(?:\d+\.?\d*|\.\d+|nan|inf)(?:e[-+]?\d+)?){3}(?=\s)"
 )
@@ -28,24 +28,24 @@ _AGAINST = 0.1
 
 
 def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None = None) -> Mesh:
-    """Read a mesh file; the parts of a scene graph are brought into one coordinate system and keep their names.
+    """Read a mesh file; parts of a scene graph are transformed to one coordinate system and keep their names.
 
     Vertices are split where their texture coordinates differ, whatever the format. v grows upwards as in OBJ and PLY;
-    glTF's, which grows downwards, is turned here. Tangents are computed, also where a glTF has some.
+    glTF's, which grows downwards, is flipped. Tangents are always computed, even if a glTF has some.
 
     Parameters
     ----------
     path : an OBJ, PLY, STL, OFF, glTF or GLB file.
-    crease_deg : where a file has no normals they are computed, smooth across edges blunter than this.
-    mesh_part : only the part of this name, with its texture coordinates even where other parts have none.
+    crease_deg : missing normals are computed, smooth across edges below this angle.
+    mesh_part : name of the only part to read; it keeps its texture coordinates even if other parts have none.
 
     Returns
     -------
-    Mesh : with `notes` for everything that was dropped, computed or turned.
+    Mesh : with `notes` on everything dropped, computed or flipped.
 
     Raises
     ------
-    InputError : the file is missing, of another kind, damaged, or holds no triangle; numbers that are not finite.
+    InputError : the file is missing, of another format, damaged, or without triangles; non-finite numbers.
     UnknownNameError : no part of this name.
     """
     path = Path(path)
@@ -59,9 +59,9 @@ def load_mesh(path: str | Path, crease_deg: Number = 40.0, mesh_part: str | None
 
 
 def load_mesh_by_material(path: str | Path, crease_deg: Number = 40.0) -> dict[str, Mesh]:
-    """Return the meshes of a file by the material that the file itself gives them: glTF's `materials`, OBJ's `usemtl`.
+    """Read the meshes of a file by the file's own materials: glTF's `materials`, OBJ's `usemtl`.
 
-    Those without one, as all in STL, PLY and OFF, are under "". Parameters and errors as of `load_mesh`.
+    Meshes without one, as all in STL, PLY and OFF, are under "". Parameters and errors: see `load_mesh`.
     """
     path = Path(path)
     meshes, left_out = _pieces(path, crease_deg)
@@ -73,7 +73,7 @@ def load_mesh_by_material(path: str | Path, crease_deg: Number = 40.0) -> dict[s
 
 
 def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], list[str]]:
-    """Return the meshes of a file, piece by piece, each with the name of its material in the file; and notes."""
+    """Read the meshes of a file by pieces, each with the name of its material in the file; and notes."""
     suffix = path.suffix.lower()
     if not path.is_file():
         raise InputError("no such mesh file", file=path, hint="paths in a scene file are relative to it")
@@ -96,7 +96,7 @@ def _pieces(path: Path, crease_deg: Number) -> tuple[list[tuple[Mesh, str]], lis
 
 
 def _check_encoding(path: Path) -> None:
-    """Refuse a text of two bytes a character, whatever its format: in none of them are there such."""
+    """Raise `InputError` for text with two bytes per character, which no format allows."""
     with path.open("rb") as file:
         head = file.read(64)
     for encoding in ("utf-16-le", "utf-16-be"):
@@ -133,7 +133,7 @@ def _stl_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
 
 
 def _windings_noted(name: str, data: bytes) -> list[str]:
-    """Say of how many facets of an STL file the normals point against the winding, which is followed."""
+    """Return a note on facets of an STL file whose normals contradict the winding, which takes precedence."""
     if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         facets = np.frombuffer(data, [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("", "<u2")], offset=84)
         normals, corners = facets["normal"].astype(np.float64), facets["corners"].astype(np.float64)
@@ -155,10 +155,10 @@ def _windings_noted(name: str, data: bytes) -> list[str]:
 def cleaned_mesh(
     vertices, faces, normals=None, uv=None, *, source: str | Path = "mesh", name: str = "mesh", crease_deg: Number = 40
 ) -> Mesh:
-    """Return a mesh of raw arrays: triangles without area are dropped, missing normals computed, each with a note.
+    """Build a mesh from raw arrays: degenerate triangles are dropped, missing normals computed, each with a note.
 
-    Raises InputError (naming `source`) where there is nothing to save: vertices that are not finite, indices out of
-    range, normals of another count, no triangle left.
+    Raises InputError (naming `source`) for non-finite vertices, indices out of range, a wrong number of normals, or no
+    triangle left.
     """
     vertices = np.asarray(vertices, dtype=np.float64)
     faces = np.asarray(faces, dtype=np.int64)
@@ -215,7 +215,7 @@ def cleaned_mesh(
 
 
 def joined(meshes: list[Mesh], name: str) -> Mesh:
-    """One mesh of several; the parts keep their names. Texture coordinates stay only if every part has them."""
+    """Merge meshes; parts keep their names. Texture coordinates are kept only if every part has them."""
     if len(meshes) == 1:
         return meshes[0]
     offsets = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
@@ -236,7 +236,7 @@ def joined(meshes: list[Mesh], name: str) -> Mesh:
 
 
 def _check_stl_facets(path: Path, data: bytes) -> None:
-    """Hold facets of a text to three vertices, and solids to their ends, where trimesh would go on without a word."""
+    """Check that facets of a text STL have three vertices, and that solids end, which trimesh does not."""
     if len(data) >= 84 and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
         return
     if data.lstrip()[:5].lower() != b"solid" or b"\0" in data[:84]:
@@ -247,7 +247,7 @@ def _check_stl_facets(path: Path, data: bytes) -> None:
             "an STL file of another length than it says", file=path, found=found, expected=expected, hint=hint
         )
     data = data.lower()
-    # A solid may be called anything: vertices have a number behind the word.
+    # A solid may have any name; vertex lines have a number after the word.
     vertices, facets = (len(re.findall(word, data)) for word in (rb"\bvertex\s+[-+.\dni]", rb"\bouter\s+loop\b"))
     solids, ends = (len(re.findall(rb"(?m)^[ \t]*" + word + rb"\b", data)) for word in (rb"solid", rb"endsolid"))
     if solids != ends and facets:

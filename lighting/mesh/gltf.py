@@ -1,4 +1,4 @@
-"""glTF 2.0 scenes (Khronos 2021, section 3.5): nodes, their places, poses and instances, as triangles in the world."""
+"""glTF 2.0 scenes (Khronos 2021, section 3.5): nodes, transforms, poses and instances, as world-space triangles."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .gltf_primitives import PrimitiveGeometry, primitive_geometry
 from .mesh import MeshPiece
 
 _INSTANCES, _VISIBILITY = "EXT_mesh_gpu_instancing", "KHR_node_visibility"
-# Extensions that a file may need and that move no triangle, or are read here.
+# Extensions that a file may require, which do not affect triangles or are supported.
 _READ = frozenset(
     (
         *("KHR_mesh_quantization", _INSTANCES, _VISIBILITY, "KHR_texture_transform", "KHR_texture_basisu"),
@@ -30,9 +30,9 @@ _IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.
 
 
 def gltf_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
-    """Read the triangles of a glTF or GLB file, a piece a primitive of a node; and notes on what was left out.
+    """Read the triangles of a glTF or GLB file, one piece per primitive of a node, and notes on omissions.
 
-    Raises InputError for what is damaged, and by name for an extension that the file needs and that is not read.
+    Raises InputError for damaged files, and for required extensions that are not supported, by name.
     """
     scene = _Scene(open_gltf(path))
     pieces = sorted(scene.pieces(), key=lambda piece: piece.name)
@@ -40,7 +40,7 @@ def gltf_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
 
 
 class _Scene:
-    """The nodes of a file's scene and the world that each is in."""
+    """Nodes of a file's scene with their world transforms."""
 
     def __init__(self, gltf: GltfFile) -> None:
         self.gltf = gltf
@@ -66,7 +66,7 @@ class _Scene:
             self.notes.append(f"{self.gltf.path.stem}: extensions that are not read: {', '.join(others)}")
 
     def _place(self) -> None:
-        """Work out the world of every node below the roots of the scene."""
+        """Compute the world transform of every node below the scene's roots."""
         waiting = [(node, np.eye(4), False) for node in self._roots()]
         while waiting:
             number, parent, hidden = waiting.pop()
@@ -92,7 +92,7 @@ class _Scene:
         return _numbers(scenes[chosen], "nodes", len(self.nodes))
 
     def pieces(self) -> Iterator[MeshPiece]:
-        """Yield every primitive of every node that has triangles, in its place."""
+        """Yield every triangle primitive of every node, with its world transform."""
         for number in self.worlds:
             node, name = self.nodes[number], self.names[number]
             if not node.has("mesh"):
@@ -112,7 +112,7 @@ class _Scene:
         node, world = self.nodes[number], self.worlds[number]
         if node.has("skin"):
             geometry = geometry.posed(self._joints(node), name, primitive)
-            # A skin is in the world by its joints; where its node stands means nothing.
+            # A skinned mesh is placed by its joints; its node's transform is ignored.
             world = np.eye(4)
             self.notes.append(f"{name}: bent as the joints of its skeleton stand in the file")
         instances = node.child("extensions").child(_INSTANCES)
@@ -140,7 +140,7 @@ class _Scene:
         return name
 
     def _joints(self, node: JsonNode) -> Float[np.ndarray, "J 4 4"]:
-        """Return the matrices by which the joints of a node's skin carry points of the mesh into the world."""
+        """Return the matrices from mesh to world of the joints of a node's skin."""
         skin = self.skins[node.whole("skin", below=len(self.skins))]
         joints = _numbers(skin, "joints", len(self.nodes))
         missing = [joint for joint in joints if joint not in self.worlds]
@@ -154,11 +154,11 @@ class _Scene:
         if len(bound) < len(joints):
             found = f"{len(bound)} matrices"
             skin.refuse("inverseBindMatrices", "too few matrices", found, f"{len(joints)}, one a joint")
-        # Matrices are stored column by column.
+        # Matrices are stored in column-major order.
         return carried @ bound[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
 
     def _instances(self, attributes: JsonNode) -> Float[np.ndarray, "I 4 4"]:
-        """Return the places of a node's instances in the node."""
+        """Return the transforms of a node's instances relative to the node."""
         defaults = {"TRANSLATION": (0.0, 0.0, 0.0), "ROTATION": (0.0, 0.0, 0.0, 1.0), "SCALE": (1.0, 1.0, 1.0)}
         there = {
             name: self.accessors.vectors(attributes, name, (len(default),))
@@ -179,7 +179,7 @@ def _is_read(name: str) -> bool:
 
 
 def _weights(node: JsonNode, mesh: JsonNode) -> list[float]:
-    """Weights of morph targets: the node's own, or else the mesh's."""
+    """Return the weights of morph targets: the node's, else the mesh's."""
     owner = node if node.values.get("weights") else mesh
     given = owner.values.get("weights", [])
     count = len(given) if isinstance(given, list) else 1
@@ -207,7 +207,7 @@ def _local(node: JsonNode) -> Float[np.ndarray, "4 4"]:
 
 
 def _of_parts(translation, rotation, scale) -> Float[np.ndarray, "4 4"]:
-    """Translation x rotation x scale; a quaternion (x, y, z, w) of any length but 0, which turns nothing."""
+    """Compose translation x rotation x scale; the quaternion (x, y, z, w) is normalised, and 0 is the identity."""
     x, y, z, w = np.asarray(rotation, dtype=np.float64)
     s = x * x + y * y + z * z + w * w
     s = 2.0 / s if s > 0.0 else 0.0
@@ -225,7 +225,7 @@ def _of_parts(translation, rotation, scale) -> Float[np.ndarray, "4 4"]:
 
 
 def _unique_names(nodes: list[JsonNode]) -> list[str]:
-    """Return a name for each node, its own with a number where others have it too."""
+    """Return a unique name for each node: its own, numbered if others share it."""
     taken: set[str] = set()
     names = []
     for number, node in enumerate(nodes):
@@ -240,7 +240,7 @@ def _unique_names(nodes: list[JsonNode]) -> list[str]:
 
 
 def _numbers(owner: JsonNode, name: str, below: int) -> list[int]:
-    """Return the indices in a list."""
+    """Return a checked list of indices."""
     values = owner.values.get(name, [])
     if not isinstance(values, list) or not all(type(value) is int and 0 <= value < below for value in values):
         owner.refuse(name, "not a list of indices", repr(values)[:80], f"whole numbers below {below}")
@@ -255,7 +255,7 @@ def _texts(owner: JsonNode, name: str) -> list[str]:
 
 
 def _textures(material: JsonNode) -> Iterator[JsonNode]:
-    """Everything in a material that says how a texture lies."""
+    """Yield all texture references of a material."""
     for name, value in material.values.items():
         if isinstance(value, dict):
             child = material.child(name)

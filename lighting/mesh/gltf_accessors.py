@@ -1,5 +1,6 @@
-"""The numbers of a glTF (Khronos 2021, sections 3.6.2 and 5.1): accessors, as they stand in
-views, with strides, sparse values and whole numbers for fractions."""
+"""Accessors of a glTF (Khronos 2021, sections 3.6.2 and 5.1), with buffer views, strides, sparse values and normalised
+integers.
+"""
 
 from __future__ import annotations
 
@@ -17,12 +18,12 @@ _FLOAT = 5126
 _DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", _FLOAT: "<f4"}
 _INDEX_TYPES = (5121, 5123, 5125)
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-#: Extensions that put other bytes in the place of a view's own, which may be there beside them.
+#: Extensions that replace a view's bytes, which may be present as a fallback.
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 
 class Accessors:
-    """The accessors of a file, each decoded where it is first asked for."""
+    """Accessors of a file, each decoded on first use."""
 
     def __init__(self, gltf: GltfFile) -> None:
         self.gltf = gltf
@@ -32,10 +33,10 @@ class Accessors:
         self._decoded: dict[int, np.ndarray] = {}
 
     def vectors(self, owner: JsonNode, name: str, widths: tuple[int, ...]) -> Float[np.ndarray, "n k"]:
-        """Floats of the accessor that `owner` has under `name`, one row an element.
+        """Decode the accessor `name` of `owner` as floats, one row per element.
 
-        widths : how many components an element may have. Whole numbers that are `normalized` come as fractions, from
-        0 to 1 or from -1 to 1; others as they are (KHR_mesh_quantization).
+        widths : allowed numbers of components. `normalized` integers become fractions, 0 to 1 or -1 to 1; others keep
+        their values (KHR_mesh_quantization).
         """
         accessor = self.nodes[owner.whole(name, below=len(self.nodes))]
         raw = self._raw(accessor)
@@ -50,7 +51,7 @@ class Accessors:
         return values
 
     def indices(self, owner: JsonNode, name: str) -> Int[np.ndarray, " n"]:
-        """Indices of the accessor that `owner` has under `name`."""
+        """Decode the accessor `name` of `owner` as indices."""
         accessor = self.nodes[owner.whole(name, below=len(self.nodes))]
         component = accessor.whole("componentType")
         if component not in _INDEX_TYPES or accessor.text("type") != "SCALAR":
@@ -59,12 +60,12 @@ class Accessors:
         return self._raw(accessor)[:, 0].astype(np.int64)
 
     def empty(self, owner: JsonNode, name: str) -> bool:
-        """Return True if an accessor has no values of its own, and an extension is to fill it."""
+        """Return whether an accessor has no data of its own, so that an extension must provide it."""
         accessor = self.nodes[owner.whole(name, below=len(self.nodes))]
         return not accessor.has("bufferView") and not accessor.has("sparse")
 
     def _raw(self, accessor: JsonNode) -> np.ndarray:
-        """(count, components) as stored, sparse values put in."""
+        """Return the stored values (count, components), with sparse values applied."""
         number = int(accessor.place.rpartition("[")[2][:-1])
         if number not in self._decoded:
             kind, component = accessor.text("type"), accessor.whole("componentType")
@@ -75,7 +76,7 @@ class Accessors:
             if accessor.has("bufferView"):
                 values = self._viewed(accessor, count, width, component)
             else:
-                # No bytes stand for them: a count may be anything.
+                # No bytes limit the count, so memory is checked.
                 MeshCost(count).check_room(self.gltf.path)
                 values = np.zeros((count, width), _DTYPES[component])
             if accessor.has("sparse"):
@@ -99,7 +100,7 @@ class Accessors:
         return values
 
     def _viewed(self, owner: JsonNode, count: int, width: int, component: int) -> np.ndarray:
-        """(count, width) values that stand in a view, as far apart as it says."""
+        """Read (count, width) values from a view with its stride."""
         view = self.views[owner.whole("bufferView", below=len(self.views))]
         number = view.whole("buffer", below=len(self.gltf.root.children("buffers")))
         for name in MESHOPT:
@@ -122,7 +123,7 @@ class Accessors:
 
 
 def refuse_extension(owner: JsonNode, field: str, name: str) -> NoReturn:
-    """Refuse a file whose geometry stands in an extension that is not read."""
+    """Raise `InputError` for geometry in an unsupported extension."""
     ways = {"KHR_draco_mesh_compression": "without Draco compression"}
     hint = ways.get(name, "without meshopt compression" if name in MESHOPT else "without this extension")
     owner.refuse(field, "an extension that is not read", name, "plain accessors", f"export the mesh {hint}")

@@ -16,7 +16,7 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 @dataclass(frozen=True, eq=False)
 class PrimitiveGeometry:
-    """Triangles of a primitive, each vertex used; `skin` (V, S) and (V, S) are joints and their weights, if any."""
+    """Triangles of a primitive without unused vertices; `skin` is joints (V, S) and weights (V, S), if any."""
 
     vertices: Float[np.ndarray, "V 3"]
     faces: Int[np.ndarray, "F 3"]
@@ -25,16 +25,14 @@ class PrimitiveGeometry:
     skin: tuple[np.ndarray, np.ndarray] | None
 
     def posed(self, joints: Float[np.ndarray, "J 4 4"], name: str, primitive: JsonNode) -> PrimitiveGeometry:
-        """These triangles carried by joints, each vertex by the mean of its own (linear blend skinning); where joints
-        mirror, they wind the other way round.
-        """
+        """Pose the triangles by linear blend skinning; the winding is reversed where joints mirror."""
         if self.skin is None:
             primitive.refuse("attributes", "a skin without joints", name, "JOINTS_0 and WEIGHTS_0")
         which, weights = self.skin
         if which.max(initial=0) >= len(joints):
             found = f"joint {which.max()}"
             primitive.refuse("attributes", "a joint that is not there", found, f"0 to {len(joints) - 1}")
-        # The specification has weights add up to one: rounding to 8 bits is undone.
+        # Weights must sum to one; normalisation undoes rounding to 8 bits.
         total = weights.sum(axis=1, keepdims=True)
         if not (total > 0.0).all():
             found = f"{int((total <= 0.0).sum())} vertices without weights"
@@ -53,7 +51,7 @@ class PrimitiveGeometry:
         return PrimitiveGeometry(vertices, faces, normals, self.uv, None)
 
     def repeated(self, places: Float[np.ndarray, "I 4 4"]) -> PrimitiveGeometry:
-        """These triangles at each of several places; where one mirrors, they wind the other way round."""
+        """Instantiate the triangles with several transforms; the winding is reversed for mirroring ones."""
         count, turns = len(places), places[:, :3, :3]
         vertices = np.einsum("nij,vj->nvi", turns, self.vertices) + places[:, None, :3, 3]
         mirrored = np.linalg.det(turns) < 0.0
@@ -61,7 +59,7 @@ class PrimitiveGeometry:
         faces = faces + (np.arange(count) * len(self.vertices))[:, None, None]
         normals = None
         if self.normals is not None:
-            # The cofactors of a mirror turn normals to the other side.
+            # The cofactors of a mirroring transform flip normals.
             sides = np.where(mirrored, -1.0, 1.0)[:, None, None]
             normals = np.einsum("nij,vj->nvi", sides * _cofactors(turns), self.normals).reshape(-1, 3)
         uv = None if self.uv is None else np.tile(self.uv, (count, 1))
@@ -71,9 +69,9 @@ class PrimitiveGeometry:
 def primitive_geometry(
     primitive: JsonNode, weights: list[float], accessors: Accessors, name: str, notes: list[str]
 ) -> PrimitiveGeometry | None:
-    """Read the triangles of a primitive, its morph targets added by their weights; None where it has none.
+    """Read the triangles of a primitive with weighted morph targets; None if it has no triangles.
 
-    What it has in place of triangles goes into `notes`, with the `name` of its node.
+    Other kinds of primitives are listed in `notes`, with the `name` of the node.
     """
     mode = primitive.whole("mode", _TRIANGLES)
     if mode > _FAN:
@@ -125,7 +123,7 @@ def _empty(owner: JsonNode, accessors: Accessors, names: tuple[str, ...] | None 
 
 
 def _morphed(primitive: JsonNode, kind: str, widths: tuple[int, ...], weights: list[float], accessors: Accessors):
-    """An attribute with what morph targets add to it."""
+    """Return an attribute with its morph targets added."""
     values = accessors.vectors(primitive.child("attributes"), kind, widths)
     for weight, target in zip(weights, primitive.children("targets"), strict=False):
         if weight and target.has(kind):
@@ -137,7 +135,7 @@ def _morphed(primitive: JsonNode, kind: str, widths: tuple[int, ...], weights: l
 
 
 def _faces(primitive: JsonNode, mode: int, count: int, accessors: Accessors) -> Int[np.ndarray, "F 3"]:
-    """Triangles as indices of vertices, in the order and winding of the specification (section 3.7.2.1)."""
+    """Return triangles as vertex indices, in the order and winding of the specification (section 3.7.2.1)."""
     order = accessors.indices(primitive, "indices") if primitive.has("indices") else np.arange(count)
     if len(order) and order.max() >= count:
         primitive.refuse("indices", "a triangle uses a vertex that is not there", order.max(), f"0 to {count - 1}")
@@ -150,12 +148,12 @@ def _faces(primitive: JsonNode, mode: int, count: int, accessors: Accessors) -> 
         return np.stack([order[first + 1], order[first + 2], order[np.zeros_like(first)]], axis=1)
     odd = first % 2
     faces = np.stack([order[first], order[first + 1 + odd], order[first + 2 - odd]], axis=1)
-    # Strips are joined by triangles that use a vertex twice.
+    # Degenerate triangles that join strips are dropped.
     return faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
 
 
 def _skin(attributes: JsonNode, accessors: Accessors) -> tuple[np.ndarray, np.ndarray] | None:
-    """Joints and weights of all sets, side by side."""
+    """Return the joints and weights of all sets, concatenated."""
     sets = [k for k in range(len(attributes.values)) if attributes.has(f"JOINTS_{k}")]
     if not sets:
         return None
@@ -167,6 +165,6 @@ def _skin(attributes: JsonNode, accessors: Accessors) -> tuple[np.ndarray, np.nd
 
 
 def _cofactors(matrices: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3 3"]:
-    """Return the matrices that carry normals, up to a length: the inverse transposed times the determinant."""
+    """Return cofactor matrices, which transform normals up to length: the inverse transpose times the determinant."""
     a, b, c = matrices[:, :, 0], matrices[:, :, 1], matrices[:, :, 2]
     return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)

@@ -1,4 +1,4 @@
-"""Triangle meshes with normals: what is drawn and what rays meet."""
+"""Triangle meshes with normals."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..vectors import Number, VectorLike, dot, unit
 from .tangents import Tangents, horizontal_tangents, uv_tangents
 from .true_size import uv_lengths
 
-# A triangle thinner than this, as height over longest side, has no direction that float64 can tell.
+# Ratio of height to longest side below which a triangle has no normal in float64.
 THINNEST = 1e-10
 
 
@@ -28,15 +28,15 @@ class Mesh:
     vertices : (V, 3) world coordinates.
     normals : (V, 3) unit vectors on the side from which the triangles wind anticlockwise.
     faces : (F, 3) indices of vertices.
-    uv : (V, 2) texture coordinates, or None: (0, 0) is the lower left corner of a picture, v grows upwards. They decide
-        the tangent of anisotropic materials.
-    part_names, face_part : names of the parts inside the file, and which of them each triangle belongs to.
-    notes : what was dropped, computed or turned on the way in; for people, in plain words.
+    uv : (V, 2) texture coordinates, or None: (0, 0) is the lower left corner of an image, v grows upwards. They
+        determine the tangents of anisotropic materials.
+    part_names, face_part : names of the parts in the file, and the part of each triangle.
+    notes : on everything dropped, computed or flipped while reading.
 
     Raises
     ------
-    InputError : wrong shapes, indices out of range, numbers that are not finite, no triangle, a triangle without area.
-        `cleaned_mesh` makes a mesh of rougher data and notes what it did.
+    InputError : wrong shapes, indices out of range, non-finite numbers, no triangle, a degenerate triangle.
+        `cleaned_mesh` accepts such data where possible, and notes its changes.
     """
 
     vertices: Float[np.ndarray, "V 3"]
@@ -114,12 +114,14 @@ class Mesh:
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-        """Lowest and highest corner of the box around the vertices that triangles use."""
+        """Lowest and highest corner of the bounding box of used vertices."""
         used = self.vertices[np.unique(self.faces)]
         return used.min(axis=0), used.max(axis=0)
 
     def transformed(self, matrix: Float[np.ndarray, "4 4"]) -> Mesh:
-        """Return the mesh under an affine `matrix`; normals go by the inverse transpose, a mirror turns the winding."""
+        """Transform by an affine `matrix`; normals by its inverse transpose, and a mirroring matrix reverses the
+        winding.
+        """
         matrix = np.asarray(matrix, dtype=np.float64)
         linear = matrix[:3, :3]
         determinant = np.linalg.det(linear)
@@ -144,18 +146,17 @@ class Mesh:
         uv_rotate_deg: Number = 0.0,
         uv_size_mm: Number | Sequence[Number] | None = None,
     ) -> Mesh:
-        """Return the mesh scaled, then turned about x, y and z in this order, then moved: the keys of a part of a scene
-        file.
+        """Scale, then rotate about x, y and z in this order, then translate: the keys of a part in scene files.
 
-        uv_rotate_deg turns textures anticlockwise about (u, v) = (0, 0), then uv_scale repeats them so many times as
-        often: one number, or one for u and one for v; a negative one mirrors. What lies along u, as the grain of an
-        anisotropic material, turns with it. uv_size_mm, in place of uv_scale, is how wide and high a texture is on
-        the placed mesh, whose unit is a metre: on average, where it is laid out unevenly (`notes` say so).
+        uv_rotate_deg rotates textures anticlockwise about (u, v) = (0, 0), then uv_scale repeats them by a factor: one
+        number, or one each for u and v; negative ones mirror. Directions along u, as the grain of an anisotropic
+        material, rotate too. uv_size_mm, instead of uv_scale, is the width and height of a texture on the placed mesh,
+        whose unit is a metre; the mean if the mapping is uneven (with a note).
 
         Raises
         ------
-        InputError : scales flatten the mesh; textures are to be turned of a mesh without texture coordinates; a size
-        of a texture beside uv_scale, or one that is not above 0.
+        InputError : a scale of 0; uv parameters for a mesh without texture coordinates; uv_size_mm together with
+        uv_scale, or not positive.
 
         >>> from metamer.lighting.mesh.shapes import plane
         >>> plane(2.0, 2.0).placed(scale=0.5, rotate_deg=(90, 0, 0), translate=(0, 0, 3)).bounds[1].round(6).tolist()
@@ -192,7 +193,7 @@ class Mesh:
         return replace(placed, uv=turned * (1000.0 * lengths.mean / size), notes=(*placed.notes, *said))
 
     def part(self, name: str) -> Mesh:
-        """Only the triangles of the part called `name`."""
+        """Return only the triangles of the part called `name`."""
         if name not in self.part_names or self.face_part is None:
             raise UnknownNameError("part of the mesh", name, self.part_names, file=self.name)
         faces = self.faces[self.face_part == self.part_names.index(name)]
@@ -241,18 +242,20 @@ def check_arrays(vertices: np.ndarray, faces: np.ndarray, source: str | Path) ->
 
 
 def degenerate_faces(vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"]) -> np.ndarray:
-    """(F,) True where a triangle has no area: repeated corners, or thinner than `THINNEST` of its longest side."""
+    """Return a mask (F,) of degenerate triangles: repeated corners, or a height below `THINNEST` times the longest
+    side.
+    """
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     longest = np.max([dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)], axis=0)
     return np.linalg.norm(np.cross(b - a, c - a), axis=1) <= THINNEST * longest
 
 
 def floats(words: Sequence[str]) -> Float[np.ndarray, " n"]:
-    """Return the numbers of the words of a file.
+    """Parse the words of a file as numbers.
 
     Raises
     ------
-    ValueError : a word that is none; digits with an underscore between them are one to Python, and to no mesh.
+    ValueError : a word that is no number, also one with underscores between digits, which Python would accept.
     """
     for word in words:
         if "_" in word:
@@ -262,14 +265,14 @@ def floats(words: Sequence[str]) -> Float[np.ndarray, " n"]:
 
 @dataclass(frozen=True, eq=False)
 class MeshPiece:
-    """Triangles of one material at one place.
+    """Triangles with one material and one transform.
 
     Parameters
     ----------
-    name, material : as the file has them; no material is "".
-    vertices, normals, uv : (V, 3), (V, 3) or None, (V, 2) or None with v upwards; rough, as the file has them.
+    name, material : as in the file; "" for no material.
+    vertices, normals, uv : (V, 3), (V, 3) or None, (V, 2) or None with v upwards; unchecked, as in the file.
     faces : (F, 3) indices of vertices.
-    world_from_piece : (4, 4) the place in the file's own world.
+    world_from_piece : (4, 4) transform to the file's world.
     """
 
     name: str

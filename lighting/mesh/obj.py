@@ -1,8 +1,8 @@
-"""Wavefront OBJ: polygons by `v`, `vt`, `vn` and `f`, with indices from the start or from the last of their kind.
+"""Wavefront OBJ: polygons by `v`, `vt`, `vn` and `f`, with absolute or relative indices.
 
 The format is Wavefront's "Object Files" (Advanced Visualizer 3.0, appendix B1): indices count from 1 over the whole
-file, negative ones from the last vertex, texture coordinate or normal above their own line. `o`, `g` and `s` do not
-move them.
+file, negative ones back from the last vertex, texture coordinate or normal above their own line, regardless of `o`, `g`
+and `s`.
 """
 
 from __future__ import annotations
@@ -20,46 +20,46 @@ from .mesh import MeshPiece, floats
 from .polygons import triangulated
 
 _AGAIN = "export the mesh again from the program that made it"
-# Numbers behind each word; of `v` also weights or colours may follow, of `vt` a third coordinate.
+# Count of numbers after each keyword; `v` may be followed by weights or colours, `vt` by a third coordinate.
 _NUMBERS = {"v": 3, "vt": 2, "vn": 3}
 _KINDS = {"v": "vertex", "vt": "texture coordinate", "vn": "normal"}
 _NOT_DRAWN = {"l": "lines", "p": "points", "call": "files that it calls"}
 _NOT_DRAWN |= dict.fromkeys(
     ("curv", "curv2", "surf", "bzp", "bsp", "cdc", "cdp", "res"), "free-form curves or surfaces"
 )
-# Statements that move no face: groups, smoothing, files of materials, attributes of display and of curves.
+# Statements that do not affect faces: groups, smoothing, material libraries, attributes of display and of curves.
 _MOVES_NOTHING = re.compile(
     r"[ogs]|mg|mtllib|usemap|maplib|lod|shadow_obj|trace_obj|bevel|[cd]_interp|[cs]tech|cs(?:type|h)|deg|bmat|step|parm|"
     r"trim|hole|scrv|sp|end|con|vp"
 )
-# Lines that may go on in the next.
+# Lines that may be continued on the next.
 _GOES_ON = re.compile(rf"\s*(?:{'|'.join(_NUMBERS)}|fo?)\s")
-# An index that is not there, as that of vt in "1//1".
+# Missing index, as that of vt in "1//1".
 _ABSENT = np.iinfo(np.int64).max
 
 
 def obj_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
-    """Read the polygons of an OBJ file, a piece a material, and notes on what was left out.
+    """Read the polygons of an OBJ file, one piece per material, and notes on omissions.
 
-    Raises InputError, with the line, for an index that is out of range, or what is no index or number.
+    Raises InputError, with the line, for an index out of range and for words that are no index or number.
     """
     return _Obj(path).pieces()
 
 
 class _Obj:
-    """The lines of a file: numbers, and corners of faces by their words."""
+    """Parser of an OBJ file: numbers, and corners of faces by their words."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        # Words of all lines of a kind, in order, and the lines' numbers.
+        # Words of all lines of a kind, in order, and their line numbers.
         self.rows: dict[str, list[str]] = {kind: [] for kind in _KINDS}
         self.row_lines: dict[str, list[int]] = {kind: [] for kind in _KINDS}
-        # Number of each word, as "1/2/3"; number of each corner's word.
+        # Index of each word, as "1/2/3"; word index of each corner.
         self.words: dict[str, int] = {}
         self.corners: list[int] = []
-        # Count of each kind above a run of faces.
+        # Number of values of each kind above a run of faces.
         self.above: list[tuple[int, ...]] = [(0, 0, 0)]
-        # Four numbers a face: count of corners, line, index into `above`, number of the material.
+        # Four numbers per face: number of corners, line, index into `above`, index of the material.
         self.faces: list[int] = []
         self.materials: dict[str, int] = {"": 0}
         self.left_out: dict[str, int] = {}
@@ -79,7 +79,7 @@ class _Obj:
                 if len(said) <= width:
                     if kind != "vt" or len(said) < 2:
                         self._refuse("not a row of numbers", number, line.strip(), f"{kind} and {width} numbers")
-                    said.append("0")  # v is 0 where it is not said
+                    said.append("0")  # v defaults to 0
                 rows[kind] += said[1 : 1 + width]
                 row_lines[kind].append(number)
             elif kind in ("f", "fo"):
@@ -104,7 +104,7 @@ class _Obj:
         self.left_out[what] = self.left_out.get(what, 0) + 1
 
     def pieces(self) -> tuple[list[MeshPiece], list[str]]:
-        """Triangles by material, and notes."""
+        """Return triangles by material, and notes."""
         notes = [f"{self.path.stem}: left out, {count} {what}" for what, count in self.left_out.items()]
         if self.unknown:
             kinds, count = (
@@ -128,7 +128,7 @@ class _Obj:
         return sorted(pieces, key=lambda piece: piece.name), notes
 
     def _values(self, kind: str) -> np.ndarray:
-        """(n, 3) or (n, 2) numbers of a kind of line."""
+        """Return the numbers of a kind of line, (n, 3) or (n, 2)."""
         width = _NUMBERS[kind]
         words = self.rows[kind]
         try:
@@ -138,7 +138,7 @@ class _Obj:
             self._refuse("not a number", self.row_lines[kind][at // width], words[at], f"{kind} and {width} numbers")
 
     def _indices(self, counts: np.ndarray, lines: np.ndarray, above: np.ndarray) -> np.ndarray:
-        """(corners, 3) indices from 0 into v, vt and vn; `_ABSENT` where a corner has none."""
+        """Return (corners, 3) indices from 0 into v, vt and vn; `_ABSENT` for none."""
         parsed = np.full((len(self.words), 3), _ABSENT, dtype=np.int64)
         try:
             for word, number in self.words.items():
@@ -165,7 +165,7 @@ class _Obj:
         return corners
 
     def _check_words(self) -> None:
-        """Refuse the first corner of a face that is no index."""
+        """Raise `InputError` for the first corner of a face that is no index."""
         names, corners = list(self.words), iter(self.corners)
         for count, line in zip(self.faces[::4], self.faces[1::4], strict=True):
             for word in (names[next(corners)] for _ in range(count)):
@@ -178,7 +178,7 @@ class _Obj:
 
 
 def _piece(name: str, material: str, values: list[np.ndarray], corners: np.ndarray, notes: list[str]) -> MeshPiece:
-    """Vertices of triangles (F, 3, 3) of indices into v, vt and vn: one for each triple that occurs."""
+    """Build a piece from triangles (F, 3, 3) of indices into v, vt and vn: one vertex per distinct triple."""
     indices = corners.reshape(-1, 3).copy()
     missing = (indices == _ABSENT).any(axis=0)
     for k, words in ((1, "texture coordinates; they are"), (2, "a normal; those that are there are")):
@@ -197,8 +197,8 @@ def _piece(name: str, material: str, values: list[np.ndarray], corners: np.ndarr
 
 
 def _lines(data: bytes) -> Iterable[tuple[int, str]]:
-    """Return the lines of a file with their numbers; a row of numbers or a face that ends in a backslash goes on in the
-    next. Comments and names of files end in one, too: what stands below those is a line of its own.
+    """Return the lines of a file with their numbers; numbers and faces that end in a backslash are joined with the next
+    line. Comments and file names may end in one without continuation.
     """
     try:
         text = data.decode("utf-8-sig")
@@ -220,7 +220,7 @@ def _lines(data: bytes) -> Iterable[tuple[int, str]]:
 
 
 def _whole(word: str) -> int:
-    """Return an index; digits with an underscore between them are a number to Python alone."""
+    """Parse an index; raises for underscores between digits, which Python would accept."""
     if "_" in word:
         raise ValueError(word)
     return int(word)

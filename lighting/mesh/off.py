@@ -16,9 +16,9 @@ _AGAIN = "the file is damaged or cut short: export or copy it again"
 
 
 def off_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
-    """Read the polygons of an OFF file as one piece, and notes on what was left out.
+    """Read the polygons of an OFF file as one piece, and notes on omissions.
 
-    Raises InputError for what is no OFF of text and three dimensions, is cut short, or uses a vertex that is not there.
+    Raises InputError for a file that is not a three-dimensional text OFF, is truncated, or uses an undefined vertex.
     """
     rows, head = _rows(path)
     (vertex_count, face_count), rows = _counts(path, rows), rows[1:]
@@ -48,7 +48,7 @@ def off_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
 
 
 def _rows(path: Path) -> tuple[list[tuple[int, list[str]]], str]:
-    """Return the lines that say something, with their numbers, and the letters before OFF."""
+    """Return the non-empty lines with their numbers, and the prefix of the keyword OFF."""
     text = path.read_bytes().decode("latin-1")
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     rows = [(number, words) for number, line in enumerate(lines, 1) if (words := line.partition("#")[0].split())]
@@ -58,7 +58,7 @@ def _rows(path: Path) -> tuple[list[tuple[int, list[str]]], str]:
     if head[2] or "BINARY" in rows[0][1]:
         found = " ".join(rows[0][1])[:40]
         _refuse(path, "a kind of OFF that is not read", rows[0][0], found, "OFF, COFF, NOFF or STOFF as text")
-    # Some programs write the counts behind the word.
+    # Some programs write the counts after the keyword.
     behind = [word for word in (head[3], *rows[0][1][1:]) if word]
     return [(rows[0][0], behind), *rows[1:]] if behind else rows[1:], head[1]
 
@@ -81,7 +81,7 @@ def _numbers(path: Path, line: int, words: list[str], least: int) -> list[float]
 
 
 def _face(path: Path, line: int, words: list[str], count: int) -> list[int]:
-    """Return the corners of a face; behind them may be a colour."""
+    """Parse the corners of a face, which a colour may follow."""
     try:
         corners = int(words[0])
         face = [int(word) for word in words[1 : 1 + corners] if "_" not in word]

@@ -1,4 +1,4 @@
-"""PLY (Turk 1994): elements with properties and lists, as text or as bytes of either order; faces of any polygons."""
+"""PLY (Turk 1994): elements with properties and lists, as text or binary of either byte order; polygonal faces."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _UV = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))
 
 
 def ply_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
-    """Read the faces and strips of a PLY file as one piece, and notes on what was left out.
+    """Read the faces and strips of a PLY file as one piece, and notes on omissions.
 
-    Raises InputError for what is no PLY, is cut short, or uses a vertex that is not there.
+    Raises InputError for a file that is no PLY, is truncated, or uses an undefined vertex.
     """
     ply = _Ply(path)
     vertices, corners, counts, corner_uv, notes = ply.mesh()
@@ -37,7 +37,7 @@ def ply_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
         used, faces = np.unique(corners[chosen], return_inverse=True)
         uv = next((found[used] for names in _UV if (found := ply.columns(*names)) is not None), None)
     else:
-        # Corners of one vertex part where their texture coordinates differ.
+        # Corners of a vertex are split where their texture coordinates differ.
         rows, faces = welded(np.column_stack([corners[chosen], corner_uv[chosen]]))
         used, uv = rows[:, 0].astype(np.int64), rows[:, 1:]
     normals = ply.columns("nx", "ny", "nz")
@@ -47,7 +47,7 @@ def ply_pieces(path: Path) -> tuple[list[MeshPiece], list[str]]:
 
 @dataclass(frozen=True)
 class _Property:
-    """A number, or where `counted` names a type a list of them."""
+    """Property of an element: a number, or a list if `counted` names the type of its length."""
 
     name: str
     kind: str
@@ -56,7 +56,9 @@ class _Property:
 
 @dataclass
 class _Element:
-    """Rows of the same properties; where each starts, in bytes or words, and of lists their starts and lengths."""
+    """Element: rows of the same properties, with the offset of each in bytes or words, and offsets and lengths of
+    lists.
+    """
 
     name: str
     count: int
@@ -72,12 +74,12 @@ class _Element:
 
     @property
     def has_indices_of_no_face(self) -> bool:
-        """True for polygons under a name of their own, and for grids of a scanner."""
+        """True for polygons under a non-standard name, and for range grids."""
         return self.name not in ("face", "tristrips") and any(one.name in _INDICES for one in self.properties)
 
 
 class _Ply:
-    """The header of a file, and its numbers: bytes as they are, or the words of a text as floats."""
+    """Parsed PLY file: its header and data, raw bytes or the words of a text as floats."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -101,7 +103,7 @@ class _Ply:
             self._refuse("more than the header says", "body", f"{len(rest)} too many", "what the header counts", _AGAIN)
 
     def _header(self, data: bytes) -> int:
-        """Read the elements; returns where the numbers begin."""
+        """Parse the elements; return the offset of the data."""
         first = re.match(rb"ply[ \t]*(\r\n|\n|\r)", data)
         if not first:
             self._refuse("not a PLY file", "line 1", repr(data[:12]), "ply")
@@ -133,7 +135,7 @@ class _Ply:
         return end.end()
 
     def _check_lines(self, body: bytes) -> None:
-        """Count the lines of a text: each element has one."""
+        """Check the number of lines of a text: each row has one."""
         declared = sum(element.count for element in self.elements)
         lines = sum(1 for line in body.splitlines() if line.strip())
         if lines < declared:
@@ -143,7 +145,7 @@ class _Ply:
         return int(kind[1:]) if self.order else 1
 
     def _scan(self, element: _Element, start: int) -> int:
-        """Find where the properties of all rows stand; returns where the element ends."""
+        """Locate the properties of all rows; return the offset of the element's end."""
         if not element.count or not element.properties:
             return start
         if not self._even(element, start):
@@ -160,7 +162,7 @@ class _Ply:
         return "bytes of numbers" if self.order else "numbers"
 
     def _even(self, element: _Element, start: int) -> bool:
-        """Take all rows for as long as the first one, if they are."""
+        """Locate rows under the assumption that all are as long as the first; return whether that holds."""
         at, places, lengths = start, {}, {}
         for one in element.properties:
             if one.counted:
@@ -183,7 +185,7 @@ class _Ply:
         return True
 
     def _uneven(self, element: _Element, at: int) -> None:
-        """Walk from row to row, whose lists have lengths of their own."""
+        """Locate rows with lists of different lengths, one by one."""
         starts: dict[str, list[int]] = {one.name: [] for one in element.properties}
         lengths: dict[str, list[int]] = {one.name: [] for one in element.properties if one.counted}
         steps = [
@@ -204,7 +206,7 @@ class _Ply:
         element.lengths = {name: np.array(counts) for name, counts in lengths.items()}
 
     def _count(self, at: int, one: _Property, element: _Element) -> int:
-        """Return the length of a list, which must lie inside of the file."""
+        """Return the length of a list, which must end inside the file."""
         if at + self._size(one.counted) > len(self.body):
             self._short(f"{len(self.body)} {self._units}", f"more, of {element.name}")
         if self.order:
@@ -217,14 +219,14 @@ class _Ply:
         return int(count)
 
     def _numbers(self, places: np.ndarray, kind: str) -> np.ndarray:
-        """Return the numbers of a type at these places."""
+        """Return the numbers of a type at given offsets."""
         if not self.order:
             return self.body[places]
         dtype = np.dtype(self.order + kind)
         return self.body[places[:, None] + np.arange(dtype.itemsize)].reshape(-1).view(dtype)
 
     def columns(self, *names: str, of: str = "vertex") -> np.ndarray | None:
-        """(rows, names) floats of properties that are no lists; None where one is missing."""
+        """Return scalar properties as floats (rows, names); None if any is missing."""
         element = next((one for one in self.elements if one.name == of), None)
         if element is None or any((p := element.named(name)) is None or p.counted for name in names):
             return None
@@ -235,7 +237,7 @@ class _Ply:
         )
 
     def _lists(self, element: _Element, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return all numbers of a list property, row after row, and how many each row has."""
+        """Return all numbers of a list property, row after row, and the length of each row's list."""
         one = element.named(name)
         assert one is not None
         starts, lengths = element.starts.get(name, np.empty(0, int)), element.lengths.get(name, np.empty(0, int))
@@ -243,7 +245,7 @@ class _Ply:
         return self._numbers(np.repeat(starts, lengths) + self._size(one.kind) * within, one.kind), lengths
 
     def mesh(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None, list[str]]:
-        """Vertices, the corners of all polygons, how many each has, uv by corner if it has some, and notes."""
+        """Return vertices, corners of all polygons, the number of corners of each, uv by corner or None, and notes."""
         vertices = self.columns("x", "y", "z")
         if vertices is None:
             self._refuse("no vertices", "header", "no element vertex with x, y and z", "properties x, y, z of vertex")
@@ -291,7 +293,7 @@ class _Ply:
         return name
 
     def _checked(self, indices: np.ndarray, count: int, element: _Element, low: int) -> np.ndarray:
-        """Indices as whole numbers, each of a vertex that is there."""
+        """Return indices as integers, checked to be of existing vertices."""
         bad = ~((indices >= low) & (indices < count) & (indices == np.floor(indices)))
         if bad.any():
             found = f"{indices[int(np.argmax(bad))]:g}"
@@ -311,9 +313,9 @@ def _is_list(counted: str, kind: str) -> bool:
 
 
 def _strips(indices: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """(T, 3) triangles of strips that -1 parts; every second one winds the other way, and is turned."""
+    """Return the triangles (T, 3) of strips separated by -1, with the winding of every second one reversed."""
     ends = np.cumsum(lengths)
-    # One more break after each row.
+    # Each row ends a strip.
     order = np.insert(indices, ends, -1)
     place = np.arange(len(order))
     since = place - np.maximum.accumulate(np.where(order < 0, place, -1)) - 1

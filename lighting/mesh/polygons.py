@@ -1,4 +1,4 @@
-"""Triangles of polygons with any number of corners: concave, not flat, with holes reached by a bridge."""
+"""Triangulation of polygons with any number of corners: concave, non-planar, with holes connected by a bridge."""
 
 from __future__ import annotations
 
@@ -7,37 +7,39 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-# Share of a polygon's area that its triangles may miss: rounding is far below, self-intersecting outlines far above.
+# Relative error of area allowed for a triangulation: rounding is far below, self-intersecting outlines far above.
 _MISSED = 1e-3
 
 
 @dataclass(frozen=True)
 class Triangulation:
-    """Triangles (T, 3), as indices of corners, with the polygon (T,) of each and how many outlines cross themselves."""
+    """Triangles (T, 3) as indices of corners, the polygon (T,) of each, and the number of self-intersecting
+    outlines.
+    """
 
     corners: Int[np.ndarray, "T 3"]
     polygon: Int[np.ndarray, " T"]
     crossing: int
 
     def notes(self, name: str) -> list[str]:
-        """Words for people, none where every polygon could be filled."""
+        """Return notes on polygons that could not be filled."""
         if not self.crossing:
             return []
         return [f"{name}: the outlines of {self.crossing} polygons cross themselves; their triangles may be other ones"]
 
 
 def triangulated(points: Float[np.ndarray, "C 3"], counts: Int[np.ndarray, " P"]) -> Triangulation:
-    """Cut polygons into triangles that wind as they do.
+    """Triangulate polygons, preserving their winding.
 
-    A polygon is cut from its first corner wherever that is right: where no triangle of the fan is turned over. Others
-    are cut by ears (mapbox-earcut) in the plane, of the three of the axes, that their mean normal is nearest to.
+    A polygon becomes a fan from its first corner if no triangle of the fan is flipped. Others are cut by ears
+    (mapbox-earcut), projected along the axis nearest to their mean normal.
 
     Parameters
     ----------
-    points : the places of all corners, polygon after polygon; corners may repeat.
-    counts : how many corners each polygon has, at least 3; their sum is C.
+    points : positions of all corners, polygon after polygon; corners may repeat.
+    counts : number of corners of each polygon, at least 3; their sum is C.
     """
-    # Corners that are not finite have no sides; the mesh refuses them later.
+    # Non-finite corners have no area; the mesh refuses them later.
     points = np.where(np.isfinite(points), points, 0.0)
     starts = np.cumsum(counts) - counts
     found: list[np.ndarray] = []
@@ -69,16 +71,16 @@ def triangulated(points: Float[np.ndarray, "C 3"], counts: Int[np.ndarray, " P"]
 def _cut(
     outline: Float[np.ndarray, "n 3"], normal: Float[np.ndarray, "3"], fan: Int[np.ndarray, "t 3"]
 ) -> tuple[Int[np.ndarray, "m 3"], bool]:
-    """Triangles of one polygon, and whether they fill it; the fan where it has no side at all."""
+    """Triangulate one polygon by ears; return the triangles, and whether they fill it; the fan if its area is 0."""
     if not (normal != 0.0).any():
         return fan, not np.cross(outline[1:-1] - outline[0], outline[2:] - outline[0]).any()
     from mapbox_earcut import triangulate_float64
 
     axis = int(np.argmax(np.abs(normal)))
-    # Relative to a corner: far from the origin, products of coordinates would lose what tells the corners apart.
+    # Relative to a corner, since far from the origin products of coordinates would lose precision.
     flat = np.ascontiguousarray((outline - outline[0])[:, [(axis + 1) % 3, (axis + 2) % 3]])
     cut = triangulate_float64(flat, np.array([len(flat)], dtype=np.uint32)).reshape(-1, 3).astype(np.int64)
-    # In the order of the outline they wind as it does.
+    # Ordered along the outline, triangles have its winding.
     cut = np.sort(cut, axis=1)
     a, b = flat[cut[:, 1]] - flat[cut[:, 0]], flat[cut[:, 2]] - flat[cut[:, 0]]
     filled = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum()

@@ -1,6 +1,6 @@
-"""Index of triangles for rays: Embree's, or one in numpy where Embree has no package for this system.
+"""BVH of triangles for ray queries: Embree, or numpy where Embree has no package for this system.
 
-The one in numpy answers the same questions, some hundred times slower. It computes in float64; like Embree it takes
+The numpy version supports the same queries, some hundred times slower. It computes in float64; like Embree it takes
 coordinates in float32.
 """
 
@@ -13,11 +13,11 @@ from jaxtyping import Float, Int
 
 from ..vectors import dot
 
-# Triangles of a leaf, rays that are followed together.
+# Triangles of a leaf; rays traced together.
 _LEAF, _RAYS = 16, 1 << 18
-# Barycentric coordinates this far outside are inside: no ray passes between two triangles that share an edge.
+# Tolerance of barycentric coordinates, so that no ray passes between two triangles that share an edge.
 _EDGE = 1e-9
-# Components of directions are kept this far from 0, so that boxes can divide by them.
+# Least size of components of directions, for division in box tests.
 _TINY = 1e-300
 
 
@@ -31,7 +31,7 @@ def has_embree() -> bool:
 
 
 def rays_words() -> str:
-    """Name the rays that are followed here.
+    """Name the ray tracer in use.
 
     >>> rays_words() in ("Embree rays", "rays in numpy")
     True
@@ -40,7 +40,7 @@ def rays_words() -> str:
 
 
 def ray_index(vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"] | None = None) -> Any:
-    """Return an index of triangles, `vertices[faces]` or without `faces` triangles (F, 3, 3), with embreex's `run`."""
+    """Build a BVH of triangles, `vertices[faces]` or without `faces` triangles (F, 3, 3), with embreex's `run`."""
     if not has_embree():
         corners = np.asarray(vertices, dtype=np.float32)
         return NumpyIndex(corners if faces is None else corners[faces])
@@ -54,7 +54,7 @@ def ray_index(vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"] 
 
 
 class NumpyIndex:
-    """Bounding boxes of triangles (F, 3, 3), halved until few are in each."""
+    """Bounding volume hierarchy of triangles (F, 3, 3), split in halves."""
 
     def __init__(self, triangles: Float[np.ndarray, "F 3 3"]) -> None:
         corners = np.asarray(triangles, dtype=np.float64)
@@ -63,7 +63,7 @@ class NumpyIndex:
         self._normals = np.cross(*self._edges)
         low, high = corners.min(axis=1), corners.max(axis=1)
         centres = 0.5 * (low + high)
-        # Corners of each box, and its two parts or its triangles.
+        # Bounds of each node, and its two children or its triangles.
         self._boxes: list[tuple[np.ndarray, np.ndarray]] = []
         self._parts: list[tuple[int, int] | np.ndarray] = []
         waiting: list[tuple[np.ndarray, int | None]] = [(np.arange(len(corners)), None)]
@@ -89,15 +89,15 @@ class NumpyIndex:
         query: str = "INTERSECT",
         output: bool = False,
     ) -> Any:
-        """Follow rays, as embreex does.
+        """Trace rays, with the interface of embreex.
 
-        dists : how far, in lengths of their directions; without end by default.
-        query : "INTERSECT" for the first triangle, "OCCLUDED" for any.
+        dists : largest distances, in lengths of the directions; infinite by default.
+        query : "INTERSECT" for the closest triangle, "OCCLUDED" for any.
 
         Returns
         -------
-        Triangles that are met, -1 where there are none; with `output` `primID`, those, `tfar`, how far off, and `u`
-        and `v`, barycentric coordinates of the second and third corner.
+        Triangles that are hit, -1 for none; with `output` a dict of these as `primID`, their distances as `tfar`, and
+        `u` and `v`, barycentric coordinates of the second and third corner.
         """
         count = len(origins)
         found = {"primID": np.full(count, -1, dtype=np.int64), "tfar": np.full(count, np.inf)}
@@ -122,14 +122,14 @@ class NumpyIndex:
             start, over = origins[rays], inverse[rays]
             one, other = (low - start) * over, (high - start) * over
             enters, leaves = np.minimum(one, other).max(axis=1), np.maximum(one, other).min(axis=1)
-            # A little wider than it is: what is rounded must not lose a triangle at a box's side.
+            # Slightly enlarged, so that rounding cannot miss a triangle at the boundary.
             leaves += 1e-9 * np.abs(leaves)
             rays = rays[(enters <= leaves) & (leaves >= 0.0) & (enters <= found["tfar"][rays])]
             if not len(rays):
                 continue
             parts = self._parts[number]
             if isinstance(parts, tuple):
-                # The half that is nearer for most rays comes first, so that the other is often not needed.
+                # The child that is nearer for most rays comes first, so that the other is often culled.
                 ahead = directions[rays].sum(axis=0) @ (self._boxes[parts[1]][0] - self._boxes[parts[0]][0])
                 waiting += [(part, rays) for part in (parts[::-1] if ahead > 0.0 else parts)]
             elif len(parts):
@@ -138,7 +138,9 @@ class NumpyIndex:
     def _meet(
         self, triangles: np.ndarray, rays: np.ndarray, origins: np.ndarray, directions: np.ndarray, found: dict
     ) -> None:
-        """Note where these rays meet one of a few triangles before what they have met (Moeller and Trumbore 1997)."""
+        """Intersect rays with a few triangles and record hits closer than those found before (Moeller and Trumbore
+        1997).
+        """
         ab, ac, normal = (each[triangles, None] for each in (*self._edges, self._normals))
         to, from_a = directions[rays], origins[rays] - self._first[triangles, None]
         across = np.cross(from_a, to)

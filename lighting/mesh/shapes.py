@@ -1,6 +1,6 @@
-"""Shapes that need no file: sphere, speed shape, draped cloth, row of patches, plane. All have exact normals.
+"""Generated shapes with exact normals: sphere, speed shape, draped cloth, row of patches, plane.
 
-Derivatives are taken by complex steps: Im f(x + ih) / h has no difference to cancel, so h = 1e-100 gives the derivative
+Derivatives are complex-step derivatives: Im f(x + ih) / h has no cancellation, so that h = 1e-100 gives the derivative
 of an analytic f to the last digit (Squire and Trapp 1998).
 """
 
@@ -20,21 +20,21 @@ STEP = 1e-100
 
 
 def sphere(subdivisions: int = 6, radius: Number = 1.0, uv: bool = False) -> Mesh:
-    """Unit sphere about the origin, from an icosahedron whose triangles are cut in four `subdivisions` times.
+    """Return a sphere about the origin, from an icosahedron whose triangles are divided into four `subdivisions` times.
 
-    At the default the outline stays within 1e-4 radii of a circle, a fortieth of a pixel at 512 pixels. With `uv` it
-    has texture coordinates: u once round from the back (-z) by the left, v from the lower pole to the upper one.
+    By default the outline is within 1e-4 radii of a circle, a fortieth of a pixel at 512 pixels. With `uv`, u runs once
+    around from the back (-z) via the left, v from the lower pole to the upper one.
     """
     directions, faces = _icosphere(subdivisions)
     return _with_uv(Mesh(directions * radius, directions, faces, name="sphere"), directions, uv)
 
 
 def speed_shape(subdivisions: int = 6, uv: bool = False) -> Mesh:
-    """Return the long doubly curved body that paint is judged on: nose, waist, tail, and a hollow along its back.
+    """Return a long doubly curved body for judging paint: nose, waist, tail, and a hollow along its back.
 
-    A sphere under a smooth invertible map, so that it is closed and free of creases: convex at both ends, saddle-shaped
-    at the waist, concave along the hollow. Length 3.2 along x, back to +y, standing on y = 0 at its lowest point. With
-    `uv` it has those of the sphere that it comes from.
+    A sphere under a smooth invertible map, hence closed and without creases: convex at both ends, saddle-shaped at the
+    waist, concave along the hollow. Its length is 3.2 along x, its back faces +y, and its lowest point is at y = 0.
+    With `uv` it has the sphere's texture coordinates.
     """
 
     def body(p: np.ndarray) -> np.ndarray:
@@ -59,7 +59,7 @@ def cloth(divisions: int = 160) -> Mesh:
     def drape(p: np.ndarray) -> np.ndarray:
         x, z = p
         squared = x * x + z * z
-        # The real part of (x + iz)^6 is r^6 cos(6 angle): folds that vanish smoothly at the centre.
+        # The real part of (x + iz)^6 is r^6 cos(6 angle), so that folds vanish smoothly at the centre.
         sixfold = x**6 - 15.0 * x**4 * z**2 + 15.0 * x**2 * z**4 - z**6
         folds = 0.3 * sixfold / (0.32 + squared) ** 3
         fall = 0.75 * (1.0 - np.exp(-((squared / 0.55) ** 2)))
@@ -84,9 +84,9 @@ def plane(width: Number = 10.0, depth: Number = 10.0) -> Mesh:
 
 
 def patches(count: int = 6, gap: Number = 0.08, tilt_deg: Number = 0.0) -> tuple[Mesh, ...]:
-    """`count` flat square chips of side 1 side by side along x, facing +z, centred on the origin; one mesh a chip.
+    """Return `count` flat square chips of side 1 in a row along x, facing +z, centred on the origin; one mesh each.
 
-    `tilt_deg` turns each chip about its own horizontal axis, top away from the viewer.
+    `tilt_deg` tilts each chip about its own horizontal axis, top away from the viewer.
     """
     if count < 1:
         raise InputError("no patches", field="count", found=count, expected="at least 1")
@@ -104,14 +104,14 @@ def patches(count: int = 6, gap: Number = 0.08, tilt_deg: Number = 0.0) -> tuple
 
 
 def triangles(shape: str, subdivisions: int = 6, divisions: int = 160, **_more: Any) -> int:
-    """Count the triangles of a shape at these settings; 0 where they are out of range, which the shape itself says."""
+    """Count the triangles of a shape; 0 for settings out of range, which the shape itself refuses."""
     if shape in ("sphere", "speed_shape"):
         return 20 * 4**subdivisions if 0 <= subdivisions <= 9 else 0
     return 2 * divisions**2 if shape == "cloth" and divisions <= 2000 else 2
 
 
 def _icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "V 3"], Int[np.ndarray, "F 3"]]:
-    """Unit vectors and triangles, wound anticlockwise from outside; 20 * 4^subdivisions triangles."""
+    """Return unit vectors and 20 * 4^subdivisions triangles, wound anticlockwise seen from outside."""
     if not 0 <= subdivisions <= 9:
         raise InputError("subdivisions out of range", field="subdivisions", found=subdivisions, expected="0 to 9")
     golden = (1.0 + np.sqrt(5.0)) / 2.0
@@ -120,7 +120,7 @@ def _icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "V 3"], Int[np.ndar
     faces = _hull_faces(points)
     for _ in range(subdivisions):
         edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-        # Each pair of vertices as one number, which is sorted much sooner.
+        # Each pair of vertices as one integer, which sorts much faster.
         pairs, number = np.unique(edges[:, 0] * len(points) + edges[:, 1], return_inverse=True)
         middle = len(points) + number.reshape(3, -1)
         points = np.concatenate([points, unit(points[pairs // len(points)] + points[pairs % len(points)])])
@@ -130,10 +130,10 @@ def _icosphere(subdivisions: int) -> tuple[Float[np.ndarray, "V 3"], Int[np.ndar
 
 
 def _with_uv(mesh: Mesh, directions: Float[np.ndarray, "V 3"], wanted: bool) -> Mesh:
-    """Return a closed shape with longitude and latitude of its directions as uv, vertices split along the seam and at
-    the poles; as it is where that is not wanted.
+    """Add longitude and latitude as uv to a closed shape if `wanted`, with vertices split along the seam and at the
+    poles.
 
-    A triangle across the seam goes on beyond u = 1; at a pole each triangle has the longitude of its middle.
+    Triangles across the seam extend beyond u = 1; at a pole each triangle has the longitude of its centre.
     """
     if not wanted:
         return mesh
@@ -151,7 +151,7 @@ def _with_uv(mesh: Mesh, directions: Float[np.ndarray, "V 3"], wanted: bool) -> 
 
 
 def _hull_faces(points: Float[np.ndarray, "12 3"]) -> Int[np.ndarray, "20 3"]:
-    """Return the triangles of an icosahedron: its triples of mutual neighbours, turned outwards."""
+    """Return the triangles of an icosahedron: its triples of mutual neighbours, facing outwards."""
     near = points @ points.T > 0.4
     triples = [
         (i, j, k)
@@ -166,7 +166,7 @@ def _hull_faces(points: Float[np.ndarray, "12 3"]) -> Int[np.ndarray, "20 3"]:
 
 
 def _grid(rows: int, columns: int) -> tuple[Float[np.ndarray, "V 2"], Int[np.ndarray, "F 3"]]:
-    """Points (x, z) of [0, 1]^2 and triangles that face +y."""
+    """Return grid points (x, z) of [0, 1]^2 and triangles facing +y."""
     x, z = np.meshgrid(np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1))
     corner = np.arange(rows * (columns + 1)).reshape(rows, columns + 1)[:, :-1].reshape(-1)
     below = corner + columns + 1
@@ -177,12 +177,12 @@ def _grid(rows: int, columns: int) -> tuple[Float[np.ndarray, "V 2"], Int[np.nda
 
 
 def _uv_from_above(xz: Float[np.ndarray, "V 2"]) -> Float[np.ndarray, "V 2"]:
-    """u along x and v against z: a picture that lies face up, read from its lower edge, which is the nearer one."""
+    """Return u along x and v against z: an image facing up, with its lower edge nearest to the viewer."""
     return np.stack([xz[:, 0], 1.0 - xz[:, 1]], axis=1)
 
 
 def _partials(surface: Callable[[np.ndarray], np.ndarray], p: np.ndarray) -> np.ndarray:
-    """(n, 3, k): derivatives of `surface` (k, n) -> (3, n) by each of its k parameters, at `p` (n, k)."""
+    """Differentiate `surface` (k, n) -> (3, n) with respect to its k parameters at `p` (n, k): (n, 3, k)."""
     columns = []
     for k in range(p.shape[1]):
         stepped = p.T.astype(np.complex128)
@@ -194,7 +194,7 @@ def _partials(surface: Callable[[np.ndarray], np.ndarray], p: np.ndarray) -> np.
 def _mapped(
     body: Callable[[np.ndarray], np.ndarray], directions: Float[np.ndarray, "V 3"]
 ) -> tuple[Float[np.ndarray, "V 3"], Float[np.ndarray, "V 3"]]:
-    """Points and normals of the sphere under a map of space; normals go by the inverse transpose of its derivative."""
+    """Map a sphere by a map of space; normals are transformed by the inverse transpose of its derivative."""
     jacobian = _partials(body, directions)
     normals = np.linalg.solve(jacobian.transpose(0, 2, 1), directions[..., None])[..., 0]
     return body(directions.T).T, unit(normals)
@@ -203,6 +203,6 @@ def _mapped(
 def _patch(
     surface: Callable[[np.ndarray], np.ndarray], parameters: Float[np.ndarray, "V 2"]
 ) -> tuple[Float[np.ndarray, "V 3"], Float[np.ndarray, "V 3"]]:
-    """Points and normals of a surface (x, z)-wise parametrised, facing +y."""
+    """Return points and normals of a surface parametrised by (x, z), facing +y."""
     partials = _partials(surface, parameters)
     return surface(parameters.T).T, unit(np.cross(partials[..., 1], partials[..., 0]))

@@ -1,20 +1,19 @@
-"""Tangents from texture coordinates, by the convention of MikkTSpace (Mikkelsen 2008), which normal maps are baked for.
+"""Tangents from texture coordinates, by the convention of MikkTSpace (Mikkelsen 2008), as used for baking normal maps.
 
-The tangent runs along increasing u. The bitangent is `handedness` * cross(normal, tangent), with 1 where (u, v) turns
-as (x, y) does on the side that the triangle winds anticlockwise, and -1 where the texture is mirrored. Triangles of one
-handedness that share a vertex, and edges at it, have one tangent there: the mean of their directions of u, each laid
-into the plane of the vertex normal, at length one, weighted with the triangle's angle at the vertex in that plane.
+The tangent runs along increasing u. The bitangent is `handedness` * cross(normal, tangent), 1 if (u, v) is oriented
+like (x, y) on the anticlockwise side of the triangle, and -1 if the texture is mirrored. Triangles of one handedness
+that share a vertex, and edges at it, have one tangent there: the mean of their directions of u, each projected into the
+plane of the vertex normal and normalised, weighted by the triangle's angle at the vertex in that plane.
 
-As in mikktspace.c, with its usual threshold of 180 degrees: all of that; vertices that agree in place, normal and uv
-count as one, however a file numbers them; a triangle without area in uv adds nothing and takes its neighbours'
+As in mikktspace.c, with its default threshold of 180 degrees: all of that; vertices equal in position, normal and uv
+are identified, whatever their indices; a triangle without area in uv contributes nothing and takes its neighbours'
 handedness.
 
-Otherwise: (1) where those neighbours differ, it takes that of the unmirrored ones, not of the first in the file; where
-it has none, it is unmirrored. (2)
-"Without area" is relative to the triangle's longest side in uv, not a smallest float32. (3) Polygons are triangles
-before they come here, so that a quad whose halves differ in handedness is not brought to one. (4) Numbers are float64.
-(5) Renderers make the interpolated tangent and normal square and unit at every sample, where MikkTSpace leaves them as
-interpolated.
+Differences: (1) if those neighbours differ, it takes that of the unmirrored ones, not of the first in the file; without
+neighbours it is unmirrored. (2) "Without area" is relative to the triangle's longest side in uv, not the smallest
+float32. (3) Polygons are triangulated beforehand, so that the halves of a quad may differ in handedness. (4) Numbers
+are float64. (5) Renderers orthonormalise the interpolated tangent and normal at every sample, which MikkTSpace does
+not.
 """
 
 from __future__ import annotations
@@ -27,15 +26,15 @@ from jaxtyping import Float, Int
 from ..vectors import dot, orthonormal_frame, stated_tangents, unit, welded
 from .creases import corner_groups
 
-# A triangle thinner than this in uv, as height over longest side, has no direction of u that float64 can tell.
+# Ratio of height to longest side in uv below which a triangle has no direction of u in float64.
 THINNEST_UV = 1e-10
 
 
 class Tangents(NamedTuple):
     """Tangents of a mesh of F triangles.
 
-    directions (T, 3) : unit, square to the normal of their vertex.
-    faces (F, 3) : which direction each corner of each triangle has.
+    directions (T, 3) : unit, orthogonal to the vertex normal.
+    faces (F, 3) : index of the direction at each corner of each triangle.
     handedness (F,) : 1.0 or -1.0; the bitangent is handedness * cross(normal, tangent), along increasing v.
     """
 
@@ -56,8 +55,8 @@ def uv_tangents(
     faces: Int[np.ndarray, "F 3"],
     uv: Float[np.ndarray, "V 2"],
 ) -> Tangents:
-    """Compute tangents of a mesh with texture coordinates, as the head of this file says; `stated_tangents` where uv
-    gives none.
+    """Compute tangents of a mesh with texture coordinates, as described above; `stated_tangents` where uv determines
+    none.
     """
     along_u, sign = _directions_of_u(vertices[faces], uv[faces])
     alike, vertex = welded(np.concatenate([vertices, normals, uv], axis=1))
@@ -82,8 +81,8 @@ def seen_handedness(
 ) -> Float[np.ndarray, "*n"]:
     """Return the handedness of the frame about the normal on the viewer's `side` (1 front, -1 back) of triangles.
 
-    The bitangent stays along increasing v on both sides, so that what is mapped in uv means the same seen from either.
-    Where there is no uv, the frame is right-handed on both.
+    The bitangent is along increasing v on both sides, so that textures look the same from either. Without uv, the frame
+    is right-handed on both.
     """
     return np.where(has_uv, handedness * side, 1.0)
 
@@ -91,7 +90,7 @@ def seen_handedness(
 def _directions_of_u(
     points: Float[np.ndarray, "F 3 3"], uv: Float[np.ndarray, "F 3 2"]
 ) -> tuple[Float[np.ndarray, "F 3"], Float[np.ndarray, " F"]]:
-    """Unit directions of increasing u in the triangles, and the sign of their area in uv; 0 where that is none."""
+    """Return unit directions of increasing u in triangles, and the sign of their area in uv; 0 without area."""
     (du1, dv1), (du2, dv2) = (uv[:, 1] - uv[:, 0]).T, (uv[:, 2] - uv[:, 0]).T
     area = du1 * dv2 - du2 * dv1
     longest = np.max([du1**2 + dv1**2, du2**2 + dv2**2, (du2 - du1) ** 2 + (dv2 - dv1) ** 2], axis=0)
@@ -103,7 +102,9 @@ def _directions_of_u(
 def _handedness(
     corners: Int[np.ndarray, "F 3"], sign: Float[np.ndarray, " F"], vertices: int
 ) -> Float[np.ndarray, " F"]:
-    """1 or -1 a triangle; one without area in uv has that of its unmirrored neighbours, or of its mirrored ones."""
+    """Return 1 or -1 per triangle; a triangle without area in uv takes that of its unmirrored neighbours, else of
+    mirrored ones.
+    """
     found = np.where(sign == 0.0, 1.0, sign)
     lost = np.flatnonzero(sign == 0.0)
     if len(lost):

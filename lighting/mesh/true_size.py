@@ -1,4 +1,4 @@
-"""Textures at their true size: how long a mesh makes u and v, and how evenly."""
+"""Textures at true size: lengths of u and v on a mesh, and their uniformity."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from jaxtyping import Float
 
 from ...runtime.errors import InputError
 
-#: Share of a surface left out at either end of the range of a texture's size.
+#: Share of a surface excluded at either end of the range of a texture's size.
 _ENDS = 0.05
 #: Ratio of sizes above which a texture is reported as uneven.
 UNEVEN = 1.1
 
 
 class UvLengths(NamedTuple):
-    """Lengths of u and v on a surface, by area, in its own units: means, and what 5 and 95 of 100 are below."""
+    """Lengths of u and v on a surface, weighted by area, in its own units: means, and 5th and 95th percentiles."""
 
     mean: Float[np.ndarray, "2"]
     low: Float[np.ndarray, "2"]
@@ -24,7 +24,7 @@ class UvLengths(NamedTuple):
 
     @property
     def words(self) -> str | None:
-        """Describe how unevenly a texture lies; None where it does not."""
+        """Describe the unevenness of a texture; None if it is even."""
         if (self.high <= UNEVEN * self.low).all():
             return None
         spans = (
@@ -35,11 +35,11 @@ class UvLengths(NamedTuple):
 
 
 def uv_lengths(corners: Float[np.ndarray, "F 3 3"], uv: Float[np.ndarray, "F 3 2"], name: str) -> UvLengths:
-    """|dP/du| and |dP/dv| of triangles with these corners, by area; those without area, or extent in uv, do not count.
+    """Compute |dP/du| and |dP/dv| of triangles, weighted by area; triangles without area, or extent in uv, are ignored.
 
     Raises
     ------
-    InputError : no triangle has both.
+    InputError : no triangle with both.
     """
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     (du, dv), (eu, ev) = (uv[:, 1] - uv[:, 0]).T, (uv[:, 2] - uv[:, 0]).T

@@ -1,4 +1,4 @@
-"""Reference renderer: every wavelength, float64, the original surfaces, with its noise stated.
+"""Reference renderer: every wavelength, float64, the original surfaces, with an estimate of noise.
 
-Begin with `reference.py`; `geometry.py` finds by rays what each sample of a picture sees.
+Begin with `reference.py`; `geometry.py` ray traces the visible geometry.
 """

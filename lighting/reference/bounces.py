@@ -1,12 +1,11 @@
-"""Indirect light at each pixel of a reference: paths, every wavelength, the original surfaces,
-fluorescent ones among them (`path_colours`).
+"""Indirect light at each pixel of a reference: path tracing at every wavelength, with the original surfaces, also
+fluorescent ones (`path_colours`).
 
-A path starts at a sample of the picture and goes on as the surface there scatters. Where it meets a surface, that
-one's direct light counts: of each light from one direction as it is; of each that spreads from one direction that is
-drawn as the light shines and from the one in which the path goes on, each by both densities together (the balance
-heuristic, as in `spread`). A path ends after so many bounces as are asked for; before that by chance where it
-has become dark, and what goes on counts as much more (Arvo and Kirk, "Particle transport and image synthesis", SIGGRAPH
-1990). So the mean over paths is right at every wavelength, however long they are.
+A path starts at a sample of the image and continues in a direction sampled from the BRDF. At each further hit point
+direct light is added: of delta lights exactly; of area and environment lights from one direction sampled from the light
+and from the path's next direction, weighted by the balance heuristic (as in `spread`). A path ends after the requested
+number of bounces, or earlier by Russian roulette (Arvo and Kirk, "Particle transport and image synthesis", SIGGRAPH
+1990). So the mean over paths is unbiased at every wavelength.
 """
 
 from __future__ import annotations
@@ -25,20 +24,20 @@ from .geometry import Met, Tracer, VisibleGeometry
 from .noise import Heard, unheard
 from .path_colours import Carried, PathColours
 
-# Paths per block: 81 wavelengths of them take 10 MB. Of more wavelengths, fewer.
+# Paths per block: 10 MB at 81 wavelengths. Fewer for more wavelengths.
 _PATHS, _WAVELENGTHS = 16384, 81
-# From this bounce on dark paths may end; one goes on with at least this chance.
+# First bounce with Russian roulette; least probability of continuing.
 _ROULETTE, _LEAST = 3, 0.05
 
 
 class BounceSum:
-    """Sums over drawn paths of what comes by 1 to `bounces` other surfaces, in two halves, as `SpreadSum` has them.
+    """Sums over sampled paths of light via 1 to `bounces` further surfaces, in two halves, as in `SpreadSum`.
 
     Parameters
     ----------
     geometry : with `frame` and `geometric`. tracer : of the same scene. surfaces : by material id.
-    illuminants : see `reference.reference_images`. seed : equal seeds give equal pictures. most : paths that a pixel
-    may be asked for, in each half. bounces : surfaces beside the one that is seen, 1 or more.
+    illuminants : see `reference.reference_images`. seed : equal seeds give equal images. most : largest number of paths
+    per pixel, in each half. bounces : surfaces besides the visible one, 1 or more.
     """
 
     def __init__(
@@ -63,18 +62,18 @@ class BounceSum:
         self._first = np.cumsum(self._hits) - self._hits
         self._seed = seed
         self._pools = [self._pool(half, most) for half in range(2)]
-        #: (H W,) paths of each pixel, in each half.
+        #: (H W,) number of paths of each pixel, in each half.
         self.directions = np.zeros(self._sums.shape[1], dtype=np.int64)
-        #: (H W,) pixels that meet a surface.
+        #: (H W,) mask of pixels that see a surface.
         self.covered = self._hits > 0
 
     @property
     def _dimensions(self) -> int:
-        """Numbers in [0, 1) that each bounce takes: a direction of the surface, one of each light, an end."""
+        """Random numbers per bounce: a direction from the surface, one from each light, and Russian roulette."""
         return 3 + 2 * len(self._scene.spread_lights)
 
     def _pool(self, half: int, most: int) -> tuple[Float[np.ndarray, "P d"], Int[np.ndarray, " pixels"]]:
-        """Sobol's points, scrambled, for a sample and the first bounces; by pixel, where in them it begins."""
+        """Return scrambled Sobol points for a sample and the first bounces, and each pixel's offset in them."""
         from scipy.stats import qmc
 
         rng = np.random.default_rng([*self._seed, 1 + half])
@@ -84,8 +83,8 @@ class BounceSum:
         return points, rng.integers(0, len(points), self._sums.shape[1])
 
     def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None, heard: Heard = unheard) -> None:
-        """Carry some pixels (ascending), all of which have had as many, on to so many paths in each half; `heard` hears
-        the share that is done.
+        """Continue pixels (ascending), with equal numbers of paths so far, to `directions` paths in each half; `heard`
+        receives the share done.
         """
         pixels = np.flatnonzero(self.covered) if pixels is None else pixels
         if not len(pixels):
@@ -105,7 +104,7 @@ class BounceSum:
 
     @property
     def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
-        """XYZ by each half alone."""
+        """XYZ of each half."""
         geometry = self._geometry
         lux = self._scene.viewing.reference_illuminance_lux
         scale = np.pi / lux / (geometry.samples * np.maximum(self.directions, 1))
@@ -118,7 +117,7 @@ class BounceSum:
         pixel: Int[np.ndarray, " n"],
         rng: np.random.Generator,
     ) -> None:
-        """One path for each pixel of a list."""
+        """Trace one path for each pixel of a list."""
         geometry = self._geometry
         sample = self._order[self._first[pixel] + (points[:, 0] * self._hits[pixel]).astype(np.int64)]
         assert geometry.frame is not None
@@ -140,7 +139,7 @@ class BounceSum:
             if bounce > 0:
                 self._lit(found, path, met, uv, carried, uniform)
             if bounce >= _ROULETTE:
-                # Light that is seen goes with Y, and with X and Z where those are all there is.
+                # Brightness is the largest of X, Y and Z.
                 chance = np.clip(self._colours.brightness(carried), _LEAST, 1.0)
                 goes_on = np.flatnonzero(uniform[:, 2] < chance)
                 carried = carried.chosen(goes_on).times(1.0 / chance[goes_on])
@@ -155,7 +154,7 @@ class BounceSum:
             sums[low : low + len(total), channel] += total
 
     def _density(self, met: Met, wi: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-        """1/sr with which paths go on in directions."""
+        """Return the probability density of continuing in directions, 1/sr."""
         found = np.zeros(len(wi))
         for number, worn in enumerate(self._wearing):
             mine = np.flatnonzero(met.part == number)
@@ -172,7 +171,7 @@ class BounceSum:
         carried: Carried,
         uniform: Float[np.ndarray, "n d"],
     ) -> None:
-        """Add what lights give points straight away."""
+        """Add direct light at hit points."""
         spread = 0
         for which, light in enumerate(self._scene.lights):
             if isinstance(light, DeltaLight):
@@ -212,7 +211,9 @@ class BounceSum:
         uniform: Float[np.ndarray, "n d"],
         bounce: int,
     ) -> tuple[Int[np.ndarray, " k"], Met, Float[np.ndarray, "k 2"] | None, Carried]:
-        """Find where paths meet a surface again; lights that they meet count, but those of the surface that is seen."""
+        """Continue paths to the next surface; add area and environment lights that they hit, except directly from the
+        visible surface.
+        """
         wi = np.zeros((len(path), 3))
         for number, worn in enumerate(self._wearing):
             mine = np.flatnonzero(met.part == number)

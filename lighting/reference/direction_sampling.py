@@ -1,4 +1,4 @@
-"""The directions that a reference draws from: Sobol's points, scrambled, and what a far light gives for each."""
+"""Sample points of a reference: scrambled Sobol points, with directions and luminance for environment lights."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from ..environment import latlong
 from ..environment.environment import EnvironmentLight
 from ..lights import SpreadLight
 
-# Points for each direction that a pixel may be asked for, and points at the least: pixels begin at different ones.
+# Points per direction of a pixel, and least number of points: pixels have different offsets.
 _TIMES, _LEAST = 4, 1 << 14
 
 
-# Even environments: largest ratio of a texel to the mean, and least share that a side gives of what the brightest side
-# gives, so that draws from the whole find what any surface sees; and fewest texels, since directions are drawn texel by
-# texel, and few would each be drawn from unevenly.
+# Even environments: largest ratio of a texel to the mean, and least irradiance of a side relative to the brightest
+# side, so that sampling the whole suffices for any surface; and least number of texels, since directions are sampled by
+# texels.
 _BRIGHTEST, _DARKEST, _FINE = 16.0, 0.02, 1 << 14
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnDirections:
-    """S scrambled points, a power of two, and where the light is the same for all places, its directions for them.
+    """S scrambled points, a power of two, and for environment lights the directions sampled with them.
 
-    uniform (S, 5) : in [0, 1): two for a direction of the light, two for one of a surface, one for a sample.
-    towards (S, 3), density (S,), luminance (S, K) : as `SpreadLight.drawn` and `SpreadLight.luminance` have them.
+    uniform (S, 5) : in [0, 1): two for a direction from the light, two for one from the surface, one for a sample.
+    towards (S, 3), density (S,), luminance (S, K) : see `SpreadLight.drawn` and `SpreadLight.luminance`.
     """
 
     uniform: Float[np.ndarray, "S 5"]
@@ -37,7 +37,7 @@ class DrawnDirections:
 
 
 def drawn_pool(light: SpreadLight, most: int, rng: np.random.Generator) -> DrawnDirections:
-    """Enough for `most` directions a pixel."""
+    """Return points for up to `most` directions per pixel."""
     points = _sobol(max(_TIMES * most, _LEAST))
     scrambling = rng.integers(0, 2**32, 5, dtype=np.uint32)
     uniform = ((points ^ scrambling) + 0.5) * 2.0**-32
@@ -49,7 +49,7 @@ def drawn_pool(light: SpreadLight, most: int, rng: np.random.Generator) -> Drawn
 
 
 def is_even(light: SpreadLight) -> bool:
-    """Return whether directions that are drawn as a light shines serve a matt surface alone, however it is turned."""
+    """Return whether sampling a light alone suffices for diffuse surfaces of any orientation."""
     if not isinstance(light, EnvironmentLight) or light.fields[0].size < _FINE:
         return False
     luminance = light.fields.sum(axis=0)
@@ -63,7 +63,7 @@ def is_even(light: SpreadLight) -> bool:
 
 @lru_cache(maxsize=2)
 def _sobol(count: int) -> UInt32[np.ndarray, "n 5"]:
-    """At least so many points of Sobol's sequence, as whole numbers of 32 bits; a power of two."""
+    """Return at least `count` points of Sobol's sequence as 32-bit integers, a power of two."""
     from scipy.stats import qmc
 
     points = qmc.Sobol(5, scramble=False, bits=32).random_base2(max(count - 1, 1).bit_length())

@@ -1,10 +1,9 @@
-"""Visible geometry at each sample point of a picture: found once by rays, good for every material and every light
-spectrum.
+"""Visible geometry at each sample point of an image: ray traced once, valid for every material and light spectrum.
 
-Policy, which rasterisers follow too. The triangle's own normal, turned towards the viewer, is the geometric normal:
-both sides of a surface scatter alike. The interpolated normal is turned with it, and where it still looks away from the
-viewer (at outlines) it is bent just enough not to (`vectors.facing_viewer`). A light reaches a point if it stands
-above the horizon of both normals and no triangle lies between.
+Conventions, shared by rasterisers: the geometric normal is the triangle's normal, flipped towards the viewer, so that
+both sides of a surface scatter alike. The interpolated normal is flipped with it, and where it still faces away from
+the viewer (at outlines) it is bent just enough (`vectors.facing_viewer`). A light reaches a point if it is above the
+horizons of both normals and no triangle occludes it.
 """
 
 from __future__ import annotations
@@ -24,19 +23,19 @@ from ..mesh.tangents import seen_handedness
 from ..scene import Scene
 from ..vectors import dot, facing_viewer, orthonormal_frame, unit
 
-# Shadow rays start this far off the surface, in radii of the scene: well above float32 rounding in Embree, whose
+# Offset of shadow rays from the surface, in radii of the scene: well above float32 rounding in Embree, whose
 # coordinates are scaled to the scene, and far below a pixel.
 SHADOW_OFFSET = 1e-5
-# Change of direction for the second try of a ray that missed: one aimed at a vertex may slip through in float32.
+# Change of direction when retrying a ray that missed, since one aimed at a vertex may slip through in float32.
 _NUDGE = np.array([1.1e-6, 0.7e-6, -0.9e-6])
 
 
 @dataclass(frozen=True, eq=False)
 class LitSamples:
-    """The samples of `VisibleGeometry` that one light reaches.
+    """Samples of `VisibleGeometry` lit by one light.
 
-    sample (K,) : which of the N visible samples. wi (K, 3) : local direction to the light, wi.z > 0.
-    illuminance_lux (K,) : on a surface that faces the light.
+    sample (K,) : indices among the N visible samples. wi (K, 3) : local direction to the light, wi.z > 0.
+    illuminance_lux (K,) : on a surface facing the light.
     """
 
     sample: Int[np.ndarray, " K"]
@@ -46,20 +45,19 @@ class LitSamples:
 
 @dataclass(frozen=True, eq=False)
 class VisibleGeometry:
-    """The N sample points of (some rows of) a picture that meet a surface, in row order.
+    """The N sample points of an image, or of some of its rows, that see a surface, in row order.
 
-    width, rows : size in pixels of what they cover; samples : sample points of one pixel.
+    width, rows : size of the image or rows, pixels; samples : sample points per pixel.
     pixel (N,) : row * width + column; part (N,) : index into `scene.parts`.
     position (N, 3) : world; wo (N, 3) : local direction to the viewer, x along the tangent, y along the bitangent and z
     along the shading normal (`tangents`: left-handed where a texture is mirrored).
-    lit : one entry a light.
-    uv (N, 2) : (0, 0) at the lower left corner of a picture, u to the right, v upwards; numbers beyond [0, 1] are left
-    to whoever looks something up. footprint (N, 2, 2) : see `uv_footprints`. None where they were not asked for or no
-    part has uv.
-    has_uv : by part of the scene; both are 0 on parts that have none.
-    frame (N, 3, 3) : world to local; geometric (N, 3) : geometric normal towards the viewer. None where no light of the
-    scene is spread over directions: only such lights ask for them.
-    cutouts : by part, the holes that were seen through; () where there are none.
+    lit : one entry per delta light.
+    uv (N, 2) : (0, 0) at the lower left corner of an image, u to the right, v upwards; not wrapped to [0, 1]. footprint
+    (N, 2, 2) : see `uv_footprints`. Both are None if not requested or if no part has uv.
+    has_uv : by part of the scene; uv and footprint are 0 on parts without uv.
+    frame (N, 3, 3) : world to local; geometric (N, 3) : geometric normal towards the viewer. Both are None if not
+    requested and without area or environment lights.
+    cutouts : holes of each part, as traced; () without holes.
     """
 
     width: int
@@ -79,16 +77,17 @@ class VisibleGeometry:
 
     @property
     def coverage(self) -> Float[np.ndarray, "H W"]:
-        """(H, W) share of each pixel's sample points that meet a surface."""
+        """Share of each pixel's sample points that see a surface, (H, W)."""
         hits = np.bincount(self.pixel, minlength=self.rows * self.width)
         return hits.reshape(self.rows, self.width) / self.samples
 
 
 @dataclass(frozen=True, eq=False)
 class Met:
-    """Points of surfaces as somebody sees them.
+    """Hit points on surfaces, seen from given directions.
 
-    position (n, 3) : world. part (n,) : of the scene. geometric (n, 3) : unit normal of the triangle on that side.
+    position (n, 3) : world. part (n,) : of the scene. geometric (n, 3) : unit normal of the triangle on the visible
+        side.
     frame (n, 3, 3) : world to local. wo (n, 3) : local direction to the viewer.
     """
 
@@ -99,13 +98,13 @@ class Met:
     wo: Float[np.ndarray, "n 3"]
 
     def chosen(self, which: Int[np.ndarray, " k"]) -> Met:
-        """Some of them."""
+        """Select points by index."""
         return Met(*(one[which] for one in (self.position, self.part, self.geometric, self.frame, self.wo)))
 
 
 class Tracer:
-    """Rays against all parts of a scene: an index finds the triangle, float64 says where on it. They go on through
-    holes (`Scene.cut`).
+    """Ray tracer for all parts of a scene: a BVH finds the triangle, the hit point on it is computed in float64. Rays
+    continue through holes (`Scene.cut`).
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -130,20 +129,20 @@ class Tracer:
 
     @cached_property
     def uv(self) -> Float[np.ndarray, "V 2"]:
-        """Texture coordinates of all vertices, 0 where a part has none; put together when first asked for."""
+        """Texture coordinates of all vertices, 0 for parts without."""
         return np.concatenate(
             [mesh.uv if mesh.uv is not None else np.zeros((len(mesh.vertices), 2)) for mesh in self._meshes]
         )
 
     @cached_property
     def uv_gradients(self) -> Float[np.ndarray, "F 2 3"]:
-        """Gradients of u and v on each triangle (`uv_gradients`); worked out when first asked for."""
+        """Gradients of u and v on each triangle (`uv_gradients`)."""
         return uv_gradients(self.vertices[self.faces], self.uv[self.faces])
 
     def first(
         self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], again: bool = True
     ) -> Int[np.ndarray, " n"]:
-        """Return the first triangle that each ray (unit directions) meets, or -1; `again` tries misses twice."""
+        """Return the first triangle hit by each ray (unit directions), or -1; `again` retries misses."""
         face = self._met(origins, directions, again)
         if not self._has_holes.any():
             return face
@@ -155,14 +154,14 @@ class Tracer:
             waiting = waiting[hole]
             if not len(waiting):
                 return face
-            # Each step advances, even if Embree meets the same triangle again from the new origin.
+            # Each step advances, even if Embree hits the same triangle again from the new origin.
             reached[waiting] = np.maximum(distance[hole], reached[waiting]) + SHADOW_OFFSET * self.radius
             begin = origins[waiting] + reached[waiting, None] * directions[waiting]
             face[waiting] = self._met(begin, directions[waiting], again)
             waiting = waiting[face[waiting] >= 0]
 
     def in_holes(self, face: Int[np.ndarray, " n"], weights: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
-        """Return whether nothing is there at points of triangles, of parts whose materials have holes."""
+        """Return a mask of points on triangles that are in holes."""
         found, part = np.zeros(len(face), dtype=bool), self.part[face]
         for number, cutout in enumerate(self._cutouts):
             mine = np.flatnonzero(part == number)
@@ -173,8 +172,8 @@ class Tracer:
     def _met(
         self, origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], again: bool
     ) -> Int[np.ndarray, " n"]:
-        """`first` of triangles without holes."""
-        # Start on the scene's bounding sphere: float32 would lose a camera that stands far away.
+        """Return `first`, ignoring holes."""
+        # Start on the scene's bounding sphere, since float32 is too coarse for a distant camera.
         start = (origins - self.centre) / self.radius
         along = dot(start, directions)
         inside = dot(start, start) - 1.02**2
@@ -189,7 +188,9 @@ class Tracer:
     def on_triangle(
         self, face: Int[np.ndarray, " n"], origins: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"]
     ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 3"]]:
-        """Distance (n,) along each ray to its triangle and barycentric weights (n, 3), not negative, in float64."""
+        """Compute the distance (n,) along each ray to its triangle and non-negative barycentric weights (n, 3), in
+        float64.
+        """
         a, b, c = (self.vertices[self.faces[face, k]] for k in range(3))
         ab, ac, from_a = b - a, c - a, origins - a
         p, q = np.cross(directions, ac), np.cross(from_a, ab)
@@ -199,7 +200,7 @@ class Tracer:
         return dot(ac, q) * scale, weights / weights.sum(axis=1, keepdims=True)
 
     def uv_at(self, face: Int[np.ndarray, " n"], weights: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
-        """Texture coordinates at points of triangles."""
+        """Interpolate texture coordinates at points on triangles."""
         return np.einsum("nk,nki->ni", weights, self.uv[self.faces[face]])
 
     def seen(
@@ -209,7 +210,7 @@ class Tracer:
         position: Float[np.ndarray, "n 3"],
         to_viewer: Float[np.ndarray, "n 3"],
     ) -> Met:
-        """Points of triangles as they are seen from unit directions."""
+        """Return points on triangles, seen from unit directions."""
         geometric = self.face_normals[face]
         side = np.where(dot(geometric, to_viewer) < 0.0, -1.0, 1.0)
         towards = side[:, None]
@@ -227,19 +228,19 @@ class Tracer:
         points: Float[np.ndarray, "n 3"],
         normals: Float[np.ndarray, "n 3"],
     ) -> Bool[np.ndarray, " n"]:
-        """Return whether each point (with its geometric normal towards the light) sees the light."""
+        """Return whether each point, with its geometric normal towards the light, sees the light."""
         start = self.lifted(points, normals)
         arriving = light.arrivals(start)
         return self.free(start, np.ascontiguousarray(arriving.directions), arriving.distance)
 
     def lifted(self, points: Float[np.ndarray, "n 3"], normals: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Offset points on surfaces to where shadow rays start: `SHADOW_OFFSET` along their geometric normals."""
+        """Return the origins of shadow rays: points offset by `SHADOW_OFFSET` along their geometric normals."""
         return points + SHADOW_OFFSET * self.radius * normals
 
     def free(
         self, start: Float[np.ndarray, "n 3"], directions: Float[np.ndarray, "n 3"], distance: Float[np.ndarray, " n"]
     ) -> Bool[np.ndarray, " n"]:
-        """Return whether a ray (unit direction) meets nothing nearer than a distance."""
+        """Return whether rays (unit directions) are unoccluded up to a distance."""
         face = self.first(start, directions, again=False)
         free = face < 0
         near = np.flatnonzero(~free & np.isfinite(distance))
@@ -251,7 +252,7 @@ class Tracer:
 def _first_met(
     vertices: Float[np.ndarray, "V 3"], faces: Int[np.ndarray, "F 3"]
 ) -> Callable[[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]], Int[np.ndarray, " n"]]:
-    """Return a function of starts and directions: the first triangle that each ray meets, -1 where there is none."""
+    """Return a function of origins and directions that finds the first triangle hit by each ray, -1 for none."""
     if not has_embree():
         return NumpyIndex(vertices[faces]).run
     import trimesh
@@ -269,13 +270,12 @@ def visible_geometry(
     with_uv: bool = False,
     with_frames: bool = False,
 ) -> VisibleGeometry:
-    """Trace the sample points of `rows` (pixel rows) of the picture that `camera` (default: the first) takes.
+    """Trace the sample points of pixel `rows` of the image of `camera` (default: the first).
 
-    Of the scene only meshes, their holes and the places and strengths of lights matter: the result holds for every
-    material of the same holes and every light spectrum. `with_uv` works texture coordinates out too, for materials that
-    vary with them; nothing is paid for them otherwise. `with_frames` keeps how surfaces lie, as lights that spread need
-    it in any case. Memory: about 200 bytes a visible sample and light, 48 a sample
-    with uv, 96 with lights that spread.
+    Only meshes, their holes and the positions and strengths of lights matter: the result is valid for every material
+    with the same holes and for every light spectrum. `with_uv` adds texture coordinates, for materials that use them.
+    `with_frames` adds frames and geometric normals, which area and environment lights always need. Memory: about 200
+    bytes per visible sample and light, 48 per sample with uv, 96 with frames.
     """
     camera = scene.camera() if camera is None else camera
     tracer = Tracer(scene) if tracer is None else tracer
@@ -326,12 +326,10 @@ def visible_geometry(
 
 
 def uv_gradients(corners: Float[np.ndarray, "F 3 3"], uv: Float[np.ndarray, "F 3 2"]) -> Float[np.ndarray, "F 2 3"]:
-    """Compute the gradients of u and v along the three coordinates of space, in the planes of triangles with these
-    corners.
-    """
+    """Compute the spatial gradients of u and v in the planes of triangles."""
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(first, second)
-    # Directions along which only the one side's weight grows, and at which rate.
+    # Directions along which only one corner's weight grows, and the rate.
     by_first, by_second = np.cross(second, normal), np.cross(normal, first)
     by_uv = np.einsum("nc,ni->nci", uv[:, 1] - uv[:, 0], by_first) + np.einsum(
         "nc,ni->nci", uv[:, 2] - uv[:, 0], by_second
@@ -346,20 +344,20 @@ def uv_footprints(
     normals: Float[np.ndarray, "N 3"],
     gradients: Float[np.ndarray, "N 2 3"],
 ) -> Float[np.ndarray, "N 2 2"]:
-    """Footprints of samples whose rays, with unit `directions`, meet triangles with these normals and `uv_gradients` at
-    `distance`: in rows, how (u, v) changes from a sample to the next column (to the right) and to the next row
-    (downwards) of the picture's samples; the area of a sample in uv is |det|.
+    """Compute footprints of samples whose rays, with unit `directions`, hit triangles with these normals and
+    `uv_gradients` at `distance`: rows are the changes of (u, v) to the next column (to the right) and to the next row
+    (downwards) of samples; the area of a sample in uv is |det|.
 
-    Derivatives at the sample's own point, on the plane of its triangle, which goes on beyond the triangle's sides: no
-    other part, silhouette or crease enters (Igehy 1999, Tracing ray differentials, section 3.1.2). Renderers that
-    rasterise have the twin of this in `viewer.render.surfaces`.
+    They are ray differentials at the sample, on the unbounded plane of its triangle, independent of other parts,
+    silhouettes and creases (Igehy 1999, Tracing ray differentials, section 3.1.2). The rasterisers' twin is in
+    `viewer.render.surfaces`.
     """
     width, height = camera.sample_size
     right, up, back = camera.axes
     steps = width * right, -height * up
-    # A step of the ray's direction is at unit depth; that of a parallel view is one of place.
+    # Step of the ray's direction at unit depth; in a parallel view, step of its origin.
     scale = -distance * (directions @ back) if camera.projection == "perspective" else np.ones_like(distance)
-    # A step leaves the plane, and comes back to it along the ray.
+    # The step leaves the plane and is projected back along the ray.
     along = np.einsum("nci,ni->nc", gradients, directions) / dot(normals, directions)[:, None]
     rows = [scale[:, None] * (gradients @ step - along * (normals @ step)[:, None]) for step in steps]
     return np.stack(rows, axis=1)

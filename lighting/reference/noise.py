@@ -1,8 +1,7 @@
-"""Sampling noise of a reference: found from two halves, kept below an aim, and stated.
+"""Sampling noise of a reference: estimated from two halves, reduced to a target, and reported.
 
-The two halves of a picture are drawn alike and independently. Their difference tells the noise: the error of the mean
-is spread as half the difference of the halves is, which is the difference of one half and the mean. ΔE94 of those two
-is what is stated, by pixel.
+The two halves of an image are sampled independently in the same way. The error of their mean is distributed like half
+their difference, which is the difference between one half and the mean. The ΔE94 of these two is reported, by pixel.
 """
 
 from __future__ import annotations
@@ -16,33 +15,34 @@ from jaxtyping import Bool, Float, Int
 
 from ...spectral.difference import delta_e_xyz, lab_from_xyz
 
-#: Share of the budget that a reference's own noise may be, as the mean of its pixels.
+#: Share of the budget allowed for a reference's own noise, mean over pixels.
 NOISE_SHARE = 0.1
-#: Directions of each kind for a pixel, in each half, after which no more are drawn.
+#: Default of the largest number of directions of each kind per pixel and half.
 MOST_DIRECTIONS = 4096
 # Directions per pixel of the first round.
 _FIRST_DIRECTIONS = 32
-# Side of a square of pixels that get more directions together, and the share of the noise that twice as many leave.
+# Side of a tile of pixels that are refined together, and the share of the noise that remains after doubling its
+# directions.
 _TILE, _LEFT = 16, 0.6
-# Directions grow by this power of the noise that is to go: before it is known, and as it may turn out.
+# Assumed power of directions against noise: initially, and its range once measured.
 _POWER, _POWERS = -np.log(2.0) / np.log(_LEFT), (0.8, 2.5)
-# Pixels that are covered as much are judged: others are dark by premultiplication.
+# Coverage of judged pixels; others are darkened by premultiplication.
 _WHOLE = 1.0 - 1e-3
 
-#: Hears the share that is done, 0 to 1.
+#: Callback that receives the share done, 0 to 1.
 Heard = Callable[[float], object]
 
 
 def unheard(share: float) -> None:
-    """Hear of no share."""
+    """Ignore the share done."""
 
 
 @runtime_checkable
 class Sums(Protocol):
-    """Sums over what is drawn, in two halves; `extend` tells the share of its own work that is done.
+    """Monte Carlo sums in two halves; `extend` reports the share of its own work done.
 
-    directions (H W,) : how many each pixel has had of a kind, in each half. covered (H W,) : whether it meets anything.
-    halves (2, H, W, M, 3) : XYZ by each half alone.
+    directions (H W,) : number per pixel of each kind, in each half. covered (H W,) : mask of pixels that see a surface.
+        halves (2, H, W, M, 3) : XYZ of each half.
     """
 
     directions: Int[np.ndarray, " P"]
@@ -50,16 +50,16 @@ class Sums(Protocol):
 
     @property
     def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
-        """XYZ by each half alone, (2, H, W, M, 3)."""
+        """XYZ of each half, (2, H, W, M, 3)."""
         ...
 
     def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None, heard: Heard = unheard) -> None:
-        """Carry some pixels (ascending), all of which have had as many, on to so many."""
+        """Continue pixels (ascending), with equal numbers of directions so far, to `directions`."""
         ...
 
 
 class Together:
-    """Several sums of one picture, each pixel of which is drawn as often for each."""
+    """Several sums of one image, with the same number of directions per pixel."""
 
     def __init__(self, sums: Sequence[Sums]) -> None:
         self._sums = sums
@@ -67,11 +67,11 @@ class Together:
 
     @property
     def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
-        """Halves of all."""
+        """Sum of the halves."""
         return np.sum([each.halves for each in self._sums], axis=0)
 
     def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None, heard: Heard = unheard) -> None:
-        """Each of them."""
+        """Extend each of the sums."""
         for number, each in enumerate(self._sums):
             each.extend(directions, pixels, lambda share, number=number: heard((number + share) / len(self._sums)))
 
@@ -80,9 +80,9 @@ class Together:
 class ReferenceNoiseEstimate:
     """Sampling noise of a reference's pixels, in ΔE94 over its wholly covered and lit pixels.
 
-    mean, p99 : one a picture; `aimed` : what the largest mean should not exceed.
-    directions : drawn for a pixel at the most, of both kinds and in both halves.
-    limited : whether no more were allowed although the noise was not yet as small as that.
+    mean, p99 : one per image; `aimed` : target of the largest mean.
+    directions : largest number for a pixel, of both kinds and halves.
+    limited : whether the limit of directions was reached before the target.
     """
 
     mean: tuple[float, ...]
@@ -93,7 +93,7 @@ class ReferenceNoiseEstimate:
 
     @property
     def words(self) -> str:
-        """Noise in words."""
+        """Description of the noise."""
         said = f"noise of ΔE94 {max(self.mean):.2g} (mean) and {max(self.p99):.2g} (p99)"
         said += f" with {self.directions:,} directions a pixel"
         return f"{said}, the most allowed: {self.aimed:.2g} was aimed at" if self.limited else said
@@ -101,8 +101,8 @@ class ReferenceNoiseEstimate:
 
 @dataclass(frozen=True, eq=False)
 class GatheredHalves:
-    """Outcome of `draw_until_quiet`: XYZ (M, H, W, 3), ΔE94 (M, n) by which judged pixels are off, and how many
-    directions were drawn.
+    """Result of `draw_until_quiet`: XYZ (M, H, W, 3), noise ΔE94 (M, n) of judged pixels, and the number of
+    directions.
     """
 
     xyz: Float[np.ndarray, "M H W 3"]
@@ -120,19 +120,19 @@ def draw_until_quiet(
     most: int,
     say: Callable[[float, str], None],
 ) -> GatheredHalves:
-    """Draw, twice as much each time where there is most noise, until there is little.
+    """Sample adaptively until the noise meets its target: each round doubles the directions of the noisiest tiles.
 
-    beside : what other lights give. aimed : mean ΔE94 of the noise. most : directions of each kind and half, at which
-    it ends in any case. say : is told the share of all this that is done, about, and what is being done; a share falls
-    where the noise falls more slowly than it did.
+    beside : XYZ by other lights. aimed : target of the mean noise, ΔE94. most : largest number of directions of each
+    kind and half. say : called with the estimated share done and a description; the share decreases if the noise falls
+    more slowly than expected.
     """
     directions = min(_FIRST_DIRECTIONS, most)
     words, tiles = "drawing", _Tiles(coverage.shape)
-    # Directions of all pixels so far, and in all: unknown before the noise is.
+    # Directions of all pixels so far, and in total, which is unknown until the noise is measured.
     drawn, total, first = 0, np.inf, None
 
     def draw(to: int, pixels: Int[np.ndarray, " n"]) -> None:
-        """Draw, and tell how far that is."""
+        """Sample and report progress."""
         nonlocal drawn
         more = int((to - sums.directions[pixels]).sum())
         sums.extend(to, pixels, lambda share: say(min((drawn + share * more) / total, 1.0), words))
@@ -143,7 +143,7 @@ def draw_until_quiet(
         halves = np.moveaxis(sums.halves, 3, 1)
         judged = _judged(halves, beside, coverage)
         off = noise_of(halves, beside, judged, whites)
-        # The mean of few pixels is itself uncertain: two of its standard errors are counted with it.
+        # The mean of few pixels is itself uncertain: two of its standard errors are added.
         uncertain = 1.0 + 1.5 / np.sqrt(max(off.shape[1], 1))
         noise = float(off.mean(axis=1).max()) if off.size else 0.0
         enough = noise * uncertain <= aimed
@@ -155,7 +155,7 @@ def draw_until_quiet(
         doubled = np.minimum(2 * sums.directions[further], most)
         so_far = 4 * int(doubled.max())
         words = f"drawing {so_far:,} directions a pixel; noise of ΔE94 {noise:.2g} so far, {aimed:.2g} is aimed at"
-        # By how the noise falls as more are drawn; what comes next is known.
+        # Extrapolated from the decrease of the noise so far; the next round is known.
         first = first or (drawn, noise)
         power = np.clip(np.log(drawn / first[0]) / np.log(first[1] / noise), *_POWERS) if noise < first[1] else _POWER
         total = min(drawn * (noise * uncertain / aimed) ** power, most * np.count_nonzero(sums.covered))
@@ -165,9 +165,9 @@ def draw_until_quiet(
 
 
 class _Tiles:
-    """A picture in squares of `_TILE` pixels, which get more directions each where there is more noise.
+    """Tiles of `_TILE` x `_TILE` pixels for adaptive sampling.
 
-    A square and no pixel says where more are drawn: a pixel whose halves agree by chance is not left as it is for that.
+    Tiles decide, not pixels, since the halves of single pixels may agree by chance.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
@@ -181,9 +181,9 @@ class _Tiles:
         may: Bool[np.ndarray, " P"],
         aimed: float,
     ) -> Int[np.ndarray, " k"]:
-        """Pixels, ascending, of so many of the noisiest squares that twice as many directions there should do.
+        """Return the pixels, ascending, of the fewest noisiest tiles for which doubled directions should suffice.
 
-        may : which pixels may have more.
+        may : mask of pixels below the limit.
         """
         count = int(self._of.max()) + 1
         of_judged = self._of[judged.ravel()]
@@ -191,7 +191,7 @@ class _Tiles:
         worst = int(np.argmax(off.mean(axis=1))) if off.size else 0
         total = np.bincount(of_judged, off[worst], minlength=count)
         open_ = np.bincount(self._of, may, minlength=count) > 0
-        # Squares without a judged pixel lie about the others and go with them.
+        # Tiles without a judged pixel surround the others and are refined with them.
         mean = np.where(size > 0, total / np.maximum(size, 1), np.inf)
         order = np.flatnonzero(open_)[np.argsort(-mean[open_], kind="stable")]
         left = total.sum() - np.cumsum((1.0 - _LEFT) * total[order])
@@ -202,7 +202,7 @@ class _Tiles:
 def _judged(
     halves: Float[np.ndarray, "2 M H W 3"], beside: Float[np.ndarray, "M H W 3"], coverage: Float[np.ndarray, "H W"]
 ) -> Bool[np.ndarray, "H W"]:
-    """Wholly covered pixels (covered ones, where none is) that light reaches."""
+    """Return a mask of lit pixels that are wholly covered, or covered at all if none is."""
     judged = coverage >= _WHOLE
     if not judged.any():
         judged = coverage > 0.0
@@ -215,16 +215,16 @@ def noise_of(
     judged: Bool[np.ndarray, "H W"],
     whites: Float[np.ndarray, "M 3"],
 ) -> Float[np.ndarray, "M n"]:
-    """ΔE94 by which each judged pixel is off by chance, in each picture; `beside` is what other lights give."""
+    """Estimate the noise of each judged pixel in each image, ΔE94; `beside` is XYZ by other lights."""
     half, mean, more = (one[:, judged] for one in (halves[0], halves.mean(axis=0), beside))
-    # Refuses a white that is none; relative to them, all pictures have one of 1.
+    # Refuses an invalid white; values are made relative to the whites.
     lab_from_xyz(whites, whites.min(axis=0))
     whole, part = (one / whites[:, None] for one in (mean + more, half + more))
     return np.ascontiguousarray(delta_e_xyz(whole, part, np.ones(3)))
 
 
 def noise_stated(found: Sequence[GatheredHalves], aimed: float) -> ReferenceNoiseEstimate:
-    """Return the noise of pictures that were made in parts, one above the other."""
+    """Combine the noise of images rendered in bands."""
     off = np.concatenate([one.off for one in found], axis=1)
     mean, p99 = (off.mean(axis=1), np.percentile(off, 99.0, axis=1)) if off.size else (np.zeros(len(off)),) * 2
     limited = any(one.limited for one in found)

@@ -1,9 +1,9 @@
 """Throughput of paths to their pixels: every wavelength, also where surfaces fluoresce.
 
-Followed from the eye, a path carries the share of each wavelength that it passes on to its pixel. A fluorescent surface
-passes light on at other wavelengths than it came in, so there XYZ of what arrives takes the share's place: for each
-wavelength of what arrives three numbers, cmf^T D D' ..., with D the Donaldson matrices on the way. Light that has kept
-its wavelength all the way meets the observer at its own resolution; what has not is sampled as the surfaces are.
+Traced from the camera, a path carries its throughput at each wavelength. A fluorescent surface shifts wavelengths, so
+that three numbers per incident wavelength are carried instead, cmf^T D D' ..., with D the Donaldson matrices along the
+path. Light that keeps its wavelength is weighted by the observer at its own resolution; shifted light is sampled like
+the surfaces.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from .geometry import Met
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """Throughput of n paths, for each of L wavelengths that arrive.
+    """Throughput of n paths for each of L incident wavelengths.
 
-    through (n, L) : the share that keeps its wavelength. shifted (n, 3, L) : XYZ, per unit of spectral power, of what
-    does not; None where no surface of the scene fluoresces.
+    through (n, L) : throughput without change of wavelength. shifted (n, 3, L) : XYZ of shifted light per unit of
+    incident spectral power; None if no surface of the scene fluoresces.
     """
 
     through: Float[np.ndarray, "n L"]
@@ -40,7 +40,7 @@ class Carried:
         return Carried(self.through[which], None if self.shifted is None else self.shifted[which])
 
     def times(self, factor: Float[np.ndarray, " n"]) -> Carried:
-        """Scale it, path by path."""
+        """Scale the throughput of each path."""
         shifted = None if self.shifted is None else self.shifted * factor[:, None, None]
         return Carried(self.through * factor[:, None], shifted)
 
@@ -48,7 +48,7 @@ class Carried:
 class PathColours:
     """Scattering along paths through a scene, and colours of the lights at their ends.
 
-    surfaces : by material id. illuminants : M, each in place of every light's own spectra; None leaves them.
+    surfaces : by material id. illuminants : M, each replacing every light's spectra; None keeps them.
     """
 
     def __init__(
@@ -70,21 +70,21 @@ class PathColours:
         self._bright = np.sum([fold.sum(axis=0) for fold in self._folds], axis=0)
 
     def _fold(self, spectra: Sequence[Spectrum]) -> Float[np.ndarray, "L M3"]:
-        """Return the weights from reflectances to XYZ in each picture."""
+        """Return the weights from reflectances to XYZ for each image."""
         return np.concatenate([self._seen_by.weights(spectrum, self._nm).T for spectrum in spectra], axis=1)
 
     def _power(self, spectra: Sequence[Spectrum]) -> Float[np.ndarray, "L M"]:
-        """Spectral power of each picture's light, Y = 1."""
+        """Return the spectral power of each image's light, Y = 1."""
         seen_by = self._seen_by
         return np.stack([one.averaged(self._nm).samples / seen_by.luminous(one) for one in spectra], axis=1)
 
     @property
     def numbers(self) -> int:
-        """Numbers that a path carries."""
+        """Number of values per path."""
         return len(self._nm) * (1 if self._sensitivity is None else 4)
 
     def begun(self, count: int) -> Carried:
-        """Begin a number of paths that have met no surface."""
+        """Return the throughput of new paths."""
         wavelengths = len(self._nm)
         shifted = None if self._sensitivity is None else np.zeros((count, 3, wavelengths))
         return Carried(np.ones((count, wavelengths)), shifted)
@@ -92,7 +92,7 @@ class PathColours:
     def scattered(
         self, carried: Carried, met: Met, uv: Float[np.ndarray, "n 2"] | None, wi: Float[np.ndarray, "n 3"]
     ) -> Carried:
-        """Scatter light that arrives along `wi`: what was carried times f_r (1/sr), or through D."""
+        """Multiply the throughput by f_r (1/sr) for light incident along `wi`, or by D."""
         through = np.zeros_like(carried.through)
         shifted = None if carried.shifted is None else np.zeros_like(carried.shifted)
         for number, surface in enumerate(self._wearing):
@@ -121,7 +121,7 @@ class PathColours:
         return Carried(through, shifted)
 
     def seen(self, carried: Carried, light: int, strength: Float[np.ndarray, "n K"]) -> Float[np.ndarray, "n M3"]:
-        """XYZ of a light of K spectra at the ends of paths."""
+        """Compute XYZ of a light of K spectra at the ends of paths."""
         found = np.zeros((len(strength), self._bright.shape[1]))
         for field in range(strength.shape[1]):
             found += (carried.through * strength[:, field : field + 1]) @ self._folds[light][field]
@@ -130,7 +130,7 @@ class PathColours:
         return found
 
     def brightness(self, carried: Carried) -> Float[np.ndarray, " n"]:
-        """Return the largest of XYZ of all pictures that light of all lamps would give, white being 1."""
+        """Return the largest of X, Y and Z in all images under all lights together, relative to white."""
         found = carried.through @ self._bright
         for powers in self._powers if carried.shifted is not None else ():
             assert carried.shifted is not None
@@ -144,9 +144,9 @@ def _by_picture(xyz: Float[np.ndarray, "n 3 M"]) -> Float[np.ndarray, "n M3"]:
 
 @dataclass(frozen=True, eq=False)
 class _Emission:
-    """The part of a Donaldson matrix that changes wavelengths, on a common grid, without its rows and columns of zeros.
+    """Fluorescent part of a Donaldson matrix, on a common grid, without rows and columns of zeros.
 
-    matrix (O, I) : leaving, exciting. leaving (O,), exciting (I,) : which wavelengths of the grid.
+    matrix (O, I) : emission by excitation. leaving (O,), exciting (I,) : their wavelength indices in the grid.
     """
 
     matrix: Float[np.ndarray, "O I"]

@@ -1,7 +1,7 @@
-"""Cameras and lights that can show nothing, found and named: no picture is black or empty without a word.
+"""Diagnosis of cameras and lights whose image is black or empty.
 
-A body contains a point where its winding number there is a whole number other than 0 (Jacobson et al. 2013). That is so
-of closed meshes alone, whichever way they wind; an open sheet, or a room with a window, has a fraction and no inside.
+A body contains a point if its winding number there is a non-zero integer (Jacobson et al. 2013). That holds only for
+closed meshes, of either orientation; an open sheet, or a room with a window, has a fractional number and no inside.
 """
 
 from __future__ import annotations
@@ -17,27 +17,29 @@ from ..scene import Scene
 from ..vectors import dot
 from .geometry import Tracer, VisibleGeometry, visible_geometry
 
-# A hole of up to this share of all directions leaves a body closed: scanned and exported meshes have cracks.
+# Largest solid angle of holes, as a share of the sphere, in a closed body, since scanned and exported meshes have
+# cracks.
 CRACK = 1e-3
-# A light that is nearer to a surface than this, in radii of the scene, stands on it: renderers see nothing nearer, and
-# of that surface it lights a spot.
+# Distance, in radii of the scene, below which a light is on a surface: renderers resolve nothing nearer, and it lights
+# only a spot.
 ON_SURFACE = 1e-3
-# Share of the visible points up to which light reaches them by rounding at outlines, or hardly at all.
+# Share of lit visible points that is attributed to rounding at outlines, or negligible.
 SPECKS = 1e-3
-# Rays that are enough to say why a picture is black.
+# Number of rays for the diagnosis of a black image.
 _ENOUGH = 250_000
-# Samples, and directions at each, that tell whether a light that spreads reaches a picture.
+# Samples, and directions at each, for testing whether area and environment lights reach an image.
 _FEW_SAMPLES, _FEW_DIRECTIONS = 4096, 16
 # Triangles per block.
 _BLOCK = 200_000
 
 
 def placement_warnings(scene: Scene, camera: Camera | None = None) -> tuple[str, ...]:
-    """Return a line for a camera inside a body without a light, and for each point light inside a body or on a surface.
+    """Return a warning for a camera inside a body without a light, and for each point light inside a body or on a
+    surface.
 
-    Surfaces let no light through, so what is closed is dark inside unless a light is in there. A camera and a light in
-    one body are a room, which needs no word. Costs nothing where nothing stands in the box around a part, and else some
-    tens of nanoseconds a triangle of that part.
+    Surfaces are opaque, so that a closed body is dark inside without a light. A camera and a light in one body are a
+    room, which is fine. The cost is zero unless something is in a part's bounding box, and else some tens of
+    nanoseconds per triangle of that part.
     """
     camera = scene.camera() if camera is None else camera
     near = ON_SURFACE * 0.5 * float(np.linalg.norm(np.subtract(*scene.bounds)))
@@ -68,7 +70,7 @@ def placement_warnings(scene: Scene, camera: Camera | None = None) -> tuple[str,
 
 
 def looks_past(scene: Scene, camera: Camera) -> str:
-    """Return the line for a picture that shows no surface at all."""
+    """Return the warning for an image without any surface."""
     low, high = scene.bounds
     to_middle = 0.5 * (low + high) - camera.position
     distance = float(np.linalg.norm(to_middle))
@@ -83,9 +85,9 @@ def looks_past(scene: Scene, camera: Camera) -> str:
 
 
 def why_black(scene: Scene, camera: Camera | None = None, geometry: VisibleGeometry | None = None) -> tuple[str, ...]:
-    """Return a line where no light reaches what a camera sees; () where one does, or where no surface is met.
+    """Return a warning if no light reaches the surfaces that a camera sees; () otherwise, or without visible surfaces.
 
-    geometry : what `visible_geometry` gave for this camera; without it up to some 250,000 rays are traced.
+    geometry : result of `visible_geometry` for this camera; without it up to some 250,000 rays are traced.
     """
     camera = scene.camera() if camera is None else camera
     seen = visible_geometry(scene, _coarser(camera)) if geometry is None else geometry
@@ -104,7 +106,7 @@ def why_black(scene: Scene, camera: Camera | None = None, geometry: VisibleGeome
 
 
 def _spread_light_reaches(scene: Scene, seen: VisibleGeometry) -> bool:
-    """Return whether lights that spread reach what a camera sees, by a few directions of each at a few thousand
+    """Return whether area or environment lights reach visible surfaces, tested by a few directions at a few thousand
     samples.
     """
     if not scene.spread_lights or seen.frame is None or seen.geometric is None:
@@ -125,8 +127,7 @@ def _spread_light_reaches(scene: Scene, seen: VisibleGeometry) -> bool:
 
 
 def winding_number(mesh: Mesh, point: Float[np.ndarray, "3"]) -> float:
-    """Count how often a mesh goes round a point, anticlockwise seen from outside: 1 within a closed body that faces
-    outwards.
+    """Compute the winding number of a mesh about a point: 1 inside a closed body that faces outwards.
 
     The sum of the signed solid angles of its triangles (Van Oosterom and Strackee 1983, eq. 8) over 4 pi.
     """
@@ -142,7 +143,7 @@ def winding_number(mesh: Mesh, point: Float[np.ndarray, "3"]) -> float:
 
 
 def _bodies(scene: Scene, point: np.ndarray) -> list[str]:
-    """Names of the closed parts that a point stands in."""
+    """Return the names of closed parts that contain a point."""
     found = []
     for part in scene.parts:
         low, high = part.mesh.bounds
@@ -154,7 +155,7 @@ def _bodies(scene: Scene, point: np.ndarray) -> list[str]:
 
 
 def _touches(mesh: Mesh, point: np.ndarray, distance: float) -> bool:
-    """Return whether a mesh comes nearer to a point than `distance`."""
+    """Return whether a mesh is within `distance` of a point."""
     low, high = mesh.bounds
     if ((point < low - distance) | (point > high + distance)).any():
         return False
@@ -171,9 +172,9 @@ def _touches(mesh: Mesh, point: np.ndarray, distance: float) -> bool:
 
 
 def _coarser(camera: Camera) -> Camera:
-    """Return the same view in few enough points."""
+    """Return the same view with a limited number of sample points."""
     pixels = camera.width * camera.height_px
-    # Fewer pixels of a part of a picture would be a smaller part.
+    # A crop cannot be resampled: fewer pixels would be a smaller crop.
     if camera.part_of is not None or pixels * camera.samples**2 <= _ENOUGH:
         return camera
     share = min(1.0, np.sqrt(_ENOUGH / pixels))
@@ -182,7 +183,7 @@ def _coarser(camera: Camera) -> Camera:
 
 
 def _named(kind: str, names: list[str], most: int = 4) -> str:
-    """Return the things of one kind, each by its name in quotes; of many, the first."""
+    """List names of one kind in quotes, at most the first `most`."""
     shown = ", ".join(f'"{name}"' for name in names[:most])
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return f"{kind}{'s' if len(names) > 1 else ''} {shown}{more}"

@@ -1,7 +1,7 @@
-"""The slow truth: every sample point, every wavelength, float64, the original surfaces.
+"""Reference renderer: every sample point, every wavelength, float64, the original surfaces.
 
-A light from one direction is one sum at each sample point. Of lights that spread, directions are drawn
-(`spread`), until the noise that this leaves is small beside what a picture is judged by.
+Delta lights are summed exactly at each sample point. Area and environment lights are integrated by Monte Carlo
+(`spread`), until the noise is small against the error budget.
 """
 
 from __future__ import annotations
@@ -34,17 +34,18 @@ from .noise import (
 )
 from .spread import SpreadSum
 
-# Sample points per band: bounds memory to some 200 MB however large the picture.
+# Sample points per band, which bounds memory to some 200 MB for any image size.
 BAND_SAMPLES = 400_000
-# Samples per evaluation of a surface: 81 wavelengths of them, in float64, stay in cache. Of more wavelengths, fewer.
+# Samples per evaluation of a surface, sized for the processor's cache at 81 wavelengths in float64. Fewer for more
+# wavelengths.
 BLOCK = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class ReferencePictures:
-    """`xyz` (M, H, W, 3) float64, one picture for each light spectrum asked for; `coverage` (H, W).
+    """Images `xyz` (M, H, W, 3) float64, one for each illuminant; `coverage` (H, W).
 
-    noise : what is left to chance; None where no light spreads, and nothing is.
+    noise : estimate of sampling noise; None without Monte Carlo sampling.
     """
 
     xyz: Float[np.ndarray, "M H W 3"]
@@ -58,7 +59,7 @@ def reference_image(
     surfaces: Mapping[str, Surface],
     illuminant: Spectrum | None = None,
 ) -> tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]:
-    """XYZ (H, W, 3) and coverage (H, W) of one picture; see `reference_images`."""
+    """Render XYZ (H, W, 3) and coverage (H, W) of one image; see `reference_images`."""
     pictures = reference_images(scene, camera, surfaces, (illuminant,))
     return pictures.xyz[0], pictures.coverage
 
@@ -79,36 +80,35 @@ def reference_images(
     bounces: int = 0,
     progress: Callable[[int, int, str], None] | None = None,
 ) -> ReferencePictures:
-    """Return the same view under several light spectra; surfaces are evaluated once for all of them.
+    """Render a view under several light spectra; surfaces are evaluated once for all of them.
 
     XYZ = mean over a pixel's samples of: sum over lights of visibility E / E_ref pi f_r(wi, wo) cos(theta_i), folded
-    with light spectrum and observer, so that a perfect diffuser that receives E_ref has Y = 1. A sample that meets
-    nothing adds 0 to XYZ and to coverage: XYZ is premultiplied by coverage. Of a light that spreads, E / E_ref stands
-    for the integral of luminance over directions / E_ref: pi / E_ref times that of f_r cos(theta_i) V L is added.
+    with light spectrum and observer, so that a perfect diffuser under E_ref has Y = 1. A sample without a surface adds
+    0 to XYZ and to coverage: XYZ is premultiplied by coverage. For area and environment lights pi / E_ref times the
+    integral of f_r cos(theta_i) V L is added instead.
 
     Parameters
     ----------
     camera : None takes the scene's first.
     surfaces : by material id, for every id in the scene.
-    illuminants : None keeps the lights' own spectra; a spectrum replaces that of every light.
-    geometry : what `visible_geometry(scene, camera)` gave, to be used again for other materials; with uv where one of
-        them needs them (`Scene.needs_uv`). Without it the picture is traced in bands of rows of at most about
-        `band_samples` sample points; so it is where materials have holes that the geometry does not.
-    tracer : of the same meshes and holes, where somebody has one; only with `geometry`.
-    budget : ΔE94 that the picture is to be judged by: lights that spread may leave noise of `NOISE_SHARE` of it, as
-        the mean of the pixels of each band.
-    most_directions : drawn for a pixel of each kind and half at the most; `ReferencePictures.noise` says when reached.
-    seed : of what is drawn; equal seeds and equal bands give equal pictures.
-    bounces : surfaces that light may come by beside the one that is seen; 0 is direct light alone. What comes so is
-        drawn (`bounces`), and has a noise as lights have that spread.
-    progress : called with (rows done, rows in all, what is done) as bands are traced; directions that are drawn count
-        as rows, which may be fewer again where more turn out to be needed.
+    illuminants : one per image; a spectrum replaces that of every light, None keeps the lights' own.
+    geometry : result of `visible_geometry(scene, camera)`, for reuse with other materials; with uv if one of them needs
+        it (`Scene.needs_uv`). Without it, or if materials have other holes, the image is traced in bands of rows of at
+        most about `band_samples` sample points.
+    tracer : of the same meshes and holes, if available; only with `geometry`.
+    budget : error budget, ΔE94; sampling noise may be `NOISE_SHARE` of it, as the mean over pixels of each band.
+    most_directions : limit per pixel, of each kind and half; `ReferencePictures.noise` tells if it was reached.
+    seed : of random numbers; equal seeds and equal bands give equal images.
+    bounces : largest number of surfaces on a light path besides the visible one; 0 is direct light alone. Indirect
+        light is path traced (`bounces`), and is noisy as well.
+    progress : called with (rows done, number of rows, description); sampling counts as a share of rows, which may
+        decrease if more samples turn out to be needed.
 
     Raises
     ------
     UnknownNameError : a material of the scene is not in `surfaces`.
-    InputError : a budget or a number of directions that is not above 0; a geometry of a scene without lights that
-        spread, where this one has some.
+    InputError : a budget or number of directions that is not positive; a geometry without frames for a scene with area
+        or environment lights.
     """
     for field, value in (("budget", budget), ("most_directions", most_directions)):
         if not value > 0:
@@ -117,7 +117,7 @@ def reference_images(
     scene.check_surfaces(surfaces)
     scene = scene.cut(surfaces)
     if geometry is not None and bounces and geometry.frame is None:
-        # It has no frames, which bounces need.
+        # It lacks the frames needed for bounces.
         geometry = None
     if geometry is not None and geometry.cutouts != (scene.cutouts if any(scene.cutouts) else ()):
         # It was computed for other holes.
@@ -152,7 +152,7 @@ def reference_images(
 
 
 def _say_rows(say: Callable[[int, int, str], None], band: slice, total: int, share: float, words: str) -> None:
-    """Say a share of a band of a picture as rows of it that are done."""
+    """Report the share of a band as rows done."""
     say(band.start + int(share * (band.stop - band.start)), total, words)
 
 
@@ -170,7 +170,7 @@ class _Spread:
         bounces: int,
     ) -> None:
         self._scene, self._illuminants, self._bounces = scene, illuminants, bounces
-        # Half of them has to be a whole number.
+        # Must be even, for two halves.
         self._aimed, self._most, self._seed = aimed, max(2, most - most % 2), seed
         self._found: list[GatheredHalves] = []
         self.wanted = bool(scene.spread_lights) or bounces > 0
@@ -186,7 +186,9 @@ class _Spread:
         start: int,
         say: Callable[[float, str], None],
     ) -> Float[np.ndarray, "M H W 3"]:
-        """`xyz` of other lights with that of those that spread, for the rows of a picture from `start`."""
+        """Add area and environment lights and bounces to `xyz` of delta lights, for the rows of an image from
+        `start`.
+        """
         of_scene, seed = (self._scene, geometry, self._surfaces, self._illuminants), (self._seed, start)
         found = []
         if self._scene.spread_lights:
@@ -199,7 +201,7 @@ class _Spread:
 
     @property
     def noise(self) -> ReferenceNoiseEstimate | None:
-        """Noise of all that was added; None where nothing was."""
+        """Noise of all bands; None without sampling."""
         return noise_stated(self._found, self._aimed) if self._found else None
 
 
@@ -211,7 +213,7 @@ def _shade(
     count: int,
     block: int,
 ) -> Float[np.ndarray, "M H W 3"]:
-    """XYZ of one geometry under `count` spectra in place of each light's, box-filtered to pixels."""
+    """Render delta lights under `count` spectra: XYZ, box-filtered to pixels."""
     total = np.zeros((geometry.rows * geometry.width, 3 * count))
     for folding, lit in zip(foldings, geometry.lit, strict=True):
         part_of = geometry.part[lit.sample]
@@ -234,7 +236,7 @@ def _shade(
 
 
 def lit_points(geometry: VisibleGeometry, lit: LitSamples, rows: Int[np.ndarray, " K"]) -> Points:
-    """Some of the samples that a light reaches."""
+    """Return the points of some samples lit by a light."""
     sample = lit.sample[rows]
     uv, footprint = (None if one is None else one[sample] for one in (geometry.uv, geometry.footprint))
     return Points(lit.wi[rows], geometry.wo[sample], uv, footprint)

@@ -1,29 +1,26 @@
-"""Area and environment light at each pixel of a reference, as sums over drawn directions.
+"""Area and environment light at each pixel of a reference, by Monte Carlo integration.
 
-Directions are drawn in two ways, as the light shines (density p_l, 1/sr) and as the surface scatters (p_s), equally
-many of each, and each counts by both densities together: the balance heuristic (Veach and Guibas, "Optimally combining
-sampling techniques for Monte Carlo rendering", SIGGRAPH 1995, section 3.3). With n of each, the integral over
-directions is
+Equal numbers of directions are sampled from the light (density p_l, 1/sr) and from the BRDF (p_s), weighted by the
+balance heuristic (Veach and Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 1995,
+section 3.3). With n of each, the integral over directions is
 
     1/n sum over all 2n of f_r cos(theta_i) V L / (p_s + p_l).
 
-A surface is a sum, and what is even in it needs no directions of its own: where the light is even too, or is one
-rectangle, that is 1/n sum of f_r cos(theta_i) V L / p_l over n of the light's, which have no noise but that of f_r
-cos(theta_i) and V. Highlights have both kinds.
+The diffuse part of a BRDF needs no BRDF sampling if the light is even or a single rectangle: its integral is 1/n sum of
+f_r cos(theta_i) V L / p_l over n directions from the light, with noise only from f_r cos(theta_i) and V. Highlights use
+both kinds.
 
-Each picture is the mean of two halves that are drawn alike and independently; `noise` makes of their
-difference what is stated.
+Each image is the mean of two halves, sampled independently in the same way; `noise` estimates the noise from their
+difference.
 
-The points that directions are drawn from are Sobol's (scipy's `qmc`): one of their dimensions says which sample of a
-pixel is asked. In each half all are scrambled by the exclusive or with random numbers (Kollig and Keller, "Efficient
-multidimensional sampling", Computer Graphics Forum 21(3), 2002). Pixel by pixel they are taken from another place of
-the sequence: from j to (j xor a random number), so that the first 2^k of a pixel are some 2^k of the sequence that
-stand beside each other, which are as even as its first are. What the light gives from where it is drawn is so worked
-out once for all pixels, where it is infinitely far off.
+Directions are generated from Sobol points (scipy's `qmc`), one dimension of which selects the sample of a pixel. In
+each half all points are scrambled by exclusive or with random numbers (Kollig and Keller, "Efficient multidimensional
+sampling", Computer Graphics Forum 21(3), 2002). Each pixel permutes the sequence, from j to (j xor a random number), so
+that its first 2^k points are 2^k consecutive points of the sequence, which are as uniform as the first. So directions
+and luminance of an environment are computed once for all pixels.
 
-Materials of one geometry may scatter by the same functions of direction, as coats of one roughness do over bodies of
-any colour. Their sums over directions are kept with the geometry (`_Drawn`): the next such material gives them its
-colours.
+Materials may share functions of direction, as coats of one roughness over bodies of any colour. Their sums over
+directions are cached with the geometry (`_Drawn`) and reused with the colours of the next such material.
 """
 
 from __future__ import annotations
@@ -54,27 +51,27 @@ from .direction_sampling import DrawnDirections, drawn_pool, is_even
 from .geometry import Tracer, VisibleGeometry
 from .noise import Heard, unheard
 
-# Pairs of a sample and a direction per block: some 3 MB of numbers, which stay in cache.
+# Pairs of sample and direction per block: some 3 MB, to fit the processor's cache.
 _PAIRS = 16384
-# Directions of either kind for highlights, for each direction for what is even, under such a light.
+# Directions of each kind for highlights, per direction for the diffuse part, under an even light.
 _GLOSSY = 0.5
-# Bytes of sums that are kept with one geometry.
+# Limit of cached sums per geometry, bytes.
 _KEPT_BYTES = 256_000_000
 
 
 class SpreadSum:
-    """Sums over drawn directions for one geometry: what each light that spreads gives each pixel, in two halves.
+    """Monte Carlo sums of area and environment lights for one geometry, by pixel, in two halves.
 
     Parameters
     ----------
-    geometry : with `frame` and `geometric`. tracer : gives that of the same scene, if it is asked.
+    geometry : with `frame` and `geometric`. tracer : returns that of the same scene on demand.
     surfaces : by material id. illuminants : see `reference.reference_images`.
-    seed : of the scrambling; equal seeds give equal pictures.
-    most : directions of each kind and half that a pixel may be asked for.
+    seed : of the scrambling; equal seeds give equal images.
+    most : largest number of directions per pixel, of each kind and half.
 
     Raises
     ------
-    InputError : the geometry was made for a scene without lights that spread.
+    InputError : a geometry without frames, from a scene without area or environment lights.
     """
 
     def __init__(
@@ -103,15 +100,15 @@ class SpreadSum:
         self._hits = np.bincount(geometry.pixel, minlength=self._sums.shape[1])
         self._first = np.cumsum(self._hits) - self._hits
         self._drawn = _Drawn.of(geometry, tuple(scene.spread_lights), seed, most)
-        #: (H W,) directions of each kind that each pixel has had, in each half.
+        #: (H W,) number of directions of each kind per pixel, in each half.
         self.directions = np.zeros(self._sums.shape[1], dtype=np.int64)
-        #: (H W,) pixels that meet a surface.
+        #: (H W,) mask of pixels that see a surface.
         self.covered = self._hits > 0
 
     def extend(self, directions: int, pixels: Int[np.ndarray, " n"] | None = None, heard: Heard = unheard) -> None:
-        """Carry some pixels (ascending), all of which have had as many, on to so many directions of each kind and half.
+        """Continue pixels (ascending), with equal numbers of directions so far, to `directions` of each kind and half.
 
-        A multiple of 2, so that half is a whole number. `heard` : hears the share that is done.
+        directions : a multiple of 2. heard : receives the share done.
         """
         pixels = np.flatnonzero(self.covered) if pixels is None else pixels
         if not len(pixels):
@@ -129,7 +126,7 @@ class SpreadSum:
         self.directions[pixels] = directions
 
     def _carry_on(self, number: int, half: int, task: _Task, pixels: Int[np.ndarray, " n"]) -> None:
-        """One task for all these pixels."""
+        """Perform one task for some pixels."""
         light, sums = self._lights[number], self._sums[half]
         pool, shift = self._drawn.pool(number, half)
         wearing: dict[int, _Part] = {}
@@ -143,7 +140,7 @@ class SpreadSum:
             open_ = part.missing(pixels)
             missing |= open_
             if part.moments is not None:
-                # Someone may have been interrupted here.
+                # A previous run may have been interrupted here.
                 part.moments.sums[pixels[open_]] = 0.0
         for pixel, which in _pairs(pixels[missing], task.start, task.stop):
             row = which ^ shift[pixel]
@@ -164,9 +161,9 @@ class SpreadSum:
 
     @property
     def halves(self) -> Float[np.ndarray, "2 H W M 3"]:
-        """XYZ by each half alone."""
+        """XYZ of each half."""
         geometry = self._geometry
-        # A sample of a pixel stands for all that meet a surface.
+        # Each chosen sample represents all covered samples of its pixel.
         scale = (
             np.pi / self._scene.viewing.reference_illuminance_lux / (geometry.samples * np.maximum(self.directions, 1))
         )
@@ -182,7 +179,7 @@ class SpreadSum:
         sample: Int[np.ndarray, " n"],
         row: Int[np.ndarray, " n"],
     ) -> None:
-        """One direction for each pair of a sample and a row of the pool, added to `sums` or to the part's moments."""
+        """Evaluate one direction for each pair of sample and pool row; add to `sums` or to the part's moments."""
         if not len(sample):
             return
         low, worn = self._geometry.pixel[sample[0]], part.worn
@@ -203,7 +200,7 @@ class SpreadSum:
         if worn.sampler is not None:
             density = task.of_n * (worn.sampler.density(wo, wi) + by_light)
         uv, footprint = (None if one is None else one.take(sample, axis=0) for one in (geometry.uv, geometry.footprint))
-        # Drawn directions have a density above 0, except by rounding at a cell's border.
+        # Sampled directions have a positive density, except by rounding at a cell's border.
         weight = np.where(density > 0.0, wi[:, 2], 0.0) / np.where(density > 0.0, density, 1.0)
         arriving = luminance * weight[:, None]
         if part.moments is not None and worn.terms is not None:
@@ -220,7 +217,7 @@ class SpreadSum:
     def _shone(
         self, light: _Shining, pool: DrawnDirections, sample: Int[np.ndarray, " n"], row: Int[np.ndarray, " n"]
     ) -> tuple[np.ndarray, ...]:
-        """Samples, directions in the world and in their frames, luminance and density, as the light shines."""
+        """Sample the light: return samples, directions in the world and in local frames, luminance and density."""
         if pool.towards is None or pool.luminance is None or pool.density is None:
             position = self._geometry.position.take(sample, axis=0)
             towards, density = light.light.drawn(position, pool.uniform[row, :2])
@@ -240,7 +237,7 @@ class SpreadSum:
         sample: Int[np.ndarray, " n"],
         row: Int[np.ndarray, " n"],
     ) -> tuple[np.ndarray, ...]:
-        """Return the same, as the surface scatters."""
+        """Sample the BRDF; return the same."""
         assert worn.sampler is not None
         wo, uniform = self._geometry.wo.take(sample, axis=0), pool.uniform.take(row, axis=0)
         wi = worn.sampler.drawn(wo, uniform[:, 2:4])
@@ -255,28 +252,28 @@ class SpreadSum:
 
 @dataclass(frozen=True, eq=False)
 class _Worn:
-    """Material of a task, and its sampler; without a sampler by the light alone."""
+    """Material of a task, and its sampler; None for light sampling alone."""
 
     surface: Surface
     sampler: DirectionSampler | None
 
     @property
     def terms(self) -> SumOfTerms | None:
-        """Terms of the material, where it is known as such."""
+        """Terms of the material, or None."""
         return self.surface.sum_of_terms
 
     @property
     def key(self) -> Hashable:
-        """Equal for materials of the same terms, drawn from alike; None where there are no terms."""
+        """Key that is equal for materials with the same terms and sampling; None without terms."""
         terms = self.terms
         return None if terms is None else terms.key if self.sampler is None else sampling_key(self.surface)
 
 
 @dataclass(frozen=True, eq=False)
 class _Moments:
-    """Sums over the directions of a task of each of R terms times each of K fields of a light.
+    """Sums over the directions of a task, for each of R terms and K fields of a light.
 
-    sums (P, R K) : by pixel; known (P,) : which pixels these are of.
+    sums (P, R K) : by pixel; known (P,) : mask of finished pixels.
     """
 
     sums: Float[np.ndarray, "P RK"]
@@ -284,7 +281,7 @@ class _Moments:
 
 
 class _Drawn:
-    """Directions drawn for one geometry under some lights, and sums over them that are good for several materials."""
+    """Cache of sampled directions for one geometry and its lights, and of sums shared by materials."""
 
     def __init__(self, geometry: VisibleGeometry, lights: tuple[SpreadLight, ...], seed: tuple[int, ...], most: int):
         self._lights, self._seed, self._most = lights, seed, most
@@ -294,14 +291,14 @@ class _Drawn:
 
     @classmethod
     def of(cls, geometry: VisibleGeometry, lights: tuple[SpreadLight, ...], seed: tuple[int, ...], most: int) -> _Drawn:
-        """Find those of a geometry; of other lights than the last ones they are new."""
+        """Return the cache of a geometry, renewed if lights, seed or `most` differ from the last."""
         last = _drawn.get(geometry)
         if last is None or (last._lights, last._seed, last._most) != (lights, seed, most):
             last = _drawn[geometry] = cls(geometry, lights, seed, most)
         return last
 
     def pool(self, number: int, half: int) -> tuple[DrawnDirections, Int[np.ndarray, " P"]]:
-        """Points for a light and, by pixel, where in them it begins."""
+        """Return the points for a light, and each pixel's offset in them."""
         if (number, half) not in self._pools:
             rng = np.random.default_rng([*self._seed, number, half])
             pool = drawn_pool(self._lights[number], self._most, rng)
@@ -309,9 +306,9 @@ class _Drawn:
         return self._pools[number, half]
 
     def moments(self, at: tuple[Hashable, ...], worn: _Worn, fields: int) -> _Moments | None:
-        """Sums so far of what is worn there, for so many fields of a light; None where it is not known as terms.
+        """Return the cached sums of a material for `fields` fields of a light; None for a material without terms.
 
-        Those longest unused are given up where all take too much memory.
+        The least recently used ones are evicted to limit memory.
         """
         if worn.terms is None:
             return None
@@ -328,13 +325,13 @@ class _Drawn:
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """A part of the scene in a task: what it wears, and the moments that are summed in place of colours."""
+    """Part of the scene in a task: its material, and the moments that are summed instead of colours."""
 
     worn: _Worn
     moments: _Moments | None
 
     def missing(self, pixels: Int[np.ndarray, " n"]) -> Bool[np.ndarray, " n"]:
-        """True where directions are still to be drawn."""
+        """Return a mask of pixels without finished sums."""
         return np.ones(len(pixels), dtype=bool) if self.moments is None else ~self.moments.known[pixels]
 
 
@@ -343,10 +340,10 @@ _drawn: WeakKeyDictionary[VisibleGeometry, _Drawn] = WeakKeyDictionary()
 
 @dataclass(frozen=True)
 class _Task:
-    """Directions from `start` to `stop` of one kind, for one share of what surfaces scatter.
+    """Directions from `start` to `stop` of one kind, for one part of the BRDF.
 
-    scattered : as surfaces scatter, or else as the light shines. share : "even", "glossy" or "all".
-    of_n : how many of either kind there are for each of n.
+    scattered : BRDF sampling, else light sampling. share : "even" (diffuse), "glossy" or "all".
+    of_n : number of directions of each kind, relative to n.
     """
 
     scattered: bool
@@ -356,7 +353,7 @@ class _Task:
     of_n: float = 1.0
 
     def part(self, scattering: Scattering) -> _Worn | None:
-        """Return the part of a material; None where it has no such part."""
+        """Return the task's part of a material; None without such a part."""
         if self.share == "all":
             return _Worn(scattering.surface, scattering.sampler)
         if self.share == "even":
@@ -365,11 +362,11 @@ class _Task:
 
 
 class _Shining:
-    """A light ready to be folded: a column of XYZ for each spectrum that it has in each picture."""
+    """Light prepared for folding, with an XYZ column for each of its spectra in each image."""
 
     def __init__(self, scene: Scene, light: SpreadLight, illuminants: Sequence[Spectrum | None]) -> None:
         self.light = light
-        # Fields of one spectrum are one.
+        # Fields with the same spectrum are merged.
         own = {spectrum.key: spectrum for spectrum in light.spectra}
         numbers = {key: number for number, key in enumerate(own)}
         self._fields_of = np.zeros((len(light.spectra), len(own)))
@@ -379,11 +376,11 @@ class _Shining:
         self._whole = [other is not None for other in illuminants]
         self._first = np.cumsum([0, *(len(each) for each in spectra)])[:-1]
         self._even = is_even(light)
-        # A rectangle is drawn evenly by solid angle, and there is nothing beside it.
+        # A rectangle is sampled uniformly by solid angle.
         self._alone = self._even or isinstance(light, SoftboxLight)
 
     def tasks(self, start: int, stop: int) -> Iterator[_Task]:
-        """List the tasks that take `start` directions to `stop`."""
+        """Yield the tasks that continue from `start` to `stop` directions."""
         if self._alone:
             yield _Task(False, "even", start, stop)
         of_n = _GLOSSY if self._even else 1.0
@@ -392,15 +389,15 @@ class _Shining:
 
     @property
     def count(self) -> int:
-        """Fields of the light that have spectra of their own."""
+        """Number of fields with distinct spectra."""
         return self._fields_of.shape[1]
 
     def fields(self, columns: Float[np.ndarray, "n J"]) -> Float[np.ndarray, "n K"]:
-        """Add up columns of one spectrum."""
+        """Sum columns with the same spectrum."""
         return columns if columns.shape[1] == self.count else columns @ self._fields_of
 
     def colours(self, spectra: Float[np.ndarray, "R L"], nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "RK M3"]:
-        """XYZ in each picture of each term in each field."""
+        """Return XYZ of each term in each field, for each image."""
         each = (spectra @ self.folding.weights(nm)).reshape(len(spectra), -1, 3)
         out = np.empty((len(spectra), self.count, len(self._whole), 3))
         for number, (whole, first) in enumerate(zip(self._whole, self._first, strict=True)):
@@ -408,7 +405,7 @@ class _Shining:
         return out.reshape(len(spectra) * self.count, -1)
 
     def added(self, f_r: Float[np.ndarray, "n C3"], fields: Float[np.ndarray, "n K"]) -> Float[np.ndarray, "n M3"]:
-        """f_r times what arrives of each spectrum, added up by picture."""
+        """Multiply f_r with the light of each spectrum and sum by image."""
         total = fields.sum(axis=1, keepdims=True)
         if all(self._whole):
             return f_r * total
@@ -419,12 +416,12 @@ class _Shining:
 
 
 def _rows(arrays: Sequence[np.ndarray], which: Int[np.ndarray, " n"]) -> tuple[np.ndarray, ...]:
-    """Return rows of each array; `take` copies short ones many times faster than an index does."""
+    """Select rows of each array; `take` is many times faster than indexing for short rows."""
     return tuple(each.take(which, axis=0) for each in arrays)
 
 
 def _nothing_hides(scene: Scene, geometry: VisibleGeometry) -> bool:
-    """Return whether all that is seen is one convex body from outside: no ray from it meets it again."""
+    """Return whether only one convex body is visible, from outside, so that shadow rays are not needed."""
     if len(scene.parts) != 1 or geometry.geometric is None:
         return False
     mesh = scene.parts[0].mesh
@@ -435,14 +432,14 @@ def _nothing_hides(scene: Scene, geometry: VisibleGeometry) -> bool:
     return _convex[mesh]
 
 
-# A mesh is seen in many materials, and pixel by pixel.
+# Cached, since a mesh is rendered with many materials and in many bands.
 _convex: WeakKeyDictionary[Mesh, bool] = WeakKeyDictionary()
 
 
 def _pairs(
     pixels: Int[np.ndarray, " n"], start: int, stop: int
 ) -> Iterator[tuple[Int[np.ndarray, " p"], Int[np.ndarray, " p"]]]:
-    """Pixels and numbers of directions, about `_PAIRS` of them at a time; pixels stay in order."""
+    """Yield about `_PAIRS` pairs of pixel and direction index at a time, pixels in order."""
     for first in range(start, stop, _PAIRS):
         numbers = np.arange(first, min(first + _PAIRS, stop))
         step = max(1, _PAIRS // len(numbers))

@@ -1,4 +1,4 @@
-"""`scene.toml`: read, checked key by key, and filled up with what a bare scene needs; docs/scene.md describes it."""
+"""Reader of `scene.toml`: checks every key and fills in defaults; docs/scene.md describes the format."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ from .light_tables import read_light
 from .mesh_materials import worn_meshes
 
 DEFAULT_MATERIAL = "colorchecker/neutral-5-matte"
-# Hint for picture files given in place of a scene.
+# Hint for image files given instead of a scene.
 _PICTURE = (
     "write a scene.toml that has it as a map, a light or a material (docs/scene.md); metamer view opens EXR images"
 )
@@ -51,13 +51,13 @@ _PICTURES = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "PSD")
 
 
 def scene_file(path: str | Path) -> Path:
-    """Return the path of a scene, whose tables are looked at; raises `InputError` for anything that is no scene."""
+    """Return the path of a scene after checking its tables; raises `InputError` for any other file."""
     _tables(path)
     return Path(path)
 
 
 def possible_scene(path: str | Path) -> Path:
-    """Return the path of a file that may be a scene, broken or not; raises `InputError` for files of other kinds."""
+    """Return the path of a file that may be a scene, valid or not; raises `InputError` for files of other kinds."""
     path, expected = Path(path), "a scene.toml"
     if not path.suffix and len(path.parts) == 2 and not path.parent.exists():
         one = path.as_posix()
@@ -74,7 +74,7 @@ def possible_scene(path: str | Path) -> Path:
 
 
 def _refuse_other_kinds(path: Path, head: bytes) -> None:
-    """Refuse materials, archives and pictures, as their readers know them by the first bytes of a file."""
+    """Raise `InputError` for materials, archives and images, recognised by their first bytes."""
     from PIL import Image
 
     Image.init()
@@ -93,8 +93,8 @@ def _refuse_other_kinds(path: Path, head: bytes) -> None:
 
 
 def _tables(path: str | Path) -> dict[str, Any]:
-    """Read the tables of a scene. Of those that need neither a mesh nor a catalogue, keys are checked, since either may
-    take minutes to make; of the others, names and whether they are repeated.
+    """Parse the tables of a scene, with the checks that need neither a mesh nor a catalogue, which may take minutes to
+    load: keys of some tables, names and repetition of the others.
     """
     path = possible_scene(path)
     try:
@@ -123,16 +123,16 @@ def _tables(path: str | Path) -> dict[str, Any]:
 def load_scene(
     path: str | Path, catalogue: Any = None, say: Callable[[str], None] | None = None, *, swept: bool = False
 ) -> Scene:
-    """Read `scene.toml`, whose format docs/scene.md describes.
+    """Load `scene.toml`; docs/scene.md describes the format.
 
     Parameters
     ----------
-    path : the file; meshes and measured spectra are looked up relative to it.
-    catalogue : a `Catalogue`, or anything with its `ids()`; the materials of the scene must be among them, and
-        lights may name its emissions. None leaves materials unchecked.
-    say : called with a line before each long step: which large mesh is read, and what that will take.
-    swept : whether other materials are put on the part that is reviewed: its own, and those of the scene's review, need
-        not be in the catalogue.
+    path : of the file; meshes and measured spectra are relative to it.
+    catalogue : a `Catalogue`, or any object with its `ids()`, which must include the scene's materials; lights may name
+        its emissions. None skips the check of materials.
+    say : called with a message before each long step, such as reading a large mesh.
+    swept : True if the reviewed part gets other materials: its own, and those of the scene's review, need not be in the
+        catalogue.
 
     Raises
     ------
@@ -192,13 +192,15 @@ def load_scene(
 
 
 def _own(table: Mapping[str, Any]) -> str:
-    """Name a part by itself: its name, its shape or its file's name; "" where it has nothing that is text."""
+    """Return a part's own name: `name`, its shape or its file's name; "" if none of these is text."""
     found = next((table[key] for key in ("name", "shape", "mesh") if key in table), "")
     return "" if not isinstance(found, str) else found if "name" in table or "shape" in table else Path(found).stem
 
 
 def _names(tables: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[str]]:
-    """Name each part, with a number where it has no `name` and others are called so; and write notes on those."""
+    """Return a unique name for each part, numbered for parts without `name` that would share one, and notes on
+    these.
+    """
     taken_names = {_own(table) for table in tables if "name" in table}
     names, notes = [], []
     for number, table in enumerate(tables, 1):
@@ -222,7 +224,7 @@ def _parts(
     say: Callable[[str], None] | None,
     unworn: str | None = None,
 ) -> Iterator[Part]:
-    """unworn : name of a part whose material nobody sees."""
+    """Yield the parts of a table. unworn : name of a part whose material is never rendered."""
     where = _where("part", number, table)
     shape = table.get("shape")
     if (shape is None) == ("mesh" not in table):
@@ -253,7 +255,7 @@ def _parts(
     default = DEFAULT_MATERIAL if not known_ids or DEFAULT_MATERIAL in known_ids else known_ids[0]
     settings = {key: got[key] for key in options if key in got}
     if "uv" in options:
-        # Parts can wear a texture by default.
+        # Parts can have a texture by default.
         settings.setdefault("uv", True)
     made: list[tuple[str, Mesh, str, dict[str, Any]]]
     with errors_at(path, where):
@@ -286,7 +288,7 @@ def _parts(
 
 
 def _foretold(cost: MeshCost, what: str, place: Path, say: Callable[[str], None] | None) -> None:
-    """Refuse a mesh that does not fit into memory, and say of one that takes a while what it takes."""
+    """Raise `InputError` for a mesh that does not fit into memory, and announce one that takes long."""
     cost.check_room(place)
     if say is not None and cost.seconds >= SAID_FROM_SECONDS:
         say(f"{what}: {cost.words}")
@@ -315,7 +317,7 @@ def _viewing(table: dict, path: Path, illuminances: np.ndarray) -> Viewing:
     got.setdefault("reference_illuminance_lux", float(illuminances.sum()))
     if got.get("adaptation", "Bradford") not in CONE_FROM_XYZ:
         raise UnknownNameError("adaptation", got["adaptation"], CONE_FROM_XYZ, file=path, field="viewing.adaptation")
-    # Files are found from the scene's folder, as all that it names.
+    # Files are relative to the scene's folder, as everywhere.
     if "://" not in (config := got.get("ocio_config", "://")):
         got["ocio_config"] = str(path.parent / config)
     if (display := got.get("display", "")).startswith(PREFIX) and display != SCREEN:
@@ -325,7 +327,7 @@ def _viewing(table: dict, path: Path, illuminances: np.ndarray) -> Viewing:
 
 
 def _review(table: dict, path: Path, parts: list[str], shared: Set[str], known_ids: tuple[str, ...] | None) -> Review:
-    """shared : names that several parts would have, had they not been numbered."""
+    """Read the review table. shared : names that several parts would have without numbers."""
     got = taken(table, REVIEW, path, "review")
     on = got.get("on", parts[0])
     if "on" in got and on.partition("/")[0] in shared:
@@ -355,8 +357,8 @@ def _where(kind: str, number: int, table: Mapping[str, Any]) -> str:
 
 
 def shipped_scene(name: str = "sphere") -> Path:
-    """Return the file of a scene that comes with Metamer, for `load_scene`; raises `UnknownNameError` with those there
-    are.
+    """Return the path of a scene shipped with Metamer, for `load_scene`; raises `UnknownNameError` with the existing
+    ones.
 
     >>> shipped_scene("speed_shape").name
     'speed_shape.toml'

@@ -1,4 +1,4 @@
-"""The keys of `scene.toml`, what each may hold, and what is said when it holds something else."""
+"""Keys of `scene.toml`, with the kind of value of each and the checks."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ PART = {
     "uv_rotate_deg": "number",
     "uv_size_mm": "uv_size",
 }
-# Keys of a table that stands for one material of a mesh file.
+# Keys of a table for one material of a mesh file.
 WORN = {"material": "text", "uv_scale": "uv_scale", "uv_rotate_deg": "number", "uv_size_mm": "uv_size"}
-# Keys of each generated shape, beside those of every part.
+# Keys of each generated shape, besides those of every part.
 SHAPES = {
     "sphere": {"subdivisions": "count", "uv": "flag"},
     "speed_shape": {"subdivisions": "count", "uv": "flag"},
@@ -126,13 +126,15 @@ def _fits(value: Any, kind: str) -> bool:
 
 
 def _is_worn(value: Any) -> bool:
-    """Return an id, or a table, whose keys are checked where it is read."""
+    """Return whether a value is a material id or a table, whose keys are checked when it is read."""
     return isinstance(value, dict) or _fits(value, "text")
 
 
 @contextmanager
 def errors_at(path: Path, where: str | None) -> Iterator[None]:
-    """Errors of what is built from a table get its file and place; those of another file, where that is named."""
+    """Add file and table to errors raised while building from a table; to errors about another file, where it is
+    named.
+    """
     try:
         yield
     except InputError as error:

@@ -1,4 +1,4 @@
-"""The spectrum that a light of a scene names: an illuminant, a file of spectra, or an emission of the catalogue."""
+"""Spectra of lights named in scenes: an illuminant, a file of spectra, or an emission of the catalogue."""
 
 from __future__ import annotations
 
@@ -13,31 +13,29 @@ from ...spectral.formats.registry import SpectralEntry, read_spectra, readers
 from ...spectral.illuminants import illuminant, illuminant_names, light_source_names
 from ...spectral.spectrum import WORKING_WAVELENGTHS_NM, Spectrum
 
-# The end of a file's name, with "#ENTRY" or without: names of lamps end in none.
+# File suffix, with or without "#ENTRY"; names of illuminants have none.
 _FILE = re.compile(r"\.[A-Za-z]\w*(#.*)?$")
-# Only the shape of a lamp counts: its unit, and whether it is written as a percentage of its peak, are nothing to it.
+# Relative spectra suffice for lamps, so that units and percentages of the peak do not matter.
 _A_LAMP = ImportOptions("emission")
 
 
 def lamp(
     named: str, entry: str | int | None, folder: Path, catalogue: Any = None
 ) -> tuple[Spectrum, str, tuple[str, ...]]:
-    """Relative spectral power, the name that reports call it by, and what was assumed or converted on the way.
+    """Return the relative spectral power of a lamp, its name for reports, and notes on assumptions and conversions.
 
-    To name a file or an entry as a lamp is to say that it is one, where the file itself leaves open what was measured;
-    what says that it is something else is refused.
+    A file that does not state its quantity is accepted as a lamp; one that states another quantity is refused.
 
     Parameters
     ----------
     named : an illuminant; else a file, relative to `folder`, in any format of measured spectra; else an id in the
-        `catalogue`, which is anything with `ids()` and `load(id)`, or None.
-    entry : which spectrum of a file that holds several: its name there, or its number from 1.
+        `catalogue`, an object with `ids()` and `load(id)`, or None.
+    entry : spectrum of a file with several, by name or number from 1.
 
     Raises
     ------
     InputError, UnknownNameError
-        Nothing is called so, or two things are; the file cannot be read, or holds no lamp; it holds several and `entry`
-        does not say which.
+        An unknown or ambiguous name; a file that cannot be read or holds no lamp, or several without a valid `entry`.
     """
     known = {name.casefold() for name in (*illuminant_names(), *light_source_names())}
     file = folder / named
@@ -68,13 +66,13 @@ def lamp(
 
 
 def lamp_of_file(named: str | Path) -> tuple[Spectrum, str, tuple[str, ...]] | None:
-    """Return the same of FILE or FILE#ENTRY, the entry by name or number; None where `named` is no file's name.
+    """Return `lamp` for FILE or FILE#ENTRY, the entry by name or number; None if `named` is no file name.
 
-    A lamp is called by its entry, or else by the file's stem.
+    A lamp's name is its entry, or else the file's stem.
 
     Raises
     ------
-    InputError : as of `lamp`; no such file.
+    InputError : see `lamp`; a missing file.
     """
     path, _, entry = str(named).rpartition("#")
     file = str(named) if Path(named).is_file() else path
@@ -110,13 +108,13 @@ def _from_file(file: Path, named: str, entry: str | int | None) -> tuple[Spectru
 
 
 def _held(spectrum: Spectrum, named: str) -> tuple[str, ...]:
-    """Say what is assumed of a lamp beyond its measured range."""
+    """Return notes on the extrapolation of a lamp beyond its measured range."""
     note = spectrum.range_note(WORKING_WAVELENGTHS_NM)
     return (f"{named} is {note}",) if note else ()
 
 
 def _quantities(file: Path) -> str:
-    """Read what a file says that it holds; "" where it says nothing, or holds a lamp after all."""
+    """Return the quantities that a file states; "" if it states none, or holds a lamp after all."""
     try:
         said = {one.spectrum.quantity for one in read_spectra(file).entries}
     except InputError:
@@ -125,7 +123,7 @@ def _quantities(file: Path) -> str:
 
 
 def _chosen(lamps: list[SpectralEntry], entry: str | int | None, file: Path) -> SpectralEntry:
-    """Return the spectrum that `entry` says, or the only one."""
+    """Return the spectrum selected by `entry`, or the only one."""
     names = [lamp.name.strip() for lamp in lamps]
     numbered = [f"{number} ({name})" if name else str(number) for number, name in enumerate(names, 1)]
     several = f"{len(lamps)}: {', '.join(numbered[:_SHOWN])}{' ...' if len(lamps) > _SHOWN else ''}"
@@ -154,7 +152,7 @@ def _chosen(lamps: list[SpectralEntry], entry: str | int | None, file: Path) -> 
     return lamps[names.index(entry)]
 
 
-# Spectra of a file that a message names.
+# Largest number of spectra listed in a message.
 _SHOWN = 6
 
 

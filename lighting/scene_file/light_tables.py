@@ -1,4 +1,4 @@
-"""The [[light]] tables of scene files: which kinds of light there are, their keys, and the light that a table says."""
+"""[[light]] tables of scene files: kinds of light, their keys, and their construction."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from .lamps import lamp
 
 @dataclass(frozen=True)
 class LightKind:
-    """Kind of light as scene files write it.
+    """Kind of light in scene files.
 
     Parameters
     ----------
-    make : gives the light; its parameters are called as the keys.
-    keys : its own, with the kind of their values (`keys`).
-    required : those of them that must be there.
-    defaults : what stands for some that need not.
-    spectrum : the lamp of a table that names none; None leaves it to `make`.
+    make : constructor; its parameters have the names of the keys.
+    keys : own keys, with the kind of their values (`keys`).
+    required : required keys among these.
+    defaults : of optional keys.
+    spectrum : default lamp; None leaves it to `make`.
     """
 
     make: Callable[..., Light]
@@ -37,7 +37,7 @@ class LightKind:
     spectrum: str | None = "D65"
 
 
-#: Every kind of light by the name that scene files give it.
+#: Kinds of light by name in scene files.
 LIGHTS: dict[str, LightKind] = {
     **{
         light.KIND: LightKind(light, light.KEYS, light.REQUIRED, light.DEFAULTS)
@@ -57,13 +57,13 @@ def read_light(
     catalogue: Any = None,
     say: Callable[[str], None] | None = None,
 ) -> tuple[Light, tuple[str, ...]]:
-    """One light, usable by this observer, and what was assumed of it.
+    """Build one light, checked for an observer; return it and notes on assumptions.
 
     Parameters
     ----------
-    table, where, number : the [[light]] of a scene file, what messages call it, and its number from 1.
-    path : the scene file; other files are looked up relative to it.
-    catalogue, say : as of `load_scene`.
+    table, where, number : the [[light]] table, its name in messages, and its number from 1.
+    path : of the scene file; other files are relative to it.
+    catalogue, say : see `load_scene`.
 
     Raises
     ------
@@ -99,8 +99,7 @@ def read_light(
 def _lamp(
     got: Mapping[str, Any], named: str | None, where: str, path: Path, catalogue: Any
 ) -> tuple[Spectrum | None, str, tuple[str, ...]]:
-    """Return the spectrum that a table names, what it is called, and what was assumed of it; None where it names
-    none."""
+    """Return the spectrum named in a table, its name, and notes on assumptions; None if it names none."""
     if "entry" in got and "spectrum_column" in got:
         field = f"{where}.spectrum_column"
         raise InputError("entry and spectrum_column say the same", file=path, field=field, expected="one of the two")
@@ -121,5 +120,5 @@ def _lamp(
 
 
 def _value(value: Any, kind: str, path: Path) -> Any:
-    """Make a file's name its path, from the folder of the scene file."""
+    """Resolve a file name relative to the folder of the scene file."""
     return path.parent / value if kind == "file" else value

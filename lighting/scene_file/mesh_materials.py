@@ -1,4 +1,4 @@
-"""Several materials on one mesh: which of the catalogue's stands for which of the mesh file's own."""
+"""Several materials on one mesh: mapping from the mesh file's materials to the catalogue's."""
 
 from __future__ import annotations
 
@@ -16,20 +16,19 @@ from .keys import WORN, taken
 def worn_meshes(
     file: Path, worn: Mapping[str, Any], rest: str | None, crease_deg: Number, path: Path, where: str
 ) -> Iterator[tuple[str, Mesh, str, dict[str, Any]]]:
-    """Yield the pieces of a mesh file by the file's own materials: name, mesh, id of its material, and how that lies on
-    it.
+    """Yield the pieces of a mesh file by the file's own materials: name, mesh, material id, and texture keys.
 
     Parameters
     ----------
-    worn : by the name of a material in the file an id of the catalogue, or a table with `material`, `uv_scale`,
+    worn : maps material names of the file to ids of the catalogue, or to tables with `material`, `uv_scale`,
         `uv_rotate_deg`, `uv_size_mm`.
-    rest : what pieces wear that are not named in `worn`; None: every piece has to be.
-    path, where : of the scene file and the table in it, for messages.
+    rest : material id of pieces that are not in `worn`; None requires all to be.
+    path, where : scene file and table, for messages.
 
     Raises
     ------
-    InputError : a file without materials, or one whose pieces are not all named; see `load_mesh`.
-    UnknownNameError : the file has no material of that name.
+    InputError : a file without materials, or pieces without a mapping; see `load_mesh`.
+    UnknownNameError : a name that is not in the file.
     """
     pieces = load_mesh_by_material(file, crease_deg)
     known = [name for name in pieces if name]
