@@ -1,4 +1,4 @@
-"""The apparent BRDF of one texel of a BTF: what it shows in every view and light, by a form and as measured."""
+"""Apparent BRDF of one texel of a BTF, for every view and light: of the fast form and as measured."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .images import BtfImages, displacement
 
 @dataclass(frozen=True, eq=False)
 class ApparentBrdf:
-    """f_r cos(theta_i) of a texel as M lights and an observer see it, XYZ in columns of three a light.
+    """f_r cos(theta_i) of a texel as XYZ under M illuminants, in M times three columns.
 
-    x, y : its column and row, row 0 on top.
-    fast : of the fast form. original : of the registered images; None where they are not at hand.
-    whites : XYZ that the perfect diffuser, lit along its normal, has under each light.
+    x, y : column and row of the texel, row 0 on top.
+    fast : values of the fast form. original : values of the registered images; None if these are not available.
+    whites : XYZ of the perfect diffuser, lit along its normal, under each illuminant.
     """
 
     x: int
@@ -34,7 +34,7 @@ class ApparentBrdf:
     whites: Float[np.ndarray, " M3"]
 
     def differences(self) -> Float[np.ndarray, "M V Lt"] | None:
-        """ΔE94 of the form in each image, the images being the reference; None where they are not at hand."""
+        """Compute ΔE94 of the form against each image, the reference; None if the images are not available."""
         if self.original is None:
             return None
         each = (slice(start, start + 3) for start in range(0, len(self.whites), 3))
@@ -46,12 +46,12 @@ def apparent_brdf(
 ) -> ApparentBrdf:
     """Compute the apparent BRDF of the texel in column x and row y.
 
-    images : what the form was found for, each of which is read once. folding : of any scale, which is that of the XYZ;
-    with pi the perfect diffuser has Y = 1, lit along its normal.
+    images : images that the form was fitted to; each is read once. folding : sets the scale of the XYZ; with scale pi
+    the perfect diffuser, lit along its normal, has Y = 1.
 
     Raises
     ------
-    InputError : a texel that there is not; an image that is gone, not what it was, or not finite.
+    InputError : x or y outside the BTF; an image that is missing, has changed or is not finite.
     """
     form = fast.texels.form
     height, width = (form.height, form.width) if isinstance(fast, FieldForm) else fast.texels.form.number.shape
@@ -69,7 +69,7 @@ def apparent_brdf(
 
 
 def _measured(images: BtfImages, x: int, y: int) -> Float[np.ndarray, "V Lt J"]:
-    """Interpolate the texel as `BtfImages.registered` has it, of the four texels around it alone."""
+    """Interpolate the registered texel (`BtfImages.registered`), reading only the four texels around it."""
     found = np.empty((len(images.views), len(images.lights), images.basis.size))
     lights = np.arange(len(images.lights))
     for view in range(len(images.views)):
@@ -91,10 +91,10 @@ def _measured(images: BtfImages, x: int, y: int) -> Float[np.ndarray, "V Lt J"]:
 def in_plane(
     values: Float[np.ndarray, " Lt"], lights: Hemisphere, view: Float[np.ndarray, "3"], angles: Float[np.ndarray, " n"]
 ) -> Float[np.ndarray, " n"]:
-    """Interpolate the values of one view in its plane of incidence, mixed of the three lights around.
+    """Interpolate the values of one view in its plane of incidence, among the three lights around each direction.
 
-    angles : theta_i, radians, negative on the viewer's side of the normal. Seen along the normal, the plane is that of
-    u, and phi of the viewer 0. Lower than any light, values fall with the cosine (`Hemisphere.shares`).
+    angles : theta_i, radians, negative on the viewer's side of the normal. For a view along the normal the plane is
+    that of u (phi = 0). Below the lowest light, values fall with the cosine (`Hemisphere.shares`).
     """
     flat = np.hypot(view[0], view[1])
     along = view[:2] / flat if flat > 1e-6 else np.array([1.0, 0.0])

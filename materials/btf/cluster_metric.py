@@ -1,10 +1,10 @@
-"""Clusters' components as they are seen where the clusters are, not where the mean of all texels is.
+"""Refit of each cluster's components in the perceptual metric at the cluster's own mean.
 
-The ridge of a cord and the valley beside it are alike under a high light; under a low one the valley is black, and a
-step that no ridge shows is plain there. One metric for all texels (`metric`, at the mean colour of each view and light)
-gives the dictionary and the clusters. Once a cluster's mean is known, its texels are compared with the metric at the
-colours of that mean, and its components are found again. Nothing more is stored: weights and components are other
-numbers, of as many bytes (corduroy's 99th percentile falls by a tenth).
+The ridge of a cord and the valley beside it look alike under a high light; under a low one the valley is black, and a
+step that is invisible on the ridge is plain there. The dictionary and the clusters are found in one metric for all
+texels (`metric`, at the mean colour of each view and light). Once the mean of a cluster is known, its components are
+refitted in the metric at the colours of that mean. The storage stays the same: only the values of weights and
+components change (corduroy's 99th percentile falls by a tenth).
 """
 
 from __future__ import annotations
@@ -27,15 +27,14 @@ def seen_by_clusters(
     clusters: Clusters,
     heard: Callable[[float], None] = lambda share: None,
 ) -> Clusters:
-    """Return the same texels in the same clusters, with means and components that leave least of what each cluster
-    shows.
+    """Refit the means and components of clusters to the least visible residual within each; memberships stay.
 
-    found : the dictionary. orthonormal : functions of its span, as they are seen at the mean of all texels; the vectors
-    of `clusters` are sums of them. heard : hears the share that is done.
+    found : the dictionary. orthonormal : functions that span it, orthonormal in the metric at the mean of all texels;
+    the vectors of `clusters` are coefficients of these. heard : receives the fraction done.
 
-    With C_k the metric of cluster k and F the functions, x is F y with y = (F^T C_k C_k^T F)^-1 F^T C_k C_k^T x,
-    and components are principal ones of L^T y, where L L^T = F^T C_k C_k^T F. Slopes of CIELAB differ by a factor of 23
-    at most, so that the matrix is never near to singular where the functions are orthonormal in the other metric.
+    With C_k the metric of cluster k and F the functions, x is F y with y = (F^T C_k C_k^T F)^-1 F^T C_k C_k^T x. The
+    components are the principal components of L^T y, where L L^T = F^T C_k C_k^T F. Slopes of CIELAB differ by a factor
+    of 23 at most, so that the matrix is never near singular if the functions are orthonormal in the other metric.
     """
     if not len(orthonormal):
         return clusters
@@ -75,5 +74,5 @@ def seen_by_clusters(
 
 
 def _side_by_side(values: Float[np.ndarray, "Lt n J"]) -> Float[np.ndarray, "n LtJ"]:
-    """Return all that each has, in a row."""
+    """Concatenate the lights and coefficients of each row."""
     return values.transpose(1, 0, 2).reshape(values.shape[1], values.shape[0] * values.shape[2])

@@ -15,7 +15,7 @@ from .mip_levels import TexelLevel
 
 @runtime_checkable
 class ClusteredForm(Protocol):
-    """H x W texels, each a cluster's mean and weighted components; however these are kept."""
+    """H x W texels, each the mean of its cluster plus weighted components; the storage is up to the implementation."""
 
     @property
     def views(self) -> Hemisphere:
@@ -34,20 +34,20 @@ class ClusteredForm(Protocol):
 
     @property
     def number(self) -> UInt8[np.ndarray, "H W"]:
-        """Cluster of each texel."""
+        """Index of each texel's cluster."""
         ...
 
     @property
     def weights(self) -> Int8[np.ndarray, "H W c"]:
-        """Weights of its cluster's components, whole numbers."""
+        """Integer weights of the components of each texel's cluster."""
         ...
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
-        """f_r cos(theta_i), 1/sr, of each cluster's mean, and of its components at a weight of 1; float32."""
+        """Return f_r cos(theta_i), 1/sr, of each cluster's mean and of its components at weight 1; float32."""
         ...
 
     def coarser(self) -> tuple[TexelLevel, ...]:
-        """Texels from farther and farther away (`mip_levels.coarser`); worked out when first asked for."""
+        """Return the coarser mip levels (`mip_levels.coarser`), computed on first use."""
         ...
 
     def stored(self) -> dict[str, Any]:
@@ -55,7 +55,7 @@ class ClusteredForm(Protocol):
         ...
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
-        """Texels one after the other, by their numbers row by row: f_r cos(theta_i), 1/sr, of each view and light."""
+        """Yield f_r cos(theta_i), 1/sr, for every view and light, of each texel; texels are row-major indices."""
         ...
 
 

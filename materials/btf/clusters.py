@@ -1,7 +1,7 @@
-"""Vectors in clusters, each with principal components of its own: local PCA.
+"""Local PCA: clusters of vectors, each with its own principal components.
 
-Kambhatla and Leen 1997's vector-quantised PCA, as Mueller, Meseth and Klein 2004 (section 3) use it: a vector belongs
-where the components of a cluster leave least of it.
+Kambhatla and Leen 1997's vector-quantised PCA, as used by Mueller, Meseth and Klein 2004 (section 3): a vector belongs
+to the cluster whose components leave the smallest residual.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ _ENOUGH = 2e-3
 class Clusters:
     """N vectors in k clusters of c components.
 
-    number (N,) : which cluster each belongs to. origin (k,G), axes (k,c,G) : mean and components, orthonormal in
-    whatever vectors are compared by, some of them 0 where a cluster has fewer. weights (N,c) : of the components.
+    number (N,) : cluster of each vector. origin (k,G), axes (k,c,G) : mean and components, orthonormal in the metric of
+    the vectors; zero rows if a cluster has fewer. weights (N,c) : coordinates along the components.
     """
 
     number: Int[np.ndarray, " N"]
@@ -32,9 +32,9 @@ class Clusters:
 
 
 def clustered(vectors: Float[np.ndarray, "N G"], clusters: int, components: int, seed: int = 0) -> Clusters:
-    """Vectors in at most so many clusters: no more than there are different vectors, and none that is empty.
+    """Cluster vectors into at most `clusters` clusters, no more than there are distinct vectors, and none empty.
 
-    A cluster that dies begins anew at the vector that is worst off.
+    A cluster that runs empty restarts at the vector with the largest residual.
     """
     draw = np.random.default_rng(seed)
     tried = vectors[np.sort(draw.permutation(len(vectors))[:_TRIED])]
@@ -60,7 +60,7 @@ def clustered(vectors: Float[np.ndarray, "N G"], clusters: int, components: int,
 def _begun(
     tried: Float[np.ndarray, "N G"], clusters: int, components: int, draw: np.random.Generator
 ) -> tuple[float, Float[np.ndarray, "k G"], Float[np.ndarray, "k c G"]]:
-    """Return a few rounds from random vectors: what is left, means and components."""
+    """Run a few rounds from random vectors; return the sum of squared residuals, means and components."""
     left = _squares(tried, tried[draw.permutation(len(tried))[:clusters]])
     origin, axes = _components(tried, left.argmin(axis=1), clusters, components, draw)
     for _ in range(_SHORT):
@@ -86,13 +86,12 @@ def weights_of(
 def nearest(
     vectors: Float[np.ndarray, "N G"], origin: Float[np.ndarray, "k G"], axes: Float[np.ndarray, "k c G"]
 ) -> Int[np.ndarray, " N"]:
-    """Return the cluster that leaves least of each vector."""
+    """Assign each vector to the cluster with the smallest residual."""
     return _left(vectors, origin, axes).argmin(axis=1)
 
 
 def _filled(left: Float[np.ndarray, "N k"]) -> Int[np.ndarray, " N"]:
-    """Return the best cluster of each vector, but that no cluster is without: it is given the vector that is worst
-    off."""
+    """Assign each vector to its best cluster, and to each empty cluster the vector with the largest residual."""
     number, off = left.argmin(axis=1), left.min(axis=1).copy()
     count = np.bincount(number, minlength=left.shape[1])
     for empty in np.flatnonzero(count == 0):
@@ -113,7 +112,7 @@ def _components(
     components: int,
     draw: np.random.Generator,
 ) -> tuple[Float[np.ndarray, "k G"], Float[np.ndarray, "k c G"]]:
-    """Means and principal components; of a cluster of too few vectors those that it has."""
+    """Compute means and principal components; zero rows if a cluster has too few vectors for all of them."""
     size = vectors.shape[1]
     origin = np.zeros((clusters, size), dtype=vectors.dtype)
     axes = np.zeros((clusters, components, size), dtype=vectors.dtype)
@@ -130,7 +129,7 @@ def _components(
 
 
 def principal(off: Float[np.ndarray, "n G"], components: int) -> Float[np.ndarray, "c G"]:
-    """Principal components of vectors about their mean, the largest first, at most so many; 0 where there are fewer."""
+    """Compute at most `components` principal components of centred vectors, largest first; zeros beyond the rank."""
     squares, directions = np.linalg.eigh(off.T @ off)
     directions = directions[:, ::-1][:, :components].T
     # An eigenvector's sign is rounding's choice: its largest entry is positive.
@@ -143,7 +142,7 @@ def principal(off: Float[np.ndarray, "n G"], components: int) -> Float[np.ndarra
 def _left(
     vectors: Float[np.ndarray, "N G"], origin: Float[np.ndarray, "k G"], axes: Float[np.ndarray, "k c G"]
 ) -> Float[np.ndarray, "N k"]:
-    """Squares of what each cluster's components leave of each vector."""
+    """Compute the squared residual of each vector in each cluster."""
     found = _squares(vectors, origin)
     for cluster in range(len(origin)):
         along = (vectors - origin[cluster]) @ axes[cluster].T
@@ -152,6 +151,6 @@ def _left(
 
 
 def _squares(vectors: Float[np.ndarray, "N G"], about: Float[np.ndarray, "k G"]) -> Float[np.ndarray, "N k"]:
-    """Squares of distances."""
+    """Compute squared distances to each of k points."""
     own = np.einsum("ng,ng->n", vectors, vectors)[:, None]
     return np.maximum(own - 2.0 * vectors @ about.T + np.einsum("kg,kg->k", about, about), 0.0)

@@ -16,10 +16,10 @@ from .reflectance_field import ReflectanceField
 def levels_at(
     footprint: Float[np.ndarray, "N 2 2"] | None, size: tuple[int, int], count: int
 ) -> Iterator[tuple[int, Int[np.ndarray, " n"], Float[np.ndarray, " n"]]]:
-    """At which levels points are looked up; see `svbrdf.texels.at_levels`.
+    """Yield the mip levels of points, with the points and their weights; see `svbrdf.texels.at_levels`.
 
-    footprint : None where nothing is filtered: all points are then looked up at level 0. size : height and width of the
-    texture. count : of points.
+    footprint : None without filtering: all points are looked up at level 0. size : height and width of the texture.
+    count : number of points.
     """
     if footprint is None:
         yield 0, np.arange(count), np.ones(count)
@@ -36,10 +36,10 @@ def level_count(height: int, width: int) -> int:
 def by_cluster(
     level: TexelLevel, uv: Float[np.ndarray, "N 2"]
 ) -> Iterator[tuple[Int[np.ndarray, " n"], Int[np.ndarray, " n"], Float[np.ndarray, "n c1"]]]:
-    """Group the four texels about points by cluster, each once a point: which points, which cluster, and weights.
+    """Group the four texels around each point by cluster; yield the points, their cluster, and the summed weights.
 
-    Weights of one cluster's components are summed first, which is the same and costs less: of four texels most share
-    theirs.
+    Weights within a cluster are summed before the look-up, which is equivalent and cheaper: most of the four texels
+    share a cluster.
     """
     height, width = level.number.shape
     rows, columns, shares = between(uv, height, width)
@@ -70,7 +70,7 @@ def around(
         Int[np.ndarray, " N"],
     ]
 ]:
-    """Find the four texels in three views about points: the weight of each, the view, its row and column."""
+    """Yield the four texels in three views around each point: weight, view, row and column."""
     view, of_view = form.views.shares(wo)
     rows, columns, shares = between(uv, form.height, form.width)
     for texel in range(4):
@@ -81,9 +81,9 @@ def around(
 def listed_levels(
     sizes: Sequence[tuple[int, ...]], each: Sequence[int] | None = None
 ) -> tuple[dict[str, int], dict[str, Any]]:
-    """List levels for `corners.glsl`, by heights and widths: definitions and uniforms.
+    """Make the definitions and uniforms that describe mip levels of the given heights and widths to `corners.glsl`.
 
-    each : how much of what holds them each takes; None: its rows, one level below the other.
+    each : length of each level in a list of texels; None if levels are stacked by rows.
     """
     if len(sizes) == 1:
         return {}, {"size": sizes[0][::-1]}

@@ -31,10 +31,10 @@ class Coding:
     """Encoding of images.
 
     encoding : see `Encoding`.
-    white : (1,) or (C,) linear number of a perfect diffuser lit and seen straight on; 1 is full scale.
-    includes_cosine : whether what was measured falls with cos(theta_i), as in a photograph.
-    channels : names of an OpenEXR image's channels, in the order of wavelengths, or red, green and blue; none in other
-        images, which are red, green and blue, or where each is of one wavelength, grey.
+    white : (1,) or (C,) linear value of a perfect diffuser lit and viewed along its normal; 1 is full scale.
+    includes_cosine : True if measured values fall with cos(theta_i), as in a photograph.
+    channels : names of an OpenEXR image's channels, in the order of wavelengths, or red, green and blue; empty for
+        other formats, whose images are red, green and blue, or grey if each is of one wavelength.
 
     Raises
     ------
@@ -55,22 +55,22 @@ class Coding:
             raise InputError("not a white", field="white", found=white.tolist(), expected="positive numbers")
 
     def linear(self, data: bytes, file: Path, grey: bool = False) -> Float[np.ndarray, "H W C"]:
-        """Linear numbers of an image as they stand, red, green and blue where they are colours; float64.
+        """Decode an image to linear values, red, green and blue if it has colours; float64, not divided by the white.
 
         file : for messages. grey : the image is of one wavelength, and C is 1.
 
         Raises
         ------
-        InputError : not an image that is read, cut short, not finite; floats that are said to be encoded.
+        InputError : an unsupported or truncated image, values that are not finite, floats declared as sRGB.
         """
         return self.decoded(self.codes(data, file, grey), grey)
 
     def codes(self, data: bytes, file: Path, grey: bool = False) -> Shaped[np.ndarray, "H W C"]:
-        """Return an image's numbers as its file has them, in as many bytes: what `decoded` takes. See `linear`."""
+        """Return an image's stored values in the precision of its file, the input of `decoded`. See `linear`."""
         return self._of_exr(data, file) if data.startswith(MAGIC) else self._of_picture(data, file, grey)
 
     def decoded(self, codes: Shaped[np.ndarray, "*batch C"], grey: bool = False) -> Float[np.ndarray, "*batch D"]:
-        """Linear numbers of some texels of `codes`; float64."""
+        """Convert stored values (`codes`) of some texels to linear values; float64."""
         if codes.dtype.kind == "f":
             found = codes.astype(np.float64)
         else:
@@ -116,13 +116,13 @@ class Coding:
     def reflected(
         self, linear: Float[np.ndarray, "*batch C"], cosine: float | Float[np.ndarray, "..."]
     ) -> Float[np.ndarray, "*batch C"]:
-        """f_r cos(theta_i), 1/sr, of linear numbers; `cosine`, which broadcasts to them, is that of the light."""
+        """Convert linear values to f_r cos(theta_i), 1/sr; `cosine` is that of the light and broadcasts to them."""
         return linear * ((1.0 if self.includes_cosine else cosine) / (np.pi * self.white))
 
     def reflectance(
         self, codes: Shaped[np.ndarray, "*batch C"], cosine: float | Float[np.ndarray, "..."], grey: bool = False
     ) -> Float[np.ndarray, "*batch D"]:
-        """Return `reflected` of `decoded` texels, float32; of many, worked out for each number that there is."""
+        """Convert stored values to f_r cos(theta_i), 1/sr, float32; large arrays go through a table of all codes."""
         every, channels = 1 << 8 * codes.dtype.itemsize, codes.shape[-1]
         alike = codes.dtype.kind == "u" and self.includes_cosine and self.encoding != "xyz"
         if not alike or codes.size <= every * channels:
@@ -140,10 +140,10 @@ class Coding:
 
 
 def uplifted_basis() -> SpectralBasis:
-    """Linear red, green and blue as coefficients of spectra: what three numbers stand for, by `LINEAR_UPLIFT`.
+    """Make the basis in which linear red, green and blue are coefficients of spectra, by `LINEAR_UPLIFT`.
 
-    Mallett and Yuksel 2019: three spectra whose sum is 1. The analysis gives the colour under D65 of any spectrum, so
-    that coefficients of what was uplifted come back.
+    Mallett and Yuksel 2019: three spectra whose sum is 1. The analysis returns the colour of any spectrum under D65, so
+    that uplifted colours round-trip.
     """
     spectra = upsampling(LINEAR_UPLIFT).corners.T
     colours = np.linalg.solve(xyz_from_rgb(), observer("1931_2").weights(illuminant("D65"), WORKING_WAVELENGTHS_NM)).T
@@ -153,7 +153,7 @@ def uplifted_basis() -> SpectralBasis:
 
 
 def is_grey(data: bytes) -> bool:
-    """Return whether an image that is no OpenEXR has but one colour channel."""
+    """Return whether an image that is not OpenEXR has a single colour channel."""
     from PIL import Image
 
     try:

@@ -1,9 +1,9 @@
-"""The dictionary of a BTF: the few functions of view, light and spectrum that all its texels are sums of.
+"""Dictionary of a BTF: a few functions of view, light and spectrum, of which all texels are weighted sums.
 
-It is the largest part of a form, and a tensor of four axes. Turned along its views, its lights and its spectra into
-their principal components (Tucker's decomposition), most of it is nearly nothing: rounded to whole steps, a few
-numbers in a hundred are left (`sparse`). Steps are those of what is seen (`metric`), so that whatever is rounded away
-shows alike, and coefficients that hardly show cost hardly anything.
+It is the largest part of a form, and a tensor of four axes. After a Tucker decomposition along views, lights and
+spectra most entries are nearly 0: rounded to whole steps, a few in a hundred remain (`sparse`). Steps are uniform in
+the perceptual metric (`metric`), so that all rounding errors are equally visible, and coefficients that hardly show
+take hardly any space.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ _LARGE = np.iinfo(np.int8).min
 
 @dataclass(frozen=True, eq=False)
 class Dictionary:
-    """G functions beside a mean: f_r cos(theta_i) of a texel is the mean and its own sum of them.
+    """G functions and a mean: f_r cos(theta_i) of a texel is the mean plus a weighted sum of the functions.
 
-    basis : of the J coefficients. mean : 1/sr. core (G,v,l,j) : whole steps. by_view (V,v), by_light (Lt,l),
-    by_spectrum (J,j) : principal components of the three axes, in columns, those that the core needs, in half
-    precision. step : ΔE94 of 1.
+    basis : of the J coefficients. mean : 1/sr. core (G,v,l,j) : Tucker core in whole steps. by_view (V,v), by_light
+    (Lt,l), by_spectrum (J,j) : principal components of the three axes, in columns, as many as the core needs, in half
+    precision. step : ΔE94 of one step.
     """
 
     basis: SpectralBasis
@@ -57,11 +57,11 @@ class Dictionary:
 
     @cached_property
     def seen(self) -> Float[np.ndarray, "V Lt J J"]:
-        """Matrix of `metric.seen`: numbers of a view and light times it, x C, are compared."""
+        """Perceptual metric C (`metric.seen`) of each view and light: differences x are measured as x C."""
         return seen(self.average, self.basis).astype(np.float32)
 
     def as_seen(self) -> Float[np.ndarray, "G V Lt J"]:
-        """Return the functions, in units of ΔE94; float32."""
+        """Return the functions in the perceptual metric, in units of ΔE94; float32."""
         return turned(
             self.core.astype(np.float32) * np.float32(self.step),
             *(part.astype(np.float32) for part in (self.by_view, self.by_light, self.by_spectrum)),
@@ -69,7 +69,7 @@ class Dictionary:
 
     @cached_property
     def lengths(self) -> Float[np.ndarray, " G"]:
-        """Length of each function in the perceptual metric: they are as large as they occur in texels."""
+        """Norm of each function in the perceptual metric; functions are scaled as they occur in texels."""
         # The turns keep lengths, but for what half precision makes of them.
         return self.step * np.sqrt(np.sum(np.square(self.core, dtype=np.float64), axis=(1, 2, 3)))
 
@@ -97,11 +97,11 @@ class Dictionary:
 def dictionary_of(
     functions: Float[np.ndarray, "G V Lt J"], mean: RoundedMean, basis: SpectralBasis, step: float
 ) -> Dictionary:
-    """Functions as they are seen, rounded to steps; those of which nothing is left are left out.
+    """Make a dictionary from functions rounded to whole steps; functions that round to 0 are dropped.
 
-    functions : in ΔE94, as large as they occur in texels. step : of a whole number, in root mean squares of what all
-    functions show under D65, a dimension of colour: as coarse for many coefficients as for three, whose spectra, made
-    up, differ more under other lights.
+    functions : in the perceptual metric (ΔE94), scaled as they occur in texels. step : size of a step, relative to the
+    root mean square of all functions under D65 per dimension of colour: as coarse for many coefficients as for three,
+    whose synthetic spectra differ more under other lights.
     """
     turns = [_principal(functions, axis) for axis in (1, 2, 3)]
     core = turned(functions, *(turn.astype(np.float32).T for turn in turns))
@@ -121,7 +121,7 @@ def dictionary_of(
 
 
 def _square_under_d65(functions: Float[np.ndarray, "G V Lt J"], mean: RoundedMean) -> float:
-    """Return the sum of squares of what functions, in ΔE94 under all lights, show under D65."""
+    """Compute the sum of squares under D65 of functions given in ΔE94 under all judged lights."""
     all_lights, d65 = (seen(mean.values, mean.basis, lights) for lights in (LIGHTS, ("D65",)))
     products = np.einsum("gvlj,gvlk->vljk", functions, functions, optimize=True).astype(np.float64)
     turn = np.linalg.solve(all_lights, d65)
@@ -134,23 +134,23 @@ def turned(
     second: Float[np.ndarray, "B b"],
     third: Float[np.ndarray, "C c"],
 ) -> Float[np.ndarray, "G A B C"]:
-    """Return a tensor's last three axes, each by a matrix of its own."""
+    """Multiply each of a tensor's last three axes by its own matrix."""
     values = values @ third.T
     values = np.einsum("gabc,Bb->gaBc", values, second, optimize=True)
     return np.einsum("gabc,Aa->gAbc", values, first, optimize=True)
 
 
 def _principal(functions: Float[np.ndarray, "G V Lt J"], axis: int) -> Float[np.ndarray, "n n"]:
-    """Principal components of one axis, in columns, the largest first, in half precision."""
+    """Compute the principal components of one axis, in columns, largest first, in half precision."""
     rows = np.moveaxis(functions, axis, 0).reshape(functions.shape[axis], -1).astype(np.float64)
     return principal(rows @ rows.T)
 
 
 def sparse(values: Int[np.ndarray, "..."]) -> dict[str, Any]:
-    """Encode whole numbers that are nearly all 0, the others small, for a file; compressed, it takes half of the array.
+    """Encode integers that are mostly 0 and otherwise small; compressed, this takes half the space of the array.
 
-    `shape`; `runs` of zeros in bytes, 255 where as many go before a further run; `others` in bytes, -128 where the next
-    of `large` stands there.
+    `shape` : of the array. `runs` : lengths of runs of zeros, in bytes, 255 if the run continues in the next byte.
+    `others` : values other than 0, in bytes, -128 in place of one that is too large, which is then the next of `large`.
     """
     flat = values.ravel()
     places = np.flatnonzero(flat)
@@ -165,7 +165,7 @@ def sparse(values: Int[np.ndarray, "..."]) -> dict[str, Any]:
 
 
 def dense(kept: Mapping[str, Any]) -> Int[np.ndarray, "..."]:
-    """Return the array of which `sparse` made this."""
+    """Decode an array encoded by `sparse`."""
     large, small = np.asarray(kept["large"]), np.asarray(kept["others"])
     others = small.astype(large.dtype)
     others[small == _LARGE] = large

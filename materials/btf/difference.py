@@ -20,10 +20,10 @@ _SEED = 1
 
 @dataclass(frozen=True)
 class TexelDifference:
-    """ΔE94 over texels, views and lights under each of M lights' spectra.
+    """ΔE94 over texels, views and lights, under each of M illuminants.
 
-    each : (M,N) of every texel in every image that both have. compared : what was compared, and what was not.
-    where : (M,) the place of the largest: texel, light and view. Empty where nothing is in both.
+    each : (M,N) of every compared texel in every image present in both. compared : description of what was compared and
+    what was not. where : (M,) place of the largest difference: texel, light and view. Empty if nothing was compared.
     """
 
     each: Float[np.ndarray, "M N"]
@@ -32,12 +32,11 @@ class TexelDifference:
 
 
 def texel_difference(a: BtfForm | FieldForm, b: BtfForm | FieldForm, folding: Folding) -> TexelDifference:
-    """Measure `b` against `a`, the reference: f_r cos(theta_i) as both forms have it at their nodes; nothing is
-    resampled.
+    """Compute ΔE94 of f_r cos(theta_i) of `b` against the reference `a`, at shared directions and without resampling.
 
-    Row and column of a texel are the same in both: forms of another number of texels are not compared, and of
-    directions only those that both have. Of more than `JUDGED` texels as many are drawn, always the same ones. White is
-    the perfect diffuser, lit along its normal.
+    Texels correspond by row and column: forms of different sizes are not compared, and directions only if both have
+    them. Beyond `JUDGED` texels that many are drawn, always the same ones. White is the perfect diffuser, lit along its
+    normal.
 
     folding : M lights and the observer; of scale 1.
     """
@@ -75,7 +74,7 @@ def texel_difference(a: BtfForm | FieldForm, b: BtfForm | FieldForm, folding: Fo
 
 
 def _shared(a: Hemisphere, b: Hemisphere) -> Int[np.ndarray, "n 2"]:
-    """Numbers of the directions that both have: in the first, in the second."""
+    """Match directions that both hemispheres have: indices into the first and into the second."""
     apart = np.linalg.norm(a.directions[:, None] - b.directions[None], axis=2)
     nearest = apart.argmin(axis=1)
     same = np.flatnonzero(apart[np.arange(len(a)), nearest] <= np.radians(_SAME_DEGREES))

@@ -1,8 +1,8 @@
 """Environment light on a reflectance field.
 
-Meseth, Mueller and Klein 2003 (section 5.2) look each lobe up in an environment prefiltered for its exponent. Here what
-a texel reflects into a view is a sum of few functions of the light, the same for all texels, or its values under the
-measured lights; these are sums of Gaussians that stand still (`fixed_lobes`).
+Meseth, Mueller and Klein 2003 (section 5.2) look each lobe up in an environment prefiltered for its exponent. Here the
+response of a texel in a view is a sum of a few functions of the light, the same for all texels, or its values under the
+measured lights; both are approximated by fixed Gaussians (`fixed_lobes`).
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from .texels import directions_listed
 
 @dataclass(frozen=True, eq=False)
 class FieldGathering(StandingForm):
-    """Environment form of a field's texels; the four about a point, in each of three views."""
+    """Environment form of a reflectance field, interpolated among four texels in each of three views."""
 
     texels: FieldTexels
 
     @property
     def functions(self) -> LightFunctions:
-        """The field's."""
+        """Light functions of the field."""
         return self.texels.form.functions
 
     @property
     def lights(self) -> Float[np.ndarray, "B F"]:
-        """The field's."""
+        """Weights of the light functions in each term (`LightFunctions.hats`)."""
         return self.functions.hats
 
     def terms(
@@ -51,7 +51,7 @@ class FieldGathering(StandingForm):
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """Return the twin of `lobes`."""
+        """Return the GLSL twin of `lobes`."""
         kind, form = self.texels.form.gathering_shader(filtered), self.texels.form
         sizes = {"FOURS": -(-self.palette.rank // 4), "TERMS": len(self.lights)}
         sizes |= {"CELLS": form.views.cells.shape[0], "VIEW_CELLS": form.views.cells.shape[2], "VIEWS": len(form.views)}

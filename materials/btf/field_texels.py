@@ -1,7 +1,7 @@
-"""The summand of reflectance fields: four texels about a point, in three views each, under any light.
+"""Summand of reflectance fields: interpolation among four texels, in three views each, under any light.
 
-Fields are functions of the light (Meseth, Mueller and Klein 2003, section 5.1): between measured lights nothing is
-interpolated. Below the lowest light that was measured f_r is held, as it is in the original.
+Fields are functions of the light (Meseth, Mueller and Klein 2003, section 5.1), so that nothing is interpolated between
+measured lights. Below the lowest measured light f_r is clamped, as in the original.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _BLOCK = 1 << 13
 
 @dataclass(frozen=True, eq=False)
 class FieldTexels(TexelSummand):
-    """A field, evaluated."""
+    """Look-up of a reflectance field."""
 
     form: ReflectanceField
 
@@ -33,16 +33,16 @@ class FieldTexels(TexelSummand):
         return self.form.height, self.form.width
 
     def level(self, number: int) -> ReflectanceField:
-        """Return the field of a level; others than the first are worked out when first asked for, by whatever basis."""
+        """Return the field of a mip level; coarser ones are computed on first use, once for all bases."""
         return self.form if number == 0 else self.form.coarser()[number - 1]
 
     def places(self, filtered: bool) -> tuple[dict[str, int], dict[str, Any]]:
-        """Places of levels in the lists of texels; see `listed_levels`."""
+        """Describe the places of levels in the lists of texels; see `listed_levels`."""
         sizes = [(level.height, level.width) for level in self.form.levels(filtered)]
         return listed_levels(sizes, [height * width for height, width in sizes])
 
     def terms(self, points: Points) -> Terms:
-        """Implement `Summand.terms`; where points say what they span, the mean over that."""
+        """Implement `Summand.terms`, averaged over the footprint of points that have one."""
         assert points.uv is not None
         value = np.zeros((len(points), self.palette.rank))
         scale = points.angles(self.frame).scale
@@ -76,5 +76,5 @@ class FieldTexels(TexelSummand):
 
     @property
     def nbytes(self) -> int:
-        """Bytes held to draw it."""
+        """Bytes of memory used for rendering."""
         return self.form.nbytes + self.palette.values.nbytes

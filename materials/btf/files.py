@@ -1,4 +1,4 @@
-"""The images of a BTF in their files: read and decoded one by one, each held to its digest."""
+"""BTF images in files: read and decoded one by one, each verified by its digest."""
 
 from __future__ import annotations
 
@@ -24,35 +24,35 @@ HELD_BYTES = 512 << 20
 
 
 class OtherSizeError(InputError):
-    """An image that is not of the size of the others."""
+    """Error of an image whose size differs from the others."""
 
 
 @runtime_checkable
 class Bytes(Protocol):
-    """Storage of the files, one behind the other: an array of bytes that checks what it reads."""
+    """Concatenated bytes of the files, verified when read."""
 
     @property
     def file(self) -> Path:
-        """The folder, or the file, that they lie in."""
+        """Folder or file that holds them."""
         ...
 
     def read(self, rows: slice) -> np.ndarray:
-        """Some of the bytes; raises `InputError` where they are not what they were."""
+        """Read a range of bytes; raises `InputError` if they have changed."""
         ...
 
 
 class HeldCodes:
-    """Images as numbers of their files, 8 or 16 bits or floats, for texels that are asked for again and again.
+    """Cache of undecoded images (8 or 16 bits, or floats), for texels that are read repeatedly.
 
-    Images are held from when one is asked for again, until `most` bytes are: who goes through all of them once keeps
-    none, and who goes through more than there is room for, time and again, reads the rest from their files each time.
-    Those whose numbers are of another kind than the first one's are not held.
+    Caching begins when an image is requested for the second time and ends at `most` bytes: a single pass over all
+    images caches nothing, and repeated passes over more images than fit read the rest from their files each time.
+    Images whose shape or type differs from that of the first one are not cached.
 
-    images : how many there are. most : bytes.
+    images : number of images. most : bytes.
 
     Attributes
     ----------
-    slot : (images,) where each is held; -1 where it is not.
+    slot : (images,) index of each in the cache; -1 if it is not cached.
     """
 
     def __init__(self, images: int, most: int = HELD_BYTES) -> None:
@@ -62,7 +62,7 @@ class HeldCodes:
         self._asked, self._again = np.zeros(images, dtype=bool), False
 
     def offer(self, image: int, codes: list[Shaped[np.ndarray, "H W C"]]) -> None:
-        """Hold an image that was read, as far as the class does."""
+        """Cache an image that was read, if the rules above allow it."""
         self._again = self._again or bool(self._asked[image])
         self._asked[image] = True
         if not self._again:
@@ -81,7 +81,7 @@ class HeldCodes:
     def texels(
         self, images: Int[np.ndarray, " n"], places: Int[np.ndarray, "n k"]
     ) -> list[Shaped[np.ndarray, "n k C"]]:
-        """Numbers of some texels, counted row by row, of images that are held."""
+        """Return the stored values of some texels (row-major indices) of cached images."""
         found = []
         for band in self._bands:
             _, height, width, channels = band.shape
@@ -91,16 +91,16 @@ class HeldCodes:
 
 @dataclass(frozen=True, eq=False)
 class BtfFiles(BtfImages):
-    """Images in files. See `BtfImages` for what they are together.
+    """BTF images in files; see `BtfImages`.
 
-    data : the bytes of all files; starts : (n + 1,) where each begins, and where the last ends.
-    index : (V,Lt,B) the file of each view and light, for each of B wavelengths where an image holds one, else B is 1;
-        -1 where there is none: it is made of those around it.
+    data : the bytes of all files; starts : (n + 1,) offset of each file, and the end of the last.
+    index : (V,Lt,B) file of each view and light, for each of B wavelengths if an image holds one, else B is 1; -1 if it
+        is missing: the image is interpolated from its neighbours.
 
     Raises
     ------
-    InputError : an index that does not fit; when an image is read, a file that is gone, is not what it was, is of
-        another size or cannot be decoded.
+    InputError : an index that does not fit; when an image is read, a file that is missing, has changed, is of another
+        size or cannot be decoded.
     """
 
     views: Hemisphere
@@ -123,7 +123,7 @@ class BtfFiles(BtfImages):
             raise InputError("files do not fit their directions", field="index", found=shape, expected=str(expected))
 
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """Implement `BtfImages.image`; the last ones are kept. What is returned is shared: nobody writes to it."""
+        """Implement `BtfImages.image`, with a cache of recent images; the result is shared and read-only."""
         key = (int(view), int(light))
         if key in self._kept:
             self._kept.move_to_end(key)
@@ -139,7 +139,7 @@ class BtfFiles(BtfImages):
 
     @cached_property
     def missing(self) -> Int[np.ndarray, "K 2"]:
-        """(K,2) views and lights of images that are made of those around them."""
+        """(K,2) views and lights of missing images, which are interpolated from their neighbours."""
         return np.argwhere(self._made)
 
     @cached_property
@@ -147,7 +147,7 @@ class BtfFiles(BtfImages):
         return np.asarray((self.index < 0).any(axis=2))
 
     def texels(self, images: Int[np.ndarray, " n"], places: Int[np.ndarray, "n k"]) -> Float[np.ndarray, "n k J"]:
-        """Implement `BtfImages.texels`. Images asked for again stay in memory, undecoded, where `held` has room."""
+        """Implement `BtfImages.texels`; images read repeatedly stay in memory, undecoded, if `held` has room."""
         held = self.held.slot[images] >= 0
         if len(held) and held.all():
             return self._decoded(self.held.texels(images, places), images % len(self.lights))
@@ -174,19 +174,19 @@ class BtfFiles(BtfImages):
 
     @cached_property
     def reading_order(self) -> Int[np.ndarray, " n"]:
-        """Implement `BtfImages.reading_order`: as the files lie, one behind the other."""
+        """Order of the files' bytes; see `BtfImages.reading_order`."""
         return np.argsort(np.argsort(self.index[..., 0].ravel(), kind="stable"))
 
     @cached_property
     def held(self) -> HeldCodes:
-        """Images whose texels are asked for again and again."""
+        """Cache of undecoded images whose texels are read repeatedly."""
         return HeldCodes(len(self.views) * len(self.lights))
 
     def _read(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
         return self._decoded(self._codes(view, light), light)
 
     def _codes(self, view: int, light: int) -> list[Shaped[np.ndarray, "H W C"]]:
-        """Numbers of an image as its file has them; of each wavelength's file, where there are several."""
+        """Read the stored values of an image, one array for each file if there is one per wavelength."""
         numbers, found, file = self.index[view, light].tolist(), [], self.data.file
         for band, number in enumerate(numbers):
             file = self.data.file / self.name(view, light, band)
@@ -215,26 +215,27 @@ class BtfFiles(BtfImages):
         return planes[0] if len(planes) == 1 else np.concatenate(planes, axis=-1)
 
     def name(self, view: int, light: int, band: int = 0) -> str:
-        """Return the name of an image's file in its folder; its directions, where the files were copied."""
+        """Return the name of an image's file in its folder, or its directions if the files were copied."""
         names: tuple[str, ...] = getattr(self.data, "names", ())
         number = int(self.index[view, light, band])
         return names[number] if 0 <= number < len(names) else self.words(view, light)
 
     def words(self, view: int, light: int) -> str:
-        """Return the directions of an image, in degrees, as names of files have them."""
+        """Return the directions of an image, in degrees, written as in file names."""
         lights, views = self._words
         return f"{lights[light]} {views[view]}"
 
     @cached_property
     def _words(self) -> list[list[str]]:
-        """Directions of lights and of views, in words."""
+        """Directions of lights and of views, written as in file names."""
         both = (("tl{:03.4g} pl{:03.4g}", self.lights), ("tv{:03.4g} pv{:03.4g}", self.views))
         return [[words.format(*_degrees(one)) for one in around.directions] for words, around in both]
 
     def _around(self, view: int, light: int) -> list[tuple[tuple[int, int], float]]:
-        """Return the images that a missing one is made of, and the share of each.
+        """Return the images that a missing one is interpolated from, with their weights.
 
-        Of the lights around it, seen from there; where there are none, of the views around it in that light.
+        They are those of the lights around it in the same view or, if that view has none, of the views around it under
+        the same light.
         """
         here = np.asarray((self.index >= 0).all(axis=2))
         if here[view].any():
@@ -262,12 +263,12 @@ class BtfFiles(BtfImages):
 
 
 def _degrees(direction: Float[np.ndarray, "3"]) -> tuple[float, float]:
-    """theta and phi."""
+    """Convert a unit vector to theta and phi, degrees."""
     theta = np.degrees(np.arctan2(np.hypot(direction[0], direction[1]), direction[2]))
     phi = np.degrees(np.arctan2(direction[1], direction[0])) if theta > 1e-6 else 0.0
     return round(float(theta), 4), round(float(phi) % 360.0, 4) % 360.0
 
 
 def size_words(height: int, width: int) -> str:
-    """Return the size of an image for a person."""
+    """Format the size of an image for messages."""
     return f"{width} x {height} texels"

@@ -1,6 +1,7 @@
 """Environment light under Gaussians fixed in the surface's frame, and a bent cosine.
 
-What a point has are terms (N,B,J); what it gathers under each function is a sum of them that is the same everywhere.
+Each point has terms (N,B,J); its amplitude under each light function is a sum of these with weights common to all
+points.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ _BLOCK = 1 << 11
 
 @dataclass(frozen=True, eq=False)
 class StandingForm(EnvironmentForm):
-    """B terms a point, in `light_functions`' Gaussians and moments; subclasses are frozen dataclasses."""
+    """B terms per point, in the Gaussians and moments of `light_functions`; subclasses are frozen dataclasses."""
 
     uses_uv: ClassVar[bool] = True
     bent = BENDS
@@ -33,17 +34,17 @@ class StandingForm(EnvironmentForm):
 
     @property
     def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The texels'."""
+        """Palette of the texels."""
         return self.texels.palette
 
     @property
     def key(self) -> tuple:
-        """The texels'."""
+        """Key of the texels."""
         return self.texels.key
 
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Gaussians that light is looked up under."""
+        """Number of Gaussians that light is looked up under."""
         return len(self.functions.axes)
 
     @property
@@ -54,7 +55,7 @@ class StandingForm(EnvironmentForm):
     @property
     @abc.abstractmethod
     def lights(self) -> Float[np.ndarray, "B F"]:
-        """Weights of functions in each term."""
+        """Weights of the light functions in each term."""
 
     @abc.abstractmethod
     def terms(
@@ -63,7 +64,7 @@ class StandingForm(EnvironmentForm):
         wo: Float[np.ndarray, "N 3"],
         footprint: Float[np.ndarray, "N 2 2"] | None = None,
     ) -> Float[np.ndarray, "N B J"]:
-        """Compute terms at points; where these state a footprint, the mean over it."""
+        """Compute the terms at points, averaged over the footprint if there is one."""
 
     def lobes(self, points: Points) -> Lobes:
         """Implement `EnvironmentForm.lobes`."""
@@ -80,7 +81,7 @@ class StandingForm(EnvironmentForm):
         return Lobes(axes, sharpness, found[:, : self.count], np.pi * found[:, self.count :])
 
     def standing_textures(self, unit: float = 1.0) -> dict[str, np.ndarray]:
-        """Make the textures that `fixed_lobes.glsl` reads; terms are given to it in `unit`s."""
+        """Make the textures for `fixed_lobes.glsl`, which receives terms in multiples of `unit`."""
         lights = (unit * self.lights).T.astype(np.float32)
         quads = -(-lights.shape[1] // 4)
         listed = np.zeros((len(lights), quads * 4), dtype=np.float32)

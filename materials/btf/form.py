@@ -1,4 +1,4 @@
-"""The fast forms of a BTF, clusters of texels and reflectance fields, and how large they have to be."""
+"""Fast forms of a BTF, clusters of texels and reflectance fields, and the choice of their size."""
 
 from __future__ import annotations
 
@@ -51,9 +51,9 @@ _WORTH = 0.9
 
 @dataclass(frozen=True, eq=False)
 class TexelForm(Fast):
-    """A fast form of a BTF: one summand of registered texels.
+    """Fast form of a BTF: one summand of registered texels.
 
-    texel_error : see `Fast.texel_error`; `error` is the same until somebody measures another one.
+    texel_error : see `Fast.texel_error`; `error` equals it until another one is measured.
     """
 
     isotropic = False
@@ -65,12 +65,12 @@ class TexelForm(Fast):
 
     @property
     def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The texels alone."""
+        """The texels, as the only summand."""
         return (self.texels,)
 
     @property
     def measured_to(self) -> tuple[float, float]:
-        """Implement `Surface.measured_to`; of each side the lowest is said by a note of the record."""
+        """Implement `Surface.measured_to`; a note of the record states the lowest of each side."""
         return self.texels.form.views.reach[0], self.texels.form.lights.reach[0]
 
     def in_basis(self, basis: SpectralBasis) -> Self:
@@ -88,14 +88,14 @@ class BtfForm(TexelForm):
     texels: BtfTexels
 
     def from_afar(self) -> MeanBtf:
-        """Return the mean of all texels: the one that is left at the coarsest level."""
+        """Return the mean of all texels, the single texel of the coarsest level."""
         form = self.texels.form
         level = (self.texels.whole, *form.coarser())[-1]
         means = np.einsum("c,vlcj->vlj", level.weights[0], level.table[int(level.number[0, 0])])
         return MeanBtf(form.views, form.lights, means, basis_of(self.texels.palette))
 
     def environment_form(self) -> BtfGathering:
-        """Implement `Fast.environment_form`; worked out when first asked for."""
+        """Implement `Fast.environment_form`; computed on first use."""
         return BtfGathering(texels=self.texels)
 
     def stored(self) -> dict[str, Any]:
@@ -120,7 +120,7 @@ class BtfForm(TexelForm):
 
 @dataclass(frozen=True, eq=False)
 class FieldForm(TexelForm):
-    """Meseth, Mueller and Klein 2003: larger than local PCA, and each view free of what others show."""
+    """Reflectance fields (Meseth, Mueller and Klein 2003): larger than local PCA, each view fitted independently."""
 
     NAME: ClassVar[str] = "btf-field"
     WORDS: ClassVar[str] = "reflectance fields"
@@ -128,9 +128,7 @@ class FieldForm(TexelForm):
     texels: FieldTexels
 
     def from_afar(self) -> MeanBtf:
-        """Return the mean of all texels, under the lights that were measured: the one that is left at the coarsest
-        level.
-        """
+        """Return the mean of all texels under the measured lights, the single texel of the coarsest level."""
         field = self.texels.form
         level = field.levels(filtered=True)[-1]
         lights, first = field.lights.directions, np.zeros(len(field.lights), np.int64)
@@ -138,7 +136,7 @@ class FieldForm(TexelForm):
         return MeanBtf(field.views, field.lights, means, basis_of(self.texels.palette))
 
     def environment_form(self) -> EnvironmentForm:
-        """Implement `Fast.environment_form`; worked out when first asked for."""
+        """Implement `Fast.environment_form`; computed on first use."""
         gathering = LobeGathering if isinstance(self.texels.form, LobeField) else FieldGathering
         return gathering(texels=self.texels)
 
@@ -166,7 +164,7 @@ AnyForm = TypeVar("AnyForm", bound="BtfForm | FieldForm")
 def btf_form(
     images: BtfImages, budget: Size, seed: int = 0, heard: Callable[[float], None] = ..., name: None = None
 ) -> BtfForm:
-    """Fit a form of a size."""
+    """Fit a form of a given size."""
     ...
 
 
@@ -174,7 +172,7 @@ def btf_form(
 def btf_form(
     images: BtfImages, budget: float = 0.5, seed: int = 0, heard: Callable[[float], None] = ..., name: str | None = None
 ) -> BtfForm | FieldForm:
-    """Choose a form by its budget, or by name."""
+    """Choose a form by budget or name."""
     ...
 
 
@@ -185,17 +183,17 @@ def btf_form(
     heard: Callable[[float], None] = lambda share: None,
     name: str | None = None,
 ) -> BtfForm | FieldForm:
-    """Return the form of a BTF, with its error: ΔE94 of texels drawn at random, of every view and light.
+    """Fit the fast form of a BTF and measure its error: ΔE94 of random texels over every view and light.
 
-    budget : a size of local PCA; or the ΔE94 that the mean should not exceed under the worst light. Texels' own noise
-    is in every figure, and none of a few sizes may be within: then it is the one called "fine", beyond which bytes buy
-    little. Where that misses the budget by far, fields are tried, one that does clearly better is taken, with a note.
-    heard : hears the share that is done. name : of `NAMES`, whatever the budget. Of many wavelengths, images are
-    brought into a small basis before.
+    budget : a size of local PCA; or the ΔE94 that the mean under the worst light should not exceed. Every figure
+    includes the noise of the texels, so that all sizes may miss the budget: then "fine" is chosen, beyond which bytes
+    buy little. If that misses the budget by far, fields are tried, and one that is clearly better is chosen, with a
+    note. heard : receives the fraction done. name : of `NAMES`, whatever the budget. Images of many wavelengths are
+    first reduced to a small basis.
 
     Raises
     ------
-    UnknownNameError : a form that there is not.
+    UnknownNameError : an unknown name.
     """
     if name is not None and name not in NAMES:
         raise UnknownNameError("btf-form", name, NAMES)
@@ -235,7 +233,7 @@ def _of_budget(
 def _field_instead(
     images: BtfImages, found: BtfForm, seed: int, heard: Callable[[float], None], sample: TexelSample
 ) -> BtfForm | FieldForm:
-    """Return the best field that is clearly better than local PCA and not too large; else local PCA."""
+    """Return the best field if it is clearly better than local PCA and not too large; else local PCA."""
     alone, least, best = sample.alone(), _WORTH * _mean(found), None
     for name in _TRIED:
         tried = _FIELDS[name](alone.images, seed, lambda share: None)
@@ -274,7 +272,7 @@ def _part(heard: Callable[[float], None], start: float, stop: float) -> Callable
 
 
 def palette_of(basis: SpectralBasis) -> Palette:
-    """One entry: what each coefficient of a basis is a coefficient of."""
+    """Make a palette of one entry, the spectra of a basis's coefficients."""
     return Palette.of(basis.synthesis.T, SpectralBasis.sampled(basis.wavelengths_nm))
 
 

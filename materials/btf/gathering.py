@@ -1,8 +1,8 @@
 """Environment light on a BTF: a few Gaussians fixed in the surface's frame, and a cosine.
 
-Where the paper folds eigen-BRDFs with light in spherical harmonics (Mueller, Meseth and Klein 2004, eq. 2), each view
-of each component is here a vector in a balanced light basis (`light_basis`); what a texel makes of it is a sum as
-before. Turning the light, or another spectrum, costs look-ups or a fold, and no fit.
+Mueller, Meseth and Klein 2004 (eq. 2) integrate eigen-BRDFs against light in spherical harmonics; here each view of
+each component is a vector in a balanced light basis (`light_basis`), and texels are weighted sums of components as
+before. Rotating the light or changing its spectrum costs look-ups or a fold, and no fit.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _ROWS = 6000
 
 @dataclass(frozen=True, eq=False)
 class BtfGathering(StandingForm):
-    """Environment form of a BTF's texels; clusters of the four about a point are worked out first, and mixed then."""
+    """Environment form of local PCA; the clusters of the four texels around a point are evaluated first, then mixed."""
 
     texels: BtfTexels
 
@@ -37,7 +37,7 @@ class BtfGathering(StandingForm):
 
     @cached_property
     def basis(self) -> LightBasis:
-        """Balanced for the clusters' means and components, each as large as it occurs."""
+        """Light basis balanced for the means and components of the clusters, scaled as they occur in texels."""
         table = self.texels.table
         size = np.sqrt(np.mean(np.square(self.texels.weights), axis=0))
         rows = (table * size[:, None]).transpose(0, 1, 3, 4, 2)[:, :, :2].reshape(-1, table.shape[2])
@@ -90,7 +90,7 @@ class BtfGathering(StandingForm):
         return total
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """Return the twin of `lobes`."""
+        """Return the GLSL twin of `lobes`."""
         tables = [self.table, *(self._coarser if filtered else ())]
         rows = [table / self.texels.tallest(number)[:, None, :, None, None] for number, table in enumerate(tables)]
         # Half precision holds numbers of size 1 best; the lights take the rest of the scale.

@@ -1,9 +1,10 @@
 """Interpolation between measured directions: barycentric weights in the triangle around any other direction.
 
-Directions lie in a plane, theta away from the middle (azimuthal equidistant), and Delaunay's triangles lie between
-them. Meseth, Mueller and Klein 2003 interpolate views so (their eq. 4). Beyond the outermost, values are held: each
-stands once more farther out, so that nothing there needs a rule of its own, nor a measurement of one direction, or of
-several in a row. Light that comes in lower than any that was measured is held as f_r, its cosine falls on.
+Directions are mapped to a plane (azimuthal equidistant, theta from the centre) and joined by a Delaunay triangulation.
+Meseth, Mueller and Klein 2003 interpolate views so (their eq. 4). Beyond the outermost directions values are clamped:
+each of these is repeated farther out, so that neither the outside nor a measurement of one direction, or of several in
+a row, needs a rule of its own. Under light below the lowest measured direction f_r is clamped, and the cosine keeps
+falling.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ class Hemisphere:
 
     Raises
     ------
-    InputError : no directions, or one that is below the horizon, not of length 1, or there twice.
+    InputError : no directions, or one that is below the horizon, not of length 1, or a duplicate.
     """
 
     directions: Float[np.ndarray, "D 3"]
@@ -70,7 +71,7 @@ class Hemisphere:
 
     @cached_property
     def corners(self) -> Float[np.ndarray, "C 2"]:
-        """(C,2) where directions lie in the plane; behind the D measured ones those that are held."""
+        """(C,2) projected directions: the D measured ones, then the repeated outer ones."""
         measured = _plane(self.directions)
         outermost = measured[self._outermost]
         degrees = np.degrees(np.arctan2(outermost[:, 1], outermost[:, 0]))
@@ -81,14 +82,14 @@ class Hemisphere:
 
     @cached_property
     def measured(self) -> Int[np.ndarray, " C"]:
-        """(C,) which measured direction each corner stands for: a held one for the outermost that is nearest."""
+        """(C,) measured direction of each corner: for an outer one the nearest of the outermost."""
         found, out = self.corners, self._outermost
         off = np.linalg.norm(found[len(self) :, None] - found[None, out], axis=2)
         return np.concatenate([np.arange(len(self)), out[off.round(9).argmin(axis=1)]])
 
     @cached_property
     def triangles(self) -> Int[np.ndarray, "T 3"]:
-        """(T,3) corners of the triangles between directions."""
+        """(T,3) corners of the Delaunay triangles."""
         from scipy.spatial import Delaunay
 
         angle = _TURNED * np.linalg.norm(self.corners, axis=1)
@@ -97,7 +98,7 @@ class Hemisphere:
 
     @cached_property
     def _outermost(self) -> Int[np.ndarray, " h"]:
-        """The measured directions that lie on the convex hull of all; where they are in a row, or few, all of them."""
+        """Indices of the measured directions on the convex hull; all of them if they are collinear or few."""
         from scipy.spatial import ConvexHull, QhullError
 
         try:
@@ -107,21 +108,19 @@ class Hemisphere:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Degrees from the middle of the outermost measured directions, the least and the most: beyond them, values
-        are held.
-        """
+        """Smallest and largest polar angle of the outermost directions, degrees; values are clamped beyond."""
         across = np.degrees(np.linalg.norm(_plane(self.directions[self._outermost]), axis=1)).round(3)
         return float(across.min()), float(across.max())
 
     @cached_property
     def inverse(self) -> Float[np.ndarray, "T 3 3"]:
-        """(T,3,3) matrices of the triangles: times (x, y, 1) the shares of their corners."""
+        """(T,3,3) matrices that map (x, y, 1) to the barycentric coordinates of each triangle."""
         corners = self.corners[self.triangles]
         return np.linalg.inv(np.concatenate([corners, np.ones((*corners.shape[:2], 1))], axis=2).swapaxes(1, 2))
 
     @cached_property
     def cells(self) -> Int[np.ndarray, "cells cells most"]:
-        """Triangles that reach into each cell of a square of the plane as wide as the hemisphere; -1 where no more."""
+        """Triangles that reach into each cell of a grid over the square around the hemisphere, padded with -1."""
         side, grown = np.pi / _CELLS, 1e-6
         low = -np.pi / 2 + side * np.arange(_CELLS)
         cells, numbers = [], []
@@ -145,10 +144,10 @@ class Hemisphere:
     def shares(
         self, directions: Float[np.ndarray, "N 3"], falling: bool = False
     ) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """Return the three measured directions around each of others, and their weights, which add up to 1.
+        """Find the three measured directions around each direction, and their weights, whose sum is 1.
 
-        directions : unit vectors with z >= 0. falling : values are f_r cos(theta_i) of the directions of light: beyond
-        the outermost, shares fall with the cosine, so that f_r is held.
+        directions : unit vectors with z >= 0. falling : for values f_r cos(theta_i) by the direction of light: beyond
+        the outermost directions the weights fall with the cosine, below a sum of 1, so that f_r is clamped.
         """
         plane = _plane(directions)
         at = np.clip(((plane / np.pi + 0.5) * _CELLS).astype(np.int64), 0, _CELLS - 1)
@@ -167,13 +166,13 @@ class Hemisphere:
 
     @cached_property
     def lowest(self) -> float:
-        """The smallest cosine of a measured direction; above 0, as if one at the horizon were just over it."""
+        """Smallest cosine of a measured direction, at least `_LEVEL`, as if one at the horizon were just above it."""
         return max(float(self.directions[:, 2].min()), _LEVEL)
 
     def held(self, directions: Float[np.ndarray, "N 3"]) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-        """Light no lower than what was measured, at the same azimuth, and what f_r cos(theta_i) falls by below that.
+        """Raise directions of light to the lowest measured elevation; return the factor on f_r cos(theta_i) too.
 
-        directions : unit vectors; 0 below the horizon.
+        directions : unit vectors; azimuths are kept, and the factor is 0 below the horizon.
         """
         low = directions[:, 2] < self.lowest
         level = np.linalg.norm(directions[:, :2], axis=1)
@@ -187,7 +186,7 @@ class Hemisphere:
     def _within(
         self, plane: Float[np.ndarray, "N 2"], which: Int[np.ndarray, "N m"]
     ) -> tuple[Int[np.ndarray, " N"], Float[np.ndarray, "N 3"]]:
-        """Find, of some triangles for each point, the one that it lies in: whose smallest share is the largest."""
+        """Find the triangle around each point, among candidates: the one whose smallest coordinate is largest."""
         here = np.concatenate([plane, np.ones((len(plane), 1))], axis=1)
         best = np.full(len(plane), -np.inf)
         found, share = np.zeros(len(plane), dtype=np.int64), np.zeros((len(plane), 3))
@@ -206,11 +205,11 @@ class Hemisphere:
 
     @cached_property
     def solid_angles(self) -> Float[np.ndarray, " D"]:
-        """(D,) sr: the integral over the hemisphere of what each direction counts, falling.
+        """(D,) sr: integral over the hemisphere of each direction's weight, with `falling`.
 
-        Mueller, Meseth and Klein 2004 (section 4.1) replace light by that from the measured directions: these are the
-        weights under even light, for values with the cosine in them. The sum is below 2 pi by what falls towards the
-        horizon.
+        Mueller, Meseth and Klein 2004 (section 4.1) replace light by light from the measured directions: these are the
+        weights under uniform light, for values that include the cosine. Their sum is below 2 pi, since weights fall
+        towards the horizon.
         """
         theta = (np.arange(_FINE[0]) + 0.5) * (np.pi / 2 / _FINE[0])
         phi = (np.arange(_FINE[1]) + 0.5) * (2.0 * np.pi / _FINE[1])
@@ -226,7 +225,7 @@ class Hemisphere:
 
 
 def _plane(directions: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 2"]:
-    """theta (cos phi, sin phi) of unit vectors."""
+    """Project unit vectors to theta (cos phi, sin phi)."""
     across = np.hypot(directions[:, 0], directions[:, 1])
     theta = np.arctan2(across, directions[:, 2])
     # At the pole theta / sin(theta) is 1.

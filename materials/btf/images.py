@@ -17,20 +17,19 @@ from .hemisphere import Hemisphere
 
 
 class BtfImages(abc.ABC):
-    """A sample of H x W texels under L_t lights, from V views.
+    """Sample of H x W texels under L_t lights, from V views.
 
     Images are in the sample's plane, rectified: row 0 is at v = 1, as in every picture; x of the local frame is along u
-    and y along v. They tile: what lies beyond an edge goes on from the other.
+    and y along v. They tile: positions beyond an edge wrap around.
 
     Attributes
     ----------
     views, lights : V and L_t directions, local frame.
     height, width : texels H and W.
-    basis : of the J coefficients that each texel has.
-    texel_mm : what a texel is wide on the sample; None where nobody said.
-    offset : texels h0 by which the sample's surface stands above the plane that images were rectified to (below
-        it where negative): its texel (column, row) is seen from (theta, phi) at that less h0 tan(theta) (cos phi,
-        -sin phi).
+    basis : of the J coefficients of each texel.
+    texel_mm : width of a texel on the sample; None if it is not stated.
+    offset : height h0, in texels, of the sample's surface above the plane that images were rectified to (negative below
+        it): its texel (column, row) is seen from (theta, phi) at that less h0 tan(theta) (cos phi, -sin phi).
     """
 
     views: Hemisphere
@@ -43,12 +42,12 @@ class BtfImages(abc.ABC):
 
     @abc.abstractmethod
     def image(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """f_r cos(theta_i) of every texel as measured, 1/sr, coefficients in `basis`; float32, not registered."""
+        """Return f_r cos(theta_i) of every texel as measured, 1/sr, coefficients in `basis`; float32, unregistered."""
 
     def texels(self, images: Int[np.ndarray, " n"], places: Int[np.ndarray, "n k"]) -> Float[np.ndarray, "n k J"]:
-        """K texels, counted row by row, of each of n images, numbered view * L_t + light, equal ones together; float32.
+        """Read k texels of each of n images; float32. Suited to repeated reads of the same images.
 
-        For who comes back to the same images with others.
+        images : view * L_t + light, equal ones together. places : row-major indices of texels.
         """
         found = np.empty((*places.shape, self.basis.size), dtype=np.float32)
         for pair, here in self._runs(images):
@@ -57,17 +56,17 @@ class BtfImages(abc.ABC):
 
     @cached_property
     def reading_order(self) -> Int[np.ndarray, " n"]:
-        """Place of each of the V L_t images in the order that they are best read in, numbered as of `texels`."""
+        """Rank of each of the V L_t images, numbered as in `texels`, in the preferred order of reading."""
         return np.arange(len(self.views) * len(self.lights))
 
     def _runs(self, images: Int[np.ndarray, " n"]) -> Iterator[tuple[tuple[int, int], slice]]:
-        """Yield the view and light of equal numbers that stand together, and where."""
+        """Yield the view, the light and the slice of each run of equal image numbers."""
         begins = np.flatnonzero(np.diff(images, prepend=-1))
         for first, last in pairwise([*begins.tolist(), len(images)]):
             yield divmod(int(images[first]), len(self.lights)), slice(first, last)
 
     def registered(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """Return the image moved back by what `offset` displaces it, linear between texels."""
+        """Return the image shifted back by its displacement (`offset`), linear between texels."""
         image = self.image(view, light)
         if self.offset == 0.0:
             return image
@@ -81,9 +80,9 @@ class BtfImages(abc.ABC):
 
 
 def displacement(views: Float[np.ndarray, "*n 3"], offset: float) -> Float[np.ndarray, "*n 2"]:
-    """Columns and rows by which views show the surface's texels beside where they are.
+    """Compute the displacement of the surface's texels in each view, columns and rows.
 
-    -h0 tan(theta) (cos phi, -sin phi); a view at the horizon is taken as at 85 degrees.
+    -h0 tan(theta) (cos phi, -sin phi), with cos(theta) at least that of 85 degrees.
     """
     upright = np.maximum(views[..., 2:], np.cos(np.radians(85.0)))
     return offset * views[..., :2] / upright * (-1.0, 1.0)
@@ -91,13 +90,13 @@ def displacement(views: Float[np.ndarray, "*n 3"], offset: float) -> Float[np.nd
 
 @dataclass(frozen=True, eq=False)
 class HeldImages(BtfImages):
-    """All images in memory.
+    """BTF images in memory.
 
     values : (V,Lt,H,W,J) f_r cos(theta_i), 1/sr.
 
     Raises
     ------
-    InputError : the values are as many as views, lights and coefficients in no axis.
+    InputError : values whose shape does not match the views, lights and coefficients.
     """
 
     views: Hemisphere

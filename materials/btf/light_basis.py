@@ -1,10 +1,10 @@
-"""Basis of light for BTFs: as few functions as show the environment light that they gather.
+"""Low-dimensional basis of environment light for BTFs.
 
-A BTF's answer to light is its values under the measured lights times what each of those stands for, a hat over the
-hemisphere (Mueller, Meseth and Klein 2004, section 4.1). Here light is looked up under spherical Gaussians that stand
-still in the surface's frame, and in its moments on the surface; a hat is the sum of those that is nearest to it over
-the whole sphere, below the horizon too, where it has nothing. Of all that a BTF's values weigh these with, a balanced
-basis, of rows of the BTF against light, keeps what shows.
+The response of a BTF to light is its values under the measured lights times the light under each one's hat function
+over the hemisphere (Mueller, Meseth and Klein 2004, section 4.1). Here light is looked up under spherical Gaussians
+fixed in the surface's frame, and as moments on the surface; each hat is a least-squares sum of these over the whole
+sphere, with 0 below the horizon. Among the combinations that occur in the BTF, a balanced basis of its rows against
+likely light keeps the visible ones.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ _POWER, _DARKEST = -2.0 / 3.0, 0.02
 
 @dataclass(frozen=True, eq=False)
 class LightFunctions:
-    """Q Gaussians and nine moments that stand for Lt measured lights.
+    """Q Gaussians and nine moments that approximate the hats of Lt measured lights.
 
-    axes (Q,3) : unit vectors. sharpness : lambda of all. hats (Lt,Q+9) : what each hat is a sum of; first of normalised
+    axes (Q,3) : unit vectors. sharpness : lambda of all. hats (Lt,Q+9) : coefficients of each hat: first of normalised
     Gaussians, then of the cosine times each of `environment_form.bends`.
     """
 
@@ -49,16 +49,16 @@ class LightFunctions:
 
 
 def light_functions(lights: Hemisphere) -> LightFunctions:
-    """Return the functions for some measured lights."""
+    """Approximate the hats of some measured lights."""
     return nearest(lights, hats_at)
 
 
 def nearest(
     lights: Hemisphere, wanted: Callable[[Hemisphere, Float[np.ndarray, "n 3"]], Float[np.ndarray, "n m"]]
 ) -> LightFunctions:
-    """Find few functions that suffice for some measured lights, and what is nearest to others, which replace the hats.
+    """Choose light functions for some measured lights, and fit other functions in place of the hats by least squares.
 
-    wanted : their values at directions of the whole sphere.
+    wanted : evaluates these functions at directions over the whole sphere.
     """
     count = int(np.clip(len(lights) // 2, _FEWEST, _MOST))
     axes, sharpness = spread(count, _LOWEST), _SHARPNESS * count
@@ -71,9 +71,9 @@ def nearest(
 
 @dataclass(frozen=True, eq=False)
 class LightBasis:
-    """B terms: a row e (Lt,) of a BTF's values is e @ analysis in them, and gathers that times synthesis.T @ light.
+    """Basis of B terms for rows (Lt,) of a BTF's values.
 
-    analysis, synthesis : (Lt,B).
+    analysis, synthesis : (Lt,B). A row e has coefficients e @ analysis, and gathers e @ analysis @ synthesis.T @ light.
     """
 
     analysis: Float[np.ndarray, "Lt B"]
@@ -86,9 +86,9 @@ class LightBasis:
 
 
 def balanced_lights(rows: Float[np.ndarray, "n Lt"], lights: Hemisphere, terms: int = TERMS) -> LightBasis:
-    """Return the balanced basis of a BTF's rows and of light that is as likely from everywhere, narrow or wide.
+    """Compute the balanced basis of a BTF's rows and of light that is equally likely from everywhere, narrow or wide.
 
-    rows : of one view, texel and coefficient each, f_r cos(theta_i), 1/sr. Terms that show nothing are left out.
+    rows : each of one view, texel and coefficient, f_r cos(theta_i), 1/sr. Terms without effect are left out.
     """
     mean = np.abs(rows).mean(axis=1, keepdims=True) * np.pi
     weighed = rows * np.maximum(mean, _DARKEST) ** _POWER
@@ -100,7 +100,7 @@ def balanced_lights(rows: Float[np.ndarray, "n Lt"], lights: Hemisphere, terms: 
 
 
 def spread(count: int, lowest: float) -> Float[np.ndarray, "n 3"]:
-    """Unit vectors evenly over the sphere above z = `lowest`: a golden spiral."""
+    """Spread unit vectors evenly over the sphere above z = `lowest`, on a golden spiral."""
     number = np.arange(count) + 0.5
     z = 1.0 - (1.0 - lowest) * number / count
     azimuth = np.pi * (1.0 + np.sqrt(5.0)) * number
@@ -111,7 +111,7 @@ def spread(count: int, lowest: float) -> Float[np.ndarray, "n 3"]:
 def _functions(
     directions: Float[np.ndarray, "n 3"], axes: Float[np.ndarray, "Q 3"], sharpness: float
 ) -> Float[np.ndarray, "n F"]:
-    """Normalised Gaussians and bent cosines at directions."""
+    """Evaluate normalised Gaussians and bent cosines at directions."""
     norm = sharpness / (2.0 * np.pi * -np.expm1(-2.0 * sharpness))
     gaussians = norm * np.exp(sharpness * (directions @ axes.T - 1.0))
     return np.concatenate([gaussians, bends(directions) * np.maximum(directions[:, 2:], 0.0)], axis=1)
@@ -128,7 +128,7 @@ def hats_at(lights: Hemisphere, directions: Float[np.ndarray, "n 3"]) -> Float[n
 
 
 def _likely(lights: Hemisphere) -> Float[np.ndarray, "Lt m"]:
-    """Return a factor of the second moments of what the measured lights stand for, in light as it may be."""
+    """Return a factor L of the second moments L L^T of likely light under the hats."""
     around = spread(_DIRECTIONS // 8, -1.0)
     hats = hats_at(lights, around)
     total = hats.T @ hats / len(around)

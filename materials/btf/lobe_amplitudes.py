@@ -1,6 +1,6 @@
-"""Amplitudes of lobes that are given: least squares of all coefficients at once, and their rounding.
+"""Amplitudes of given lobes: least squares for all coefficients at once, and their rounding.
 
-What is missed counts by a power of dL*/dY. Amplitudes are rounded one after the other, each making up for those before.
+Residuals are weighted by a power of dL*/dY. Amplitudes are rounded one by one, each compensating for those before.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ _HELD = 1e-5
 
 
 def to_luminance(basis: SpectralBasis) -> Float[np.ndarray, " J"]:
-    """Convert coefficients of f_r cos(theta_i) to Y under D65, for the 1931 observer; float32."""
+    """Return the weights from coefficients of f_r cos(theta_i) to Y under D65, for the 1931 observer; float32."""
     return np.pi * basis.fold(illuminant("D65"), observer("1931_2"))[1].astype(np.float32)
 
 
 def weights_of(luminance: Float[np.ndarray, "n Lt"]) -> Float[np.ndarray, "n Lt"]:
-    """Weight errors by the luminance of values."""
+    """Compute the weights of residuals from the luminance of values."""
     return lightness_slope(luminance.astype(np.float64)) ** _POWER
 
 
 def summed(values: Float[np.ndarray, "*n G k"], amplitudes: Float[np.ndarray, "*n k J"]) -> Float[np.ndarray, "*n J"]:
-    """Sum lobes' values times amplitudes, one for each coefficient."""
+    """Sum lobe values times amplitudes, for each coefficient."""
     return np.einsum("...gk,...kg->...g" if values.shape[-2] > 1 else "...gk,...kj->...j", values, amplitudes)
 
 
 class Equations:
-    """Normal equations of the amplitudes of a view's texels: m functions, a set of them for each g of G."""
+    """Normal equations of the amplitudes of a view's texels: m functions in each of G sets."""
 
     def __init__(self, texels: int, functions: int, sets: int, size: int) -> None:
         self.square = np.empty((sets, functions, functions, texels))
@@ -53,7 +53,7 @@ class Equations:
         weights: Float[np.ndarray, "n Lt"],
         values: Float[np.ndarray, "n Lt j"],
     ) -> None:
-        """Add the amplitudes of some texels."""
+        """Add the equations of some texels."""
         functions = np.concatenate([np.ones((len(lobes), 1, lobes.shape[2]), lobes.dtype), lobes], axis=1)
         # Relative, so that no texel is held back more than another.
         squares = (weights / np.sqrt(np.mean(weights**2, axis=1, keepdims=True))) ** 2
@@ -65,7 +65,7 @@ class Equations:
         self.right[one, ..., rows] = (weighed @ values).transpose(1, 2, 0)
 
     def rounded(self) -> tuple[Float[np.ndarray, "m J"], Int8[np.ndarray, "T m J"]]:
-        """Round amplitudes to whole numbers of a scale: each makes up for how those before were rounded."""
+        """Solve for amplitudes and round them, each compensating for those before; return scales and codes."""
         every = list(zip(self.square, self.right, strict=True))
         exact = [solved(square.copy(), right.copy()) for square, right in every]
         largest = np.concatenate([np.abs(one).max(axis=2) for one in exact], axis=1)
@@ -90,10 +90,10 @@ def solved(
     right: Float[np.ndarray, "m J N"],
     rounded: Callable[[int, Float[np.ndarray, "J N"]], Float[np.ndarray, "J N"]] | None = None,
 ) -> Float[np.ndarray, "m J N"]:
-    """Unknowns of N positive definite systems; both arguments are overwritten, `right` by what is found.
+    """Solve N positive definite systems by Cholesky's method; both arguments are overwritten, `right` by the solution.
 
-    rounded : makes of unknown number i what is kept of it. The last unknown is rounded first, and those before it then
-        make up for that as well as they can (Babai 1986, nearest plane).
+    rounded : rounds unknown number i. The last unknown is rounded first, and those before it then compensate as well as
+    they can (Babai 1986, nearest plane).
     """
     size = len(square)
     for j in range(size):

@@ -1,10 +1,10 @@
-"""Non-linear reflectance fields: each texel of each view a few lobes of the light.
+"""Non-linear reflectance fields: a few cosine lobes of the light for each texel and view.
 
-Meseth, Mueller and Klein 2003 (section 4.1): views are fitted one by one, and mixed when they are looked at, so that
-what a view hides from one side it need not hide from another. Their lobes have one colour and are found for luminance.
-Here each has a spectrum of its own: axes and exponents are found for luminance, amplitudes of all coefficients then by
-least squares. By `shared=False` each coefficient has lobes of its own, at more bytes: red, green and blue where images
-are of these, else the coefficients of a spectral basis. Images are registered.
+Meseth, Mueller and Klein 2003 (section 4.1): views are fitted one by one and interpolated when rendered, so that what
+is hidden in one view need not be hidden in another. Their lobes have one colour and are fitted to luminance. Here each
+has a spectrum of its own: axes and exponents are fitted to luminance, then the amplitudes of all coefficients by least
+squares. With `shared=False` each coefficient has lobes of its own, at more bytes: red, green and blue if images are of
+these, else the coefficients of a spectral basis. Images are registered.
 """
 
 from __future__ import annotations
@@ -42,11 +42,10 @@ _BLOCK = 1 << 12
 
 @dataclass(frozen=True, eq=False)
 class LobeField(ReflectanceField):
-    """H x W texels of V views, each rho + sum of k amplitudes times max(axis . l, 0)^exponent, kept in bytes.
+    """H x W texels of V views, each rho + sum of k amplitudes times max(axis . l, 0)^exponent, stored in bytes.
 
-    basis : of J coefficients. axes (V,H,W,G,k,2), exponents (V,H,W,G,k/2) : see `quantisation`; G is 1 where
-    coefficients share their lobes, or J. amplitudes (V,H,W,k+1,J) : whole numbers, rho first. largest (V,k+1,J) : what
-    they are relative to, 1/sr.
+    basis : of J coefficients. axes (V,H,W,G,k,2), exponents (V,H,W,G,k/2) : see `quantisation`; G is 1 if coefficients
+    share their lobes, else J. amplitudes (V,H,W,k+1,J) : integers, rho first. largest (V,k+1,J) : their scale, 1/sr.
     """
 
     KIND: ClassVar[str] = "rfnl"
@@ -75,14 +74,14 @@ class LobeField(ReflectanceField):
 
     @property
     def bytes_per_texel(self) -> int:
-        """Bytes of all views: two for each axis, half of one for each exponent, one for each amplitude."""
+        """Bytes over all views: two per axis, half of one per exponent, one per amplitude."""
         kept = (self.axes, self.exponents, self.amplitudes)
         return sum(array.nbytes for array in kept) // (self.height * self.width)
 
     def of_view(
         self, view: int
     ) -> tuple[Float[np.ndarray, "H W G k 3"], Float[np.ndarray, "H W G k"], Float[np.ndarray, "H W k1 J"]]:
-        """Axes, exponents and amplitudes, 1/sr, of a view; float32."""
+        """Decode the axes, exponents and amplitudes, 1/sr, of a view; float32."""
         if view not in self._decoded:
             # Views come one after the other.
             self._decoded.clear()
@@ -93,7 +92,7 @@ class LobeField(ReflectanceField):
     def of(
         self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
     ) -> tuple[Float[np.ndarray, "N G k 3"], Float[np.ndarray, "N G k"], Float[np.ndarray, "N k1 J"]]:
-        """Axes, exponents and amplitudes, 1/sr, of texels in views; float64."""
+        """Decode the axes, exponents and amplitudes, 1/sr, of texels in views; float64."""
         axes = decoded_axes(self.axes[view, row, column]).astype(np.float64)
         exponents = decoded_exponents(self.exponents[view, row, column], self.lobes).astype(np.float64)
         return axes, exponents, decoded_amplitudes(self.amplitudes[view, row, column], self.largest[view])
@@ -117,7 +116,7 @@ class LobeField(ReflectanceField):
         return amplitudes[..., 0, :] + summed(values, amplitudes[..., 1:, :])
 
     def coarser(self) -> tuple[LobeField, ...]:
-        """Coarser levels, whose lobes are fitted anew (`lobe_mip_levels`); see `ReflectanceField.coarser`."""
+        """Return the coarser levels, whose lobes are refitted (`lobe_mip_levels`); see `ReflectanceField.coarser`."""
         return self._coarser
 
     @cached_property
@@ -156,7 +155,7 @@ class LobeField(ReflectanceField):
         return folded(np.concatenate([level._rows(self._tallest) for level in (self, *self._coarser)]))
 
     def _rows(self, tallest: float) -> np.ndarray:
-        """Lay out, for each view and texel, its lobes, codes of axis and exponent, and then its amplitudes; float16."""
+        """Lay out, for each view and texel, its lobes (codes of axis and exponent), then its amplitudes; float16."""
         sets, lobes = self.axes.shape[3:5]
         texels, size = self.height * self.width, self.basis.size
         quads = -(-size // 4)
@@ -178,13 +177,13 @@ class LobeField(ReflectanceField):
 def lobe_field(
     images: BtfImages, lobes: int = 2, shared: bool = True, heard: Callable[[float], None] = lambda share: None
 ) -> LobeField:
-    """Fit lobes for each texel of each view, to registered images; `shared` by all coefficients, or of each.
+    """Fit lobes to registered images, for each texel and view; `shared` by all coefficients or separate.
 
-    heard : hears how much of the work is done, from 0 to 1.
+    heard : receives the fraction of the work done, from 0 to 1.
 
     Raises
     ------
-    InputError : no lobes, or more than `MOST_LOBES`; images that are not finite.
+    InputError : fewer than 1 or more than `MOST_LOBES` lobes; images that are not finite.
     """
     if not 1 <= lobes <= MOST_LOBES:
         expected = f"1 to {MOST_LOBES}"

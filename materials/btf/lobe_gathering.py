@@ -1,8 +1,8 @@
-"""Environment light on a lobe field: each lobe is a look-up, as Meseth, Mueller and Klein 2003 have it.
+"""Environment light on a lobe field: one look-up per lobe, as in Meseth, Mueller and Klein 2003.
 
-Their section 5.2 turns the lobes of a texel in three views into the environment's frame and looks each up in a map that
-is prefiltered by its exponent. Here there are four texels about a point, and a lobe is a Gaussian and a bent cosine
-(`prefiltered`). Another environment, another spectrum or a turn of the light costs nothing but the look-ups.
+Their section 5.2 rotates the lobes of a texel in three views into the environment's frame and looks each up in a map
+prefiltered for its exponent. Here four texels surround a point, and a lobe is a Gaussian and a bent cosine
+(`prefiltered`). Another environment, another spectrum or a rotation of the light costs only the look-ups.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _AROUND = 12
 
 @dataclass(frozen=True, eq=False)
 class LobeGathering(EnvironmentForm):
-    """Gaussians of the lobes of four texels in three views, and last of what is even, rho_d, about the normal."""
+    """Gaussians of the lobes of four texels in three views; the last, about the normal, is of the constant rho_d."""
 
     uses_uv: ClassVar[bool] = True
     bent = BENDS
@@ -43,32 +43,32 @@ class LobeGathering(EnvironmentForm):
 
     @property
     def field(self) -> LobeField:
-        """The lobes."""
+        """Lobe field of the texels."""
         assert isinstance(self.texels.form, LobeField)
         return self.texels.form
 
     @property
     def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The texels'."""
+        """Palette of the texels."""
         return self.texels.palette
 
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Gaussians a point, where nothing is filtered."""
+        """Number of Gaussians per point without filtering."""
         return self._count(False)
 
     def _count(self, filtered: bool) -> int:
-        """Count the Gaussians a point of one level, or of two."""
+        """Count the Gaussians per point, at one level or, if `filtered`, two."""
         sets, lobes = self.field.axes.shape[3:5]
         return (2 if filtered else 1) * _AROUND * sets * lobes + 1
 
     @property
     def table(self) -> Prefiltered:
-        """Table for the lights that were measured."""
+        """Table of prefiltered lobes for the measured lights."""
         return prefiltered(round(self.field.lights.lowest, 6))
 
     def lobes(self, points: Points) -> Lobes:
-        """Implement `EnvironmentForm.lobes`; where points say what they span, those of two levels."""
+        """Implement `EnvironmentForm.lobes`; points with a footprint use two levels."""
         assert points.uv is not None
         spanned = None if points.spans is None else points.footprint
         count, rank, table, (sets, lobes) = len(points), self.palette.rank, self.table, self.field.axes.shape[3:5]
@@ -102,7 +102,7 @@ class LobeGathering(EnvironmentForm):
         return Lobes(directions, sharpness, value, np.pi * matt)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """Return the twin of `lobes`."""
+        """Return the GLSL twin of `lobes`."""
         form = self.texels.form
         kind = form.gathering_shader(filtered)
         levels, uniforms = self.texels.places(filtered)
@@ -115,5 +115,5 @@ class LobeGathering(EnvironmentForm):
 
     @property
     def key(self) -> tuple:
-        """The texels'."""
+        """Key of the texels."""
         return self.texels.key

@@ -1,9 +1,9 @@
-"""Lobes of coarser texels: one of each kind for those of many texels, amplitudes fitted again.
+"""Mip levels of lobes: lobes of the same rank are merged over texels, and amplitudes refitted.
 
-A mean of lobes is no lobe. Of a texel the widest lobe, the next, and so on are each replaced by one of the same moments
-as all of their kind: axis and width follow from the mean of their directions, as those of normals do (Toksvig 2005; Han
-et al. 2007). max(axis . l, 0)^n has the integral 2 pi / (n + 1), and (n + 1) / (n + 2) of its axis is the mean of its
-directions. Amplitudes are then found by least squares of the means of what all texels reflect of the measured lights.
+A mean of lobes is not a lobe. The widest lobes of the texels, the second widest, and so on are each replaced by one
+lobe with the moments of all: axis and width follow from the mean of their directions, as for normals (Toksvig 2005; Han
+et al. 2007). max(axis . l, 0)^n has the integral 2 pi / (n + 1), and its mean direction is (n + 1) / (n + 2) times its
+axis. Amplitudes are then fitted by least squares to the mean values of the texels under the measured lights.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .quantisation import LEAST, MOST, coded_axes, coded_exponents, decoded_axes
 
 
 class LobesOfView(NamedTuple):
-    """A view's lobes at one level, as `LobeField` keeps them."""
+    """Lobes of a view at one level, stored as in `LobeField`."""
 
     axes: UInt8[np.ndarray, "H W G k 2"]
     exponents: UInt8[np.ndarray, "H W G k2"]
@@ -35,9 +35,9 @@ def lobes_from_afar(
     lights: Float[np.ndarray, "Lt 3"],
     to_y: Float[np.ndarray, " J"],
 ) -> list[LobesOfView]:
-    """Make coarser levels of a view's texels, half as many each way, down to a single one.
+    """Make the coarser levels of a view's texels, each half as many each way, down to a single one.
 
-    lights : that were measured. to_y : from coefficients to luminance.
+    lights : measured directions. to_y : weights from coefficients to luminance.
     """
     height, width, sets, lobes = exponents.shape
     size = amplitudes.shape[3]
@@ -82,7 +82,7 @@ def _moments(
     amplitudes: Float[np.ndarray, "H W k1 J"],
     to_y: Float[np.ndarray, " J"],
 ) -> Float[np.ndarray, "H W G k 4"]:
-    """Compute for each lobe, the widest first, how much light it is, and that times the mean of its directions."""
+    """Compute for each lobe, widest first, its integral over 2 pi, and that times its mean direction."""
     given = amplitudes[:, :, 1:].astype(np.float32)
     shown = (given @ to_y)[:, :, None] if exponents.shape[2] == 1 else given.swapaxes(2, 3)
     much = np.abs(shown) / (exponents + 1.0)
@@ -94,7 +94,7 @@ def _moments(
 def _lobes(
     moments: Float[np.ndarray, "T G k 4"],
 ) -> tuple[UInt8[np.ndarray, "T G k 2"], UInt8[np.ndarray, "T G k2"]]:
-    """Axes and exponents of lobes of some moments; of nothing at all any lobe does."""
+    """Fit axes and exponents of lobes to moments; without any energy the lobe is arbitrary."""
     much, towards = moments[..., 0], moments[..., 1:]
     length = np.linalg.norm(towards, axis=-1)
     there = length > 0.0

@@ -1,9 +1,9 @@
-"""Lobes of cosines: how one texel, seen from one side, reflects each light, as a few numbers.
+"""Cosine lobes: the reflection of one texel in one view under each light, in a few numbers.
 
 Meseth, Mueller and Klein 2003 (eq. 1) write f_r cos(theta_i) of a view as rho_d + rho_s sum of k lobes (t_j . l)^n_j,
-and find them by Levenberg and Marquardt's method, begun at the principal directions of the data. Here t_j is a unit
-axis with an amplitude of its own, the beginning is orthogonal matching pursuit over lobes at the measured lights, and
-thousands of fits are done side by side: one array operation for all of them.
+and fit them by the Levenberg-Marquardt method, started at the principal directions of the data. Here t_j is a unit axis
+with an amplitude of its own, the start is orthogonal matching pursuit over lobes at the measured lights, and thousands
+of fits are batched: one array operation for all of them.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class CosineLobes:
     """Cosine lobes of N fits, rho + sum of k amplitudes times max(axis . l, 0)^exponent.
 
     diffuse (N,) : rho. amplitudes (N,k), of either sign. axes (N,k,3) : unit vectors, below the horizon too.
-    exponents (N,k) : those that can be kept (`quantisation`).
+    exponents (N,k) : within the range that can be stored (`quantisation`).
     """
 
     diffuse: Float[np.ndarray, " N"]
@@ -49,7 +49,7 @@ class CosineLobes:
 def lobe_values(
     axes: Float[np.ndarray, "*N k 3"], exponents: Float[np.ndarray, "*N k"], lights: Float[np.ndarray, "Lt 3"]
 ) -> Float[np.ndarray, "*N k Lt"]:
-    """max(axis . l, 0)^exponent."""
+    """Evaluate max(axis . l, 0)^exponent."""
     cosine = axes @ lights.T.astype(axes.dtype)
     np.maximum(cosine, 0.0, out=cosine)
     return cosine ** exponents[..., None]
@@ -61,9 +61,9 @@ def fitted_lobes(
     lights: Float[np.ndarray, "Lt 3"],
     count: int,
 ) -> CosineLobes:
-    """`count` lobes for each of N rows of values under some lights: least squares of weights times what is missed.
+    """Fit `count` lobes to each of N rows of values under some lights, by weighted least squares.
 
-    Values of any size: each row is fitted relative to its largest. Sums over lights are float32, steps float64.
+    Each row is scaled by its largest value. Sums over lights are float32, steps float64.
     """
     directions = np.ascontiguousarray(lights.T, dtype=np.float32)
     table, axes, exponents = _table(lights)
@@ -85,7 +85,7 @@ def fitted_lobes(
 def _table(
     lights: Float[np.ndarray, "Lt 3"],
 ) -> tuple[Float[np.ndarray, "m Lt"], Float[np.ndarray, "m 3"], Float[np.ndarray, " m"]]:
-    """Lobes at each light and of a few exponents, with their axes and exponents."""
+    """Tabulate lobes of a few exponents at each light, with their axes and exponents."""
     axes = np.tile(lights, (len(_EXPONENTS), 1))
     exponents = np.repeat(_EXPONENTS, len(lights))
     return lobe_values(axes[:, None], exponents[:, None], lights)[:, 0].astype(np.float32), axes, exponents
@@ -94,7 +94,7 @@ def _table(
 def _pursued(
     values: Float[np.ndarray, "N Lt"], squares: Float[np.ndarray, "N Lt"], table: Float[np.ndarray, "m Lt"], count: int
 ) -> Int[np.ndarray, "N k"]:
-    """Choose which of the table's lobes to begin with: orthogonal matching pursuit, beside a constant."""
+    """Choose the initial lobes of the table by orthogonal matching pursuit, beside a constant."""
     total = squares.sum(axis=1, keepdims=True)
     own = squares @ (table * table).T - (squares @ table.T) ** 2 / total
     own = np.maximum(own, 1e-3 * total)
@@ -122,7 +122,7 @@ def _refined(
     axes: Float[np.ndarray, "N k 3"],
     log_n: Float[np.ndarray, "N k"],
 ) -> tuple[Float[np.ndarray, "N c"], Float[np.ndarray, "N k 3"], Float[np.ndarray, "N k"]]:
-    """Levenberg and Marquardt's method, for all rows at once: rho and amplitudes (N,k+1), axes, ln n."""
+    """Refine all rows at once by the Levenberg-Marquardt method: rho and amplitudes (N,k+1), axes, ln n."""
     count = axes.shape[1]
     linear = _linear(values, weights, directions, axes, log_n)
     products = _products(values, weights, directions, linear, axes, log_n)
@@ -153,14 +153,14 @@ def _refined(
 
 
 def _linear(values, weights, directions, axes, log_n):
-    """rho and amplitudes of given lobes by least squares."""
+    """Fit rho and amplitudes of given lobes by least squares."""
     lobes = lobe_values(axes.astype(np.float32), np.exp(log_n).astype(np.float32), directions.T)
     rows = np.concatenate([np.ones_like(values)[:, None], lobes, values[:, None]], axis=1) * weights[:, None]
     return _step((rows @ rows.swapaxes(1, 2)).astype(np.float64), np.zeros(len(values)))
 
 
 def _products(values, weights, directions, linear, axes, log_n):
-    """Multiply all derivatives, and last what is missed, with each other, summed over lights."""
+    """Compute the Gram matrix over lights of all derivatives and, last, the residual."""
     count = axes.shape[1]
     size, lights = values.shape
     rows = np.empty((size, 4 * count + 2, lights), dtype=np.float32)
@@ -188,7 +188,7 @@ def _products(values, weights, directions, linear, axes, log_n):
 
 
 def _step(products: Float[np.ndarray, "N m1 m1"], damping: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N m"]:
-    """Solve the damped normal equations for what to change."""
+    """Solve the damped normal equations for the step."""
     square = np.ascontiguousarray(products[:, :-1, :-1].transpose(1, 2, 0))
     right = np.ascontiguousarray(products[:, :-1, -1:].transpose(1, 2, 0))
     every = np.arange(len(square))
@@ -198,7 +198,7 @@ def _step(products: Float[np.ndarray, "N m1 m1"], damping: Float[np.ndarray, " N
 
 
 def _tangents(axes: Float[np.ndarray, "N k 3"]) -> Float[np.ndarray, "N k 2 3"]:
-    """Two unit vectors across each axis (Duff et al. 2017)."""
+    """Compute two unit vectors perpendicular to each axis (Duff et al. 2017)."""
     x, y, z = np.moveaxis(axes, -1, 0)
     sign = np.copysign(1.0, z)
     a = -1.0 / (sign + z)

@@ -1,9 +1,9 @@
-"""BTFs by local PCA: each texel a few weights of components that its cluster of texels shares.
+"""BTFs by local PCA: each texel a few weights of components shared by its cluster of texels.
 
 Mueller, Meseth and Klein 2004 (section 3) write a texel's BRDF as the mean of its cluster and weighted eigen-BRDFs of
-that cluster, B_x = B_k(x) + sum of <B_x - B_k(x), E_i,k(x)> E_i,k(x). Here, clusters' means and eigen-BRDFs are vectors
-of a space that all share (`dictionary`), found once; what is left over counts as it is seen (`metric`); images are
-registered to the sample's surface before; and a texel carries spectral coefficients.
+that cluster, B_x = B_k(x) + sum of <B_x - B_k(x), E_i,k(x)> E_i,k(x). Here the means and eigen-BRDFs of all clusters
+are vectors of one shared space (`dictionary`), found once; residuals are weighted by their visibility (`metric`);
+images are first registered to the sample's surface; and a texel has spectral coefficients.
 """
 
 from __future__ import annotations
@@ -39,8 +39,9 @@ _STEPS = 127
 class Size:
     """Size of a form.
 
-    dimensions : G of the dictionary. clusters : k <= 256. components : c of each. rounded : steps of the dictionary, in
-    root mean squares of its numbers; weights : steps of texels' weights, in those of the last component's.
+    dimensions : G of the dictionary. clusters : k <= 256. components : c of each cluster. rounded : steps of the
+    dictionary, in root mean squares of its numbers; weights : steps of texels' weights, in root mean squares of those
+    of the last component.
     """
 
     dimensions: int
@@ -59,9 +60,9 @@ class Size:
 class LocalPca:
     """H x W texels, each a cluster's mean and weighted components.
 
-    views, lights : V and Lt directions. number (H,W) : cluster, of k. weights (H,W,c) : whole numbers of the cluster's
-    components. parts (k,c+1,G) : of the dictionary's functions, brought to length 1, first of the mean, then of the
-    components, whole numbers of `part_steps` (k,c+1).
+    views, lights : V and Lt directions. number (H,W) : cluster, of k. weights (H,W,c) : integers, of the cluster's
+    components. parts (k,c+1,G) : coefficients of the dictionary's functions, normalised, for the mean and then the
+    components, in whole multiples of `part_steps` (k,c+1).
     """
 
     views: Hemisphere
@@ -78,11 +79,11 @@ class LocalPca:
         return self.dictionary.basis
 
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
-        """f_r cos(theta_i), 1/sr, of each cluster's mean, and of its components at a weight of 1; float32."""
+        """Return f_r cos(theta_i), 1/sr, of each cluster's mean and of its components at weight 1; float32."""
         return self._tabled(self.parts * self.part_steps[..., None].astype(np.float32))
 
     def _tabled(self, parts: Float[np.ndarray, "q c1 G"]) -> Float[np.ndarray, "q V Lt c1 J"]:
-        """Tabulate parts of the dictionary's functions, brought to length 1; the first of each is a mean's."""
+        """Tabulate coefficients of the dictionary's normalised functions; the first row of each cluster is its mean."""
         functions = self.dictionary.functions() / self.dictionary.lengths[:, None, None, None].astype(np.float32)
         count, views, lights, size = len(parts), len(self.views), len(self.lights), self.basis.size
         numbers = views * lights * size
@@ -126,13 +127,13 @@ class LocalPca:
 def local_pca(
     images: BtfImages, size: Size, seed: int = 0, heard: Callable[[float], None] = lambda share: None
 ) -> LocalPca:
-    """Return a BTF's form of that size.
+    """Fit local PCA of a given size to a BTF.
 
-    heard : hears how much of the work is done, from 0 to 1.
+    heard : receives the fraction of the work done, from 0 to 1.
 
     Raises
     ------
-    InputError : images that are not finite; more clusters than 256.
+    InputError : images that are not finite; fewer clusters than 1 or more than 256.
     """
     if not 1 <= size.clusters <= 256:
         raise InputError("not a number of clusters", field="clusters", found=size.clusters, expected="1 to 256")
@@ -161,7 +162,7 @@ def local_pca(
 def gathered(
     images: BtfImages, texels: Int[np.ndarray, " n"], heard: Callable[[float], None] = lambda share: None
 ) -> Float[np.ndarray, "n V Lt J"]:
-    """Some texels of all registered images.
+    """Read some texels of all registered images.
 
     Raises
     ------
@@ -181,7 +182,7 @@ def gathered(
 
 
 def _functions(values: Float[np.ndarray, "n V Lt J"], empty: Dictionary, most: int) -> Float[np.ndarray, "G V Lt J"]:
-    """Principal components of texels, as they are seen, each as large as it occurs; overwrites `values`."""
+    """Compute principal components of texels in the perceptual metric, scaled as they occur; overwrites `values`."""
     values -= empty.average
     # In place: this is the largest array.
     for view in range(values.shape[1]):
@@ -197,7 +198,7 @@ def _functions(values: Float[np.ndarray, "n V Lt J"], empty: Dictionary, most: i
 
 
 def _orthonormal(found: Dictionary) -> tuple[Float[np.ndarray, "n V Lt J"], Float[np.ndarray, "n G"]]:
-    """Orthonormal functions of the span of a rounded dictionary, as they are seen, and what they are sums of."""
+    """Orthonormalise a rounded dictionary in the perceptual metric; return functions and their coefficients in it."""
     functions = found.as_seen()
     rows = functions.reshape(len(functions), np.prod(functions.shape[1:], dtype=int))
     squares, turn = np.linalg.eigh((rows @ rows.T).astype(np.float64))
@@ -212,7 +213,7 @@ def _coordinates(
     orthonormal: Float[np.ndarray, "n V Lt J"],
     heard: Callable[[float], None],
 ) -> Float[np.ndarray, "N n"]:
-    """Compute what each texel has of each function, as it is seen: a view's images at a time."""
+    """Project each texel onto each function in the perceptual metric, one view at a time."""
     texels, lights, size = images.height * images.width, len(images.lights), images.basis.size
     total = np.zeros((texels, len(orthonormal)), dtype=np.float32)
     rows = np.empty((lights, texels, size), dtype=np.float32)
@@ -232,7 +233,7 @@ def _coordinates(
 def _rounded(
     clusters: Clusters, back: Float[np.ndarray, "n G"], step: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Number, weights, parts of the dictionary and their steps, in whole numbers."""
+    """Quantise clusters: cluster numbers, weights, coefficients in the dictionary, and the steps of these."""
     weights = clusters.weights
     size = float(np.sqrt(np.mean(np.square(weights[:, -1], dtype=np.float64)))) if weights.shape[1] else 0.0
     # No step is so small that the largest weight would not be held.

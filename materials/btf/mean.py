@@ -16,7 +16,7 @@ from .hemisphere import Hemisphere
 
 @dataclass(frozen=True, eq=False)
 class MeanBtf(Brdf):
-    """A BTF from afar: the same three views times three lights, of the means over all texels. See `MeasuredBtf`."""
+    """BTF from afar: the means over all texels, interpolated among three views and three lights as in `MeasuredBtf`."""
 
     isotropic = False
 
@@ -42,7 +42,7 @@ class MeanBtf(Brdf):
         return self.basis.synthesis.T
 
     def scalars(self, points: Points) -> Float[np.ndarray, "N J"]:
-        """f_r in coefficients, 1/sr."""
+        """Evaluate f_r in coefficients, 1/sr."""
         return eval_lit(self._coefficients, self.basis.size, points.wi, points.wo)
 
     def _lit(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
@@ -56,6 +56,6 @@ class MeanBtf(Brdf):
 
 
 def basis_of(palette: Palette) -> SpectralBasis:
-    """Return the basis whose coefficients a palette of one entry is of."""
+    """Return the basis whose spectra a palette of one entry holds."""
     spectra = palette.samples[0].T
     return SpectralBasis("btf", palette.wavelengths_nm, np.linalg.pinv(spectra).T, spectra)

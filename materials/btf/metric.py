@@ -1,8 +1,8 @@
 """Perceptual metric of changes in a BTF: ΔE94 as a metric of each view and light's coefficients.
 
-A form is found by least squares, and what it misses should count as it is seen. Lab is differentiated at the mean
-colour of each view and light: ΔE94 of a small change x is then |C^T x|, C a triangular matrix. The mean is stored with
-the form, so that the metric costs it nothing; the mean of the texels' own metrics is no better (ΔE94 within 0.01).
+Least-squares fits of a form should weight residuals by their visibility. Lab is differentiated at the mean colour of
+each view and light: ΔE94 of a small change x is then |C^T x|, with C a triangular matrix. The mean is stored with the
+form, so that the metric needs no storage; the mean of the texels' own metrics is no better (ΔE94 within 0.01).
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ _LAB = np.array([[0.0, 116.0, 0.0], [500.0, -500.0, 0.0], [0.0, 200.0, -200.0]])
 
 
 def folding_of(lights: tuple[str, ...] = LIGHTS) -> Folding:
-    """Fold lights for the 1931 observer."""
+    """Make the folding of some lights for the 1931 observer."""
     return Folding(observer("1931_2"), [illuminant(name) for name in lights])
 
 
 def seen(
     mean: Float[np.ndarray, "*n J"], basis: SpectralBasis, lights: tuple[str, ...] = LIGHTS
 ) -> Float[np.ndarray, "*n J J"]:
-    """Lower triangular C, for each of some colours: ΔE94 of a small change x of the coefficients is |C^T x|.
+    """Compute for each colour the lower triangular C for which ΔE94 of a small change x of the coefficients is |C^T x|.
 
     mean : f_r cos(theta_i), 1/sr, coefficients in `basis`. White is the perfect diffuser, lit along its normal.
-    lights : under which it is looked at; squares of ΔE94 are their means.
+    lights : illuminants, over which squared ΔE94 is averaged.
     """
     folding = folding_of(lights)
     weights = np.pi * folding.coefficients(basis)

@@ -1,8 +1,8 @@
-"""BTFs from afar: coarser and coarser texels, clustered anew.
+"""Mip levels of clustered BTFs: means of texels, clustered anew.
 
-Weights of different clusters mean different things: there is no mean of them. But each texel is a vector of a space
-that all share, and the mean of texels is the mean of their vectors, exactly. These means are brought into clusters of
-their own, fewer on every level, for there is ever less that they differ by.
+Weights of different clusters are not comparable, and have no mean. But all texels are vectors of one shared space, and
+the mean of texels is exactly the mean of their vectors. These means are clustered again, into fewer clusters on every
+level, since they differ less and less.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _SPAN = 64
 
 @dataclass(frozen=True, eq=False)
 class TexelLevel:
-    """H x W texels of one level: each a sum of what its cluster has.
+    """H x W texels of one mip level, each a weighted sum of its cluster's mean and components.
 
-    number (H,W) : of the clusters. weights (T,c1) : of each texel row by row, of its cluster's mean (1) and components;
-    float32. table (k,V,Lt,c1,J) : f_r cos(theta_i), 1/sr, of means and components; float32.
+    number (H,W) : cluster of each texel. weights (T,c1) : of the cluster's mean (1) and components, texels in row-major
+    order; float32. table (k,V,Lt,c1,J) : f_r cos(theta_i), 1/sr, of means and components; float32.
     """
 
     number: Integer[np.ndarray, "H W"]
@@ -37,16 +37,17 @@ class TexelLevel:
 
     @cached_property
     def largest(self) -> Float[np.ndarray, "k c1"]:
-        """Largest number of each mean and component; 1 where there is none."""
+        """Largest magnitude of each mean and component; 1 if all its values are 0."""
         found = np.abs(self.table).max(axis=(1, 2, 4))
         return np.where(found > 0.0, found, 1.0).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
 class Span:
-    """The space of all that texels can be: n functions that are orthonormal as they are seen, about one mean.
+    """Space of all texels: n functions, orthonormal in the perceptual metric, about one mean.
 
-    rows (k,c1,n) : of each cluster its mean and its components. tabled : of such rows the table of a `TexelLevel`.
+    rows (k,c1,n) : coefficients of each cluster's mean and components. tabled : makes the table of a `TexelLevel` from
+    such rows.
     """
 
     rows: Float[np.ndarray, "k c1 n"]
@@ -54,7 +55,7 @@ class Span:
 
 
 def with_mean(weights: Integer[np.ndarray, "H W c"]) -> Float[np.ndarray, "T c1"]:
-    """Stack the weight of each texel's cluster mean, 1, and its weights; float32."""
+    """Prepend the weight of the cluster's mean, 1, to the weights of each texel; float32."""
     mean = np.ones((*weights.shape[:2], 1), np.float32)
     found = np.concatenate([mean, weights.astype(np.float32)], axis=2)
     return found.reshape(-1, found.shape[2])
@@ -63,7 +64,7 @@ def with_mean(weights: Integer[np.ndarray, "H W c"]) -> Float[np.ndarray, "T c1"
 def coarser(
     number: Integer[np.ndarray, "H W"], weights: Integer[np.ndarray, "H W c"], span: Span
 ) -> tuple[TexelLevel, ...]:
-    """Means of texels over half as many each way, and so on, down to a single one; see `svbrdf.texels.levels_of`."""
+    """Make the coarser levels, half as many texels each way, down to one; see `svbrdf.texels.levels_of`."""
     count, of_each = span.rows.shape[:2]
     made = [
         _clustered(means, max(1, count >> halved), of_each)
@@ -82,7 +83,7 @@ def coarser(
 def _clustered(
     means: Float[np.ndarray, "H W n"], clusters: int, of_each: int
 ) -> tuple[Integer[np.ndarray, "H W"], Float[np.ndarray, "T c1"], Float[np.ndarray, "k c1 n"]]:
-    """Number of the cluster, weights, and what clusters' means and components are of a level."""
+    """Cluster the texels of one level: cluster numbers, weights, and coefficients of means and components."""
     vectors = means.reshape(means.shape[0] * means.shape[1], means.shape[2])
     if not vectors.shape[1]:
         # All texels are the mean.

@@ -1,8 +1,8 @@
-"""BTFs by local PCA as it was published, to compare with.
+"""BTFs by local PCA as published, as a baseline.
 
 Mueller, Meseth and Klein 2004 (section 3): clusters of texels, each with a mean and eigen-BRDFs of its own, by plain
-least squares of linear values; images as they were measured, not registered. Numbers are kept with 8 bits each. What
-is different in `local_pca` is told there.
+least squares of linear values; images as they were measured, not registered. Numbers are stored with 8 bits each.
+`local_pca` lists the differences.
 """
 
 from __future__ import annotations
@@ -110,13 +110,13 @@ def paper_pca(
     seed: int = 0,
     heard: Callable[[float], None] = lambda share: None,
 ) -> PaperPca:
-    """Return a BTF in so many clusters of so many components.
+    """Fit `clusters` clusters of `components` components to a BTF.
 
-    heard : hears how much of the work is done, from 0 to 1.
+    heard : receives the fraction of the work done, from 0 to 1.
 
     Raises
     ------
-    InputError : images that are not finite; more clusters than 256.
+    InputError : images that are not finite; fewer clusters than 1 or more than 256.
     """
     if not 1 <= clusters <= 256:
         raise InputError("not a number of clusters", field="clusters", found=clusters, expected="1 to 256")
@@ -172,7 +172,7 @@ def _span(
 def _coordinates(
     images: BtfImages, mean: Float[np.ndarray, " n"], span: Float[np.ndarray, "G n"], heard: Callable[[float], None]
 ) -> Float[np.ndarray, "N G"]:
-    """Compute what each texel has of each component: a view's images at a time."""
+    """Project each texel onto each component, one view at a time."""
     texels, lights, size = images.height * images.width, len(images.lights), images.basis.size
     total = np.zeros((texels, len(span)), dtype=np.float32)
     rows = np.empty((texels, lights, size), dtype=np.float32)

@@ -1,9 +1,9 @@
-"""Reflectance fields as biquadratic polynomials in the light's x and y, a byte a number.
+"""Reflectance fields as biquadratic polynomials in the light's x and y, one byte per coefficient.
 
-Meseth, Mueller and Klein 2003 (section 4.1, RFP) take for each view the polynomials of Malzbender, Gelb and Wolters
-2001, f_r cos(theta_i) = a x^2 + b y^2 + c x y + d x + e y + f, kept as those keep them: a byte each, times a scale, and
-an offset, here one of each for each view and coefficient. They are sums of few functions, so that light from all around
-costs but what it comes to under each of the six.
+Meseth, Mueller and Klein 2003 (section 4.1, RFP) use for each view the polynomials of Malzbender, Gelb and Wolters
+2001, f_r cos(theta_i) = a x^2 + b y^2 + c x y + d x + e y + f, stored as in that paper: a byte each, with a scale and
+an offset, here one of each for each view and coefficient. They are sums of six functions, so that environment light
+needs only its integral under each of these.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ MONOMIALS = 6
 
 
 def monomials(light: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 6"]:
-    """x^2, y^2, xy, x, y and 1 of directions."""
+    """Evaluate x^2, y^2, xy, x, y and 1 of directions."""
     x, y, _ = np.moveaxis(light, -1, 0)
     return np.stack([x * x, y * y, x * y, x, y, np.ones_like(x)], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
 class Polynomials(ReflectanceField):
-    """A polynomial for each view, texel and coefficient.
+    """Polynomial for each view, texel and coefficient.
 
-    codes (V,H,W,6,J) : whole numbers of steps (V,6,J), 1/sr, above lowest (V,6,J); of coarser texels their means.
+    codes (V,H,W,6,J) : integers, in steps (V,6,J), 1/sr, above lowest (V,6,J); at coarser levels their means.
     """
 
     KIND: ClassVar[str] = "rfp"
@@ -63,7 +63,7 @@ class Polynomials(ReflectanceField):
 
     @property
     def bytes_per_texel(self) -> int:
-        """Six for each view and coefficient."""
+        """Bytes over all views: six for each view and coefficient."""
         return self.codes.nbytes // (self.height * self.width)
 
     def at(
@@ -78,13 +78,13 @@ class Polynomials(ReflectanceField):
 
     @cached_property
     def functions(self) -> LightFunctions:
-        """Evaluate the six monomials, held below the lowest light and 0 below the horizon."""
+        """Light functions fitted to the six monomials, clamped below the lowest light and 0 below the horizon."""
         return nearest(self.lights, _over_the_sphere)
 
     def gathered(
         self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
     ) -> Float[np.ndarray, "N 6 J"]:
-        """Return the polynomials themselves."""
+        """Return the coefficients of the polynomials."""
         return self.codes[view, row, column] * self.steps[view] + self.lowest[view]
 
     def coarser(self) -> tuple[Polynomials, ...]:
@@ -130,9 +130,9 @@ class Polynomials(ReflectanceField):
 
 
 def polynomials(images: BtfImages, heard: Callable[[float], None] = lambda share: None) -> Polynomials:
-    """Fit polynomials to registered images, by least squares, each view and coefficient on its own.
+    """Fit polynomials to registered images by least squares, each view and coefficient on its own.
 
-    heard : hears how much of the work is done, from 0 to 1.
+    heard : receives the fraction of the work done, from 0 to 1.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 """Prefiltered lobes for environment light, as a Gaussian and a bent cosine each.
 
-Meseth, Mueller and Klein 2003 (section 5.2) look a lobe up in an environment that is prefiltered by its exponent, times
-the cosine of its axis. A lobe is nearly a spherical Gaussian, for which environments are prefiltered here; but it ends
-at the horizon, and below the lowest measured light it falls with the cosine. What that takes of it is made up for by a
-cosine times polynomials (`environment_form`), whose light is known exactly: the nearest sum of the two over the whole
-sphere, worked out once for each exponent and angle between axis and normal.
+Meseth, Mueller and Klein 2003 (section 5.2) look a lobe up in an environment prefiltered for its exponent, times the
+cosine of its axis. A lobe is nearly a spherical Gaussian, which environments are prefiltered for here; but it ends at
+the horizon, and below the lowest measured light it falls with the cosine. A cosine times polynomials
+(`environment_form`), whose integral over light is known exactly, corrects for both: the least-squares sum of the two
+over the whole sphere is tabulated by exponent and angle between axis and normal.
 """
 
 from __future__ import annotations
@@ -33,11 +33,12 @@ _HELD = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Prefiltered:
-    """Prefiltered lobes of E exponents and m angles of an axis in the plane of x and z, and last of what is even
-    (rho_d), at angle 0.
+    """Prefiltered lobes of E exponents and m angles of an axis in the x-z plane; last the constant lobe, rho_d.
 
-    turn (E+1,m) : by which the Gaussian's axis lies farther from the normal than the lobe's, radians. sharpness, value
-    (E+1,m) : lambda of the Gaussian, and its integral. bent (E+1,m,6) : of the cosine's polynomials `_EVEN`.
+    The constant lobe is at angle 0.
+    turn (E+1,m) : tilt of the Gaussian's axis from the normal beyond that of the lobe, radians. sharpness, value
+    (E+1,m) : lambda of the Gaussian, and its integral. bent (E+1,m,6) : coefficients of the cosine's polynomials
+    `_EVEN`.
     """
 
     turn: Float[np.ndarray, "E1 m"]
@@ -48,7 +49,7 @@ class Prefiltered:
     def matt(
         self, exponent: Int[np.ndarray, "*n"], angle: Int[np.ndarray, "*n"], axes: Float[np.ndarray, "*n 3"]
     ) -> Float[np.ndarray, "*n 9"]:
-        """Weigh the polynomials for lobes about any axes."""
+        """Compute the coefficients of all polynomials for lobes about any axes."""
         level = np.hypot(axes[..., 0], axes[..., 1])
         some = level > 0.0
         cos = np.divide(axes[..., 0], level, out=np.ones_like(level), where=some)
@@ -60,7 +61,7 @@ class Prefiltered:
     def axes(
         self, exponent: Int[np.ndarray, "*n"], angle: Int[np.ndarray, "*n"], axes: Float[np.ndarray, "*n 3"]
     ) -> Float[np.ndarray, "*n 3"]:
-        """Return the Gaussians' axes."""
+        """Compute the axes of the Gaussians for lobes about any axes."""
         turn, level = self.turn[exponent, angle], np.hypot(axes[..., 0], axes[..., 1])
         some = (level > 0.0)[..., None]
         out = np.divide(axes[..., :2], level[..., None], out=np.zeros_like(axes[..., :2]), where=some)
@@ -69,8 +70,9 @@ class Prefiltered:
         return np.concatenate([out * farther[..., None], up[..., None]], axis=-1)
 
     def listed(self) -> np.ndarray:
-        """List the texels that `lobe_gathering.glsl` reads, three texels an angle and a row an exponent: cosine and
-        sine of the turn, 1 / lambda and the integral; then the polynomials.
+        """Make the texture for `lobe_gathering.glsl`, three texels per angle and a row per exponent.
+
+        Cosine and sine of the turn, 1 / lambda and the integral; then the polynomials' coefficients.
         """
         first = np.stack([np.cos(self.turn), np.sin(self.turn), 1.0 / self.sharpness, self.value], axis=-1)
         numbers = np.concatenate([first, self.bent, np.zeros((*self.turn.shape, 2))], axis=-1)
@@ -78,14 +80,14 @@ class Prefiltered:
 
 
 def nearest_angle(axes: Float[np.ndarray, "*n 3"]) -> Int[np.ndarray, "*n"]:
-    """Find the angle that an axis is nearest to; sqrt((1 - z) / 2) is sin(theta / 2)."""
+    """Find the index of the tabulated angle nearest to each axis; sqrt((1 - z) / 2) is sin(theta / 2)."""
     half = np.sqrt(np.maximum(0.5 * (1.0 - axes[..., 2]), 0.0))
     return np.minimum(np.floor(half * (_ANGLES - 1) + 0.5), _ANGLES - 1).astype(np.int64)
 
 
 @lru_cache(maxsize=8)
 def prefiltered(lowest: float) -> Prefiltered:
-    """Return the table for lights that were measured down to this cosine."""
+    """Compute the table for lights measured down to this cosine; cached."""
     to = spread(2 * _DIRECTIONS, -1.0)
     # Lobes and functions are even in y.
     to = to[to[:, 1] >= 0.0]
@@ -117,13 +119,13 @@ def prefiltered(lowest: float) -> Prefiltered:
 
 
 def _with_sum(functions: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d1"]:
-    """Append to functions at directions their integral under even light, as one direction more."""
+    """Append to functions sampled at directions their integral under uniform light, as one more direction."""
     even = functions.sum(axis=1, keepdims=True) / functions.shape[1] ** 0.5
     return np.concatenate([functions, _EVENLY * even], axis=1)
 
 
 def _lobes(to: Float[np.ndarray, "d 3"], angles: Float[np.ndarray, " m"], lowest: float):
-    """Yield for each exponent lobes about axes at all angles, and one that is even; at directions, as they are lit."""
+    """Yield for each exponent the lobes at all angles of the axis, then the constant one, at directions, as lit."""
     low = to[:, 2] < lowest
     level = np.sqrt(np.maximum(1.0 - to[:, 2] ** 2, 0.0))
     inward = np.where(low, np.sqrt(1.0 - lowest * lowest) / np.where(level > 0.0, level, 1.0), 1.0)

@@ -1,4 +1,4 @@
-"""BTFs of many wavelengths in a small spectral basis: what a fast form is found for."""
+"""Reduction of BTFs of many wavelengths to a small spectral basis, before a fast form is fitted."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ _IMAGES, _TEXELS = 64, 64
 
 @dataclass(frozen=True, eq=False)
 class InBasis(BtfImages):
-    """The same images, in another basis."""
+    """Images projected onto another basis."""
 
     images: BtfImages
     basis: SpectralBasis
 
     @property
     def views(self) -> Hemisphere:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The images'."""
+        """Views of the images."""
         return self.images.views
 
     @property
     def lights(self) -> Hemisphere:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The images'."""
+        """Lights of the images."""
         return self.images.lights
 
     @property
@@ -54,12 +54,12 @@ class InBasis(BtfImages):
 
     @property
     def offset(self) -> float:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The images'."""
+        """Offset of the images."""
         return self.images.offset
 
     @property
     def texel_mm(self) -> float | None:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The images'."""
+        """Width of a texel of the images, mm."""
         return self.images.texel_mm
 
     @cached_property
@@ -72,11 +72,11 @@ class InBasis(BtfImages):
 
 
 def reduced(images: BtfImages, seed: int = 0, size: int | None = None) -> BtfImages:
-    """Return the images in the smallest balanced basis that shows their spectra within ΔE94 0.1 under each of five
-    lights.
+    """Project images onto the smallest balanced basis that keeps spectra within ΔE94 0.1 under each of five lights.
 
-    They are returned as they are where that saves nothing. Spectra are those of some texels of some images, drawn at
-    random, each as bright as it is. size : so many coefficients, whatever they show; fewer where there are no more.
+    The bound is on the 99th percentile, over random texels of random images, each as bright as it is. Images are
+    returned as they are if the basis saves nothing. size : number of coefficients, whatever their error; fewer if there
+    are no more.
     """
     if size is None and images.basis.size <= _FEW:
         return images
@@ -97,7 +97,7 @@ def reduced(images: BtfImages, seed: int = 0, size: int | None = None) -> BtfIma
 
 
 def _drawn(images: BtfImages, seed: int) -> Float[np.ndarray, "n L"]:
-    """Reflectances of some texels of some images."""
+    """Draw reflectances of random texels of random images."""
     draw = np.random.default_rng(seed)
     pairs = draw.permutation(len(images.views) * len(images.lights))[:_IMAGES]
     texels = draw.permutation(images.height * images.width)[:_TEXELS]

@@ -1,8 +1,8 @@
-"""Reflectance fields as they are drawn: of each texel and view a function of the direction of light.
+"""Reflectance fields: for each texel and view a function of the direction of light.
 
-Meseth, Mueller and Klein 2003 (section 4): a view's images under all lights are fitted on their own; what is seen from
-elsewhere lies between three views. A kind of field says what its functions are, in numpy and in GLSL, and how they
-gather light from all around.
+Meseth, Mueller and Klein 2003 (section 4): the images of a view under all lights are fitted on their own; other views
+are interpolated among three. A kind of field defines its functions, in numpy and in GLSL, and how they gather
+environment light.
 """
 
 from __future__ import annotations
@@ -28,8 +28,7 @@ from .light_basis import LightFunctions, light_functions
 class ReflectanceField(abc.ABC):
     """f_r cos(theta_i), 1/sr, of H x W texels from V views; subclasses are frozen dataclasses.
 
-    KIND : what a file calls it. ARRAYS : names of the arrays that it consists of. views, lights : that were measured.
-    basis : of J coefficients.
+    KIND : name in files. ARRAYS : names of its arrays. views, lights : measured directions. basis : of J coefficients.
     """
 
     KIND: ClassVar[str]
@@ -57,28 +56,26 @@ class ReflectanceField(abc.ABC):
         column: Int[np.ndarray, " N"],
         light: Float[np.ndarray, "N 3"],
     ) -> Float[np.ndarray, "N J"]:
-        """Values of texels in measured views, under light no lower than what was measured (`Hemisphere.held`)."""
+        """Evaluate texels in measured views, under light no lower than the lowest measured (`Hemisphere.held`)."""
 
     @abc.abstractmethod
     def coarser(self) -> tuple[ReflectanceField, ...]:
-        """Fields of texels from farther and farther away, half as many each way, down to a single one; worked out when
-        first asked for.
-        """
+        """Return the coarser mip levels, half as many texels each way, down to one; computed on first use."""
 
     def levels(self, filtered: bool) -> tuple[ReflectanceField, ...]:
-        """Return all levels, or where nothing is filtered this field alone."""
+        """Return all levels, or this field alone without filtering."""
         return (self, *(self.coarser() if filtered else ()))
 
     @abc.abstractmethod
     def shader(self, filtered: bool = False) -> TermShader:
-        """Return the twin of `at`: of GLSL that includes field_texels.glsl, which says what it has to define;
-        `filtered`: of all levels, one behind the other.
+        """Return the GLSL twin of `at`; it includes field_texels.glsl and defines what that requires.
+
+        filtered : with all levels, one after the other.
         """
 
     @abc.abstractmethod
     def gathering_shader(self, filtered: bool = False) -> TermShader:
-        """Return the twin of `gathered`: of GLSL that includes field_gathering.glsl, which says what it has to
-        define."""
+        """Return the GLSL twin of `gathered`; it includes field_gathering.glsl and defines what that requires."""
 
     def stored(self) -> dict[str, Any]:
         """Return what a file stores, except the basis."""
@@ -100,33 +97,33 @@ class ReflectanceField(abc.ABC):
     @property
     @abc.abstractmethod
     def bytes_per_texel(self) -> int:
-        """Bytes that a texel takes, of all views."""
+        """Bytes of a texel over all views."""
 
     @cached_property
     def functions(self) -> LightFunctions:
-        """Under which light is looked up, and what of them (`hats`) stands for each of the B terms of `gathered`.
+        """Light functions, with the weights (`hats`) that approximate each of the B terms of `gathered`.
 
-        For any kind: its values under the measured lights, which hats over the hemisphere stand for.
+        By default the terms are the values under the measured lights, and the functions approximate the hats of these.
         """
         return light_functions(self.lights)
 
     def gathered(
         self, view: Int[np.ndarray, " N"], row: Int[np.ndarray, " N"], column: Int[np.ndarray, " N"]
     ) -> Float[np.ndarray, "N B J"]:
-        """Return the terms of what texels gather in measured views."""
+        """Compute the B terms of texels in measured views under environment light."""
         found = np.empty((len(view), len(self.lights), self.basis.size))
         for number, light in enumerate(self.lights.directions):
             found[:, number] = self.at(view, row, column, np.broadcast_to(light, (len(view), 3)))
         return found
 
     def reconstruct(self, view: int, light: int) -> Float[np.ndarray, "H W J"]:
-        """Return the values under a measured light in a measured view, 1/sr."""
+        """Evaluate all texels under a measured light in a measured view, 1/sr."""
         row, column = (axis.ravel() for axis in np.indices((self.height, self.width)))
         to_light = np.broadcast_to(self.lights.directions[light], (len(row), 3))
         return self.at(np.full(len(row), view), row, column, to_light).reshape(self.height, self.width, -1)
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
-        """Texels one after the other, by their numbers row by row: all that there is of each."""
+        """Yield the values of each texel in all views and lights; texels are row-major indices."""
         view, light = (axis.ravel() for axis in np.indices((len(self.views), len(self.lights))))
         to_light = self.lights.directions[light]
         for texel in texels:
@@ -135,7 +132,7 @@ class ReflectanceField(abc.ABC):
 
 
 def registered_view(images: BtfImages, view: int) -> Float[np.ndarray, "Lt T J"]:
-    """Return all registered images of a view, texels row by row.
+    """Read all registered images of a view, texels in row-major order.
 
     Raises
     ------

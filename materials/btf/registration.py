@@ -1,9 +1,9 @@
 """Registration of the sample's surface against the measured plane: a plane sweep over the views.
 
-Images of a BTF are rectified to one plane. Where the sample's surface stands h0 texels above it, what is seen from
-(theta, phi) is displaced by h0 tan(theta) away from the viewer, and three views do not show the same thread at a texel.
-All views are shifted back for each of many h0, and the one counts at which they agree best: the plane sweep of stereo
-vision (Collins 1996), with one plane for the whole sample. Light is averaged out first: shadows move with it.
+Images of a BTF are rectified to one plane. If the sample's surface is h0 texels above it, its image from (theta, phi)
+is displaced by h0 tan(theta) away from the viewer, and three views show different threads at the same texel. All views
+are shifted back for each of many h0, and the one of best agreement is chosen: the plane sweep of stereo vision (Collins
+1996), with one plane for the whole sample. Images are first averaged over the lights, since shadows move with these.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ _BETTER = 0.98
 
 @dataclass(frozen=True)
 class Registration:
-    """Result of a plane sweep, and whether it is of use.
+    """Result of a plane sweep and of its test on held-out views.
 
-    offset : h0 to register by, texels; 0 where that does not help. found : h0 where views agree best.
+    offset : h0 to register by, texels; 0 if that does not help. found : h0 of best agreement.
     before, after : ΔE94 under D65 (mean, 95th and 99th percentile) of held-out views, predicted from the three around
-        each of them without registration and with it; None where there are too few views to hold any out.
+        each of them without registration and with it; None if there are too few views to hold any out.
     """
 
     offset: float
@@ -63,13 +63,13 @@ class Registration:
 
 
 def plane_offset(pictures: Float[np.ndarray, "V H W"], views: Float[np.ndarray, "V 3"]) -> float | None:
-    """h0, texels: where the views, shifted back, agree best; None where there is nothing to compare.
+    """Find the h0, texels, at which views, shifted back, agree best; None if there is no such optimum.
 
-    pictures : of each view, its mean over all lights, a number a texel; of views that lean more than `MOST_LEANING`
-        nothing is looked at.
+    pictures : mean of each view over all lights, one number per texel; views that lean more than `MOST_LEANING` are
+    ignored.
 
-    Agreement is what is left of the variance when shifted views, each of unit variance, are averaged. Shifts are
-    turns of the pictures' spectra: exact between texels, where interpolation would blur and so pull towards whole ones.
+    Agreement is the variance that remains when shifted views, each of unit variance, are averaged. Shifts are phase
+    rotations of the pictures' spectra: exact between texels, where interpolation would blur and so favour whole ones.
     """
     height, width = pictures.shape[1:]
     side = min(height, width)
@@ -109,11 +109,12 @@ def plane_offset(pictures: Float[np.ndarray, "V H W"], views: Float[np.ndarray, 
 
 
 def held_out_error(images: BtfImages, offset: float) -> tuple[float, float, float] | None:
-    """ΔE94 (mean, 95th and 99th percentile) of views that are predicted from the three around each; None without such.
+    """Compute ΔE94 of held-out views predicted from the three around each: mean, 95th and 99th percentile.
 
-    Each fourth view off the normal and within `MOST_LEANING` is left out. Colours are those under D65 of f_r cos
-    against a perfect diffuser that is lit straight on, at texels in the middle of the pictures. Shifts are linear
-    between texels: of wool and corduroy (UBO2003) whole ones leave 4.32 and 4.34 on average in place of 4.16 and 4.07.
+    Every fourth view off the normal and within `MOST_LEANING` is held out; None if there are too few. Colours are f_r
+    cos under D65 relative to a perfect diffuser lit along its normal, at texels in the middle of the pictures. Shifts
+    are linear between texels: on wool and corduroy (UBO2003) shifts by whole texels leave a mean of 4.32 and 4.34 in
+    place of 4.16 and 4.07.
     """
     from scipy.ndimage import map_coordinates
 
@@ -152,10 +153,10 @@ def held_out_error(images: BtfImages, offset: float) -> tuple[float, float, floa
 
 
 def registered(images: BtfImages, pictures: Float[np.ndarray, "V H W"]) -> Registration:
-    """Return the registration of images, used where held-out views are predicted better with it.
+    """Find the registration of images; it is used if it predicts held-out views better.
 
-    Better than without, and than by the plane as far on the other side: to shift between texels blurs, and what is
-    blurred is predicted better, wherever it lies.
+    It must beat both no registration and the plane as far on the other side: shifts between texels blur, and blurred
+    images are predicted better at any offset.
     """
     found = plane_offset(pictures, images.views.directions)
     before = held_out_error(images, 0.0) if found is not None else None

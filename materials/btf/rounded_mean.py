@@ -1,7 +1,7 @@
-"""The mean of all texels of a BTF, for each view and light, in few bits.
+"""Quantised mean of all texels of a BTF, for each view and light.
 
-First comes how much there is of the mean's own colour, on a scale like lightness; that says which changes are seen
-(`metric`), and what is still missed is rounded in steps of that.
+First the share of the overall mean colour is rounded, on a scale like lightness; this determines the perceptual metric
+(`metric`), in steps of which the residual is rounded.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ _WIDE = np.iinfo(np.int16)
 class RoundedMean:
     """f_r cos(theta_i) of V views under Lt lights, J coefficients in `basis`.
 
-    colour (J,) : 1/sr, float32, the brightest there is of the mean's own colour. level (V,Lt) : cube roots of shares of
-    it. rest (n,V,Lt) : what is missed, whole numbers of `step`, ΔE94, along `turn` (J,n), half precision.
+    colour (J,) : the overall mean colour at its brightest, 1/sr, float32. level (V,Lt) : cube roots of shares of it.
+    rest (n,V,Lt) : residual along `turn` (J,n), in whole multiples of `step`, ΔE94; turn is in half precision.
     """
 
     basis: SpectralBasis
@@ -39,7 +39,7 @@ class RoundedMean:
 
     @cached_property
     def values(self) -> Float[np.ndarray, "V Lt J"]:
-        """1/sr, float32."""
+        """Mean, 1/sr, float32."""
         first = _first(self.level, self.colour)
         rest = np.moveaxis(self.rest, 0, 2).astype(np.float64) @ (self.step * self.turn.astype(np.float64).T)
         # rest = missed @ C.
@@ -58,7 +58,7 @@ class RoundedMean:
 
 
 def rounded_mean(mean: Float[np.ndarray, "V Lt J"], basis: SpectralBasis) -> RoundedMean:
-    """Return a mean, 1/sr, in whole numbers."""
+    """Quantise a mean, 1/sr."""
     mean = mean.astype(np.float64)
     average = mean.mean(axis=(0, 1))
     square = float(average @ average)
@@ -79,7 +79,7 @@ def rounded_mean(mean: Float[np.ndarray, "V Lt J"], basis: SpectralBasis) -> Rou
 
 
 def principal(products: Float[np.ndarray, "n n"]) -> Float[np.ndarray, "n n"]:
-    """Principal components of what has these products, in columns, the largest first, in half precision."""
+    """Compute principal components from a Gram matrix, in columns, largest first, in half precision."""
     found = np.linalg.eigh(products)[1][:, ::-1]
     largest = np.abs(found).argmax(axis=0)
     return (found * np.sign(found[largest, np.arange(len(found))])).astype(np.float16)

@@ -1,4 +1,4 @@
-"""A BTF as a surface: the original that fast forms stand for."""
+"""BTF as a surface: the original that fast forms approximate."""
 
 from __future__ import annotations
 
@@ -28,17 +28,17 @@ _AT_ONCE = 1 << 13
 
 @dataclass(frozen=True, eq=False)
 class MeasuredBtf(Surface):
-    """f_r of three views times three lights around each pair of directions (Meseth, Mueller and Klein 2003, eq. 4).
+    """f_r interpolated among three views and three lights around each pair of directions (Meseth et al. 2003, eq. 4).
 
-    f_r cos(theta_i) is what was measured and what is mixed; it is divided by the cosine at the end. Lower than any
-    light that was measured, f_r is held; farther out than any view, values are. Between texels it is linear, and every
-    view is shifted by what its `offset` displaces it, so that all show the surface where it is.
+    f_r cos(theta_i) is measured and interpolated, and divided by the cosine at the end. Below the lowest measured light
+    f_r is clamped; beyond the outermost views values are. Interpolation is linear between texels, and every view is
+    shifted back by its displacement (`offset`), so that all show the surface at the same place.
 
     Parameters
     ----------
     images : the measurement.
-    means : (V,Lt,J) of each image, the mean over its texels.
-    form : the name of the fast form that was asked for (`form.NAMES`); "" leaves that to its budget.
+    means : (V,Lt,J) mean of each image over its texels.
+    form : name of the requested fast form (`form.NAMES`); "" leaves the choice to its budget.
 
     Raises
     ------
@@ -68,11 +68,11 @@ class MeasuredBtf(Surface):
         return self.images.basis.wavelengths_nm
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """Implement `Surface.at`. Images are taken one after the other, each once, however many points there are."""
+        """Implement `Surface.at`; each image is read once, however many points there are."""
         return self.images.basis.reconstruct(self._coefficients(points))
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Implement `Surface.xyz`; no spectra are made of the points."""
+        """Implement `Surface.xyz`, without reconstructing spectra."""
         basis = self.images.basis
         weights = folding.weights(self.wavelengths_nm)
         return self._coefficients(points) @ (weights if basis.is_sampled else basis.synthesis.T @ weights)

@@ -24,18 +24,18 @@ _AT_ONCE = 1 << 15
 
 @runtime_checkable
 class Decoded(Protocol):
-    """A form that makes its images again."""
+    """Form that can reconstruct its images."""
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:
-        """f_r cos(theta_i), 1/sr, of texels one after the other, by their numbers row by row."""
+        """Yield f_r cos(theta_i), 1/sr, of each texel; texels are row-major indices."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class TexelSample:
-    """Some texels of registered images that forms are judged by, in every image.
+    """Texels of registered images, in every image, on which the error of forms is measured.
 
-    texels : their numbers row by row. truth : f_r cos(theta_i), 1/sr.
+    texels : row-major indices. truth : f_r cos(theta_i), 1/sr.
     """
 
     images: BtfImages
@@ -44,7 +44,7 @@ class TexelSample:
 
     @classmethod
     def drawn(cls, images: BtfImages, seed: int, heard: Callable[[float], None] = lambda share: None) -> TexelSample:
-        """At random; forms that are compared by one sample have the same texels.
+        """Draw texels at random; forms compared on one sample have the same texels.
 
         Raises
         ------
@@ -54,20 +54,20 @@ class TexelSample:
         return cls(images, texels, gathered(images, texels, heard))
 
     def alone(self) -> TexelSample:
-        """Return the same texels as all that there are, side by side: what a form would make of them is soon tried."""
+        """Return these texels, side by side, as a BTF of their own, for quick trial fits."""
         values = self.truth.transpose(1, 2, 0, 3)[:, :, None]
         alone = HeldImages(self.images.views, self.images.lights, values, self.images.basis, self.images.texel_mm)
         return TexelSample(alone, np.arange(len(self.texels)), self.truth)
 
     def error_of(self, form: Decoded) -> FitError:
-        """ΔE94 of a form; the perfect diffuser, lit along its normal, is white."""
+        """Compute ΔE94 of a form; the perfect diffuser, lit along its normal, is white."""
         return _error(self, form)
 
 
 def measured(
     images: BtfImages, form: Decoded, seed: int, heard: Callable[[float], None] = lambda share: None
 ) -> FitError:
-    """`TexelSample.error_of` texels that are drawn for this form alone."""
+    """Compute the error of a form on texels drawn for it alone (`TexelSample.error_of`)."""
     return TexelSample.drawn(images, seed, heard).error_of(form)
 
 
@@ -115,15 +115,15 @@ def _error(sample: TexelSample, form: Decoded) -> FitError:
 
 
 def worst_mean(error: FitError) -> float:
-    """Largest mean among the judged lights, which budgets of BTFs limit."""
+    """Return the largest mean among the judged lights, which budgets of BTFs limit."""
     return max(light.mean for light in error.lights)
 
 
 def stored_error(error: FitError | None) -> dict[str, Any]:
-    """Return the error of texels as a form's file stores it."""
+    """Return the error of texels as stored in a form's file."""
     return {} if error is None else {"texel_error": error.stored()}
 
 
 def error_stored(kept: Mapping[str, Any]) -> FitError | None:
-    """Return the error whose `stored_error` is among these; None where there is none."""
+    """Read the error that `stored_error` wrote; None if there is none."""
     return FitError.from_stored(kept["texel_error"]) if "texel_error" in kept else None

@@ -1,7 +1,7 @@
-"""The summand of BTFs: four texels about a point, in three views and under three lights each.
+"""Summand of BTFs: interpolation among four texels, three views and three lights around a point.
 
-Weights of different clusters mean different things and are never mixed: clusters are worked out first, and mixed then.
-From afar texels are coarser ones, in clusters of their own (`mip_levels`), mixed between two levels.
+Weights of different clusters are not comparable and are never mixed: clusters are evaluated first, and mixed then.
+Coarser mip levels have clusters of their own (`mip_levels`); points are interpolated between two levels.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ _BLOCK = 1 << 11
 
 @dataclass(frozen=True, eq=False)
 class TexelSummand(Summand):
-    """Texels of a BTF, looked up: term j is coefficient j of those at a point, f_r cos(theta_i).
+    """Look-up of BTF texels: term j is coefficient j of f_r cos(theta_i) at a point.
 
     palette : one entry of J spectra, 1 each where values are in 1/sr.
 
     Raises
     ------
-    InputError : another palette.
+    InputError : a palette that does not fit the basis.
     """
 
     uses_uv: ClassVar[bool] = True
@@ -70,23 +70,23 @@ class TexelSummand(Summand):
 
 @dataclass(frozen=True, eq=False)
 class BtfTexels(TexelSummand):
-    """Local PCA, looked up."""
+    """Look-up of local PCA."""
 
     form: ClusteredForm
 
     @cached_property
     def table(self) -> Float[np.ndarray, "k V Lt c1 J"]:
-        """Implement `LocalPca.table`, with components for weights of whole numbers."""
+        """Table of the form (`ClusteredForm.table`), with components at weight 1."""
         return self.form.table()
 
     @property
     def weights(self) -> Float[np.ndarray, "T c1"]:
-        """Weights of each texel in the order of rows, 1 first; float32."""
+        """Weights of each texel in row-major order, 1 first; float32."""
         return self.whole.weights
 
     @cached_property
     def whole(self) -> TexelLevel:
-        """The texels themselves."""
+        """Level 0, of the stored texels."""
         return TexelLevel(self.form.number, with_mean(self.form.weights), self.table)
 
     @property
@@ -96,22 +96,23 @@ class BtfTexels(TexelSummand):
         return height, width
 
     def level(self, number: int) -> TexelLevel:
-        """Texels of a level; others than the first are worked out when first asked for, by whatever basis."""
+        """Return the texels of a mip level; coarser ones are computed on first use, once for all bases."""
         return self.whole if number == 0 else self.form.coarser()[number - 1]
 
     def levels(self, filtered: bool) -> tuple[TexelLevel, ...]:
-        """Return all levels, or where nothing is filtered the texels alone."""
+        """Return all levels, or level 0 alone without filtering."""
         return (self.whole, *(self.form.coarser() if filtered else ()))
 
     def tallest(self, number: int) -> Float[np.ndarray, "#k c1"]:
-        """Scale of components of a level on the GPU, multiplied into weights, so that half precision
-        holds them; of stored texels, whose weights are whole numbers, all clusters' alike.
+        """Return the scale of a level's components on the GPU, multiplied into weights so that half precision suffices.
+
+        For stored texels, whose weights are integers, it is the same for all clusters.
         """
         largest = self.level(number).largest
         return largest if number else largest.max(axis=0, keepdims=True)
 
     def terms(self, points: Points) -> Terms:
-        """Implement `Summand.terms`; where points say what they span, the mean over that."""
+        """Implement `Summand.terms`, averaged over the footprint of points that have one."""
         assert points.uv is not None
         value = np.zeros((len(points), self.palette.rank))
         scale = points.angles(self.frame).scale
@@ -132,7 +133,7 @@ class BtfTexels(TexelSummand):
         wi: Float[np.ndarray, "N 3"],
         wo: Float[np.ndarray, "N 3"],
     ) -> Float[np.ndarray, "N J"]:
-        """Coefficients at points."""
+        """Evaluate the coefficients at points, on one level."""
         view, of_view = self.form.views.shares(wo)
         light, of_light = self.form.lights.shares(wi, falling=True)
         pair = (view[:, :, None] * len(self.form.lights) + light[:, None, :]).reshape(-1, 9)
@@ -169,9 +170,7 @@ class BtfTexels(TexelSummand):
         return TermShader(Path(__file__).with_suffix(".glsl"), sizes | places, textures, uniforms, steps)
 
     def packed(self, filtered: bool) -> np.ndarray:
-        """Pack each texel's cluster and weights, four numbers to a texel of the GPU's, one beside the other; levels
-        one below the other.
-        """
+        """Pack each texel's cluster and weights, four numbers per GPU texel side by side; levels one below another."""
         levels = self.levels(filtered)
         quads = -(-(1 + self.table.shape[3]) // 4)
         heights, width = [len(level.number) for level in levels], self.form.number.shape[1]
@@ -197,18 +196,18 @@ class BtfTexels(TexelSummand):
 
     @property
     def nbytes(self) -> int:
-        """Bytes held to draw it."""
+        """Bytes of memory used for rendering."""
         return self.table.nbytes + self.form.weights.nbytes + self.form.number.nbytes + self.palette.values.nbytes
 
 
 def steps_of_corners(components: int, for_each: int, filtered: bool) -> int:
-    """Count rounds of the loops of `texel.glsl`: those of four corners, and `for_each` cluster's own."""
+    """Count the loop rounds of `texel.glsl`: those of four corners, and `for_each` cluster's own."""
     weights = 4 * (3 + (components + 4) // 4)
     return (2 if filtered else 1) * 4 * (1 + weights + for_each)
 
 
 def in_fours(values: Float[np.ndarray, "*n J"], kind: type[np.floating] = np.float16) -> np.ndarray:
-    """Coefficients four to a texel, zeros behind the last; in half precision where nothing else is said."""
+    """Pack coefficients four to a texel, padded with zeros; in half precision by default."""
     size = values.shape[-1]
     padded = np.zeros((*values.shape[:-1], -(-size // 4) * 4), dtype=kind)
     padded[..., :size] = values
@@ -216,11 +215,11 @@ def in_fours(values: Float[np.ndarray, "*n J"], kind: type[np.floating] = np.flo
 
 
 def folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:
-    """Return a long list of texels as a picture of at most `MOST_TEXELS` each way, row by row.
+    """Fold a long list of texels row by row into a picture of at most `MOST_TEXELS` each way.
 
     Raises
     ------
-    InputError : it is longer.
+    InputError : the list is longer.
     """
     height = -(-len(rows) // MOST_TEXELS)
     if height > MOST_TEXELS:
@@ -233,11 +232,10 @@ def folded(rows: Float[np.ndarray, "n 4"]) -> np.ndarray:
 
 
 def directions_listed(hemisphere: Hemisphere) -> np.ndarray:
-    """List the texels that `hemisphere.glsl` reads: first each triangle, two texels a corner, then each cell's
-    triangles.
+    """Make the texture for `hemisphere.glsl`: the number of triangles, the triangles, then each cell's triangles.
 
-    Of a corner the row of `Hemisphere.inverse`, and 0; then which measured direction it stands for, its cosine, whether
-    it is a held one, and 0.
+    Each corner of a triangle takes two texels: its row of `Hemisphere.inverse`, and 0; then its measured direction, the
+    cosine of that, whether it is a repeated outer corner, and 0.
     """
     corners = hemisphere.triangles
     triangles = np.zeros((len(corners), 3, 2, 4), dtype=np.float32)
