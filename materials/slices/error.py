@@ -1,16 +1,16 @@
-"""The error of environment forms: how far off a sphere looks in an environment, in ΔE94.
+"""Error of environment forms: the difference of a sphere's appearance in an environment, in ΔE94.
 
-A unit sphere is seen from afar, in the environment of `sky`. Its points stand for equal areas of the picture: of
-isotropic materials 12 rings of 24 points, of others 8 rings of 16, each ring in the middle of its share of the disc;
-the tangent x of the surface points along the parallels of an upright sphere. The white is the perfect diffuser that
-faces straight up, unshadowed; nothing is clipped.
+A unit sphere is seen from afar, in the environment of `sky`. Its points cover equal areas of the picture: for isotropic
+materials 12 rings of 24 points, for others 8 rings of 16, each ring in the middle of its share of the disc; the tangent
+x of the surface points along the parallels of an upright sphere. The white is the perfect diffuser that faces straight
+up, unshadowed; nothing is clipped.
 
-The reference is the original at every wavelength, f_r cos(theta_i) times luminance summed over some 3000 directions a
-point: half vectors in octaves about the normal and an even grid beyond (`quadrature`). What the sun sends from more
-than `_SUN_FADE` of the half vector's angle is summed over directions about the sun in its place. Between surface and
-environment nothing is in the way; points see the environment down to their own horizon.
+The reference is the original at every wavelength, f_r cos(theta_i) times luminance summed over some 3000 directions per
+point: half vectors in octaves about the normal and an even grid beyond (`quadrature`). Sunlight beyond `_SUN_FADE` of
+the half vector's angle is summed over directions about the sun instead. Nothing occludes the environment; points see it
+down to their own horizon.
 
-The sample is the form: every lobe's value times the mean luminance under its Gaussian, which no horizon cuts off, and
+The sample is the form: every lobe's value times the mean luminance under its Gaussian, not cut off by any horizon, and
 the cosine's times the illuminance over pi.
 """
 
@@ -57,7 +57,7 @@ def text_of(isotropic: bool) -> str:
 
 
 def references(surface: Surface) -> Float[np.ndarray, "M N 3"]:
-    """XYZ of every point of the sphere from the surface at its own wavelengths, under each of `LIGHTS`."""
+    """Compute XYZ of every point of the sphere from the surface at its own wavelengths, under each of `LIGHTS`."""
     found = []
     folding = _folding()
     for seen in _lit_slices(surface.isotropic, _GRIDS):
@@ -69,7 +69,7 @@ def references(surface: Surface) -> Float[np.ndarray, "M N 3"]:
 
 
 def samples(form: ViewSlices, isotropic: bool) -> Float[np.ndarray, "M N 3"]:
-    """XYZ of every point of the sphere from the form, under each of `LIGHTS`."""
+    """Compute XYZ of every point of the sphere from the form, under each of `LIGHTS`."""
     wo, frames = _points(isotropic)
     # Viewers of isotropic forms stand above +x here, where the frame of slices is the point's.
     lobes = form.lobes(Points(wo, wo))
@@ -83,7 +83,7 @@ def samples(form: ViewSlices, isotropic: bool) -> Float[np.ndarray, "M N 3"]:
 def error_between(
     references_xyz: Float[np.ndarray, "M N 3"], samples_xyz: Float[np.ndarray, "M N 3"], isotropic: bool
 ) -> FitError:
-    """Statistics under each of `LIGHTS`; the figures of all are those of the light with the largest p99."""
+    """Compute statistics under each of `LIGHTS`; the overall figures are those of the light with the largest p99."""
     by_light = []
     for name, reference, sample in zip(LIGHTS, references_xyz, samples_xyz, strict=True):
         difference = delta_e_xyz(reference, sample, observer(_OBSERVER).white(illuminant(name)))
@@ -100,16 +100,16 @@ def with_error(form: ViewSlices, reference_xyz: Float[np.ndarray, "M N 3"], isot
 
 
 def measured_form(form: ViewSlices, surface: Surface) -> ViewSlices:
-    """Return the form with its error against the surface that it stands for."""
+    """Return the form with its error against the surface that it approximates."""
     return with_error(form, references(surface), surface.isotropic)
 
 
 class _LitSlice(NamedTuple):
-    """Light on the points that one viewer sees alike, whatever their surface.
+    """Light on the points that share one slice, for any surface.
 
-    wo (3,) : to the viewer. to (S,3) : from where light comes; arriving (n,S) : how much, at n points, with the solid
-    angle. Of the sun farther off the mirror direction: rest (n,R), the illuminance of each ray; lit (n,R), the rays
-    above the horizon; beside (K,3) : their directions.
+    wo (3,) : to the viewer. to (S,3) : directions of light; arriving (n,S) : luminance at n points times the solid
+    angle. Of sunlight farther off the mirror direction: rest (n,R), the illuminance of each ray; lit (n,R), True for
+    rays above the horizon; beside (K,3) : their directions.
     """
 
     wo: Float[np.ndarray, "3"]
@@ -142,7 +142,7 @@ def _lit_slice(wo: Float[np.ndarray, "3"], frames: Float[np.ndarray, "n 3 3"], g
 
 @cache
 def _moments(isotropic: bool) -> Float[np.ndarray, "N 9"]:
-    """Compute what the environment gives each point, and its moments in the point's own axes."""
+    """Compute the illuminance of each point by the environment, and its moments in the point's own axes."""
     _, frames = _points(isotropic)
     to, angles = slice_directions(np.array([0.0, 0.0, 1.0]), _GRIDS)
     rays, illuminance = _rays()
@@ -175,7 +175,7 @@ def _folding() -> Folding:
 
 @cache
 def _rays() -> tuple[np.ndarray, np.ndarray]:
-    """Directions to the sun (S,3), and the illuminance that comes from each."""
+    """Compute directions (S,3) within the sun, and the illuminance by each."""
     sun = sky.sun()
     distances, azimuths = _SUN_GRID
     nodes, weights = np.polynomial.legendre.leggauss(distances)
@@ -191,7 +191,7 @@ def _rays() -> tuple[np.ndarray, np.ndarray]:
 
 
 def _slices(isotropic: bool) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return each slice that is needed: its viewer, and the frames (n,3,3) of the points that see it."""
+    """Return each required slice: its viewer, and the frames (n,3,3) of the points that share it."""
     wo, frames = _points(isotropic)
     if not isotropic:
         return [(one, frame[None]) for one, frame in zip(wo, frames, strict=True)]
@@ -201,7 +201,7 @@ def _slices(isotropic: bool) -> list[tuple[np.ndarray, np.ndarray]]:
 
 @cache
 def _points(isotropic: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Viewers (N,3) in the frames (N,3,3), whose rows are tangent, bitangent and normal in the world."""
+    """Compute viewers (N,3) in frames (N,3,3), whose rows are tangent, bitangent and normal in the world."""
     rings, around = _ISOTROPIC if isotropic else _TURNED
     sine = np.repeat(np.sqrt((np.arange(rings) + 0.5) / rings), around)
     cosine = np.sqrt(1.0 - sine**2)

@@ -1,4 +1,4 @@
-"""Fit of slices to any uniform surface: every viewer's mixture starts as its neighbour's ends."""
+"""Fit of slices to any uniform surface: the mixture of each viewer is initialised by its neighbour's."""
 
 from __future__ import annotations
 
@@ -63,21 +63,20 @@ _RIDGE = 1.0e-9
 
 
 def view_slices(surface: Surface, lobes: int = LOBES) -> ViewSlices:
-    """Return the environment form of a surface that is alike everywhere, its spectra in as few terms as keep each slice
-    within a thousandth of its luminance under `protocol.LIGHTS`; on the working wavelengths where the surface's are
-    finer.
+    """Fit the environment form of a uniform surface.
 
-    A matt surface has no Gaussians, however many are asked for.
+    It has as few spectral terms as keep each slice within a thousandth of its luminance under `protocol.LIGHTS`, at the
+    working wavelengths if the surface's are finer. A matt surface has no Gaussians, whatever `lobes` is.
     """
     return _formed(surface, lobes, _slices(surface))
 
 
 def fewest_slices(surface: Surface, budget: float) -> ViewSlices:
-    """`view_slices` of as few Gaussians, of `COUNTS`, as keep its error (`error`) within the budget, with the error.
+    """Fit `view_slices` with as few Gaussians, of `COUNTS`, as keep its error within the budget, and attach the error.
 
-    ΔE94's mean has to be within the budget, and its 99th percentile within four times as much. Where the next number is
-    less than a tenth better it is not worth its time, and no more are tried. Of what is not isotropic the most are
-    taken: trying would take too long.
+    The mean of ΔE94 must be within the budget, and its 99th percentile within four times as much. The search ends early
+    if the next number improves the error by less than a tenth. Anisotropic surfaces get the largest number untried,
+    since trying would take too long.
     """
     slice_at = _slices(surface)
     reference = references(surface)
@@ -100,13 +99,12 @@ def fewest_slices(surface: Surface, budget: float) -> ViewSlices:
 def mixtures(
     sampled: Sampled, size: int, isotropic: bool, lobes: int = LOBES
 ) -> tuple[Float[np.ndarray, "T A Q 3"], Float[np.ndarray, "T A Q"], Float[np.ndarray, "T A QB C"]]:
-    """Directions, sharpness and values of slices (`ViewSlices`) of whatever f_r `sampled` gives in `size` numbers.
+    """Fit directions, sharpness and values of slices (`ViewSlices`) to f_r in `size` numbers, evaluated by `sampled`.
 
-    Each slice is integrated over `slice_directions`. Its `smooth_part`, polynomials of the second degree, is the bent
-    cosine's. Where else something comes from, by the mean of its numbers' magnitudes, Gaussians are placed by
-    expectation and maximisation, and brought near to it by least squares of what is seen (`nearest`), as the numbers
-    are: so the numbers should be as bright as they are seen. The integral of a slice is exact, whatever the Gaussians
-    do.
+    Each slice is integrated over `slice_directions`. The bent cosine takes its `smooth_part`, polynomials of the second
+    degree. For the remainder, by the mean magnitude of its numbers, Gaussians are placed by expectation-maximisation,
+    and refined by least squares of the visible difference (`nearest`), in which the numbers' magnitude is their
+    brightness: they should be scaled accordingly. The integral of a slice is exact, whatever the Gaussians.
     """
     return _mixtures(partial(_slice, sampled, None, _grids(isotropic)), size, isotropic, lobes)
 
@@ -116,8 +114,10 @@ def _grids(isotropic: bool) -> Grids:
 
 
 def _slices(surface: Surface) -> SliceAt:
-    """Slices of a surface, with its body apart where it names lobes of both kinds: of a body in incident and outgoing
-    angles Gaussians would follow what polynomials leave, and be missing where the highlight is.
+    """Make the slices of a surface, with its body apart if it has lobes in both kinds of angles.
+
+    On a body in incident and outgoing angles Gaussians would follow the residual of the polynomials, and be missing at
+    the highlight.
     """
     lobes = surface.lobes() if isinstance(surface, Brdf) else ()
     bodies = [lobe.brdf for lobe in lobes if lobe.frame == "io"]
@@ -188,7 +188,7 @@ def _mixtures(
 def _slice(
     sampled: Sampled, body: Sampled | None, grids: Grids, theta: float, azimuth: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
-    """Directions (S,3), their solid angles (S,), f_r (S,C), and what of it is the body's, of one viewer."""
+    """Evaluate a viewer's slice: directions (S,3), their solid angles (S,), f_r (S,C), and the body's part of it."""
     wo = np.array([np.sin(theta) * np.cos(azimuth), np.sin(theta) * np.sin(azimuth), np.cos(theta)])
     to, angles = slice_directions(wo, grids)
     seen = np.broadcast_to(wo, to.shape)
@@ -196,7 +196,7 @@ def _slice(
 
 
 def _matt(slice_at: SliceAt) -> Float[np.ndarray, " C"] | None:
-    """f_r where it is the same in all directions, which all of four slices have to say; else None."""
+    """Return f_r if it is constant over all directions of four slices; else None."""
     least = most = slice_at(*_LOOKS[0])[2][0]
     for look in _LOOKS:
         values = slice_at(*look)[2]
@@ -207,7 +207,7 @@ def _matt(slice_at: SliceAt) -> Float[np.ndarray, " C"] | None:
 
 
 def _magnitude(values: Float[np.ndarray, "S C"]) -> Float[np.ndarray, " S"]:
-    """Mean of the magnitudes in each row; without a copy where none is negative."""
+    """Average the magnitudes in each row; without a copy if none is negative."""
     return _mean(np.abs(values) if values.min() < 0.0 else values)
 
 
@@ -219,7 +219,7 @@ def _mean(values: Float[np.ndarray, "S C"]) -> Float[np.ndarray, " S"]:
 def _in_few(
     spectra: Float[np.ndarray, "T A QB L"], wavelengths_nm: Float[np.ndarray, " L"]
 ) -> tuple[Float[np.ndarray, "T A QB R"], Palette]:
-    """Spectra in as few terms as do, and their palette."""
+    """Project spectra onto the fewest terms within tolerance; return values and palette."""
     rows = spectra.reshape(-1, len(wavelengths_nm))
     weights = Folding(observer("1931_2"), [illuminant(name) for name in LIGHTS]).weights(wavelengths_nm)
     full = SpectralBasis.balanced(rows, weights, wavelengths_nm=wavelengths_nm)
@@ -238,8 +238,9 @@ def _in_few(
 
 
 def _first(to: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"], lobes: int) -> Mixture:
-    """Begin the mixture of the first viewer, straight above: on a spiral about the normal by what lies within, the
-    sharper the closer.
+    """Initialise the mixture of the first viewer, straight above.
+
+    Axes lie on a spiral about the normal at quantiles of the power, sharper towards the normal.
     """
     order = np.argsort(-to[:, 2], kind="stable")
     within = np.cumsum(power[order])
@@ -262,8 +263,9 @@ def _begun(
     to: Float[np.ndarray, "S 3"],
     power: Float[np.ndarray, " S"],
 ) -> Mixture:
-    """Begin a slice's mixture from that of the viewer before: turned with the mirror direction, or with the
-    viewer where that is clearly closer, as of what sends light back to where it came from.
+    """Initialise a slice's mixture from that of the previous viewer, rotated with the mirror direction.
+
+    It is rotated with the viewer instead if that is clearly more likely, as for retroreflection.
     """
     mirrored, back = (before.turned(_turn(one, azimuth)) for one in (angle, -angle))
     if len(power) and back.likelihood(to, power) > mirrored.likelihood(to, power) + _CLEARLY:
@@ -272,7 +274,7 @@ def _begun(
 
 
 def _turn(angle: float, azimuth: float) -> Float[np.ndarray, "3 3"]:
-    """Turns the mirror direction of a viewer towards that of the next, in the viewer's plane."""
+    """Rotate the mirror direction of a viewer towards that of the next, in the viewer's plane."""
     axis = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     cross = np.cross(np.eye(3), axis)
     return np.eye(3) + np.sin(angle) * cross.T + (1.0 - np.cos(angle)) * (cross.T @ cross.T)
@@ -281,11 +283,11 @@ def _turn(angle: float, azimuth: float) -> Float[np.ndarray, "3 3"]:
 def smooth_part(
     directions: Float[np.ndarray, "S 3"], angles: Float[np.ndarray, " S"], f_r: Float[np.ndarray, "S C"]
 ) -> Float[np.ndarray, "9 C"]:
-    """Coefficients of `bends` that f_r is nearest to, where it does not rise above them: a highlight does not count.
+    """Fit coefficients of `bends` to f_r robustly: highlights, which rise above the fit, have little weight.
 
-    Weighted by solid angle and cosine; by reweighted least squares on the mean over C, and with the last weights for
-    each of the C numbers. A slice that is a polynomial is found exactly. Where half of all directions send nothing
-    nothing is smooth.
+    Weighted by solid angle and cosine; by iteratively reweighted least squares on the mean over C, whose last weights
+    serve each of the C numbers. A slice that is a polynomial is reproduced exactly. If half of all directions reflect
+    nothing the result is 0.
     """
     basis = bends(directions)
     seen = angles * directions[:, 2]
@@ -309,14 +311,14 @@ def smooth_part(
 def body_part(
     directions: Float[np.ndarray, "S 3"], angles: Float[np.ndarray, " S"], f_r: Float[np.ndarray, "S C"]
 ) -> Float[np.ndarray, "9 C"]:
-    """Coefficients of `bends` that f_r, which has no highlight, is nearest to; its integral is theirs."""
+    """Fit coefficients of `bends` to f_r without a highlight."""
     return _solved(bends(directions), angles * directions[:, 2], f_r)
 
 
 def _solved(
     basis: Float[np.ndarray, "S 9"], weight: Float[np.ndarray, " S"], values: Float[np.ndarray, "S C"]
 ) -> Float[np.ndarray, "9 C"]:
-    """Weighted least squares."""
+    """Solve weighted least squares."""
     weighted = basis * weight[:, None]
     normal = weighted.T @ basis
     return np.linalg.solve(normal + _RIDGE * np.diag(np.diag(normal)), weighted.T @ values)

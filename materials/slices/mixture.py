@@ -1,4 +1,4 @@
-"""Mixtures of spherical Gaussians and one cosine, fitted to what a slice sends where: expectation and maximisation."""
+"""Mixtures of spherical Gaussians and one cosine, fitted to a slice by expectation-maximisation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _LEAST = 1.0e-6
 class Mixture:
     """Q normalised spherical Gaussians and a cosine.
 
-    axes (Q,3) : unit. sharpness (Q,) : lambda. shares (Q+1,) : of the whole, above 0, the cosine's last.
+    axes (Q,3) : unit. sharpness (Q,) : lambda. shares (Q+1,) : weights in the sum, above 0, the cosine's last.
     """
 
     axes: Float[np.ndarray, "Q 3"]
@@ -29,10 +29,10 @@ class Mixture:
     shares: Float[np.ndarray, "_"]
 
     def refined(self, directions: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"], rounds: int) -> Mixture:
-        """After so many rounds of expectation and maximisation (Banerjee et al. 2005, with their eq. 4.4 for the
-        sharpness); power (S,) is what comes from each direction, not negative, some of it above 0.
+        """Refine the mixture by `rounds` of expectation-maximisation (Banerjee et al. 2005, eq. 4.4 for the sharpness).
 
-        Shares add up to the whole power. No part dies: its share stays above a millionth.
+        power (S,) : of each direction, non-negative, some of it above 0. Shares sum to the total power, and each stays
+        above a millionth of it.
         """
         found, least, to = self, _LEAST * power.sum(), np.ascontiguousarray(directions.T)
         for _ in range(rounds):
@@ -49,12 +49,12 @@ class Mixture:
         return found
 
     def likelihood(self, directions: Float[np.ndarray, "S 3"], power: Float[np.ndarray, " S"]) -> float:
-        """Mean logarithm of its density where `power` (S,), not negative, some of it above 0, comes from."""
+        """Compute the mean log-density, weighted by `power` (S,), non-negative, some of it above 0."""
         lobes, rest = self.densities(np.ascontiguousarray(directions.T))
         return float(np.log(lobes.sum(axis=0) + rest) @ power / power.sum())
 
     def turned(self, rotation: Float[np.ndarray, "3 3"]) -> Mixture:
-        """Return its Gaussians turned about the point."""
+        """Return the mixture with its Gaussians rotated."""
         return replace(self, axes=self.axes @ rotation.T)
 
     def densities(self, to: Float[np.ndarray, "3 S"]) -> tuple[Float[np.ndarray, "Q S"], Float[np.ndarray, " S"]]:

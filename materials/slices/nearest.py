@@ -1,9 +1,9 @@
-"""Gaussians brought as near to a slice as they come: damped least squares of what would be seen of the difference.
+"""Refinement of Gaussians to a slice: damped least squares of the visible difference.
 
-Expectation and maximisation finds where Gaussians are needed, and leaves their sum off by tenths of what a slice sends
-far from the mirror direction, where a lamp beside a highlight shows it. What is seen of a difference: L* follows the
-cube root of Y, so that under a small lamp, wherever it stands, L* is off by the difference over the 2/3rd power of what
-the slice sends there. Squares are divided by the 4/3rd power, of a little more, since no light is a lamp alone.
+Expectation-maximisation finds where Gaussians are needed, but leaves their sum off by tenths of the slice far from the
+mirror direction, where a lamp beside a highlight reveals it. L* follows the cube root of Y, so that under a small lamp,
+at any position, L* is off by the difference over the 2/3rd power of the slice's value there. Squares are divided by the
+4/3rd power, of a slightly raised value, since a lamp is never the only light.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ _LEAST = 1.0e-6
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """Target of the parts of a mixture, of S directions: f_r cos(theta_i), what is smooth taken off.
+    """Target of a mixture at S directions: f_r cos(theta_i), less the smooth part.
 
-    directions (S,3), density (S,) : what comes from there, of either sign, and nothing from below the horizon, where
-    Gaussians reach. weights (S,) : of its squares. energy : its integral; square : what the whole's square counts.
-    chosen, angles (A,) : which of all directions come first here, and the solid angles of all.
+    directions (S,3), density (S,) : values of either sign, 0 below the horizon, where Gaussians reach.
+    weights (S,) : of squared differences. energy : integral of the target; square : weight of the squared error of it.
+    chosen, angles (A,) : mask of the directions that come first here, and solid angles, of all A directions.
     """
 
     directions: Float[np.ndarray, "S 3"]
@@ -61,8 +61,10 @@ class Wanted:
         density: Float[np.ndarray, " A"],
         there: Float[np.ndarray, " A"],
     ) -> Wanted:
-        """density : as above, at A directions of solid angles `angles`; there (A,) : what comes from there in all, not
-        negative, some of it above 0.
+        """Make the target from values at A directions.
+
+        density : as above. angles : solid angles. there (A,) : total value in each direction, non-negative, some of it
+        above 0.
         """
         mean = there @ angles / np.pi
         weights = angles / (there + _ELSEWHERE * mean) ** _SEEN
@@ -79,7 +81,7 @@ class Wanted:
         )
 
     def nearest(self, mixture: Mixture, rounds: int) -> Mixture:
-        """Return the mixture after at most so many steps (Levenberg 1944, Marquardt 1963), none of which is worse."""
+        """Refine the mixture by at most `rounds` steps that reduce the error (Levenberg 1944, Marquardt 1963)."""
         found, damping = mixture, _DAMPING
         parts = _Parts.of(found, self.directions)
         off = self._off(parts)
@@ -101,9 +103,7 @@ class Wanted:
         return found
 
     def spectra(self, mixture: Mixture, values: Float[np.ndarray, "A C"]) -> Float[np.ndarray, "Q1 C"]:
-        """Find the total of each part, in C numbers whose mean is `density`: least squares for each of them, and their
-        integrals exactly.
-        """
+        """Fit the total of each part, in C numbers whose mean is `density`, by least squares with exact integrals."""
         parts = _Parts.of(mixture, self.directions)
         each = np.concatenate([parts.lobes, parts.rest[None]])
         each[each < _NOTHING * each.max()] = 0.0
@@ -121,7 +121,7 @@ class Wanted:
         return found + np.outer(mixture.shares / mixture.shares.sum(), energy - found.sum(axis=0))
 
     def _off(self, parts: _Parts) -> tuple[Float[np.ndarray, " S"], float]:
-        """Compute what is too much: by direction, and in all."""
+        """Compute the excess over the target: by direction, and of the integral."""
         return parts.lobes.sum(axis=0) + parts.rest - self.density, float(parts.mixture.shares.sum()) - self.energy
 
     def _squares(self, off: tuple[Float[np.ndarray, " S"], float]) -> float:
@@ -130,7 +130,7 @@ class Wanted:
     def _normal(
         self, parts: _Parts, off: tuple[Float[np.ndarray, " S"], float]
     ) -> tuple[Float[np.ndarray, "P P"], Float[np.ndarray, " P"]]:
-        """Gauss and Newton's matrix, and half the slope, by all that `_stepped` changes."""
+        """Compute the Gauss-Newton matrix and half the gradient, by the parameters of `_stepped`."""
         by, all_of = parts.derivatives(self.directions)
         weighted = by * self.weights
         normal = weighted @ by.T + self.square * np.outer(all_of, all_of)
@@ -139,9 +139,9 @@ class Wanted:
 
 @dataclass(frozen=True, eq=False)
 class _Parts:
-    """A mixture at S directions: what each Gaussian sends from there, its cosines to it, and what the cosine sends.
+    """Mixture evaluated at S directions: values of each Gaussian, cosines to its axis, and values of the cosine.
 
-    sides (2,Q,3) : two axes at right angles to each Gaussian's.
+    sides (2,Q,3) : two unit vectors perpendicular to each Gaussian's axis.
     """
 
     mixture: Mixture
@@ -163,8 +163,9 @@ class _Parts:
     def derivatives(
         self, directions: Float[np.ndarray, "S 3"]
     ) -> tuple[Float[np.ndarray, "P S"], Float[np.ndarray, " P"]]:
-        """Differentiate by the logarithms of sharpness, by both sides in units of the width, and by the logarithms of
-        all shares; of what comes from each direction, and of the sum.
+        """Differentiate by log-sharpness, by shifts along both sides in units of the width, and by log-shares.
+
+        Returns the derivatives of the value in each direction, and of the sum.
         """
         sharpness, shares = self.mixture.sharpness, self.mixture.shares
         # Derivative, in logarithms, of lambda / (1 - exp(-2 lambda)), a Gaussian's normalisation.
@@ -178,7 +179,7 @@ class _Parts:
 
 
 def _stepped(mixture: Mixture, parts: _Parts, step: Float[np.ndarray, " P"]) -> Mixture:
-    """Another mixture; the step is in what `_Parts.derivatives` are by."""
+    """Apply a step in the parameters of `_Parts.derivatives`."""
     count = len(mixture.sharpness)
     widths = 1.0 / np.sqrt(mixture.sharpness)
     sides = step[count : 3 * count].reshape(2, count) * widths

@@ -1,8 +1,7 @@
-"""Directions to integrate a BRDF's slice over: fine about the mirror direction, even over the hemisphere.
+"""Quadrature directions for a BRDF slice: fine about the mirror direction, even over the hemisphere.
 
-The mirror's part is sampled by half vectors, in octaves of their angle, so that lobes of any width are met; the rest
-by directions to the light, whose grid ends at the horizon. A smooth step in the half vector's angle shares between the
-two, so that neither has to follow what the other is made for.
+The mirror direction is sampled by half vectors, in octaves of their angle, which resolves lobes of any width; the rest
+by directions to the light, whose grid ends at the horizon. A smooth step in the half vector's angle blends the two.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ _NODES = 4
 class Grids:
     """Sampling grids of a slice.
 
-    fade : where the fine grid's share falls from all to nothing, of the half vector's angle, radians. azimuths : of the
+    fade : half vector's angles, radians, between which the weight of the fine grid falls from 1 to 0. azimuths : of the
     fine grid. even : nodes in the cosine, and azimuths, of the even grid.
     """
 
@@ -43,7 +42,7 @@ STRETCHED = Grids(azimuths=40)
 def slice_directions(
     wo: Float[np.ndarray, "3"], grids: Grids = PLAIN
 ) -> tuple[Float[np.ndarray, "S 3"], Float[np.ndarray, " S"]]:
-    """Unit directions above the horizon and their solid angles, sr, for the slice that `wo` (unit, wo.z > 0) sees."""
+    """Compute unit directions above the horizon and their solid angles, sr, for the slice of `wo` (unit, wo.z > 0)."""
     half, cells, share = _half_vectors(grids)
     toward = half @ wo
     fine = 2.0 * toward[:, None] * half - wo
@@ -58,21 +57,21 @@ def slice_directions(
 
 
 def half_angles(wi: Float[np.ndarray, "S 3"], wo: Float[np.ndarray, "3"]) -> Float[np.ndarray, " S"]:
-    """Angles from the normal to the half vectors, radians."""
+    """Compute angles from the normal to the half vectors, radians."""
     between = wi + wo
     # atan2 of lengths: exact where the half vector is near the normal.
     return np.arctan2(np.hypot(between[:, 0], between[:, 1]), between[:, 2])
 
 
 def fading(angle: Float[np.ndarray, " S"], fade: tuple[float, float]) -> Float[np.ndarray, " S"]:
-    """1 up to the first angle and 0 from the second, smooth in between."""
+    """Evaluate a smooth step: 1 up to the first angle of `fade` and 0 from the second."""
     x = np.clip((angle - fade[0]) / (fade[1] - fade[0]), 0.0, 1.0)
     return 1.0 - x * x * (3.0 - 2.0 * x)
 
 
 @cache
 def _half_vectors(grids: Grids) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Half vectors (n,3), the solid angles of their cells (n,) and the share of the fine grid there (n,)."""
+    """Compute half vectors (n,3), the solid angles of their cells (n,) and the weight of the fine grid there (n,)."""
     octaves = int(np.ceil(np.log2(grids.fade[1] / _FIRST)))
     edges = np.concatenate([[0.0], np.geomspace(_FIRST, grids.fade[1], octaves + 1)])
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
@@ -89,7 +88,7 @@ def _half_vectors(grids: Grids) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 @cache
 def _hemisphere(count: int, azimuths: int) -> tuple[np.ndarray, np.ndarray]:
-    """Directions (n,3) over the hemisphere and their solid angles (n,)."""
+    """Compute directions (n,3) over the hemisphere and their solid angles (n,)."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     azimuth = 2.0 * np.pi * (np.arange(azimuths) + 0.5) / azimuths
     angles = np.repeat(0.5 * weights * 2.0 * np.pi / azimuths, azimuths)

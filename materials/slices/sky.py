@@ -1,12 +1,12 @@
-"""An environment that is made up, so that what Gaussians and matt surfaces gather of it is known: sky, panel and sun.
+"""Synthetic environment with known integrals under Gaussians and over matt surfaces: sky, panel and sun.
 
-World coordinates, y up. Its luminance is in units of the sky's; it is of one spectrum.
+World coordinates, y up. Its luminance is in units of the sky's; it has one spectrum.
 
-- sky: 1 above, `GROUND` below, the step between them blurred by a normalised spherical Gaussian of sharpness 400
-  (3 degrees), as haze blurs it;
+- sky: 1 above, `GROUND` below, the step between them blurred by a normalised spherical Gaussian of sharpness 400 (3
+  degrees), as by haze;
 - a soft panel, a Gaussian of sharpness 25 (11 degrees) and peak 4, to the left, 25 degrees up, behind the camera;
-- a small sun, a Gaussian of sharpness 1000 (1.8 degrees), to the right, 50 degrees up, whose illuminance is that of
-  the whole sky, pi.
+- a small sun, a Gaussian of sharpness 1000 (1.8 degrees), to the right, 50 degrees up, whose illuminance is that of the
+  whole sky, pi.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _TABLE = np.linspace(0.0, np.pi, 2049)
 
 @cache
 def _sources() -> Gaussians:
-    """(2,) panel and sun."""
+    """Make panel and sun, in this order."""
     sharpness, peak, azimuth, elevation = (np.array(column) for column in zip(*_SOURCES, strict=True))
     azimuth, elevation = np.radians(azimuth), np.radians(elevation)
     flat = np.cos(elevation)
@@ -45,7 +45,7 @@ def sun() -> Gaussians:
 
 
 def without_sun(directions: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-    """Luminance of sky and panel in unit directions."""
+    """Evaluate the luminance of sky and panel in unit directions."""
     found = _sources()
     panel = np.exp(found.sharpness[0] * (directions @ found.axis[0] - 1.0))
     step = np.interp(directions[:, 1], *_step())
@@ -53,10 +53,11 @@ def without_sun(directions: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]
 
 
 def under_lobes(axes: Float[np.ndarray, "N 3"], sharpness: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
-    """Mean luminance under normalised Gaussians.
+    """Compute the mean luminance under normalised Gaussians.
 
-    Of the sources it is exact (`Gaussians.inner`). Under the sky a lobe and the haze are taken as one Gaussian whose
-    mean cosine is the product of theirs: exact for the sphere's first harmonics, and for sharp lobes, within 1e-4 else.
+    For panel and sun it is exact (`Gaussians.inner`). For the sky, the convolution of lobe and haze is approximated by
+    one Gaussian whose mean cosine is the product of theirs: exact for the sphere's first harmonics and for sharp lobes,
+    within 1e-4 otherwise.
     """
     elevation = np.arctan2(axes[:, 1], np.hypot(axes[:, 0], axes[:, 2]))
     step = share_in_hemisphere(elevation, _of_mean_cosine(_HAZE_COSINE * _mean_cosine(sharpness)))
@@ -65,7 +66,7 @@ def under_lobes(axes: Float[np.ndarray, "N 3"], sharpness: Float[np.ndarray, " N
 
 
 def on_normals(normals: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-    """Illuminance on surfaces that face unit directions."""
+    """Compute the illuminance on surfaces that face unit directions."""
     found = _sources()
     # Only the constant and the first harmonic of the step reach a matt surface; haze shortens the harmonic.
     sky = np.pi * (GROUND + (1.0 - GROUND) * 0.5 * (1.0 + _HAZE_COSINE * normals[:, 1]))
@@ -87,9 +88,10 @@ def _step() -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def _cosine_under(sharpness: float) -> Float[np.ndarray, " table"]:
-    """Mean of max(cos, 0) about the normal under a normalised Gaussian, over the angle from normal to axis.
+    """Tabulate the mean of max(cos, 0) under a normalised Gaussian, by the angle from normal to axis.
 
-    Its slope by the angle is minus the mean of the sine's part: one integral over the lobe's polar angle and azimuth.
+    Its derivative by the angle is minus the mean of the sine's part: one integral over the lobe's polar angle and
+    azimuth.
     """
     nodes, weights = np.polynomial.legendre.leggauss(64)
     # x = 1 - cosine about the axis, in terms of the lobe's own integral from 0 to 1.
@@ -104,12 +106,12 @@ def _cosine_under(sharpness: float) -> Float[np.ndarray, " table"]:
 
 
 def _mean_cosine(sharpness: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
-    """coth(lambda) - 1/lambda of a normalised Gaussian, for lambda >= 0.1."""
+    """Compute coth(lambda) - 1/lambda of a normalised Gaussian, for lambda >= 0.1."""
     return 1.0 / np.tanh(sharpness) - 1.0 / sharpness
 
 
 def _of_mean_cosine(wanted: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
-    """Return the sharpness of a normalised Gaussian of that mean cosine, by Newton's steps from a close start."""
+    """Find the sharpness of a normalised Gaussian with that mean cosine, by Newton's method from a close start."""
     found = wanted * (3.0 - wanted**2) / (1.0 - wanted**2)
     for _ in range(6):
         slope = 1.0 / found**2 - 1.0 / np.sinh(np.minimum(found, 300.0)) ** 2

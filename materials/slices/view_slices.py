@@ -1,4 +1,4 @@
-"""The environment form of uniform materials: over a grid of viewers, each slice as Gaussians and a cosine."""
+"""Environment form of uniform materials: slices over a grid of viewers, each of Gaussians and a cosine."""
 
 from __future__ import annotations
 
@@ -26,28 +26,28 @@ _FIGURES = ("mean", "p95", "p99", "maximum")
 
 
 def polar_angles(count: int) -> Float[np.ndarray, " count"]:
-    """theta_o of a grid's viewers: closer towards grazing, where slices change most, and ending `LAST` before it."""
+    """Compute theta_o of a grid's viewers, denser towards grazing, where slices change most, up to `LAST` before."""
     return (0.5 * np.pi - LAST) * (1.0 - (1.0 - np.linspace(0.0, 1.0, count)) ** 1.5)
 
 
 def places_of(theta_o: Float[np.ndarray, " N"], count: int) -> Float[np.ndarray, " N"]:
-    """Locate theta_o on `polar_angles(count)`, in nodes; held beyond the last."""
+    """Locate theta_o on `polar_angles(count)`, in nodes; clamped to the last."""
     share = np.clip(theta_o / (0.5 * np.pi - LAST), 0.0, 1.0)
     return (1.0 - (1.0 - share) ** (2.0 / 3.0)) * (count - 1)
 
 
 @dataclass(frozen=True, eq=False)
 class ViewSlices(EnvironmentForm):
-    """Slices of T polar angles and A azimuths of the viewer; between them all numbers are linear, 1/sharpness too.
+    """Slices of T polar angles and A azimuths of the viewer; interpolation is linear in all numbers and in 1/sharpness.
 
     Parameters
     ----------
     directions (T,A,Q,3), sharpness (T,A,Q) : of the Gaussians; of isotropic materials (A = 1) with the viewer above +x,
         else at azimuths 2 pi a / A.
-    value (T,A,Q+9,R) : the integral of each term over each Gaussian; and of the cosine, last, pi times what each of
-        `bends` is multiplied with.
+    value (T,A,Q+9,R) : the integral of each term over each Gaussian; last, for the cosine, pi times the coefficients of
+        `bends`.
     palette : one entry of R spectra, 1/sr.
-    error : measured against the original (`error`); None where it was not.
+    error : measured against the original (`error`); None if it was not measured.
 
     Raises
     ------
@@ -74,12 +74,12 @@ class ViewSlices(EnvironmentForm):
 
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Q."""
+        """Number Q of Gaussians."""
         return self.sharpness.shape[2]
 
     @property
     def isotropic(self) -> bool:
-        """True if the viewer's azimuth only turns the slices."""
+        """True if the viewer's azimuth only rotates the slices."""
         return self.sharpness.shape[1] == 1
 
     def lobes(self, points: Points) -> Lobes:
@@ -105,7 +105,7 @@ class ViewSlices(EnvironmentForm):
         return Lobes(directions, 1.0 / width, value[:, : self.count], value[:, self.count :], frame)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """Two textures: axes with 1/sharpness, a row a slice; and values, four terms a texel."""
+        """Make two textures: axes with 1/sharpness, a row per slice; and values, four terms per texel."""
         polar, azimuths, count, _ = self.directions.shape
         rows = polar * azimuths
         axes = np.zeros((rows, max(count, 1), 4), dtype=np.float32)
@@ -132,26 +132,26 @@ class ViewSlices(EnvironmentForm):
         return sum(one.nbytes for one in (self.directions, self.sharpness, self.value, self.palette.values))
 
     def in_single_precision(self) -> ViewSlices:
-        """Return its numbers as a file keeps them."""
+        """Return the form with its numbers rounded as in a file."""
         arrays = {name: getattr(self, name).astype(np.float32).astype(np.float64) for name in _ARRAYS}
         return replace(self, **arrays)
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores, in single precision but for the palette; the error too, where it was measured."""
+        """Return the stored fields, in single precision except the palette; with the error if it was measured."""
         kept: dict[str, Any] = {name: getattr(self, name).astype(np.float32) for name in _ARRAYS}
         kept["palette"] = self.palette.stored()
         return kept if self.error is None else {**kept, "error": _kept_error(self.error)}
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> ViewSlices:
-        """Return the form whose `stored()` this is; KeyError where something is missing."""
+        """Return the form whose `stored()` this is; KeyError if a field is missing."""
         directions, sharpness, value = (np.asarray(kept[name], dtype=np.float64) for name in _ARRAYS)
         error = _error_from(kept["error"]) if "error" in kept else None
         return cls(directions, sharpness, value, Palette.from_stored(kept["palette"]), error)
 
 
 def _kept_error(error: FitError) -> dict[str, Any]:
-    """Return what the error was measured by, and a row of `_FIGURES` a light."""
+    """Encode the error: how it was measured, and a row of `_FIGURES` per light."""
     figures = [[getattr(one, name) for name in _FIGURES] for one in error.lights]
     words = {"light": error.light, "observer": error.observer, "protocol": error.protocol}
     return {**words, "lights": " ".join(one.light for one in error.lights), "figures": np.array(figures)}
@@ -170,7 +170,7 @@ def _error_from(kept: Mapping[str, Any]) -> FitError:
 
 
 def _in_plane(wo: Float[np.ndarray, "N 3"], flat: Float[np.ndarray, " N"]) -> Float[np.ndarray, "N 3 3"]:
-    """Axes, rows, whose x is the viewer's azimuth; straight above, where `flat` is 0, all are as good."""
+    """Compute axes, in rows, with x at the viewer's azimuth; arbitrary straight above, where `flat` is 0."""
     level = np.where(flat > 0.0, flat, 1.0)
     cosine, sine, zero = np.where(flat > 0.0, wo[:, 0] / level, 1.0), wo[:, 1] / level, np.zeros_like(flat)
     rows = [cosine, sine, zero], [-sine, cosine, zero], [zero, zero, np.ones_like(flat)]

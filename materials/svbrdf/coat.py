@@ -1,13 +1,13 @@
-"""A clear coat over a surface of maps: facets of glass about a normal of their own; what lies below gets the rest.
+"""Clear coat over a surface of maps: glass facets about a normal of their own, which attenuate the layer below.
 
     f_r = (1 - w Fc) f_r below + w Fc D G / (4 cos cos),   Fc = 0.04 + 0.96 (1 - h.wi)^5
 
-as KHR_materials_clearcoat has it, but for Fc at the half vector, where it is reciprocal (`metallic_roughness`).
-The coat's normal is the mesh's, or a map's: bumps below do not bend it.
+as in KHR_materials_clearcoat, but with Fc at the half vector, where it is reciprocal (`metallic_roughness`). The coat's
+normal is the mesh's, or a map's: bumps below do not bend it.
 
-In light from all around (`mapped_slices`) the coat has Gaussians of its own. Beside sums over every texel of a sky,
-ΔE94 is at the mean 0.03 (paint) to 0.08 (metal) and 0.26 at the most; over bumps of up to 30 degrees it is 0.2
-at the mean and 0.7 at the most: there the coat's cosine is taken to lie as that of what is below.
+Under environment light (`mapped_slices`) the coat has Gaussians of its own. Compared with sums over every texel of a
+sky, ΔE94 is 0.03 (paint) to 0.08 (metal) on average and 0.26 at most; over bumps of up to 30 degrees it is 0.2 on
+average and 0.7 at most, since the coat's cosine is approximated by that of the layer below.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def coat_over(
     """Compute the transmission of the coat, 1 - w Fc, and its own f_r cos(theta_i), 1/sr.
 
     fall : (1 - h.wi)^5. coat : w. normal : unit. spread : S of its facets. differ : see `map_levels.facets_apart`; None
-    where normals do not differ.
+    if normals do not vary.
     """
     reflected = coat * (COAT_F0 + (1.0 - COAT_F0) * fall)
     wi, wo = turned_to(normal, points.wi, points.wo)

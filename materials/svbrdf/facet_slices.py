@@ -1,9 +1,9 @@
-"""Slices of facets over a matt body, for every roughness: what all surfaces of maps gather of light from all around.
+"""Slices of facets over a matt body, for every roughness: environment light on all surfaces of maps.
 
-Of the terms of a surface of maps (`map_planes`) four geometries are common to all texels. At each of a few alphas,
-each a fixed ratio from the next, their slices are mixtures of the same Gaussians and bent cosines over a grid of
-viewers. A slice between two alphas is a share of both: their Gaussians are not each other's, and means of them would
-be none.
+The terms of a surface of maps (`map_planes`) share four geometries over all texels. At each of a few alphas, in a
+geometric series, their slices are mixtures of the same Gaussians and bent cosines over a grid of viewers. A slice
+between two alphas is a weighted sum of both mixtures: their Gaussians do not correspond, so that averaging parameters
+would be meaningless.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ _MOMENTS = np.array([1.0, 0.0, 0.0, 2.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.5])
 class FacetSlices:
     """Slices at A alphas and T polar angles of the viewer, who stands above +x.
 
-    alphas (A,) : rising. directions (A,T,Q,3) : unit, of the Gaussians. widths (A,T,Q) : logarithms of 1 / lambda.
-    values (A,T,Q+9,K) : integrals of each geometry over the Gaussians, and of the cosine, last, pi times what each of
-    `bends` is multiplied with. K is 4, or 6 under a coat.
+    alphas (A,) : ascending. directions (A,T,Q,3) : unit, of the Gaussians. widths (A,T,Q) : logarithms of 1 / lambda.
+    values (A,T,Q+9,K) : integrals of each geometry over the Gaussians; last, for the cosine, pi times the coefficients
+    of `bends`. K is 4, or 6 under a coat.
     """
 
     alphas: Float[np.ndarray, " A"]
@@ -59,7 +59,7 @@ class FacetSlices:
 
     @cached_property
     def energies(self) -> Float[np.ndarray, "A T K"]:
-        """The integral of each geometry over all directions."""
+        """Integral of each geometry over all directions."""
         count = self.widths.shape[2]
         return self.values[:, :, :count].sum(axis=2) + np.einsum("b,atbk->atk", _MOMENTS, self.values[:, :, count:])
 
@@ -69,7 +69,7 @@ class FacetSlices:
         alpha: Float[np.ndarray, " N"],
         coat: Float[np.ndarray, " N"] | None = None,
     ) -> Float[np.ndarray, "N 4"]:
-        """`energies`, between the tabulated ones, `under_coat`."""
+        """Interpolate `energies` between tabulated viewers and alphas, under a coat if there is one (`under_coat`)."""
         rough, place = self._rough(alpha), places_of(theta_o, self.widths.shape[1])
         a = np.minimum(rough.astype(np.int64), max(len(self.alphas) - 2, 0))
         t = np.minimum(place.astype(np.int64), self.widths.shape[1] - 2)
@@ -80,8 +80,10 @@ class FacetSlices:
         return under_coat(smoother + (rough - a)[:, None] * (rougher - smoother), coat)
 
     def texels(self, energies: bool) -> tuple[Float[np.ndarray, "AT Q 4"], Float[np.ndarray, "AT C 4"]]:
-        """Make the texels for the GPU, a row an alpha and viewer, float32: axes with logarithms of 1 / lambda; values
-        with, where it is asked for, `energies` behind them, and behind the first four kinds of all the next.
+        """Make the textures for the GPU, a row per alpha and viewer, float32.
+
+        The first has axes with logarithms of 1 / lambda; the second values, followed by `energies` if requested, and
+        all of the further kinds after the first four.
         """
         rows = self.widths.shape[0] * self.widths.shape[1]
         axes = np.concatenate([self.directions, self.widths[..., None]], axis=-1)
@@ -95,7 +97,7 @@ class FacetSlices:
         )
 
     def _rough(self, alpha: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
-        """Find where among the tabulated alphas one is; held beyond the first and the last."""
+        """Locate alphas among the tabulated ones, in steps; clamped to the first and the last."""
         return np.clip(np.log(alpha / self.alphas[0]) / np.log(RATIO), 0.0, len(self.alphas) - 1.0)
 
     def at(
@@ -104,8 +106,10 @@ class FacetSlices:
         alpha: Float[np.ndarray, " N"],
         coat: Float[np.ndarray, " N"] | None = None,
     ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB 4"]]:
-        """Unit directions, sharpness and values, `under_coat`: the Gaussians of the alphas on both sides, where there
-        are several, each by its share; held beyond the first and the last alpha.
+        """Evaluate unit directions, sharpness and values, under a coat if one is given (`under_coat`).
+
+        The Gaussians are those of the alphas on both sides, if there are several, weighted by distance; alphas beyond
+        the first and the last are clamped.
         """
         rough = self._rough(alpha)
         polar, count = self.widths.shape[1:]
@@ -135,8 +139,9 @@ class FacetSlices:
 def under_coat(
     values: Float[np.ndarray, "N *Q K"], coat: Float[np.ndarray, " N"] | None
 ) -> Float[np.ndarray, "N *Q 4"]:
-    """Compute the transmission of a coat in each geometry, 1 - w (0.04 + 0.96 fall), of `COATED_KINDS`; of four without
-    one.
+    """Multiply the value of each geometry by the coat's transmission, 1 - w (0.04 + 0.96 fall), from `COATED_KINDS`.
+
+    coat : w; None: return the four geometries unchanged.
     """
     if coat is None:
         return values[..., :KINDS]
@@ -148,10 +153,9 @@ def under_coat(
 
 
 def facet_slices(low: float, high: float, coated: bool = False) -> FacetSlices:
-    """Slices of the alphas from `low` to `high`: of powers of `RATIO` around, or of that alone where both are equal but
-    for rounding. coated : of all `COATED_KINDS`.
+    """Compute slices for alphas from `low` to `high`, at the powers of `RATIO` around them; cached by these powers.
 
-    Worked out when first asked for, and shared by all whose powers are the same.
+    Equal `low` and `high`, up to rounding, need that alpha alone. coated : with all `COATED_KINDS`.
     """
     if high <= low * (1.0 + 1.0e-6):
         return _slices((float(low),), coated)
@@ -167,7 +171,7 @@ def _slices(alphas: tuple[float, ...], coated: bool) -> FacetSlices:
 
 @lru_cache(maxsize=64)
 def _of_alpha(alpha: float, coated: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Kept from run to run in the user's cache, by the code that works it out."""
+    """Compute the slices of one alpha, cached in the user's cache directory under a hash of the code."""
     name = f"{_code()[:16]}-{float(alpha).hex()}{'-coated' if coated else ''}.npz"
     held = kept(cache_folder("facets") / name, partial(_worked_out, alpha, coated))
     return held["directions"], held["widths"], held["values"]

@@ -1,8 +1,8 @@
-"""Facets about a normal that is not the surface's own: GGX whose width is a matrix, which may be turned and summed.
+"""Facets about a normal other than the surface's: GGX whose width is a matrix, which can be rotated and summed.
 
-A facet's slopes m, against the plane of the normal, are spread by S = ((a, b), (b, c)): for roughness that is alike in
-all directions S = alpha^2 times 1. D = 1 / (pi sqrt(det S) cos(theta_h)^4 (1 + m S^-1 m)^2), which for a diagonal S is
-GGX with two axes (Burley 2012, eq. 13; Heitz 2014, eq. 85).
+The facets' slopes m, against the plane of the normal, have the spread S = ((a, b), (b, c)); for isotropic roughness S =
+alpha^2 times 1. D = 1 / (pi sqrt(det S) cos(theta_h)^4 (1 + m S^-1 m)^2), which for a diagonal S is GGX with two axes
+(Burley 2012, eq. 13; Heitz 2014, eq. 85).
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from jaxtyping import Float
 def turned_to(
     normal: Float[np.ndarray, "N 3"], *directions: Float[np.ndarray, "N 3"]
 ) -> tuple[Float[np.ndarray, "N 3"], ...]:
-    """Directions of the surface's frame in that of a unit normal, whose x is the surface's x, made level.
+    """Transform directions from the surface's frame to that of a unit normal, whose x is the surface's, made level.
 
-    Along (1, 0, 0) itself, where x cannot be levelled, x is downwards: the limit of normals that lean so.
+    Along (1, 0, 0) itself, where x cannot be made level, x is downwards: the limit of normals that lean so.
     """
     x, y, z = np.moveaxis(normal, -1, 0)
     across = np.hypot(y, z)
@@ -33,13 +33,13 @@ def turned_to(
 
 
 def upright(lean: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N 3"]:
-    """Unit normals whose x and y these are."""
+    """Complete x and y to unit normals."""
     up = np.sqrt(np.maximum(1.0 - np.sum(lean**2, axis=1, keepdims=True), 0.0))
     return np.concatenate([lean, up], axis=1)
 
 
 def spread_of(alpha: Float[np.ndarray, "N 2"], turn: Float[np.ndarray, " N"] | None = None) -> Float[np.ndarray, "N 3"]:
-    """(a, b, c) of S for a roughness along x and one along y, turned by so many radians from x towards y."""
+    """Compute (a, b, c) of S from the roughness along x and along y, rotated by `turn` radians from x towards y."""
     along, across = np.moveaxis(alpha * alpha, -1, 0)
     if turn is None:
         return np.stack([along, np.zeros_like(along), across], axis=-1)
@@ -52,7 +52,7 @@ def spread_of(alpha: Float[np.ndarray, "N 2"], turn: Float[np.ndarray, " N"] | N
 def facets(
     wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"], spread: Float[np.ndarray, "N 3"]
 ) -> Float[np.ndarray, " N"]:
-    """D G / (4 cos(theta_i) cos(theta_o)), of directions above the horizon in the frame of the facets' normal.
+    """Evaluate D G / (4 cos(theta_i) cos(theta_o)) for directions above the horizon, in the facets' frame.
 
     G is the product of Smith's two one-sided terms (Walter et al. 2007, eq. 23; Heitz 2014, eq. 86).
     """

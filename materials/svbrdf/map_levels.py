@@ -1,11 +1,11 @@
-"""Surfaces of maps from afar: what many texels together scatter, as one.
+"""Mip levels of surfaces of maps: the joint scattering of many texels.
 
-Colours are averaged. Normals are, too; what they differ by makes the highlight of their mean wider (Toksvig 2005; Olano
-and Baker 2010), by 1.5 times their covariance: 2 would be right for Beckmann's facets, GGX has its tails already. Along
-the axis that normals differ most on there are two highlights in place of a wider one, at one standard deviation to both
-sides: a few normals are nearer to two than to many. On brick, over 8 x 8 texels with alpha 0.2, ΔE94 is 0.07 at
-the mean and 0.76 at the 99th percentile, where one leaves 0.22 and 2.07. Of roughness the logarithm is averaged, since
-the narrow highlights among many are those that are seen.
+Colours and normals are averaged. The variation of normals widens the highlight of their mean (Toksvig 2005; Olano and
+Baker 2010) by 1.5 times their covariance: 2 would be right for Beckmann's facets, GGX has its tails already. Along the
+axis of largest variation two highlights, one standard deviation to either side, replace a wider one: a few normals
+resemble two more than many. On brick, over 8 x 8 texels with alpha 0.2, ΔE94 is 0.07 on average and 0.76 at the 99th
+percentile, against 0.22 and 2.07 with one highlight. Roughness is averaged in the logarithm, since the narrow
+highlights among many are the visible ones.
 """
 
 from __future__ import annotations
@@ -23,9 +23,7 @@ WIDENED = 1.5
 
 
 def normals_from_afar(lean: Float[np.ndarray, "H W 2"]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Compute for each level the mean of unit normals (H,W,3), which is shorter, and how much wider it makes spread
-    (H,W,3).
-    """
+    """Compute for each level the mean of unit normals (H,W,3), and how much it widens the spread (H,W,3)."""
     x, y = lean[..., 0], lean[..., 1]
     up = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
     levels = levels_of(np.stack([x, y, up, x * x, x * y, y * y], axis=-1))
@@ -37,8 +35,9 @@ def normals_from_afar(lean: Float[np.ndarray, "H W 2"]) -> tuple[list[np.ndarray
 
 
 def wider(moments: Float[np.ndarray, "N 6"]) -> Float[np.ndarray, "N 3"]:
-    """Compute how much differing normals widen the spread of their mean, in its frame: of the means of x, y, z, xx, xy
-    and yy.
+    """Compute how much the variation of normals widens the spread about their mean, in its frame.
+
+    moments : means of x, y, z, xx, xy and yy.
     """
     x, y, z, xx, xy, yy = np.moveaxis(moments, -1, 0)
     mean = np.stack([x, y, z], axis=-1)
@@ -63,7 +62,7 @@ def facets_apart(
     spread: Float[np.ndarray, "N 3"],
     differ: Float[np.ndarray, "N 3"],
 ) -> Float[np.ndarray, " N"]:
-    """`facets` times cos(theta_i) about normals that differ, of directions in the frame of their mean, above it.
+    """Evaluate `facets` times cos(theta_i) about varying normals, for directions above their mean, in its frame.
 
     differ : `wider` of the normals.
     """
@@ -82,7 +81,7 @@ def facets_apart(
 
 
 def spread_from_afar(spread: Float[np.ndarray, "H W 3"]) -> list[Float[np.ndarray, "_ _ 3"]]:
-    """Compute for each level the mean of S in the logarithm, as matrices have one."""
+    """Compute for each level the mean of S in the matrix logarithm."""
     levels = levels_of(_function_of(spread, np.log))
     return [spread, *(_function_of(level, np.exp) for level in levels[1:])]
 
@@ -90,9 +89,7 @@ def spread_from_afar(spread: Float[np.ndarray, "H W 3"]) -> list[Float[np.ndarra
 def coat_from_afar(
     spread: Float[np.ndarray, "H W 1"], coat: Float[np.ndarray, "H W 1"]
 ) -> list[Float[np.ndarray, "_ _ 1"]]:
-    """Compute for each level the mean of a coat's alpha^2 in the logarithm; texels count by how much of a coat they
-    have.
-    """
+    """Compute for each level the logarithmic mean of a coat's alpha^2, texels weighted by their share of a coat."""
     levels = levels_of(np.concatenate([coat * np.log(spread), coat, np.log(spread)], axis=-1))
     found = [spread]
     for level in levels[1:]:
@@ -104,7 +101,7 @@ def coat_from_afar(
 
 
 def _function_of(spread: np.ndarray, function: np.ufunc) -> np.ndarray:
-    """Return a function of symmetric matrices (a, b, c), by their eigenvalues."""
+    """Apply a function to symmetric matrices (a, b, c), by their eigenvalues."""
     a, b, c = np.moveaxis(spread, -1, 0)
     middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
     # The smaller one by the determinant, since the difference loses its digits.

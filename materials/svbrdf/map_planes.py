@@ -1,4 +1,4 @@
-"""The terms of a surface of maps: what texels scatter as planes of numbers, a few of them coefficients of colour.
+"""Terms of a surface of maps: the scattering of texels as planes of numbers, some of them coefficients of colour.
 
 Body and facets share their spectra: with coefficients b (body), e (body at grazing), s (facets) and edge f of a texel,
 the fall (1 - h.wi)^5 and the facets' D G / (4 cos cos) at its normal,
@@ -6,7 +6,7 @@ the fall (1 - h.wi)^5 and the facets' D G / (4 cos cos) at its normal,
     term r = cos(theta_i) (((1 - fall) b_r + fall e_r) / pi + (1 - fall) s_r D G / (4 cos cos))
     last   = cos(theta_i) fall f D G / (4 cos cos),                                    whose spectrum is 1
 
-Under a clear coat (`coat`) all of them are multiplied by what it lets through; what it reflects itself is in the last.
+A clear coat (`coat`) multiplies all terms by its transmission and adds its own reflection to the last.
 """
 
 from __future__ import annotations
@@ -44,11 +44,13 @@ _TAPS = (np.arange(TAPS) + 0.5) / TAPS - 0.5
 
 @dataclass(frozen=True)
 class PlaneLayout:
-    """Layout of the numbers of a texel, of R coefficients: body, rest, facets (R each), edge, normal (2), spread (3),
-    covers, of a coat w, alpha^2 and normal (2); and of levels beyond the first `up`, the z of the mean normal, and
-    `differ` (3), how much wider normals that differ make the spread, and the same of a coat.
+    """Layout of the numbers of a texel, of R coefficients.
 
-    columns : the plane of each number; -1 where it is in `constants`, alike in all texels. coated : has a coat.
+    body, rest, facets (R each), edge, normal (2), spread (3), covers; of a coat w, alpha^2 and normal (2); on levels
+    beyond the first `up`, the z of the mean normal, and `differ` (3), the widening of the spread by varying normals,
+    and the same of a coat.
+
+    columns : the plane of each number; -1 if it is in `constants`, the same for all texels. coated : has a coat.
     """
 
     rank: int
@@ -58,7 +60,7 @@ class PlaneLayout:
 
     @cached_property
     def starts(self) -> dict[str, int]:
-        """The first number of each kind."""
+        """Index of the first number of each kind."""
         kinds = {"body": self.rank, "rest": self.rank, "facet": self.rank, "edge": 1, "normal": 2, "spread": 3}
         kinds |= {"covers": 1} | ({"coat": 1, "coat_spread": 1, "coat_normal": 2} if self.coated else {})
         kinds |= {"up": 1, "differ": 3} | ({"coat_up": 1, "coat_differ": 3} if self.coated else {})
@@ -66,12 +68,12 @@ class PlaneLayout:
 
     @property
     def bumps(self) -> list[tuple[str, str, str]]:
-        """Names of normals that differ from texel to texel, of the z of their means, and of what they differ by."""
+        """Names of normals that vary over texels, of the z of their means, and of the widening by them."""
         kinds = [("normal", "up", "differ"), ("coat_normal", "coat_up", "coat_differ")]
         return [kind for kind in kinds if kind[0] in self.starts and self.columns[self.starts[kind[0]]] >= 0]
 
     def numbers(self, texels: Float[np.ndarray, "N P"], name: str, count: int) -> Float[np.ndarray, "N K"]:
-        """Numbers of one kind, of points whose planes are `texels`."""
+        """Return the numbers of one kind at points whose planes are `texels`."""
         start = self.starts[name]
         places = self.columns[start : start + count]
         if min(places) >= 0:
@@ -86,9 +88,9 @@ class PlaneLayout:
 class MapPlanes(Summand):
     """Terms of all texels of a surface of maps.
 
-    planes : (H,W,P) what differs from texel to texel, in float16 where `precision` is "half". layout : what it is.
+    planes : (H,W,P) numbers that vary over texels, in float16 if `precision` is "half". layout : their meaning.
     palette : one entry of R + 1 spectra, 1/sr, the last of them 1. cutoff, placement : see `MapSet`.
-    cut : points do not lie in holes, so that what a sample spans is the mean of what is there; else holes are black.
+    cut : points are never in holes, so that a footprint is averaged over its opaque part; else holes are black.
     """
 
     planes: np.ndarray
@@ -115,7 +117,7 @@ class MapPlanes(Summand):
 
     @cached_property
     def levels(self) -> tuple[list[np.ndarray], PlaneLayout]:
-        """The planes at each level, and their layout, which has the z of mean normals and what they differ by, too."""
+        """Planes of each level, and their layout, which also has the z of mean normals and their variation."""
         layout, starts = self.layout, self.layout.starts
         columns, constants = list(layout.columns), list(layout.constants)
         for name in ("normal", "coat_normal")[: 1 + layout.coated]:
@@ -153,7 +155,7 @@ class MapPlanes(Summand):
         return levels, replace(layout, columns=tuple(columns), constants=tuple(constants))
 
     def terms(self, points: Points) -> Terms:
-        """Implement `Summand.terms`; where points say what they span, the mean over that."""
+        """Implement `Summand.terms`, averaged over the footprint of points that have one."""
         lit = points.angles("io").scale
         some = np.flatnonzero(lit)
         here = points.chosen(some)
@@ -173,7 +175,7 @@ class MapPlanes(Summand):
         return self.placement.of(points.uv)
 
     def _mean(self, points: Points) -> Float[np.ndarray, "N R"]:
-        """Average what a sample spans of the texture, at TAPS x TAPS places, each at the level that lies about it."""
+        """Average over the footprint on the texture, at TAPS x TAPS places on the level of its scale."""
         levels, layout = self.levels
         assert points.footprint is not None
         uv, spanned = self._uv(points), points.footprint * self.placement.scale
@@ -204,14 +206,14 @@ class MapPlanes(Summand):
         return (total + OWN_SHARE * own) / (there + OWN_SHARE)
 
     def _covered(self, texels: Float[np.ndarray, "N P"], layout: PlaneLayout, coarse: bool) -> Float[np.ndarray, "N 1"]:
-        """Return how much is there: of texels all or nothing."""
+        """Return the coverage; of single texels all or nothing."""
         covers = layout.numbers(texels, "covers", 1)
         return covers if coarse else (covers >= self.cutoff - ROUNDING).astype(np.float64)
 
     def _shown(
         self, texels: Float[np.ndarray, "N P"], layout: PlaneLayout, points: Points, coarse: bool = False
     ) -> Float[np.ndarray, "N R"]:
-        """Terms of what is there at points, which are lit, where planes are `texels`; `coarse`: of means of texels."""
+        """Evaluate the terms at lit points with planes `texels`, without coverage; `coarse`: beyond level 0."""
 
         def kind(name: str, count: int = 1) -> np.ndarray:
             return layout.numbers(texels, name, count)
@@ -291,7 +293,7 @@ class MapPlanes(Summand):
         return f"{self.planes.shape[1]} x {self.planes.shape[0]} texels" if self.uses_uv else "alike everywhere"
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores: the planes, in 16 bits where those hold them, their layout, and the palette."""
+        """Return the stored fields: the planes (in their precision), their layout, and the palette."""
         kept: dict[str, Any] = {"planes": self.planes, "precision": self.precision, "palette": self.palette.stored()}
         kept |= {"columns": np.array(self.layout.columns), "constants": np.array(self.layout.constants)}
         kept |= {"scale": np.array(self.placement.scale), "offset": np.array(self.placement.offset)}
@@ -299,7 +301,7 @@ class MapPlanes(Summand):
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> MapPlanes:
-        """Return the summand whose `stored()` this is; KeyError where something is missing."""
+        """Return the summand whose `stored()` this is; KeyError if a field is missing."""
         numbers = {name: tuple(np.asarray(kept[name]).tolist()) for name in ("columns", "constants", "scale", "offset")}
         wrap, rank = cast("tuple[Wrap, Wrap]", tuple(str(kept["wrap"]).split())), int(kept["rank"])
         return cls(

@@ -1,4 +1,4 @@
-"""Texture maps of one material, on one grid of texels, and what each texel scatters."""
+"""Texture maps of one material, on one grid of texels, and the scattering of each texel."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ AnyMaps = TypeVar("AnyMaps", bound="MapSet")
 
 @dataclass(frozen=True)
 class Placement:
-    """Placement of a picture on its mesh's (u, v): at scale x uv + offset, and how it goes on beyond [0, 1]."""
+    """Placement of a picture on its mesh's (u, v): scale x uv + offset, and the wrap mode beyond [0, 1]."""
 
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
@@ -51,12 +51,13 @@ WHOLE = Placement()
 class Texels:
     """Scattering of n texels.
 
-    body, facets : (n,C) what body and facets reflect, at the normal: RGB, or C = L wavelengths.
-    through : (n,) 1 - F of a dielectric at the normal, and `rest` at grazing: what reaches its body.
-    edge : (n,) what facets reflect at grazing. normal : (n,2) x and y of the unit normal.
+    body, facets : (n,C) reflectance of body and facets at the normal: RGB, or C = L wavelengths.
+    through : (n,) 1 - F of a dielectric at the normal, and `rest` at grazing: the fraction of light that reaches its
+    body.
+    edge : (n,) reflectance of facets at grazing. normal : (n,2) x and y of the unit normal.
     spread : (n,3) see `facets`. covers : (n,) opacity.
-    coat : (n,) what of the clear coat counts; None where there is none at all. coat_spread : (n,) alpha^2 of its
-    facets. coat_normal : (n,2) as `normal`.
+    coat : (n,) weight of the clear coat; None without any. coat_spread : (n,) alpha^2 of its facets. coat_normal :
+    (n,2) as `normal`.
     """
 
     body: Float[np.ndarray, "n C"]
@@ -74,18 +75,18 @@ class Texels:
 
 @dataclass(frozen=True, eq=False)
 class MapSet:
-    """The maps; see `maps.MappedSurface` for what they mean.
+    """Texture maps of a material; `maps.MappedSurface` defines their meaning.
 
     Parameters
     ----------
     wavelengths_nm : (L,) nm, ascending.
-    base : red, green and blue, made into spectra by `uplift`; or where that is "" L measured reflectances.
+    base : red, green and blue, made into spectra by `uplift`; or, if that is "", L measured reflectances.
     metallic, weight : m and w. roughness : the square root of alpha, or two of them, along x and along y.
     reflected : c, red, green and blue, or one number.
     normal : x, y and z, of any length, z up; x along u and y along v. turn : radians that x of a stretched highlight is
-        turned from u towards v. coverage : opacity; where it is below `cutoff` there is nothing: a hole (`cutout`).
-    coat, coat_roughness, coat_normal : of the clear coat what counts, w; the square root of its alpha; as `normal`,
-        None is the mesh's own, whatever bumps there are below.
+        turned from u towards v. coverage : opacity; below `cutoff` there is a hole (`cutout`).
+    coat, coat_roughness, coat_normal : of the clear coat, its weight w; the square root of its alpha; as `normal`, None
+        for that of the mesh, without the bumps below.
     placement : of all maps.
 
     Raises
@@ -131,14 +132,14 @@ class MapSet:
 
     @property
     def maps(self) -> dict[str, TexelMap]:
-        """Every map that there is, by the name of its field."""
+        """All maps, by the name of their field."""
         names = ("base", "roughness", "metallic", "reflected", "weight", "normal", "turn", "coverage")
         names += ("coat", "coat_roughness", "coat_normal") if self.coated else ()
         return {name: one for name in names if (one := getattr(self, name)) is not None}
 
     @property
     def isotropic(self) -> bool:
-        """Without bumps, and with one roughness for all directions."""
+        """True without bumps and with one roughness for all directions."""
         level = self.normal is None and (self.coat_normal is None or not self.coated)
         return level and self.roughness.values.shape[2] == 1
 
@@ -149,7 +150,7 @@ class MapSet:
 
     @cached_property
     def size(self) -> tuple[int, int]:
-        """(H, W) of the maps; (1, 1) where none changes from texel to texel."""
+        """(H, W) of the maps; (1, 1) if none varies."""
         return max(one.size for one in self.maps.values())
 
     def texels(self, rows: Int[np.ndarray, " n"], columns: Int[np.ndarray, " n"]) -> Texels:
@@ -186,18 +187,18 @@ class MapSet:
         return Texels(body, shine, through, rest, edge, lean(self.normal), spread, number(self.coverage), *coat)
 
     def _coloured(self, reflected: np.ndarray) -> np.ndarray:
-        """Return what facets reflect, in as many numbers as `base` has."""
+        """Convert the reflectance of facets to as many numbers as `base` has."""
         if self.uplift or reflected.shape[1] == 1:
             return reflected * np.ones(self.base.values.shape[2])
         # Beside measured colours, one that was stated in RGB has to be made up.
         return spectra_of(reflected, "mallett-yuksel", self.wavelengths_nm)
 
     def spectra(self, colours: Float[np.ndarray, "n C"]) -> Float[np.ndarray, "n L"]:
-        """Reflectances of `Texels.body` or `Texels.facets`."""
+        """Return the reflectance spectra of `Texels.body` or `Texels.facets`."""
         return spectra_of(colours, self.uplift, self.wavelengths_nm) if self.uplift else colours
 
     def blocks(self) -> Iterator[tuple[slice, Texels]]:
-        """Yield all texels, row after row, some at a time: their numbers, and what they scatter."""
+        """Yield all texels in row-major blocks: the slice of their indices, and their scattering."""
         height, width = self.size
         for start in range(0, height * width, _TEXELS):
             numbers = np.arange(start, min(start + _TEXELS, height * width))
@@ -242,7 +243,7 @@ class MapSet:
 
 
 def check_normals(normal: TexelMap, name: str = "normal") -> None:
-    """Raises `InputError` for a normal without length, and one that points below the surface, by its row and column."""
+    """Raise `InputError` for a normal without length or one that points below the surface, by its row and column."""
     height, width = normal.size
     step = max(1, _TEXELS // width)
     for start in range(0, height, step):
@@ -265,10 +266,10 @@ def check_normals(normal: TexelMap, name: str = "normal") -> None:
 def spectra_of(
     rgb: Float[np.ndarray, "n 3"], method: str, wavelengths_nm: Float[np.ndarray, " L"]
 ) -> Float[np.ndarray, "n L"]:
-    """Reflectances of linear colours, at working or other wavelengths; see `Upsampling.spectra`.
+    """Upsample linear colours to reflectances, at working or other wavelengths; see `Upsampling.spectra`.
 
-    Where a method would exceed 1, enough of Mallett and Yuksel's spectrum of the same colour, which does not, is mixed
-    in: the colour stays.
+    Where a method would exceed 1, enough of Mallett and Yuksel's bounded spectrum of the same colour is mixed in; the
+    colour stays.
     """
     made = upsampling(method).spectra(rgb)
     high = made > 1.0
@@ -288,7 +289,7 @@ def spectra_of(
 class Mask(Cutout):
     """Holes where the opacity of a mask is below its cutoff (glTF's alphaMode MASK).
 
-    opacity : (H,W,1) in [0, 1], linear between texels. cutoff : from where on something is there.
+    opacity : (H,W,1) in [0, 1], linear between texels. cutoff : smallest opacity that is not a hole.
     placement : of the mask on the mesh.
     """
 

@@ -1,4 +1,4 @@
-"""The environment form of surfaces of maps: slices of facets and body by each texel's roughness, times its colours."""
+"""Environment form of surfaces of maps: slices of facets and body at each texel's roughness, times its colours."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ _LOGISTIC = 1.702
 class MappedSlices(EnvironmentForm):
     """Slices in the frame of each texel's normal, the viewer above its x.
 
-    Facets that are wider along one axis are `PARTS` that are not and lean along it (`stretched`), each with its own
-    slice; together they send on what facets of alpha^2 = tr S / 2 do, as much more or less as S makes it. If roughness
-    comes of differing normals, from afar, facets of maps without such axes are approximated as isotropic, as wide as
-    the ellipse of the same area, alpha^4 = det S. A texel that leans away from the viewer is not seen, as under lights
-    of one direction. Light from below the mesh's own horizon is removed from Gaussians by their share there, and from
-    cosines by the loss of even light.
+    Facets that are wider along one axis are a sum of `PARTS` isotropic ones that lean along it (`stretched`), each with
+    its own slice; their total is that of facets with alpha^2 = tr S / 2, times the ratio that S makes. If roughness
+    results from varying normals, from afar, facets of maps without such axes are approximated as isotropic, as wide as
+    the ellipse of the same area, alpha^4 = det S. A texel that leans away from the viewer is invisible, as under
+    directional lights. Light from below the mesh's own horizon is removed from each Gaussian by the fraction of it
+    there, and from cosines by the loss under uniform light.
 
     If points have a footprint on the texture, its numbers are means over the places that `MapPlanes` looks up in it,
-    and differing normals among those widen the facets.
+    and the variation of normals among those widens the facets.
     """
 
     maps: MapPlanes
@@ -47,12 +47,12 @@ class MappedSlices(EnvironmentForm):
 
     @property
     def count(self) -> int:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Count of the alphas on both sides; `shader` says so where there is one alone."""
+        """Number of Gaussians, for alphas on both sides; `shader` tells if there is a single alpha."""
         return 2 * LOBES * (self.parts + self.maps.layout.coated)
 
     @cached_property
     def parts(self) -> int:
-        """`PARTS` where a texel's facets are wider along one axis, else 1."""
+        """`PARTS` if any texel's facets may be wider along one axis, else 1."""
         layout = self.maps.layout
         start = layout.starts["spread"]
         xx, xy, yy = layout.columns[start : start + 3]
@@ -66,7 +66,7 @@ class MappedSlices(EnvironmentForm):
 
     @property
     def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The maps'."""
+        """Palette of the maps."""
         return self.maps.palette
 
     def lobes(self, points: Points) -> Lobes:
@@ -128,8 +128,9 @@ class MappedSlices(EnvironmentForm):
         normal: Float[np.ndarray, "N 3"],
         wo: Float[np.ndarray, "N 3"],
     ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB"]]:
-        """Compute the light gathered by the coat's own facets, directions in the frame of the mesh; its cosine lies as
-        that of the layer below.
+        """Compute the light gathered by the coat's own facets, in the frame of the mesh.
+
+        The cosine term is aligned with that of the layer below.
         """
         own, theta = _frame(normal, wo)
         a, b, c = np.moveaxis(spread, -1, 0)
@@ -153,7 +154,7 @@ class MappedSlices(EnvironmentForm):
         wo: Float[np.ndarray, "N 3"],
         coat: Float[np.ndarray, " N"] | None,
     ) -> tuple[Float[np.ndarray, "N Q 3"], Float[np.ndarray, "N Q"], Float[np.ndarray, "N QB 4"]]:
-        """Slices of all parts, in the frame of the texel's normal, above both horizons."""
+        """Compute the slices of all parts, in the frame of the texel's normal, above both horizons."""
         slices = self._slices(filtered)
         normals, alphas, shares = parts_of(spread, normal, wo)
         mean = np.sqrt(0.5 * (spread[:, 0] + spread[:, 2]))
@@ -190,8 +191,9 @@ class MappedSlices(EnvironmentForm):
     def _numbers(
         self, points: Points
     ) -> tuple[Float[np.ndarray, "N P"], PlaneLayout, bool, dict[str, Float[np.ndarray, "_ 3"]]]:
-        """Find what is in planes at each point, where it is, whether it is a mean, with coverage as a share, and how
-        much wider that makes the spread about each of the normals.
+        """Look up the planes at each point: numbers, layout, whether they are means, and the widening by normals.
+
+        Means have coverage as a fraction; the widening is that of the spread about each kind of normal.
         """
         maps: MapPlanes = self.maps
         none: dict[str, np.ndarray] = {"normal": np.zeros((1, 3)), "coat_normal": np.zeros((1, 3))}
@@ -249,7 +251,7 @@ class MappedSlices(EnvironmentForm):
         return total, layout, True, none
 
     def _level(self, number: int, uv: Float[np.ndarray, "N 2"]) -> Float[np.ndarray, "N P"]:
-        """Numbers of one level, with the coverage of texels themselves as what it is there: all or nothing."""
+        """Look up one level; on level 0 coverage is all or nothing."""
         levels, layout = self.maps.levels
         found, column = look_up(levels[number], uv, self.maps.placement.wrap), layout.columns[layout.starts["covers"]]
         if number == 0 and column >= 0:
@@ -257,11 +259,11 @@ class MappedSlices(EnvironmentForm):
         return found
 
     def _slices(self, filtered: bool) -> FacetSlices:
-        """Return the slices of the alphas that there are; from afar also of wider ones."""
+        """Return the slices for the range of alphas; with wider ones if `filtered`."""
         return self._slices_of("spread", "normal", "differ", filtered)
 
     def _slices_of(self, name: str, normal: str, differ: str, filtered: bool) -> FacetSlices:
-        """Return the same of the facets, or of the coat's."""
+        """Return the slices for the range of alphas of the facets, or of the coat's."""
         levels, layout = self.maps.levels if filtered and self.maps.uses_uv else ([self.maps.planes], self.maps.layout)
         low, high, coat = [], [], name != "spread"
         parts = 1 if coat else self.parts
@@ -284,7 +286,7 @@ class MappedSlices(EnvironmentForm):
         return facet_slices(float(min(low)), float(max(high)), layout.coated and not coat)
 
     def shader(self, filtered: bool = False) -> TermShader:
-        """Return the maps' own look-up; the slices in two textures, a row a viewer and alpha, those of a coat below."""
+        """Return the maps' look-up, with the slices in two textures, a row per viewer and alpha, a coat's below."""
         filtered &= self.maps.uses_uv
         own, slices = self.maps.shader(filtered), self._slices(filtered)
         alphas, polar, count = slices.widths.shape
@@ -319,14 +321,14 @@ class MappedSlices(EnvironmentForm):
 
     @property
     def key(self) -> tuple:
-        """The maps'."""
+        """Key of the maps."""
         return "slices", *self.maps.key
 
 
 def _frame(
     normal: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]
 ) -> tuple[Float[np.ndarray, "N 3 3"], Float[np.ndarray, " N"]]:
-    """Rows: axes about a normal whose x is towards the viewer; and the viewer's angle from it, in radians."""
+    """Compute axes, in rows, about a normal, with x towards the viewer; and the viewer's angle from it, in radians."""
     height = np.sum(normal * wo, axis=1)
     level = wo - height[:, None] * normal
     length = np.linalg.norm(level, axis=1)
@@ -340,5 +342,5 @@ def _frame(
 
 
 def _above(height: Float[np.ndarray, "N Q"], sharpness: Float[np.ndarray, "N Q"]) -> Float[np.ndarray, "N Q"]:
-    """About what share of a Gaussian is above a horizon, where its axis is so high (the sine)."""
+    """Approximate the fraction of a Gaussian above a horizon, from the height of its axis (the sine)."""
     return 1.0 / (1.0 + np.exp(np.minimum(-_LOGISTIC * np.sqrt(sharpness) * height, 80.0)))

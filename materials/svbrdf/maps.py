@@ -1,12 +1,12 @@
-"""Surfaces of texture maps: the facets and the body of glTF's materials, with colour, roughness and normal by texels.
+"""Surfaces of texture maps: facets and body of glTF's materials, with colour, roughness and normal by texel.
 
-Between texels, what they scatter is mixed as far as that is one number each: colours of body and facets, the square of
-alpha (as a matrix, where highlights are stretched), and the x and y of the unit normal. A texel that is part metal is
-so much metal beside so much of the other, as the specification's appendix B.2 has it.
+Interpolation between texels is linear in the scattering: colours of body and facets, the square of alpha (as a matrix,
+for anisotropic highlights), and the x and y of the unit normal. A texel that is part metal is a weighted sum of a metal
+and a dielectric, as in the specification's appendix B.2.
 
-Directions are turned into the frame of the texel's normal. What arrives is counted by the cosine there, so that f_r is
-the facets' own times cos(theta_i) there over cos(theta_i) of the mesh. Nothing is reflected where either direction is
-on or below the horizon of the mesh, or of the texel's normal: bumps neither shine through nor light what faces away.
+Directions are transformed to the frame of the texel's normal. Irradiance takes the cosine there, so that f_r is the
+facets' own times cos(theta_i) there over cos(theta_i) of the mesh. Nothing is reflected if either direction is on or
+below the horizon of the mesh, or of the texel's normal: bumps neither shine through nor light what faces away.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         return Mask(opacity, self.cutoff, self.placement) if (opacity < self.cutoff - ROUNDING).any() else None
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """f_r at the point itself: what a sample spans is not averaged. See `Surface.at`."""
+        """Evaluate f_r at the point itself, without averaging over the footprint. See `Surface.at`."""
         out = np.zeros((len(points), len(self.wavelengths_nm)))
         lit = np.flatnonzero((points.wi[:, 2] > 0) & (points.wo[:, 2] > 0))
         for start in range(0, len(lit), _BLOCK):
@@ -92,11 +92,11 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         return out
 
     def average(self) -> MetallicRoughness:
-        """Return the surface of the mean of what texels reflect, and of alpha; bumps are left out.
+        """Return the surface of the mean reflectances and the mean alpha; bumps are left out.
 
         Raises
         ------
-        InputError : a mean that is no reflectance.
+        InputError : a mean that is not a reflectance.
         """
         total: Any = 0.0
         # An uplift that is linear in red, green and blue is applied once, to the mean.
@@ -123,5 +123,5 @@ class MappedSurface(MapSet, Surface):  # pyright: ignore[reportIncompatibleVaria
         return MetallicRoughness(body, shine, edge, alpha, coat, coat_alpha)
 
     def own_form(self, budget: float = 0.5) -> Fast:
-        """Make a form of few spectra that shows every texel within the budget; see `maps_form`."""
+        """Make a form of few spectra that keeps every texel within the budget; see `maps_form`."""
         return maps_form(self, budget)

@@ -36,7 +36,7 @@ _SPHERE = 48
 
 @dataclass(frozen=True, eq=False)
 class MapsForm(Fast):
-    """The fast form of a surface of maps: exact in every direction, its texels' colours within a budget."""
+    """Fast form of a surface of maps: exact in every direction, with the colours of texels within a budget."""
 
     NAME: ClassVar[str] = "maps"
     WORDS: ClassVar[str] = "maps"
@@ -46,12 +46,12 @@ class MapsForm(Fast):
 
     @property
     def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The maps alone."""
+        """The maps, as the only summand."""
         return (self.maps,)
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Without bumps, and with one roughness for all directions."""
+        """True without bumps and with one roughness for all directions."""
         layout = self.maps.layout
         spread = layout.starts["spread"]
         alike = layout.columns[spread] == layout.columns[spread + 2]
@@ -79,7 +79,7 @@ class MapsForm(Fast):
         return self if self.cutout is None else self._whole
 
     def average(self) -> MapsForm:
-        """Average the whole texture, as it is seen from afar: the mean of what is there."""
+        """Average the whole texture, as seen from afar: the mean outside holes."""
         if not self.maps.uses_uv:
             return self
         levels, layout = self.maps.levels
@@ -108,7 +108,7 @@ class MapsForm(Fast):
         return replace(self, maps=self.maps.in_basis(basis))
 
     def environment_form(self) -> MappedSlices:
-        """Implement `Fast.environment_form`; its slices are worked out when first asked for."""
+        """Implement `Fast.environment_form`; its slices are computed on first use."""
         return MappedSlices(self.maps)
 
     def stored(self) -> dict[str, Any]:
@@ -122,11 +122,12 @@ class MapsForm(Fast):
 
 
 def maps_form(surface: MapSet, budget: float = 0.5) -> MapsForm:
-    """Return the fast form of a surface of maps.
+    """Fit the fast form of a surface of maps.
 
-    As few coefficients as keep the colours of bodies and facets within a fifth of `budget` (ΔE94, 99th percentile) and
-    within `budget` at all texels judged, under each of `protocol.LIGHTS`, but three where colours have as many. Planes
-    are in half precision where the sphere then stays within the same of what single precision shows.
+    The number of coefficients, three or more if colours have as many, is the smallest that keeps the colours of bodies
+    and facets within a fifth of `budget` (ΔE94, 99th percentile) and within `budget` at all texels judged, under each
+    of `protocol.LIGHTS`. Planes are in half precision if a sphere then stays within a fifth (99th percentile) and two
+    fifths (at most) of `budget` from single precision.
     """
     basis = _basis(surface, budget)
     rank, height, width = basis.size, *surface.size
@@ -162,7 +163,7 @@ def maps_form(surface: MapSet, budget: float = 0.5) -> MapsForm:
 
 
 def _basis(surface: MapSet, budget: float) -> SpectralBasis:
-    """Choose the basis that coefficients of body and facets are in."""
+    """Choose the basis of the coefficients of body and facets."""
     height, width = surface.size
     numbers = np.arange(0, height * width, max(1, height * width // _JUDGED))
     found = surface.texels(*np.divmod(numbers, width))
@@ -185,7 +186,7 @@ def _basis(surface: MapSet, budget: float) -> SpectralBasis:
 
 
 def _layout(numbers: Float[np.ndarray, "H W T"], rank: int, coated: bool) -> tuple[np.ndarray, PlaneLayout]:
-    """Planes of what differs among texels; numbers that are alike everywhere, or equal to others, take none."""
+    """Select the planes that vary over texels; constants and repeated widths take none of their own."""
     columns, kept = [], []
     starts = PlaneLayout(rank, (), (), coated).starts
     varied = (numbers != numbers[:1, :1]).any(axis=(0, 1))
@@ -207,7 +208,7 @@ def _layout(numbers: Float[np.ndarray, "H W T"], rank: int, coated: bool) -> tup
 
 
 def _halved(form: MapsForm, isotropic: bool, budget: float) -> MapsForm:
-    """Return the form in half precision, where that shows the same."""
+    """Convert the form to half precision if that keeps its appearance within the budget."""
     layout = form.maps.layout
     if layout.columns[layout.starts["spread"] + 1] >= 0:
         # The determinant of a narrow, turned highlight would be what rounding leaves of it.

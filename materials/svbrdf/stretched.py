@@ -1,14 +1,13 @@
-"""Facets that are spread more along one axis than along the other, as several that are spread alike and lean that way.
+"""Anisotropic facets, spread more along one axis, as a sum of several isotropic ones that lean along it.
 
-Slopes of GGX whose widths are rho and 1 are nearly those of a few of its like that are as wide along as across, with
-their middles on the wide axis. For each rho, middles, shares and widths are those of least Kullback-Leibler divergence,
-over 3600 slopes that all count the same: what is left of it is a seventh (rho = 2) to a third (rho = 6) of what one
-alone leaves. At rho = 1 one alone is exact.
+GGX slopes of widths rho and 1 are approximated by a few isotropic GGX with centres on the wide axis. For each rho,
+centres, shares and widths minimise the Kullback-Leibler divergence over 3600 slopes of equal weight: a seventh (rho =
+2) to a third (rho = 6) of the divergence of a single one remains. At rho = 1 a single one is exact.
 
-Parts that lean hide less of each other's light than the surface does, and how much all send on depends on where the
-viewer stands: both are put right (`shadowed`, `sent_on`). Seen at 10 to 80 degrees, metals of alpha 0.49 and 0.09, 0.25
-and 0.49, and 0.16 and 0.04 are so off by ΔE94 1.00 at the mean and 2.9 at the 95th percentile, where they were by 1.38
-and 4.0; at 80 degrees by 2.7, 0.9 and 1.5 at the mean, where they were by 3.8, 1.5 and 2.8.
+Leaning parts shadow each other less than the surface does, and the total reflection depends on the viewer: both are
+corrected (`shadowed`, `sent_on`). Seen at 10 to 80 degrees, metals of alpha 0.49 and 0.09, 0.25 and 0.49, and 0.16 and
+0.04 have ΔE94 1.00 on average and 2.9 at the 95th percentile, down from 1.38 and 4.0; at 80 degrees averages of 2.7,
+0.9 and 1.5, down from 3.8, 1.5 and 2.8.
 """
 
 from __future__ import annotations
@@ -77,9 +76,9 @@ def axes_of(
 def parts_of(
     spread: Float[np.ndarray, "N 3"], normal: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]
 ) -> tuple[Float[np.ndarray, "N P 3"], Float[np.ndarray, "N P"], Float[np.ndarray, "N P"]]:
-    """Normals of the parts that lean (unit), their alphas, and what share of what is seen each of them is.
+    """Compute the unit normals of the leaning parts, their alphas, and each one's share of the visible area.
 
-    spread : in the frame of `normal`, whose x is the surface's, made level (`facets.turned_to`). wo : towards the
+    spread : in the frame of `normal`, whose x is the surface's, projected level (`facets.turned_to`). wo : towards the
     viewer; as `normal`, in the surface's frame.
     """
     wide, narrow, axis = axes_of(spread)
@@ -105,9 +104,7 @@ def parts_of(
 
 
 def shadowed(w: Float[np.ndarray, "*#n 3"], spread: Float[np.ndarray, "*#n 3"]) -> Float[np.ndarray, "*_"]:
-    """Smith's one-sided term (Heitz 2014, eq. 43) in the frame of the facets' normal, for light as low as
-    `LEAST_HEIGHT`.
-    """
+    """Evaluate Smith's one-sided term (Heitz 2014, eq. 43) in the facets' frame, from `LEAST_HEIGHT` upwards."""
     a, b, c = np.moveaxis(spread, -1, 0)
     x, y, z = np.moveaxis(w, -1, 0)
     z = np.maximum(z, LEAST_HEIGHT)
@@ -120,10 +117,10 @@ def sent_on(
     axis: Float[np.ndarray, "N 2"],
     wo: Float[np.ndarray, "N 3"],
 ) -> Float[np.ndarray, "N 2"]:
-    """About what share facets of these alphas send on, in the frame of their normal: of 1 - fall, and of the fall.
+    """Approximate the fractions of 1 - fall and of the fall that facets of these alphas reflect, in their frame.
 
-    The mean of Smith's term of the light, over half vectors as the viewer sees them (Heitz, "Sampling the GGX
-    distribution of visible normals", JCGT 7(4), 2018).
+    The mean of Smith's term of the light, over visible half vectors (Heitz, "Sampling the GGX distribution of visible
+    normals", JCGT 7(4), 2018).
     """
     x = axis[:, 0] * wo[:, 0] + axis[:, 1] * wo[:, 1]
     y = axis[:, 0] * wo[:, 1] - axis[:, 1] * wo[:, 0]

@@ -1,4 +1,4 @@
-"""One property of a surface, texel by texel, as few bytes: codes of a picture, and how numbers are made of them."""
+"""One property of a surface, texel by texel, in few bytes: codes of a picture, and their decoding."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class TexelMap:
 
     @classmethod
     def constant(cls, *numbers: float) -> TexelMap:
-        """Return the same C numbers everywhere."""
+        """Make a map of one texel, the same C numbers everywhere."""
         return cls(np.array(numbers, dtype=np.float64).reshape(1, 1, -1))
 
     @property
@@ -73,7 +73,7 @@ class TexelMap:
         return self.decoded(self.values[rows, columns])
 
     def parameters(self, name: str) -> dict[str, Any]:
-        """Return what a record stores, by names that begin with `name`."""
+        """Return the stored parameters, with names prefixed by `name`."""
         kept: dict[str, Any] = {f"{name}.values": self.values}
         for key, number, usual in (("scale", self.scale, (1.0,)), ("offset", self.offset, (0.0,))):
             kept |= {f"{name}.{key}": np.array(number)} if number != usual else {}
@@ -81,7 +81,7 @@ class TexelMap:
 
     @classmethod
     def from_parameters(cls, kept: Mapping[str, Any], name: str) -> TexelMap:
-        """Return the map whose `parameters(name)` these are; KeyError where there is none."""
+        """Return the map whose `parameters(name)` these are; KeyError if there is none."""
 
         def numbers(key: str, usual: float) -> tuple[float, ...]:
             return tuple(np.atleast_1d(kept.get(f"{name}.{key}", usual)).astype(float).tolist())

@@ -1,4 +1,4 @@
-"""Pictures on a surface: between texels, over what a sample spans, and what lies beyond [0, 1].
+"""Pictures on a surface: interpolation between texels, filtering over footprints, and wrap modes beyond [0, 1].
 
 (u, v) = (0, 0) is the lower left corner of a picture, so that row 0, which is on top, ends at v = 1.
 """
@@ -24,7 +24,7 @@ REPEATED: tuple[Wrap, Wrap] = ("repeat", "repeat")
 def between(
     uv: Float[np.ndarray, "N 2"], height: int, width: int, wrap: tuple[Wrap, Wrap] = REPEATED
 ) -> tuple[Int[np.ndarray, "N 4"], Int[np.ndarray, "N 4"], Float[np.ndarray, "N 4"]]:
-    """Rows, columns and shares of the four texels about each point; shares are linear between the texels' middles."""
+    """Return rows, columns and bilinear weights of the four texels around each point."""
     place = np.stack([_inside(uv[:, 0], wrap[0]) * width, (1.0 - _inside(uv[:, 1], wrap[1])) * height], axis=1) - 0.5
     first = np.floor(place).astype(np.int64)
     columns = _texel(first[:, :1] + (0, 1, 0, 1), width, wrap[0])
@@ -38,31 +38,31 @@ def between(
 
 
 def _inside(along: Float[np.ndarray, " N"], wrap: Wrap) -> Float[np.ndarray, " N"]:
-    """Return a coordinate brought into [0, 1], where that alone does it: what is repeated is left to `_texel`."""
+    """Map a coordinate into [0, 1] for the clamp and mirror modes; repetition is left to `_texel`."""
     if wrap == "clamp":
         return np.clip(along, 0.0, 1.0)
     return 1.0 - np.abs(1.0 - np.mod(along, 2.0)) if wrap == "mirror" else along
 
 
 def _texel(number: Int[np.ndarray, "N 4"], count: int, wrap: Wrap) -> Int[np.ndarray, "N 4"]:
-    """Return the texel beside an edge: the one on the other side, or (also in a mirror) the edge's own again."""
+    """Wrap texel indices at an edge: around to the other side, or (in a mirror too) clamped to the edge."""
     return number % count if wrap == "repeat" else np.clip(number, 0, count - 1)
 
 
 def look_up(
     picture: Float[np.ndarray, "H W C"], uv: Float[np.ndarray, "N 2"], wrap: tuple[Wrap, Wrap] = REPEATED
 ) -> Float[np.ndarray, "N C"]:
-    """Return a picture between its texels, at each point."""
+    """Interpolate a picture bilinearly at each point."""
     height, width, _ = picture.shape
     rows, columns, shares = between(uv, height, width, wrap)
     return np.einsum("nk,nkc->nc", shares, picture[rows, columns].astype(np.float64, copy=False))
 
 
 def levels_of(picture: Float[np.ndarray, "H W C"]) -> list[Float[np.ndarray, "_ _ C"]]:
-    """Return the picture, and means of it over half as many texels each way, down to a single one.
+    """Compute the mip levels of a picture: means over half as many texels each way, down to a single one.
 
-    Means are by area: a size that is odd is halved to the next smaller number, whose texels are a little more than two
-    wide. Float64.
+    Means are by area: an odd size is halved to the next smaller number, whose texels are a little more than two wide.
+    Float64.
     """
     found = [np.asarray(picture, dtype=np.float64)]
     while max(found[-1].shape[:2]) > 1:
@@ -72,7 +72,7 @@ def levels_of(picture: Float[np.ndarray, "H W C"]) -> list[Float[np.ndarray, "_ 
 
 
 def level_at(footprint: Float[np.ndarray, "N 2 2"], height: int, width: int, last: int) -> Float[np.ndarray, " N"]:
-    """Return the level, with its fraction, whose texels are as wide as the longer side of what a sample spans."""
+    """Return the fractional level whose texels are as wide as the longer side of the footprint."""
     sides = np.linalg.norm(footprint * (width, height), axis=-1)
     return np.clip(np.log2(np.maximum(sides.max(axis=1), 1.0)), 0.0, float(last))
 
@@ -80,9 +80,9 @@ def level_at(footprint: Float[np.ndarray, "N 2 2"], height: int, width: int, las
 def at_levels(
     level: Float[np.ndarray, " N"], count: int
 ) -> Iterator[tuple[int, Int[np.ndarray, " n"], Float[np.ndarray, " n"]]]:
-    """Find the levels, of `count`, that points are looked up at: number, points, and its weight there.
+    """Yield each of `count` levels that points are looked up at, with the points and their weights.
 
-    A point is at one level, or between two, which together count 1.
+    A point is on one level, or between two, whose weights sum to 1.
     """
     for number in range(count):
         share = np.maximum(1.0 - np.abs(level - number), 0.0)
@@ -93,7 +93,7 @@ def at_levels(
 def filtered(
     levels: Sequence[Float[np.ndarray, "_ _ C"]], uv: Float[np.ndarray, "N 2"], footprint: Float[np.ndarray, "N 2 2"]
 ) -> Float[np.ndarray, "N C"]:
-    """Return the mean of a picture over what each sample spans, between two levels."""
+    """Average a picture over the footprint of each sample, interpolated between two levels."""
     height, width, planes = levels[0].shape
     level = level_at(footprint, height, width, len(levels) - 1)
     fine = level.astype(np.int64)
@@ -112,12 +112,12 @@ def packed(
 ) -> tuple[np.ndarray, dict[str, int], list[tuple[float, float, float]] | tuple[float, float, float]]:
     """Pack planes for `texels.glsl`: four to a texel, one four beside the other, levels one below the other.
 
-    The texture, in float16 where `half` says that it holds them; its sizes; and of each level width, height and first
-    row, of one level alone without a list.
+    Returns the texture, in float16 if `half`; its sizes; and width, height and first row of each level, for a single
+    level without a list.
 
     Raises
     ------
-    InputError : a texture that no GPU need take.
+    InputError : a texture larger than every GPU supports.
     """
     width, planes = levels[0].shape[1:]
     quads, heights = max(1, -(-planes // 4)), [len(level) for level in levels]
@@ -141,7 +141,7 @@ def packed(
 
 
 def _halved(rows: Float[np.ndarray, "n k C"]) -> Float[np.ndarray, "m k C"]:
-    """Means by area over half as many rows."""
+    """Average over half as many rows, by area."""
     from scipy import sparse
 
     size = len(rows)

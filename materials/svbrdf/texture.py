@@ -28,7 +28,7 @@ class SpectralTexture(Surface):
     Parameters
     ----------
     wavelengths_nm : (L,) nm, ascending.
-    texture : (H,W,L) rho as it was measured; nothing is clipped.
+    texture : (H,W,L) rho as measured, not clipped.
 
     Raises
     ------
@@ -48,7 +48,7 @@ class SpectralTexture(Surface):
             raise InputError("not a texture", field="texture", found=self.texture.shape, expected=expected)
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """rho / pi of the point itself: what a sample spans is not averaged. See `Surface.at`."""
+        """Evaluate rho / pi at the point itself, without averaging over the footprint. See `Surface.at`."""
         assert points.uv is not None
         lit = (points.wi[:, 2] > 0) & (points.wo[:, 2] > 0)
         out = np.zeros((len(points), len(self.wavelengths_nm)))
@@ -62,13 +62,13 @@ class SpectralTexture(Surface):
 
         Raises
         ------
-        InputError : the mean is no reflectance, below 0 or above 1.
+        InputError : a mean outside [0, 1].
         """
         mean = self.texture.mean(axis=(0, 1), dtype=np.float64)
         return Lambert(Spectrum.sampled(self.wavelengths_nm, mean, "reflectance"))
 
     def own_form(self, budget: float = 0.5) -> TextureForm:
-        """Make a form of few terms that shows every texel within the budget; see `texture_form`."""
+        """Make a form of few terms that keeps every texel within the budget; see `texture_form`."""
         return texture_form(self.wavelengths_nm, self.texture, budget)
 
     def parameters(self) -> dict[str, np.ndarray]:

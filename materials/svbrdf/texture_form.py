@@ -1,8 +1,8 @@
-"""The fast form of a spectral texture: a picture of coefficients, times a few spectra.
+"""Fast form of a spectral texture: a picture of coefficients, times a few spectra.
 
-Texels' reflectances R (n,L) are written in the basis in which their products with lights are as right as R numbers
-allow (`SpectralBasis.balanced`, after Peercy 1993): what differs from texel to texel is R numbers, and the spectra are
-shared by all. A sample under any light costs a look-up of R numbers and one fold.
+Texels' reflectances R (n,L) are written in the basis whose R coefficients best preserve their products with lights
+(`SpectralBasis.balanced`, after Peercy 1993): each texel has R numbers, and all share the spectra. A sample under any
+light costs a look-up of R numbers and one fold.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ _BLOCK = 1 << 16
 
 @dataclass(frozen=True, eq=False)
 class TextureForm(Fast):
-    """The fast form of a matt texture: exact in every direction, its texels' colours within a budget."""
+    """Fast form of a matt texture: exact in every direction, with the colours of texels within a budget."""
 
     NAME: ClassVar[str] = "texture"
     WORDS: ClassVar[str] = "texture"
@@ -54,11 +54,11 @@ class TextureForm(Fast):
 
     @property
     def summands(self) -> tuple[Summand, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The texture alone."""
+        """The texture, as the only summand."""
         return (self.texture,)
 
     def average(self) -> FactoredBrdf:
-        """One constant term a plane, of its mean."""
+        """Return one constant term for each plane, its mean."""
         texture = self.texture
         mean = texture.planes.mean(axis=(0, 1), dtype=np.float64)
         return replace(matt_brdf(mean, texture.palette), error=self.error)
@@ -72,7 +72,7 @@ class TextureForm(Fast):
         return MattTexture(self.texture)
 
     def stored(self) -> dict[str, Any]:
-        """`planes`, in 16 bits where those hold them, and the palette."""
+        """Return the stored fields: `planes`, in their precision, and the palette."""
         texture = self.texture
         return {"planes": texture.planes, "precision": texture.precision, "palette": texture.palette.stored()}
 
@@ -84,11 +84,11 @@ class TextureForm(Fast):
 
 
 def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarray, budget: float = 0.5) -> TextureForm:
-    """Return the fast form of reflectances (H,W,L), its palette at their own wavelengths.
+    """Fit the fast form of reflectances (H,W,L), its palette at their own wavelengths.
 
-    As few terms as keep ΔE94 under each of `protocol.LIGHTS` within a fifth of `budget` at the 99th percentile of the
-    texels judged, and within `budget` at all of them; with three terms a light nothing is left. Planes are in half
-    precision where that stays within the same.
+    The number of terms is the smallest that keeps ΔE94 under each of `protocol.LIGHTS` within a fifth of `budget` at
+    the 99th percentile of the texels judged, and within `budget` at all of them; three terms per light leave no error.
+    Planes are in half precision if that stays within the same bounds.
     """
     texels = reflectance.reshape(-1, reflectance.shape[2])
     judged = texels[:: max(1, len(texels) // _JUDGED)].astype(np.float64)
@@ -123,7 +123,7 @@ def texture_form(wavelengths_nm: Float[np.ndarray, " L"], reflectance: np.ndarra
 def differences(
     reference: Float[np.ndarray, "n M3"], sample: Float[np.ndarray, "n M3"], whites: Float[np.ndarray, " M3"]
 ) -> Float[np.ndarray, "M n"]:
-    """ΔE94 of each texel under each light."""
+    """Compute ΔE94 of each texel under each light."""
     each = (slice(start, start + 3) for start in range(0, len(whites), 3))
     return np.stack([delta_e_xyz(reference[:, at], sample[:, at], whites[at]) for at in each])
 
@@ -139,7 +139,7 @@ class MattTexture(EnvironmentForm):
 
     @property
     def palette(self) -> Palette:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The texture's."""
+        """Palette of the texture."""
         return self.texture.palette
 
     def lobes(self, points: Points) -> Lobes:
@@ -154,7 +154,7 @@ class MattTexture(EnvironmentForm):
 
     @property
     def key(self) -> tuple:
-        """The texture's."""
+        """Key of the texture."""
         return self.texture.key
 
 
@@ -180,15 +180,15 @@ class TexturePlanes(Summand):
 
     @cached_property
     def levels(self) -> list[np.ndarray]:
-        """Make the levels by `texels.levels_of`."""
+        """Mip levels of the planes (`texels.levels_of`)."""
         return levels_of(self.planes)
 
     def terms(self, points: Points) -> Terms:
-        """Implement `Summand.terms`; where points say what they span, each plane is its mean over that."""
+        """Implement `Summand.terms`, averaged over the footprint of points that have one."""
         return Terms(self.coefficients(points) * points.angles(self.frame).scale[:, None])
 
     def coefficients(self, points: Points) -> Float[np.ndarray, "N R"]:
-        """Return each plane at each point, or its mean over what the point spans."""
+        """Interpolate each plane at each point, or average it over the point's footprint."""
         assert points.uv is not None
         if points.spans is None or points.footprint is None:
             return look_up(self.planes, points.uv)

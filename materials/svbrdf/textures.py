@@ -47,7 +47,7 @@ _AGAIN = "the picture is damaged or cut short: save or copy it again"
 class _Header:
     """Header of a picture's file.
 
-    mode : Pillow's word for the kind of its values. halved : True where it reads but 8 bits of 16, grey with alpha.
+    mode : Pillow's name for the kind of its values. halved : True if only 8 bits of 16 can be read, grey with alpha.
     stated : what it says of its colours beside a profile that is not sRGB, in words. orientation : Exif's number.
     """
 
@@ -85,7 +85,7 @@ class Texture:
 
     @property
     def mime(self) -> str:
-        """The type of the file, such as "image/png"; raises `InputError` where it is no picture that is read."""
+        """MIME type of the file, such as "image/png"; raises `InputError` if it is not a supported picture."""
         return "image/x-exr" if self._exr else self._header.mime
 
     @cached_property
@@ -112,7 +112,7 @@ class Texture:
 
     @property
     def floating(self) -> bool:
-        """True where values are floats; raises `InputError` as `mime` does."""
+        """True if values are floats; raises `InputError` as `mime` does."""
         return self._exr or self._header.mode == "F"
 
     @cached_property
@@ -130,7 +130,7 @@ class Texture:
         return values
 
     def band(self, number: int, rows: slice, size: tuple[int, int] | None = None) -> Float[np.ndarray, "h W"]:
-        """One channel, 0 red to 3 alpha, as fractions; grey stands for every colour, and 1 for an alpha that is none.
+        """Return one channel, 0 red to 3 alpha, as fractions; grey serves as every colour, and a missing alpha is 1.
 
         rows : of a picture of `size`, which this one is laid over, each of its texels covering several; None: its own.
         """
@@ -141,7 +141,7 @@ class Texture:
         return _fractions(chosen[..., number if channels >= 3 else 0])
 
     def linear(self, rows: slice, size: tuple[int, int] | None = None) -> Float[np.ndarray, "h W 3"]:
-        """Linear red, green and blue; `rows` and `size` as in `band`."""
+        """Return linear red, green and blue; `rows` and `size` as in `band`."""
         return linear_of_codes(self._laid_over(rows, size or self.size), self.encoding)
 
     def _laid_over(self, rows: slice, size: tuple[int, int]) -> np.ndarray:
@@ -183,7 +183,7 @@ class Texture:
 
     @cached_property
     def _header(self) -> _Header:
-        """Header before the pixels, within bounds."""
+        """Header of the file, read before the pixels, within bounds."""
         from PIL import Image
 
         with _guarded(self), Image.open(io.BytesIO(self.data), formats=self._formats) as picture:
@@ -254,7 +254,7 @@ class Texture:
 
 @contextmanager
 def _guarded(texture: Texture) -> Iterator[None]:
-    """Inside, whatever goes wrong with a picture's bytes is an `InputError` that names it."""
+    """Convert any failure on a picture's bytes within the context to an `InputError` that names it."""
     from PIL import Image
 
     place = {"file": texture.file, "field": texture.field}
@@ -276,7 +276,7 @@ def _guarded(texture: Texture) -> Iterator[None]:
 
 
 def linear_of_codes(codes: np.ndarray, encoding: Encoding) -> Float[np.ndarray, "*batch 3"]:
-    """Linear red, green and blue of (..., C) values as `Texture.values` has them."""
+    """Decode (..., C) values, as in `Texture.values`, to linear red, green and blue."""
     chosen = codes[..., :3] if codes.shape[-1] >= 3 else np.repeat(codes[..., :1], 3, axis=-1)
     if encoding == "linear" or chosen.dtype.kind == "f":
         return _fractions(chosen)
@@ -285,12 +285,12 @@ def linear_of_codes(codes: np.ndarray, encoding: Encoding) -> Float[np.ndarray, 
 
 @cache
 def _linear_codes(bits: int) -> Float[np.ndarray, " codes"]:
-    """Linear light of every sRGB code: as many powers as there are codes, rather than texels."""
+    """Tabulate the linear light of every sRGB code: one power per code rather than per texel."""
     return srgb_to_linear(np.arange(1 << bits) / ((1 << bits) - 1))
 
 
 def blocks(height: int, width: int) -> list[slice]:
-    """Rows of a picture in pieces of some 65 000 texels, whose floats fit into a processor's cache."""
+    """Divide the rows of a picture into slices of some 65 000 texels, whose floats fit into a processor's cache."""
     step = max(1, _BLOCK // max(1, width))
     return [slice(start, min(start + step, height)) for start in range(0, height, step)]
 
@@ -306,13 +306,13 @@ def _raw_mode(picture: object) -> str:
 
 
 def _is_planar(picture: object) -> bool:
-    """True for a TIFF of separate planes of more than 8 bits, which Pillow would mix up."""
+    """Return True for a TIFF of separate planes of more than 8 bits, which Pillow would mix up."""
     tags = getattr(picture, "tag_v2", {})
     return tags.get(284) == 2 and max(tags.get(258, (8,))) > 8
 
 
 def _other_end(args: object) -> object:
-    """Arguments of Pillow's decoder that take the other byte of each 16-bit value: of these it keeps only the first."""
+    """Return arguments of Pillow's decoder that select the other byte of 16-bit values; it keeps only the first."""
     mode = str(args[0] if isinstance(args, tuple) else args)
     native = "L" if sys.byteorder == "little" else "B"
     end = mode[-1] if mode[-1] in "BL" else native
