@@ -1,4 +1,4 @@
-"""The angles that factors are functions of: which a frame has, and where the nodes of one lie."""
+"""Angles that factors are functions of: the axes of each frame, and the positions of their nodes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Axis:
     size : number of nodes, at least 2.
     maximum : the last node, radians; the first is 0.
     warp : nodes are uniform in u in [0, 1], with angle = maximum u ("linear") or maximum u^2 ("sqrt": dense near 0).
-    periodic : the last node is the same direction as the first, and angles are taken modulo `maximum`.
+    periodic : the last node equals the first, and angles are taken modulo `maximum`.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Axis:
         return self.maximum * (u if self.warp == "linear" else u * u)
 
     def position(self, angle: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-        """Fractional node index in [0, size - 1] of an angle in radians; held constant past the ends.
+        """Compute the fractional node index in [0, size - 1] of an angle in radians; clamped at the ends.
 
         >>> Axis("theta_h", 5, 1.6, "sqrt").position(np.array([0.0, 0.1, 0.4, 9.0])).tolist()
         [0.0, 1.0, 2.0, 4.0]
@@ -73,10 +73,10 @@ class Axis:
 
 @dataclass(frozen=True)
 class FrameAngles:
-    """Direction pairs as the angles of a frame, worked out once for any number of packs over the same geometry.
+    """Direction pairs as the angles of a frame, computed once for any number of packs over the same geometry.
 
     `angles` maps an axis name to (N,) radians: "phi" and "phi_d" are folded into [0, pi] unless the azimuth axis is
-    there too. `scale` (N,): what a tabulated value is multiplied by to give f_r cos(theta_i), 0 below the horizon.
+    there too. `scale` (N,): factor from a tabulated value to f_r cos(theta_i), 0 below the horizon.
     """
 
     frame: Frame
@@ -86,7 +86,7 @@ class FrameAngles:
 
 
 def frame_angles(frame: Frame, wi: Direction, wo: Direction, anisotropic: bool = False) -> FrameAngles:
-    """Return the angles of `frame` for unit vectors in the surface frame; batch shapes broadcast."""
+    """Compute the angles of `frame` for unit vectors in the surface frame; batch shapes broadcast."""
     wi, wo = np.broadcast_arrays(np.asarray(wi, dtype=float), np.asarray(wo, dtype=float))
     batch = wi.shape[:-1]
     wi, wo = wi.reshape(-1, 3), wo.reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""The interface of everything that says how a surface scatters light."""
+"""Interface of BRDFs: the scattering of a uniform surface."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ _BLOCK = 2048
 
 
 class Brdf(Surface):
-    """A bidirectional reflectance distribution function, sampled in wavelength: a surface that is alike everywhere."""
+    """A bidirectional reflectance distribution function, sampled in wavelength: a uniform surface."""
 
     @abc.abstractmethod
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr, without the cosine.
+        """Evaluate f_r in 1/sr, without the cosine.
 
-        `wi` points to the light and `wo` to the viewer: unit vectors in the frame whose z is the normal;
-        their batch shapes broadcast. Zero where either is on or below the horizon.
+        `wi` points to the light and `wo` to the viewer: unit vectors in the frame whose z is the normal; their batch
+        shapes broadcast. Zero if either is on or below the horizon.
         """
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """`eval` at each point's directions."""
+        """Evaluate `eval` at each point's directions."""
         return self.eval(points.wi, points.wo)
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """Return the parts whose sum is this function, each with the frame in which it factors best."""
+        """Return the lobes whose sum is this function, each with the frame in which it factors best."""
         return (Lobe("io", self),)
 
 
 @dataclass(frozen=True)
 class Lobe:
-    """One part of a BRDF: "io" for incident/outgoing angles, "hd" for half/difference angles.
+    """One lobe of a BRDF: "io" for incident/outgoing angles, "hd" for half/difference angles.
 
-    axes : the grid to tabulate it on, where the data have one of their own; None lets the fit choose.
+    axes : the grid to tabulate it on, if the data have one of their own; None lets the fit choose.
     """
 
     frame: Frame
@@ -54,7 +54,7 @@ class Lobe:
 def eval_lit(
     evaluate: Callable[[np.ndarray, np.ndarray], np.ndarray], size: int, wi: np.ndarray, wo: np.ndarray
 ) -> Float[np.ndarray, "... L"]:
-    """`evaluate(wi (N,3), wo (N,3)) -> (N, size)` of the pairs above the horizon, zero for all others.
+    """Evaluate `evaluate(wi (N,3), wo (N,3)) -> (N, size)` for the pairs above the horizon, zero for all others.
 
     The common body of `Brdf.eval`: broadcasts the batch shapes and works through them in blocks.
     """

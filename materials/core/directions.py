@@ -1,8 +1,8 @@
 """Directions and their angles: spherical, incident/outgoing ("io") and half/difference ("hd").
 
-z is the normal, wi points to the light, wo to the viewer, all unit vectors of shape (..., 3). Angles come
-from atan2 of lengths, never from acos of a dot product, which loses half the digits near the pole. At a
-pole, where an azimuth means nothing, it is 0.
+z is the normal, wi points to the light, wo to the viewer, all unit vectors of shape (..., 3). Angles come from atan2 of
+lengths, never from acos of a dot product, which loses half the digits near the pole. At a pole, where the azimuth is
+undefined, it is 0.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ TAU = 2.0 * np.pi
 
 
 def spherical(theta: AngleLike, phi: AngleLike) -> Direction:
-    """Unit vector of polar angle `theta` from the normal and azimuth `phi` from x towards y, radians.
+    """Compute the unit vector of polar angle `theta` from the normal and azimuth `phi` from x towards y, radians.
 
     >>> spherical(0.0, 0.0).tolist()
     [0.0, 0.0, 1.0]
@@ -29,17 +29,17 @@ def spherical(theta: AngleLike, phi: AngleLike) -> Direction:
 
 
 def angles(w: Direction) -> tuple[Angle, Angle]:
-    """theta in [0, pi] and phi in [0, 2 pi) of `w`, which need not be of unit length."""
+    """Compute theta in [0, pi] and phi in [0, 2 pi) of `w`, of any length."""
     return _polar(w), _turn(np.arctan2(w[..., 1], w[..., 0]))
 
 
 def azimuth_difference(wi: Direction, wo: Direction) -> Angle:
-    """phi_o - phi_i in [0, 2 pi): what an anisotropic io table needs beside phi_i."""
+    """Compute phi_o - phi_i in [0, 2 pi), which an anisotropic io table needs beside phi_i."""
     return _turn(_signed_azimuth_difference(wi, wo))
 
 
 def io_angles(wi: Direction, wo: Direction) -> tuple[Angle, Angle, Angle]:
-    """theta_i, theta_o and |phi_o - phi_i| folded into [0, pi].
+    """Compute theta_i, theta_o and |phi_o - phi_i| folded into [0, pi].
 
     >>> wi, wo = spherical(0.3, 6.0), spherical(0.8, 0.25)
     >>> [round(float(angle), 9) for angle in io_angles(wi, wo)]
@@ -49,10 +49,10 @@ def io_angles(wi: Direction, wo: Direction) -> tuple[Angle, Angle, Angle]:
 
 
 def half_difference(wi: Direction, wo: Direction) -> tuple[Angle, Angle, Angle, Angle]:
-    """theta_h, theta_d, phi_d in [0, 2 pi) and phi_h in [0, 2 pi) (Rusinkiewicz 1998, section 3).
+    """Compute theta_h, theta_d, phi_d in [0, 2 pi) and phi_h in [0, 2 pi) (Rusinkiewicz 1998, section 3).
 
-    h = normalise(wi + wo); the difference vector is wi turned by -phi_h about the normal and by -theta_h
-    about the bi-normal, so that h becomes the pole. Above the horizon theta_h < pi/2 and theta_d < pi/2.
+    h = normalise(wi + wo); the difference vector is wi rotated by -phi_h about the normal and by -theta_h about the
+    bi-normal, so that h becomes the pole. Above the horizon theta_h < pi/2 and theta_d < pi/2.
     """
     h, d = wi + wo, wi - wo
     theta_h, phi_h = angles(h)
@@ -67,10 +67,9 @@ def half_difference(wi: Direction, wo: Direction) -> tuple[Angle, Angle, Angle, 
 def io_from_half_difference(
     theta_h: AngleLike, theta_d: AngleLike, phi_d: AngleLike, phi_h: AngleLike = 0.0
 ) -> tuple[Direction, Direction]:
-    """Return the pair (wi, wo) with these half/difference angles; either may come out below the horizon.
+    """Compute the pair (wi, wo) of half/difference angles; either may be below the horizon.
 
-    The angles broadcast. Exchanging wi and wo adds pi to phi_d; mirroring in the plane of h and the normal
-    negates it.
+    The angles broadcast. Exchanging wi and wo adds pi to phi_d; mirroring in the plane of h and the normal negates it.
     """
     theta_h, theta_d, phi_d, phi_h = np.broadcast_arrays(
         *(np.asarray(angle, dtype=float) for angle in (theta_h, theta_d, phi_d, phi_h))
@@ -83,12 +82,12 @@ def io_from_half_difference(
 
 
 def folded(phi: Angle) -> Angle:
-    """Return an azimuth in [0, 2 pi) folded into [0, pi]: the two sides of a mirror plane taken as one."""
+    """Fold an azimuth in [0, 2 pi) into [0, pi], identifying the two sides of a mirror plane."""
     return np.asarray(np.minimum(phi, TAU - phi))
 
 
 def _half_frame(theta_h: Angle, phi_h: Angle) -> tuple[Direction, Direction]:
-    """Return the directions of growing theta and of growing phi at the half vector: the x and y of the hd frame."""
+    """Return the directions of increasing theta and phi at the half vector: x and y of the hd frame."""
     zero = np.zeros_like(phi_h)
     binormal = np.stack([-np.sin(phi_h), np.cos(phi_h), zero], axis=-1)
     return spherical(theta_h + 0.5 * np.pi, phi_h), binormal
@@ -109,6 +108,6 @@ def _length(v: Direction) -> Angle:
 
 
 def _turn(phi: AngleLike) -> Angle:
-    """Return an atan2 angle in [0, 2 pi); a tiny negative one, which would round to 2 pi, becomes 0."""
+    """Map an atan2 angle to [0, 2 pi); a tiny negative one, which would round to 2 pi, becomes 0."""
     turned = np.where(np.less(phi, 0), phi + TAU, phi)
     return np.where(turned >= TAU, 0.0, turned)

@@ -1,9 +1,9 @@
-"""Environment forms: what a surface makes of light from all around, as a few lobes and a cosine.
+"""Environment forms: the response of a surface to environment light, as a few lobes and a cosine.
 
-Seen from one side, a surface gathers light from the whole hemisphere by f_r(wi, wo) cos(theta_i), the BRDF slice of
-Wang et al. 2009 (section 4.3). Here a slice is a sum of spherical Gaussians (their eq. 2) and of the cosine of matt
-surfaces, which may be tilted and bent by polynomials up to the second degree: a Gaussian is a look-up in a prefiltered
-environment, the cosine one in a map of irradiances and of their moments, which are exact and end at the horizon.
+For one viewer, a surface weights the light over the hemisphere by f_r(wi, wo) cos(theta_i), the BRDF slice of Wang et
+al. 2009 (section 4.3). Here a slice is a sum of spherical Gaussians (their eq. 2) and of the cosine of matt surfaces,
+multiplied by polynomials up to the second degree: a Gaussian is a look-up in a prefiltered environment, the cosine one
+in a map of irradiances and of their moments, which are exact and end at the horizon.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ BENDS = 9
 
 
 def bends(directions: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 9"]:
-    """Return the polynomials at unit directions."""
+    """Evaluate the polynomials at unit directions."""
     x, y, z = np.moveaxis(directions, -1, 0)
     return np.stack([np.ones_like(x), x, y, z, x * y, y * z, x * z, x * x - y * y, 3.0 * z * z - 1.0], axis=-1)
 
@@ -34,11 +34,11 @@ def bends(directions: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 9"]:
 class Lobes:
     """Slices at N points: Q normalised spherical Gaussians and a bent cosine each, R terms of a palette.
 
-    directions (N,Q,3) : unit, to where the light comes from. sharpness (N,Q) : lambda of the Gaussians, > 0.
+    directions (N,Q,3) : unit, towards the light. sharpness (N,Q) : lambda of the Gaussians, > 0.
     value (N,Q,R) : the integral of each term over a lobe, f_r cos(theta_i) dwi, without its spectrum, which is 1/sr.
-    matt (N,B,R) : of the cosine, pi times what each polynomial is multiplied with; B is 1 (no bend) or `BENDS`.
-    frame (N,3,3) : what directions, cosine and polynomials are in: its axes in the local frame, rows, the normal last;
-        None is the local frame itself.
+    matt (N,B,R) : of the cosine, pi times the coefficient of each polynomial; B is 1 (a plain cosine) or `BENDS`.
+    frame (N,3,3) : frame of directions, cosine and polynomials: its axes in the local frame, in rows, the normal last;
+    None is the local frame itself.
     """
 
     directions: Float[np.ndarray, "N Q 3"]
@@ -54,8 +54,8 @@ class EnvironmentForm(abc.ABC):
     Attributes
     ----------
     palette : one entry of R spectra, 1/sr.
-    count : Q, Gaussians a slice; 0 is matt. bent : B, polynomials of its cosine.
-    uses_uv : whether it has to know where on its texture a point is.
+    count : Q, Gaussians per slice; 0 is matt. bent : B, polynomials of its cosine.
+    uses_uv : True if it needs the texture coordinates of points.
     """
 
     palette: Palette
@@ -65,13 +65,13 @@ class EnvironmentForm(abc.ABC):
 
     @abc.abstractmethod
     def lobes(self, points: Points) -> Lobes:
-        """Return the slices that viewers at `points.wo` see; where the light stands is not looked at."""
+        """Compute the slices for viewers at `points.wo`; directions of light are ignored."""
 
     @abc.abstractmethod
     def shader(self, filtered: bool = False) -> TermShader:
-        """Return the twin of `lobes`, as `docs/adding_a_surface.md` says."""
+        """Return the GLSL twin of `lobes`, as described in `docs/adding_a_surface.md`."""
 
     @property
     @abc.abstractmethod
     def key(self) -> tuple:
-        """Equal for forms of equal lobes, whatever their spectra; good while both live."""
+        """Equal for forms of equal lobes, whatever their spectra; valid while both exist."""

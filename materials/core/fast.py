@@ -1,7 +1,7 @@
 """Fast forms: surfaces as sums of terms times palettes, which renderers draw. Geometry is scalar, colour a small fold.
 
-What a fast form is made of are summands. Each has its own palette and says what its terms are at any points, once in
-numpy (`Summand.terms`) and once in GLSL (`Summand.shader`); nobody else knows. `docs/adding_a_surface.md` adds one.
+A fast form is a sum of summands. Each has its own palette and evaluates its terms at any points, once in numpy
+(`Summand.terms`) and once in GLSL (`Summand.shader`); no other code knows them. `docs/adding_a_surface.md` adds one.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class Summand(abc.ABC):
     Attributes
     ----------
     palette : (P,R,J): the spectra that terms are multiplied with.
-    frame : the angles that the shader gets: "io", with the light that arrives, or "hd", with that times cos(theta_i).
-    precision : "half" where 16 bits hold exactly what its textures hold.
-    mixed : how many entries of the palette are mixed at a point.
+    frame : the angles that the shader gets: "io", with the incident light, or "hd", with that times cos(theta_i).
+    precision : "half" if 16 bits represent its textures exactly.
+    mixed : number of palette entries mixed at a point.
     """
 
     palette: Palette
@@ -56,21 +56,21 @@ class Summand(abc.ABC):
 
     @abc.abstractmethod
     def terms(self, points: Points) -> Terms:
-        """f_r cos(theta_i) without spectra, times what arrives; places are the points' numbers."""
+        """Evaluate f_r cos(theta_i) without spectra, times the incident light; places are indices of the points."""
 
     @abc.abstractmethod
     def shader(self, filtered: bool = False) -> TermShader:
-        """Return the twin of `terms`; `filtered`: each term's mean over what a sample spans of the frame's angles.
+        """Return the GLSL twin of `terms`; `filtered`: with terms averaged over a sample's span of the frame's angles.
 
         Raises
         ------
-        InputError : the summand calls itself half precision and holds what 16 bits do not.
+        InputError : the summand claims half precision, which does not represent its textures.
         """
 
     @property
     @abc.abstractmethod
     def key(self) -> tuple:
-        """Equal for summands of equal terms, whatever their spectra; good while both live."""
+        """Equal for summands of equal terms, whatever their spectra; valid while both exist."""
 
     @property
     @abc.abstractmethod
@@ -80,24 +80,24 @@ class Summand(abc.ABC):
     @property
     @abc.abstractmethod
     def grid(self) -> str:
-        """Grid that it is tabulated on, in words."""
+        """Grid of its tables, in words."""
 
     def in_basis(self: AnySummand, basis: SpectralBasis) -> AnySummand:
-        """Return the same with its spectra projected into another basis."""
+        """Return the summand with its spectra projected into another basis."""
         return replace(self, palette=self.palette.in_basis(basis))  # pyright: ignore[reportArgumentType]
 
 
 class Fast(Surface):
     """A surface that is a sum of summands: what a catalogue stores beside the original, and renderers draw.
 
-    Subclasses are frozen dataclasses. NAME is the group of a material's file in which `stored` lies, WORDS what people
-    call such a form.
+    Subclasses are frozen dataclasses. NAME is the group of `stored` in a material's file, WORDS the form's name for
+    users.
 
     Attributes
     ----------
     summands : at least one, all at the same wavelengths.
-    error : measured against the original; None where it was not.
-    note : what is to be said of how it was chosen, once, where it is stored first.
+    error : measured against the original; None if it was not.
+    note : remark on how it was chosen, shown once, when it is first stored.
     """
 
     NAME: ClassVar[str]
@@ -113,12 +113,12 @@ class Fast(Surface):
 
     @property
     def uses_uv(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """True if a summand does."""
+        """True if a summand needs texture coordinates."""
         return any(summand.uses_uv for summand in self.summands)
 
     @property
     def rank(self) -> int:
-        """Terms of all summands."""
+        """Number of terms of all summands."""
         return sum(summand.rank for summand in self.summands)
 
     @property
@@ -127,23 +127,23 @@ class Fast(Surface):
         return "+".join(dict.fromkeys(summand.precision for summand in self.summands))
 
     def average(self) -> Fast:
-        """Implement `Surface.average`; a fast form again."""
+        """Implement `Surface.average`; the result is a fast form."""
         return self
 
     def without_holes(self) -> Fast:
-        """Return the same for who leaves out where `cutout` has holes: from afar the mean of what is there."""
+        """Return the form for renderers that discard holes by `cutout`: footprints average over the opaque part."""
         return self
 
     @abc.abstractmethod
     def in_basis(self, basis: SpectralBasis) -> Fast:
-        """Return the same with all palettes in another basis."""
+        """Return the form with all palettes in another basis."""
 
     def environment_form(self) -> EnvironmentForm:
-        """Environment form of the surface.
+        """Return the environment form of the surface.
 
         Raises
         ------
-        InputError : the form does not say.
+        InputError : the form has none.
         """
         expected = "`environment_form` of its class, or lights that shine from one direction each"
         problem = "this fast form cannot be lit from all around"
@@ -151,52 +151,50 @@ class Fast(Surface):
 
     @property
     def texel_error(self) -> FitError | None:
-        """Error of single texels, views and lights, where the original was measured so; None of any other form."""
+        """Error over single texels, views and lights, if the original was measured so; None for other forms."""
         return None
 
     @property
     def environment_error(self) -> FitError | None:
-        """Error of the environment form against the original, where it was measured (`slices.error`)."""
+        """Error of the environment form against the original, if it was measured (`slices.error`)."""
         return None
 
     @abc.abstractmethod
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores: text, numbers, arrays and mappings of those, by name."""
+        """Return the stored fields: text, numbers, arrays and mappings of those, by name."""
 
     @classmethod
     @abc.abstractmethod
     def from_stored(cls, kept: Mapping[str, Any], error: FitError | None) -> Fast:
-        """Return the form whose `stored()` this is; KeyError where something is missing, InputError where it does not
-        fit.
-        """
+        """Return the form whose `stored()` this is; KeyError if a field is missing, InputError if one does not fit."""
 
     def shaded(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """f_r cos(theta_i) times what arrives, at every wavelength: what keeps its wavelength of what leaves."""
+        """Evaluate f_r cos(theta_i) times the incident light, at every wavelength, without fluorescence."""
         total = np.zeros((len(points), len(self.wavelengths_nm)))
         for one in self.summands:
             one.terms(points).add_to(total, one.palette.samples)
         return total
 
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """f_r in 1/sr; what terms and palettes come to, negative values included."""
+        """Evaluate f_r in 1/sr as reconstructed from terms and palettes, negative values included."""
         shaded, cosine = self.shaded(points), points.wi[:, 2:]
         return np.divide(shaded, cosine, out=np.zeros_like(shaded), where=cosine > 0)
 
     def shaded_xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """f_r cos(theta_i) times what arrives, under each of M lights: as renderers sum it up."""
+        """Compute f_r cos(theta_i) times the incident light, under each of M lights, in the sum that renderers use."""
         xyz = np.zeros((len(points), 3 * len(folding.lights)))
         for one in self.summands:
             one.terms(points).add_to(xyz, one.palette.folded(folding))
         return xyz
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """`shaded_xyz` without the cosine, 1/sr."""
+        """Compute `shaded_xyz` without the cosine, 1/sr."""
         shaded, cosine = self.shaded_xyz(points, folding), points.wi[:, 2:]
         return np.divide(shaded, cosine, out=np.zeros_like(shaded), where=cosine > 0)
 
 
 def check_summands(summands: tuple[Summand, ...]) -> None:
-    """Raises `InputError` where there are none, or where they are sampled at different wavelengths."""
+    """Raise `InputError` if there are none, or if they are sampled at different wavelengths."""
     if not summands:
         raise InputError("no summands", field="summands", found=0, expected="at least one")
     grids = [summand.palette.wavelengths_nm for summand in summands]

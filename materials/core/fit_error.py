@@ -30,18 +30,17 @@ class LightError:
 
 @dataclass(frozen=True)
 class FitError:
-    """Measured error of a fast form against the surface that it stands for.
+    """Measured error of a fast form against its original.
 
     mean, p95, p99, maximum : ΔE94 over the samples of `protocol`, under `light`, the worst of those judged, for
-    `observer`; reference = the original at every wavelength. relative_error : root of the sum of squares of the tables'
-    residuals over that of the tables, weighted by what is seen. most_negative : lowest f_r cos(theta_i) pi that the
-    packs shade to at any wavelength, all over the hemispheres (0 where none is negative; a white diffuser facing the
-    light is 1). largest : their largest, over the original's largest anywhere at the same wavelength; None where nobody
-    looked. Nothing is clipped. lights : the figures of every light judged, the worst included; empty where there was
-    one. where : directions of light and view at the maximum, in words; None where nobody noted them.
-    budget, score : ΔE94 that a fit aimed at, and the figure that was held against it (`fitting.fit.Fit.score`); None
-    where nothing was fitted. more_terms, more_score : the terms of one more step, and the score that they would about
-    have led to; None where no terms were added.
+    `observer`; reference = the original at every wavelength. relative_error : norm of the tables' residuals over that
+    of the tables, weighted by visibility. most_negative : lowest f_r cos(theta_i) pi of the packs at any wavelength,
+    all over the hemispheres (0 if none is negative; a white diffuser facing the light is 1). largest : their largest,
+    over the original's largest anywhere at the same wavelength; None if it was not searched for. Nothing is clipped.
+    lights : the figures of every light judged, the worst included; empty if there was one. where : directions of light
+    and view at the maximum, in words; None if they were not recorded. budget, score : ΔE94 that a fit aimed at, and the
+    figure compared with it (`fitting.fit.Fit.score`); None without a fit. more_terms, more_score : the terms of one
+    more step, and its estimated score; None if no terms were added.
     """
 
     mean: float
@@ -62,7 +61,7 @@ class FitError:
     where: str | None = None
 
     def stored(self) -> dict[str, Any]:
-        """Return what a form stores of its own error: text, numbers and arrays."""
+        """Return the error as a form stores it: text, numbers and arrays."""
         kept = {name: value for name, value in vars(self).items() if name != "lights" and value is not None}
         if self.lights:
             columns = {name: [getattr(one, name) for one in self.lights] for name in _FIGURES}
@@ -81,12 +80,12 @@ class FitError:
 
     @property
     def highlight(self) -> float | None:
-        """The worst p99 of the highlight's own pixels under any light; None where the surface has no highlight."""
+        """Worst p99 of the highlight's own pixels under any light; None if the surface has no highlight."""
         return max((one.highlight for one in self.lights if one.highlight is not None), default=None)
 
 
 class Farthest(Protocol):
-    """The largest error of a fit, and what it aimed at (`FitError`)."""
+    """Largest error of a fit, and its budget (`FitError`)."""
 
     @property
     def maximum(self) -> float | None:
@@ -95,7 +94,7 @@ class Farthest(Protocol):
 
     @property
     def light(self) -> str | None:
-        """Under which light."""
+        """Light of the maximum."""
         ...
 
     @property
@@ -105,12 +104,12 @@ class Farthest(Protocol):
 
     @property
     def budget(self) -> float | None:
-        """ΔE94; None where nothing was fitted."""
+        """ΔE94; None without a fit."""
         ...
 
 
 def far_off(fit: Farthest) -> str:
-    """Say where a maximum is that is more than ten of the fit's own budgets, as far as it is known; else "".
+    """Describe a maximum beyond ten times the fit's own budget, with its directions if known; else return "".
 
     >>> far_off(FitError(0.1, 0.2, 0.4, 56.0, "A", "1931_2", "sphere", 0.0, where="light at 80.0°, 0°"))
     'up to ΔE94 56.0 under A: light at 80.0°, 0°'

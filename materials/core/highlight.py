@@ -1,7 +1,7 @@
-"""The pixels of a highlight: too few for a percentile over a picture, and what a viewer looks at first.
+"""Pixels of a highlight: too few for a percentile over a picture, and the first thing a viewer notices.
 
-A highlight is where the half direction is so near the normal that the surface is at least half as bright as at its
-brightest. Its pixels are drawn evenly over that patch of the sphere, however small it is: a picture of any size may
+A highlight is where the half direction is close enough to the normal that the surface is at least half as bright as at
+its brightest. Its pixels are sampled evenly over that patch of the sphere, however small: a picture of any size may
 show it large.
 """
 
@@ -24,7 +24,7 @@ _PIXELS = 400
 
 
 def highlight_protocol(brdf: Brdf) -> SphereProtocol | None:
-    """Return the pixels of the highlight under each light of the sphere protocol; None where the surface has none."""
+    """Return the pixels of the highlight under each light of the sphere protocol; None if the surface has none."""
     pairs = [pair for angle in LIGHT_ANGLES_DEG if (pair := _pixels(brdf, 0.5 * np.radians(angle))) is not None]
     if not pairs:
         return None
@@ -33,8 +33,9 @@ def highlight_protocol(brdf: Brdf) -> SphereProtocol | None:
 
 
 def highlight_width(brdf: Brdf, theta_d: float) -> tuple[float, float]:
-    """Return the largest tilt of the half direction in a highlight under light at 2 theta_d from the view, radians, and
-    the Y of its brightest pixel; zeros where the surface has none.
+    """Find the largest tilt of the half direction in a highlight under light at 2 theta_d from the view, radians.
+
+    The second result is Y of its brightest pixel; both are 0 if the surface has no highlight.
     """
     turns = np.arange(_TURNS) * 2.0 * np.pi / _TURNS
     around = [0.0] if brdf.isotropic else turns

@@ -1,4 +1,4 @@
-"""Points of surfaces as they are shaded: where light comes from, where it goes, and where on the texture they are."""
+"""Shading points of surfaces: directions of light and view, and places on the texture."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ class Points:
 
     Parameters
     ----------
-    wi, wo : (N,3) unit vectors to the light and to the viewer, in the local frame: x along u where there are texture
+    wi, wo : (N,3) unit vectors to the light and to the viewer, in the local frame: x along u if there are texture
         coordinates, z along the normal.
-    uv : (N,2) texture coordinates; None where the mesh has none or nobody asked for them.
-    footprint : (N,2,2) what a sample of the picture spans of the texture: in rows, how far (u, v) go to the next column
+    uv : (N,2) texture coordinates; None if the mesh has none or they are not needed.
+    footprint : (N,2,2) footprint of a picture's sample on the texture: in rows, the steps of (u, v) to the next column
         of samples, and to the next row, downwards; None without uv.
-    arriving : (N,) what light arrives, on a surface that faces it: terms are multiplied by it; None is 1.
-    spans : radians of each angle of a frame that a sample stands for, (N,4) in the order of its axes; None where terms
-        are taken at the very point.
+    arriving : (N,) incident light on a surface that faces it, a factor of the terms; None is 1.
+    spans : radians of each angle of a frame that a sample covers, (N,4) in the order of its axes; None to evaluate
+        terms at the very point.
     """
 
     wi: Float[np.ndarray, "N 3"]
@@ -39,7 +39,7 @@ class Points:
         return len(self.wi)
 
     def angles(self, frame: Frame, anisotropic: bool = False) -> FrameAngles:
-        """Return the angles of a frame at every point, kept for the next who asks; `scale` includes what arrives."""
+        """Compute the angles of a frame at every point, cached; `scale` includes the incident light."""
         key = (frame, anisotropic)
         if key not in self._angles:
             at = frame_angles(frame, self.wi, self.wo, anisotropic)
@@ -47,7 +47,7 @@ class Points:
         return self._angles[key]
 
     def chosen(self, which: Int[np.ndarray, " K"] | Bool[np.ndarray, " N"] | slice) -> Points:
-        """Some of the points."""
+        """Select some of the points."""
 
         def of(values: np.ndarray | None) -> np.ndarray | None:
             return None if values is None else values[which]

@@ -1,8 +1,8 @@
-"""The sphere protocol: how far off a material looks, in ΔE94, on a sphere under five directional lights.
+"""Sphere protocol: the visible error of a material, in ΔE94, on a sphere under five directional lights.
 
 A unit sphere seen orthographically, a light at 10, 35, 60, 80 and 110 degrees from the view, Y of a perfect diffuser
-facing the light = 1, every pixel with cos(theta_i) > 0.01, nothing clipped. The reference is the original BRDF at
-every wavelength of its own.
+facing the light = 1, every pixel with cos(theta_i) > 0.01, nothing clipped. The reference is the original BRDF at every
+wavelength of its own.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class SphereProtocol:
     """Shading points of the lit pixels of all lights, directions in each pixel's own surface frame.
 
     `pixels`: across the sphere's diameter. The tangent x of the surface points along the parallels of an upright
-    sphere, so that an anisotropic material is seen at every turn.
+    sphere, so that an anisotropic material is seen at every azimuth.
     """
 
     pixels: int
@@ -66,11 +66,11 @@ class SphereProtocol:
 
     @cached_property
     def points(self) -> Points:
-        """Every pair, with its angles once they were worked out; (u, v) go across and up the sphere's disc."""
+        """All direction pairs, with cached angles; (u, v) go across and up the sphere's disc."""
         return Points(self.wi, self.wo, self.uv)
 
     def weights(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "L 3"]:
-        """Light x observer: XYZ of the perfect diffuser has Y = 1."""
+        """Compute weights light x observer: XYZ of the perfect diffuser has Y = 1."""
         return _weights(self.light, self.observer, tuple(wavelengths_nm.tolist()))
 
     def under(self, light: str) -> SphereProtocol:
@@ -78,23 +78,23 @@ class SphereProtocol:
         return replace(self, light=light)
 
     def reference(self, surface: Surface) -> Float[np.ndarray, "N 3"]:
-        """XYZ of every sample from the surface at its own wavelengths."""
+        """Compute XYZ of every sample from the surface at its own wavelengths."""
         return self.references(surface, (self.light,))[0]
 
     def references(self, surface: Surface, lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
-        """XYZ of every sample under M lights; the surface is evaluated once."""
+        """Compute XYZ of every sample under M lights; the surface is evaluated once."""
         return self.original_xyz(surface, _folding(tuple(lights), self.observer))
 
     def sample(self, fast: Fast) -> Float[np.ndarray, "N 3"]:
-        """XYZ of every sample from terms folded with the light."""
+        """Compute XYZ of every sample from terms folded with the light."""
         return self.samples(fast, (self.light,))[0]
 
     def samples(self, fast: Fast, lights: Sequence[str]) -> Float[np.ndarray, "M N 3"]:
-        """XYZ of every sample from terms folded with each of M lights; they are worked out once."""
+        """Compute XYZ of every sample from terms folded with each of M lights; the terms are evaluated once."""
         return self.fast_xyz(fast, _folding(tuple(lights), self.observer))
 
     def original_xyz(self, surface: Surface, folding: Folding) -> Float[np.ndarray, "M N 3"]:
-        """`references` under lights and an observer of any kind; the scale of `folding` is pi."""
+        """Compute `references` under lights and an observer of any kind; the scale of `folding` is pi."""
         xyz = np.empty((len(self.wi), 3 * len(folding.lights)))
         for start in range(0, len(xyz), surface.points_at_once):
             rows = slice(start, start + surface.points_at_once)
@@ -102,11 +102,11 @@ class SphereProtocol:
         return _by_light(xyz)
 
     def fast_xyz(self, fast: Fast, folding: Folding) -> Float[np.ndarray, "M N 3"]:
-        """`samples` under lights and an observer of any kind; the scale of `folding` is pi."""
+        """Compute `samples` under lights and an observer of any kind; the scale of `folding` is pi."""
         return _by_light(fast.shaded_xyz(self.points, folding))
 
     def compare(self, reference_xyz: Float[np.ndarray, "N 3"], sample_xyz: Float[np.ndarray, "N 3"]) -> FitError:
-        """Statistics of ΔE94 over the samples."""
+        """Compute statistics of ΔE94 over the samples."""
         difference = self.differences(reference_xyz, sample_xyz)
         p95, p99 = np.percentile(difference, [95, 99])
         mean, most = float(difference.mean()), float(difference.max())
@@ -121,9 +121,9 @@ class SphereProtocol:
         lights: Sequence[str],
         highlights: Sequence[float | None] = (),
     ) -> FitError:
-        """Statistics under each of M lights, and the worst of them by its 99th percentile as the figures of all.
+        """Compute statistics under each of M lights; the overall figures are those of the worst 99th percentile.
 
-        `highlights`: p99 of the highlight's own pixels under each light, where the surface has one.
+        `highlights`: p99 of the highlight's own pixels under each light, if the surface has one.
         """
         by_light = [
             self.under(light).compare(reference, sample)
@@ -139,19 +139,19 @@ class SphereProtocol:
     def differences(
         self, reference_xyz: Float[np.ndarray, "N 3"], sample_xyz: Float[np.ndarray, "N 3"]
     ) -> Float[np.ndarray, " N"]:
-        """ΔE94 of every sample."""
+        """Compute ΔE94 of every sample."""
         white = self.weights(WORKING_WAVELENGTHS_NM).sum(axis=0)
         return delta_e_xyz(reference_xyz, sample_xyz, white)
 
 
 def _placed(w: Float[np.ndarray, "3"]) -> str:
-    """Put a direction in a surface's frame into words."""
+    """Describe a direction in a surface's frame."""
     polar, azimuth = np.degrees(angles(w))
     return f"{polar:.1f}° from the normal, azimuth {azimuth:.1f}°"
 
 
 def _by_light(xyz: Float[np.ndarray, "N M3"]) -> Float[np.ndarray, "M N 3"]:
-    """Columns of three a light, as one picture a light."""
+    """Split columns, three per light, into one picture per light."""
     return np.ascontiguousarray(xyz.reshape(len(xyz), -1, 3).transpose(1, 0, 2))
 
 
@@ -174,8 +174,7 @@ def sphere_protocol(
     lights_deg: tuple[float, ...] = LIGHT_ANGLES_DEG,
     light: str = "D65",
 ) -> SphereProtocol:
-    """Return the protocol's samples; for isotropic materials only the upper half, of which the lower is a mirror
-    image."""
+    """Return the protocol's samples; for isotropic materials only the upper half, which the lower one mirrors."""
     centres = (np.arange(pixels) + 0.5) / pixels * 2.0 - 1.0
     x, y = np.meshgrid(centres, centres[centres > 0] if isotropic else centres)
     seen = x * x + y * y < 1.0
@@ -195,7 +194,7 @@ def sphere_protocol(
 
 
 def measured(fast: Form, surface: Surface, pixels: int = 128) -> Form:
-    """Return a fast form with its error against the surface that it stands for, under all of `LIGHTS`."""
+    """Return a fast form with its error against the original, under all of `LIGHTS`."""
     sphere = sphere_protocol(pixels, surface.isotropic)
     error = sphere.compare_lights(sphere.references(surface, LIGHTS), sphere.samples(fast, LIGHTS), LIGHTS)
     return replace(fast, error=error)  # pyright: ignore[reportArgumentType]

@@ -1,7 +1,7 @@
-"""Directions drawn as a surface scatters light, for any surface there is: from a table made of the surface itself.
+"""Importance sampling of directions for any surface, from a table made of the surface itself.
 
-No model brings a way of its own to draw directions: whatever the table holds, its density is known exactly, and a mean
-weighted by it is right. A table that fits its surface badly costs noise, nothing else.
+No model needs a sampling method of its own: the density of the table is known exactly, so that a weighted mean is
+unbiased. A table that fits its surface badly only costs noise.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ _NEAR = 0.25
 
 
 class DirectionSampler:
-    """Draws directions to the light, for directions to the viewer, about as often as f_r cos(theta_i) is large.
+    """Sampler of directions to the light, for directions to the viewer, roughly in proportion to f_r cos(theta_i).
 
-    The density is a mixture of a cosine lobe, with the share that f_r has of an even diffuse part, and of half vectors
-    h in cells of constant density p(h), tabulated by the viewer's polar angle (and azimuth, where the surface is
-    anisotropic). In directions to the light that is p(h) / (4 h.wo) (Walter et al. 2007, eq. 14). f_r counts by Y
-    under a light of equal energy.
+    The density is a mixture of a cosine lobe, weighted by the diffuse share of f_r, and of half vectors h in cells of
+    constant density p(h), tabulated by the viewer's polar angle (and azimuth, if the surface is anisotropic). For
+    directions to the light the latter is p(h) / (4 h.wo) (Walter et al. 2007, eq. 14). f_r is weighted by Y under a
+    light of equal energy.
 
     Parameters
     ----------
-    surface : any. Where it varies over a texture, its mean is tabulated.
+    surface : any. If it varies over a texture, its mean is tabulated.
     """
 
     def __init__(self, surface: Surface) -> None:
@@ -105,7 +105,7 @@ class DirectionSampler:
 
     @property
     def even(self) -> bool:
-        """True if the surface has no highlight, seen from anywhere: light that is drawn as it shines finds it all."""
+        """True if the surface has no highlight from any direction, so that sampling the light alone suffices."""
         return bool((self._highest <= _EVEN).all())
 
     def _node_direction(self, node: int) -> Float[np.ndarray, "3"]:
@@ -114,7 +114,7 @@ class DirectionSampler:
         return np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
 
     def _nodes(self, wo: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, " n"]:
-        """Return the nearest of the directions to the viewer that there are tables for."""
+        """Return the nearest tabulated directions to the viewer."""
         theta = np.arctan2(np.hypot(wo[:, 0], wo[:, 1]), wo[:, 2])
         polar = np.clip((theta * (self._polar / (0.5 * np.pi))).astype(np.int64), 0, self._polar - 1)
         if self._isotropic:
@@ -123,8 +123,9 @@ class DirectionSampler:
         return polar * self._round + np.round(step).astype(np.int64) % self._round
 
     def drawn(self, wo: Float[np.ndarray, "n 3"], uniform: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 3"]:
-        """Return a direction to the light for each direction to the viewer and pair of numbers in [0, 1), both in the
-        surface's frame; on or below the horizon some of them, which are to count as nothing.
+        """Draw a direction to the light for each direction to the viewer and pair of numbers in [0, 1).
+
+        Both are in the surface's frame. Some results are on or below the horizon; they must count as 0.
         """
         node = self._nodes(wo)
         share = self._cosine_share[node]
@@ -153,7 +154,7 @@ class DirectionSampler:
         return _half_vector(v, (sector + across) * (2.0 * np.pi / self._sectors))
 
     def density(self, wo: Float[np.ndarray, "n 3"], wi: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-        """1/sr with which `drawn` gives these directions, above the horizon."""
+        """Compute the density, 1/sr, of directions from `drawn`, above the horizon."""
         node = self._nodes(wo)
         share = self._cosine_share[node]
         out = share * np.maximum(wi[:, 2], 0.0) / np.pi
@@ -179,7 +180,7 @@ class DirectionSampler:
 
 
 def _ring_edges() -> Float[np.ndarray, " R"]:
-    """theta_h at the edges of rings, radians, from 0 to a right angle."""
+    """Compute theta_h at the edges of rings, radians, from 0 to a right angle."""
     edges = [0.0, _FIRST_EDGE]
     while edges[-1] * (_GROWTH - 1.0) < _WIDEST:
         edges.append(edges[-1] * _GROWTH)
@@ -194,7 +195,7 @@ def _half_vector(v: Float[np.ndarray, " n"], phi: Float[np.ndarray, " n"]) -> Fl
 
 
 def _turned(h: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-    """Half vectors about the normal, from a viewer at azimuth 0 to one at that of `wo`."""
+    """Rotate half vectors about the normal, from a viewer at azimuth 0 to one at that of `wo`."""
     across = np.hypot(wo[:, 0], wo[:, 1])
     upright = across == 0.0
     safe = np.where(upright, 1.0, across)
@@ -203,19 +204,19 @@ def _turned(h: Float[np.ndarray, "n 3"], wo: Float[np.ndarray, "n 3"]) -> Float[
 
 
 def _spread(cells: Float[np.ndarray, "R S"]) -> Float[np.ndarray, "R S"]:
-    """Return each cell at least `_NEAR` of the brightest beside it."""
+    """Raise each cell to at least `_NEAR` of the brightest beside it."""
     padded = np.pad(cells, ((1, 1), (0, 0)), mode="edge")
     beside = np.max([padded[:-2], padded[2:], np.roll(cells, 1, axis=1), np.roll(cells, -1, axis=1)], axis=0)
     return np.maximum(cells, _NEAR * beside)
 
 
 def _dot(a: Float[np.ndarray, "n 3"], b: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, " n"]:
-    """Scalar products, column by column: sums along rows of three take several times as long."""
+    """Compute scalar products column by column, several times faster than sums along rows of three."""
     return a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2]
 
 
 class _Cells:
-    """Rows of cells, `up_to` (m, k) the sums of their shares up to each cell's end; one may end a hair off 1."""
+    """Rows of cells; `up_to` (m, k) is the cumulative sum of shares at each cell's end, up to 1 but for rounding."""
 
     def __init__(self, up_to: Float[np.ndarray, "m k"]) -> None:
         self.count = up_to.shape[1]
@@ -227,8 +228,9 @@ class _Cells:
     def found(
         self, row: Int[np.ndarray, " n"], uniform: Float[np.ndarray, " n"]
     ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        """Return the cell of a row in which each number in [0, 1) falls, and how far into the cell it falls; numbers
-        are scaled to where the row ends.
+        """Find the cell of a row in which each number in [0, 1) falls, and the position within the cell.
+
+        Numbers are scaled to the row's end.
         """
         sought = uniform * self._last[row]
         first = row * self.count

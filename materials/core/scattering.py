@@ -1,4 +1,4 @@
-"""A surface in two: what it scatters so evenly that light alone says where to look, and what has highlights."""
+"""Division of a surface into an even part, for which sampling the light suffices, and a glossy part."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from .surface import SumOfTerms, Surface
 
 
 class Scattering:
-    """A surface and its lobes as sums over drawn directions take them; tables of directions are made when asked for.
+    """A surface and its parts as used in sums over sampled directions; sampling tables are made on request.
 
     Parameters
     ----------
-    surface : any. One that varies over a texture, or sends out light at other wavelengths, is not taken apart.
+    surface : any. One that varies over a texture, or is fluorescent, is not divided.
 
     Attributes
     ----------
-    even, glossy : `Surface`s whose sum is `surface`; None where there is no such part.
+    even, glossy : `Surface`s whose sum is `surface`; None if there is no such part.
     """
 
     def __init__(self, surface: Surface) -> None:
@@ -41,20 +41,21 @@ class Scattering:
 
     @cached_property
     def sampler(self) -> DirectionSampler:
-        """Sampler of all that the surface scatters."""
+        """Sampler of the whole surface."""
         return _sampler(self.surface)
 
     @cached_property
     def glossy_sampler(self) -> DirectionSampler:
-        """Sampler of `glossy`, where that is not None."""
+        """Sampler of `glossy`, which must not be None."""
         if self.glossy is None:
             raise ValueError("a surface without highlights")
         return self._glossy or _sampler(self.glossy)
 
 
 def sampling_key(surface: Surface) -> tuple[Hashable, ...] | None:
-    """Equal for surfaces whose terms are drawn alike: several terms as their spectra weigh them, one alone as it is,
-    whatever its colour. None where the surface is not known as terms.
+    """Return a key that is equal for surfaces sampled alike; None if the surface is not known as terms.
+
+    Several terms are sampled in proportion to their spectra, a single one whatever its colour.
     """
     terms = surface.sum_of_terms
     if terms is None:
@@ -65,7 +66,7 @@ def sampling_key(surface: Surface) -> tuple[Hashable, ...] | None:
 
 
 def _sampler(surface: Surface) -> DirectionSampler:
-    """Return the sampler of a surface, made once for all that are drawn alike and are asked for one after another."""
+    """Return the sampler of a surface, cached for consecutive surfaces that are sampled alike."""
     key, terms = sampling_key(surface), surface.sum_of_terms
     if key is None or terms is None:
         return DirectionSampler(surface)
@@ -84,7 +85,7 @@ def _kept_sampler(lobe: _Lobe) -> DirectionSampler:
 
 
 class _Grey(Surface):
-    """One term by itself, alike at every wavelength, so that equal terms are tabulated to the last bit alike."""
+    """A single term with a constant spectrum, so that equal terms have bit-equal tables."""
 
     def __init__(self, surface: Surface, terms: SumOfTerms) -> None:
         self.wavelengths_nm, self.isotropic, self._terms = surface.wavelengths_nm, surface.isotropic, terms.terms
@@ -94,13 +95,13 @@ class _Grey(Surface):
         return np.repeat(eval_lit(self._terms, 1, points.wi, points.wo), len(self.wavelengths_nm), axis=1)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Return the term, as each of XYZ."""
+        """Return the term as each of X, Y and Z."""
         return np.repeat(eval_lit(self._terms, 1, points.wi, points.wo), 3 * len(folding.lights), axis=1)
 
 
 @dataclass(frozen=True, eq=False)
 class _Sum(Surface):
-    """Several surfaces at once."""
+    """Sum of several surfaces."""
 
     lobes: Sequence[Surface]
 
@@ -116,7 +117,7 @@ class _Sum(Surface):
 
     @property
     def sum_of_terms(self) -> SumOfTerms | None:
-        """Terms of all, where all have some."""
+        """Terms of all summands, if all have some."""
         each = [lobe.sum_of_terms for lobe in self.lobes]
         if any(terms is None for terms in each):
             return None
@@ -132,7 +133,7 @@ class _Sum(Surface):
         return np.sum([lobe.at(points) for lobe in self.lobes], axis=0)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Return the sum, each folded for itself."""
+        """Return the sum, each summand folded separately."""
         return np.sum([lobe.xyz(points, folding) for lobe in self.lobes], axis=0)
 
 

@@ -1,7 +1,7 @@
-"""Spherical Gaussians, and what can be said of them in closed form.
+"""Spherical Gaussians and their closed forms.
 
-Everything is written with the squared distance of two unit vectors in place of 1 - cosine, and with exp(-x) in place of
-sinh(x): no sharpness overflows, and none loses its digits (lambda from 1e-6 to 1e8 in the tests).
+Formulas use the squared distance of two unit vectors in place of 1 - cosine, and exp(-x) in place of sinh(x): no
+sharpness overflows, and none loses digits (lambda from 1e-6 to 1e8 in the tests).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Gaussians:
     """Lobes G(v; p, lambda, mu) = mu exp(lambda (v . p - 1)) (Wang et al. 2009, eq. 2), any number of them at once.
 
     axis (..., 3) : p, unit. sharpness (...) : lambda >= 0; 0 is a constant. amplitude (...) : mu. Their shapes
-    broadcast. A mixture (eq. 6) is an array of lobes over whose last axis one sums.
+    broadcast. A mixture (eq. 6) is an array of lobes, summed over its last axis.
     """
 
     axis: Vectors
@@ -34,20 +34,20 @@ class Gaussians:
     amplitude: Scalars
 
     def value(self, directions: Vectors) -> Scalars:
-        """G in unit directions (..., 3), eq. 2."""
+        """Evaluate G in unit directions (..., 3), eq. 2."""
         apart = np.sum((directions - self.axis) ** 2, axis=-1)
         return np.asarray(self.amplitude * np.exp(-0.5 * self.sharpness * apart))
 
     @property
     def integral(self) -> Scalars:
-        """Over the sphere: 2 pi mu (1 - exp(-2 lambda)) / lambda, and 4 pi mu where lambda is 0."""
+        """Integral over the sphere: 2 pi mu (1 - exp(-2 lambda)) / lambda, and 4 pi mu for lambda = 0."""
         return np.asarray(self.amplitude * sphere_integral(self.sharpness))
 
     def product(self, other: Gaussians) -> Gaussians:
-        """G1 G2 in each direction, one Gaussian again (eq. 5, derived in eqs. 44 and 45).
+        """Multiply G1 G2 in each direction, again a Gaussian (eq. 5, derived in eqs. 44 and 45).
 
-        With d = |lambda1 p1 + lambda2 p2| the printed exponent d - lambda1 - lambda2 is written as
-        -lambda1 lambda2 |p1 - p2|^2 / (d + lambda1 + lambda2): the same, without the cancellation.
+        With d = |lambda1 p1 + lambda2 p2| the printed exponent d - lambda1 - lambda2 is written as -lambda1 lambda2 |p1
+        - p2|^2 / (d + lambda1 + lambda2): the same, without the cancellation.
         """
         first, second = np.asarray(self.sharpness)[..., None], np.asarray(other.sharpness)[..., None]
         summed = first * self.axis + second * other.axis
@@ -61,12 +61,11 @@ class Gaussians:
         return Gaussians(axis, sharpness, np.asarray(self.amplitude * other.amplitude * np.exp(-exponent)))
 
     def inner(self, other: Gaussians) -> Scalars:
-        """Return the integral of G1 G2 over the sphere (eq. 4, whose sinh overflows from lambda1 + lambda2 = 710
-        on)."""
+        """Integrate G1 G2 over the sphere (eq. 4, whose sinh overflows from lambda1 + lambda2 = 710 on)."""
         return self.product(other).integral
 
     def over_hemisphere(self, normal: Vectors) -> Scalars:
-        """Return the integral over the directions with v . normal > 0, exact."""
+        """Integrate over the directions with v . normal > 0, exactly."""
         elevation = np.arctan2(
             np.sum(self.axis * normal, axis=-1), np.linalg.norm(np.cross(self.axis, normal), axis=-1)
         )
@@ -74,34 +73,34 @@ class Gaussians:
 
 
 def sphere_integral(sharpness: Scalars) -> Scalars:
-    """Return the integral of exp(lambda (v . p - 1)) over the sphere, sr; 4 pi at lambda = 0."""
+    """Integrate exp(lambda (v . p - 1)) over the sphere, sr; 4 pi at lambda = 0."""
     sharpness = np.asarray(sharpness, dtype=np.float64)
     safe = np.maximum(sharpness, 1e-300)
     return np.where(sharpness > 1e-300, -2.0 * np.pi * np.expm1(-2.0 * safe) / safe, 4.0 * np.pi)
 
 
 def area(sharpness: Scalars, epsilon: float = EPSILON) -> Scalars:
-    """f_a, sr: where a Gaussian is above `epsilon` of its top (eq. 3), at most the sphere.
+    """Compute f_a, sr: the area in which a Gaussian exceeds `epsilon` of its peak (eq. 3), at most the sphere.
 
     The printed form holds for lambda > -ln(epsilon) / 2, where the support does not yet cover the sphere; the paper
-    asks for twice that, so that it lies within a hemisphere.
+    requires twice that, so that it is within a hemisphere.
     """
     with np.errstate(divide="ignore"):
         return np.asarray(np.minimum(-2.0 * np.pi * np.log(epsilon) / sharpness, 4.0 * np.pi))
 
 
 def sharpness_of_area(area_sr: Scalars, epsilon: float = EPSILON) -> Scalars:
-    """Return the inverse of `area`, for an area below 4 pi."""
+    """Invert `area`, for an area below 4 pi."""
     return np.asarray(-2.0 * np.pi * np.log(epsilon) / area_sr)
 
 
 def share_in_hemisphere(theta_d: Float[np.ndarray, "..."], sharpness: Float[np.ndarray, "..."]) -> np.ndarray:
-    """Return the share of a Gaussian's integral over the sphere that lies inside, exact to 1e-12.
+    """Compute the fraction of a Gaussian's integral over the sphere within a hemisphere, exact to 1e-12.
 
-    theta_d : of the lobe's axis above the edge, rad, from -pi/2 to pi/2. sharpness : lambda >= 0.
-    Turning the edge by d theta_d sweeps, at psi along it, cos(psi) d theta_d, so that with the modified Bessel function
-    I_1 d/d theta_d of the integral is 2 pi I_1(lambda cos theta_d) exp(-lambda): smooth, and one short quadrature from
-    the half at theta_d = 0 gives any of them. `lighting.visibility.free_share` has a quick form.
+    theta_d : of the lobe's axis above the edge, rad, from -pi/2 to pi/2. sharpness : lambda >= 0. Rotating the edge by
+    d theta_d sweeps, at psi along it, cos(psi) d theta_d, so that with the modified Bessel function I_1 d/d theta_d of
+    the integral is 2 pi I_1(lambda cos theta_d) exp(-lambda): smooth, and one short quadrature from the half at theta_d
+    = 0 suffices for any of them. `lighting.visibility.free_share` is a fast approximation.
     """
     from scipy.special import ive
 

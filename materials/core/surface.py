@@ -1,4 +1,4 @@
-"""The interface of everything that light falls on: originals, and the fast forms that stand for them."""
+"""Interface of all surfaces: originals, and the fast forms that approximate them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Directed = Callable[[np.ndarray, np.ndarray], np.ndarray]
 class SumOfTerms:
     """A BRDF as R functions of direction, `terms(wi, wo)` (N,R) above the horizon, times R spectra (R,L).
 
-    key : equal for equal functions, of whichever surface: sums of them over light are the same.
+    key : equal for equal functions of any surfaces, whose sums over light are equal too.
     """
 
     terms: Directed
@@ -31,12 +31,12 @@ class SumOfTerms:
     key: tuple[Hashable, ...]
 
     def __call__(self, weights: Float[np.ndarray, "L C"]) -> Directed:
-        """Fold the spectra: what gives the BRDF `@ weights`, (N,C)."""
+        """Fold the spectra: return the function that evaluates the BRDF `@ weights`, (N,C)."""
         return partial(_times, self.terms, self.spectra @ weights)
 
 
 def constant_term(spectrum: Float[np.ndarray, " L"]) -> SumOfTerms:
-    """Terms of a surface that scatters alike in all directions."""
+    """Make the term of an ideally diffuse surface."""
     return SumOfTerms(_one, spectrum[None], ("constant",))
 
 
@@ -54,10 +54,10 @@ class Surface(abc.ABC):
     Attributes
     ----------
     wavelengths_nm : (L,) ascending.
-    isotropic : True where turning both directions about the normal changes nothing.
-    bispectral : what also leaves at other wavelengths than it came in (`fluorescent`); None where nothing does.
-    uses_uv : whether it has to know where on its texture a point is.
-    points_at_once : as many as it is best asked for in one call, of points of which nothing large is held.
+    isotropic : True if rotating both directions about the normal changes nothing.
+    bispectral : fluorescence, light that leaves at other wavelengths than it came in (`fluorescent`); None without any.
+    uses_uv : True if it needs the texture coordinates of points.
+    points_at_once : preferred number of points per call, if the caller stores nothing large per point.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -67,16 +67,17 @@ class Surface(abc.ABC):
     points_at_once: ClassVar[int] = 8192
 
     def own_form(self, budget: float = 0.5) -> Surface | None:
-        """Return the fast form (`fast.Fast`) that this surface knows itself; None where one has to be fitted.
+        """Return the fast form (`fast.Fast`) that this surface derives itself; None if one has to be fitted.
 
-        budget : ΔE94 that the 99th percentile should not exceed, for those that are not exact.
+        budget : ΔE94 that the 99th percentile should not exceed, for forms that are not exact.
         """
         return None
 
     @property
     def measured_to(self) -> tuple[float, float] | None:
-        """Degrees from the normal beyond which views, and beyond which light, were not measured and are held; 90 where
-        all are. None where a rule or a formula says all, or nobody says.
+        """Polar angles, degrees, of the outermost measured views and lights, beyond which values are clamped.
+
+        90 if all angles were measured. None if the surface is defined by a formula, or if the angles are unknown.
         """
         return None
 
@@ -86,30 +87,32 @@ class Surface(abc.ABC):
         return None
 
     def average(self) -> Surface:
-        """Average the surface into one that is alike everywhere, as it is seen from afar."""
+        """Average the surface over its texture into a uniform one, as seen from afar."""
         return self
 
     def from_afar(self) -> Surface:
-        """`average`, also of forms that have none of their own kind."""
+        """Return `average`, also for forms without one of their own kind."""
         return self.average()
 
     @property
     def sum_of_terms(self) -> SumOfTerms | None:
-        """The surface as terms that others may have too; None where it is not known as such."""
+        """The surface as terms that others may share; None if it is not known as such."""
         return None
 
     @abc.abstractmethod
     def at(self, points: Points) -> Float[np.ndarray, "N L"]:
-        """f_r in 1/sr at each point, without the cosine; zero where either direction is on or below the horizon."""
+        """Evaluate f_r in 1/sr at each point, without the cosine; zero if a direction is on or below the horizon."""
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Return all that leaves in colour, at every wavelength, under each of M lights; 1/sr, without the cosine."""
+        """Compute reflected and emitted colour, over all wavelengths, under each of M lights; 1/sr, without the
+        cosine.
+        """
         return self.at(points) @ folding.weights(self.wavelengths_nm)
 
 
 class Cutout(abc.ABC):
-    """Opacity mask of a surface: what is there is seen, casts shadows and stops rays, a hole does none of these."""
+    """Opacity mask of a surface: opaque parts are visible, cast shadows and stop rays, holes do none of these."""
 
     @abc.abstractmethod
     def holes(self, uv: Float[np.ndarray, "N 2"]) -> Bool[np.ndarray, " N"]:
-        """Return whether nothing is there, at texture coordinates of the mesh."""
+        """Return whether there is a hole at texture coordinates of the mesh."""

@@ -1,4 +1,4 @@
-"""Terms: what a surface is made of but its colour, and the one sum in which they meet it; their shaders."""
+"""Terms: the geometric factors of a surface, the one sum that combines them with colours, and their shaders."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from jaxtyping import Float, Int
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """R terms of entries of a palette, in M rows; sparse, so that any interpolation between texels is the same thing.
+    """R terms of entries of a palette, in M rows; sparse, which covers any interpolation between texels.
 
     Parameters
     ----------
-    value : (M,R) f_r cos(theta_i) of each term without its spectrum, times the light that arrives.
-    place : (M,) ascending numbers of the places (points, or pixels), once each, or several times where entries are
-        mixed; None is one row a place, in their order.
-    entry : (M,) which of the palette's entries; None is the first.
+    value : (M,R) f_r cos(theta_i) of each term without its spectrum, times the incident light.
+    place : (M,) ascending indices of the places (points, or pixels), once each, or several times if entries are mixed;
+        None is one row per place, in order.
+    entry : (M,) index of the palette's entry; None is the first.
     """
 
     value: Float[np.ndarray, "M R"]
@@ -33,7 +33,7 @@ class Terms:
         return sum(array.nbytes for array in (self.value, self.place, self.entry) if array is not None)
 
     def add_to(self, total: Float[np.ndarray, "N C"], colours: Float[np.ndarray, "P R C"]) -> None:
-        """Add, at each place, the sum over entries and terms of what their spectra are worth in C numbers."""
+        """Add at each place the sum over entries and terms times their colours, of C numbers each."""
         if self.entry is None:
             found = self.value @ colours[0]
         else:
@@ -47,13 +47,13 @@ class Terms:
             np.add.at(total, self.place, found)
 
     def summed(self, place_of: Int[np.ndarray, " N"]) -> Terms:
-        """Return the terms of points, summed up over those that belong to the same place (ascending) and entry."""
+        """Sum the terms of points over those of the same place (ascending) and entry."""
         place = place_of if self.place is None else place_of[self.place]
         return _summed(place, self.entry, self.value)
 
     @staticmethod
     def sum_of(several: Sequence[Terms]) -> Terms:
-        """Return the sum of terms that each have places of their own; at least one."""
+        """Concatenate terms that each have places of their own into one sum; at least one."""
         if len(several) == 1:
             return several[0]
         place = np.concatenate([one.place for one in several if one.place is not None])
@@ -63,7 +63,7 @@ class Terms:
 
 
 def _summed(place: np.ndarray, entry: np.ndarray | None, value: np.ndarray) -> Terms:
-    """Rows of the same place and entry as one, in the order of places."""
+    """Merge rows of the same place and entry, in the order of places."""
     if entry is not None or np.any(np.diff(place) < 0):
         order = np.argsort(place, kind="stable") if entry is None else np.lexsort((entry, place))
         place, value, entry = place[order], value[order], None if entry is None else entry[order]
@@ -77,12 +77,12 @@ def _summed(place: np.ndarray, entry: np.ndarray | None, value: np.ndarray) -> T
 
 @dataclass(frozen=True, eq=False)
 class TermShader:
-    """The terms of a summand on the GPU.
+    """Terms of a summand on the GPU.
 
-    file : GLSL that defines, as `docs/adding_a_surface.md` says, `Here`, `here_at`, `entry` and `term`.
-    sizes : what is written into it as `#define`s; with each combination of them a program is compiled once.
+    file : GLSL that defines `Here`, `here_at`, `entry` and `term`, as described in `docs/adding_a_surface.md`.
+    sizes : inserted as `#define`s; each combination of them is compiled to a program once.
     textures : (h, w, 4) float32 or float16 arrays by the names of their samplers; uniforms : numbers by name.
-    steps : rounds of loops for a sample, at most: a driver may end a shader after some 65,000 without a word.
+    steps : maximum loop rounds per sample: a driver may end a shader after some 65,000 without a message.
     """
 
     file: Path

@@ -1,8 +1,8 @@
 """CP-factored BRDFs: sums of products of one-dimensional functions of the angles and of the wavelength.
 
-A material is a sum of packs, each in the frame that suits it (Schwenk 2010, equations 5 and 8, with two frames in
-place of one). What a pack tabulates: frame "io" holds f_r cos(theta_i); frame "hd" holds f_r, and the cosine is
-applied when shading. Both shade to f_r cos(theta_i), in 1/sr.
+A material is a sum of packs, each in the frame that suits it (Schwenk 2010, equations 5 and 8, with two frames in place
+of one). A pack tabulates f_r cos(theta_i) in frame "io" and f_r in frame "hd", where the cosine is applied when
+shading. Both shade to f_r cos(theta_i), in 1/sr.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ class FactorPack(Summand):
 
     Attributes
     ----------
-    frame : "io" or "hd"; says what is tabulated (see the module's text).
-    axes : three axes in the order of `AXIS_NAMES`, or four where the material is anisotropic.
-    factors : one (n, R) array an axis.
+    frame : "io" or "hd"; determines what is tabulated (see the module's text).
+    axes : three axes in the order of `AXIS_NAMES`, or four if the material is anisotropic.
+    factors : one (n, R) array per axis.
     palette : one entry of R spectra.
-    precision : "half" where 16 bits hold every factor exactly, as `half_precision.rounded_to_half` leaves them, else
+    precision : "half" if 16 bits represent every factor exactly, as after `half_precision.rounded_to_half`, else
         "single".
 
-    Between nodes factors are interpolated linearly, past the ends they are constant.
+    Factors are interpolated linearly between nodes and clamped beyond the ends.
     """
 
     frame: Frame
@@ -102,7 +102,7 @@ class FactorPack(Summand):
         return replace(self, palette=replace(self.palette, values=spectra[None]))
 
     def terms(self, points: Points) -> Terms:
-        """Implement `Summand.terms`; each factor is its mean over what points span (`pyramids`)."""
+        """Implement `Summand.terms`; each factor is averaged over the points' spans (`pyramids`)."""
         at = points.angles(self.frame, self.anisotropic)
         if points.spans is None:
             return Terms(self.values_at(at))
@@ -114,7 +114,7 @@ class FactorPack(Summand):
         return self.values_at(frame_angles(self.frame, wi, wo, self.anisotropic))
 
     def values_at(self, at: FrameAngles, dtype: type = np.float64) -> Float[np.ndarray, "... R"]:
-        """`values` of angles that are already worked out, in float64 or (faster) float32."""
+        """Compute `values` from known angles, in float64 or (faster) float32."""
         if at.frame != self.frame or any(axis.name not in at.angles for axis in self.axes):
             raise InputError("angles of another frame", field="at", found=at.frame, expected=self.frame)
         values = [np.ascontiguousarray(factor, dtype=dtype) for factor in self.factors]
@@ -135,7 +135,7 @@ class FactorPack(Summand):
         return out.reshape(*at.batch, self.rank)
 
     def shade(self, wi: Direction, wo: Direction) -> Float[np.ndarray, "... J"]:
-        """f_r cos(theta_i) as coefficients in the palette's basis, 1/sr."""
+        """Evaluate f_r cos(theta_i) as coefficients in the palette's basis, 1/sr."""
         return self.values(wi, wo) @ self.palette.values[0]
 
     def shader(self, filtered: bool = False) -> TermShader:
@@ -144,7 +144,7 @@ class FactorPack(Summand):
 
     @property
     def key(self) -> tuple:
-        """Frame, axes, and which arrays of factors."""
+        """Frame, axes, and identity of the factors."""
         return self.frame, self.axes, tuple(id(factor) for factor in self.factors)
 
     @property
@@ -158,7 +158,7 @@ class FactorPack(Summand):
         return " x ".join(f"{axis.name} {axis.size}" for axis in self.axes)
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores; factors of half precision as float16."""
+        """Return the stored fields; factors of half precision as float16."""
         half = self.precision == "half"
         axes = {
             axis.name: {
@@ -192,9 +192,9 @@ class FactorPack(Summand):
 
 @dataclass(frozen=True, eq=False)
 class FactoredBrdf(Brdf, Fast):
-    """The sum of packs as a BRDF, at the wavelengths of their common basis: the fast form of uniform materials.
+    """Sum of packs as a BRDF, at the wavelengths of their common basis: the fast form of uniform materials.
 
-    slices : its environment form, where it is known; without it that of the packs is worked out when asked for.
+    slices : its environment form, if known; else that of the packs is computed on request.
     """
 
     NAME: ClassVar[str] = "packs"
@@ -216,11 +216,11 @@ class FactoredBrdf(Brdf, Fast):
 
     @property
     def isotropic(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """True if no pack turns with the azimuth."""
+        """True if no pack depends on the azimuth."""
         return not any(pack.anisotropic for pack in self.packs)
 
     def eval(self, wi: Direction, wo: Direction) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr; what the factors reconstruct, negative values included."""
+        """Evaluate f_r in 1/sr as the factors reconstruct it, negative values included."""
         wi, wo = np.broadcast_arrays(np.asarray(wi, dtype=float), np.asarray(wo, dtype=float))
         found = Fast.at(self, Points(wi.reshape(-1, 3), wo.reshape(-1, 3)))
         return found.reshape(*wi.shape[:-1], -1)
@@ -230,7 +230,7 @@ class FactoredBrdf(Brdf, Fast):
         return replace(self, packs=tuple(pack.in_basis(basis) for pack in self.packs), _whole=self._whole or self)
 
     def environment_form(self) -> ViewSlices:
-        """Implement `Fast.environment_form`; of the packs' sum, worked out when first asked for."""
+        """Implement `Fast.environment_form`; that of the packs' sum is computed on first use."""
         return self._slices
 
     @property
@@ -255,17 +255,16 @@ class FactoredBrdf(Brdf, Fast):
         return ViewSlices(*mixtures(terms, 1, self.isotropic), pack.palette).in_single_precision()
 
     def with_slices_of(self, original: Surface, budget: float) -> FactoredBrdf:
-        """Return the same with the environment form of what it stands for, and that form's error
-        (`slices.fit.fewest_slices`).
+        """Attach the environment form of the original, with its error (`slices.fit.fewest_slices`).
 
-        What fluoresces has no samples that stand for it: there the form is that of the packs.
+        A fluorescent original has no suitable samples: there the form is that of the packs.
         """
         if original.bispectral is None:
             return replace(self, slices=fewest_slices(original, _SHARE * budget))
         return replace(self, slices=measured_form(self.environment_form(), original))
 
     def stored(self) -> dict[str, Any]:
-        """Return the packs by number, and the environment form where it is known."""
+        """Return the packs by number, and the environment form if it is known."""
         packs = {str(number): pack.stored() for number, pack in enumerate(self.packs)}
         return packs if self.slices is None else {**packs, _SLICES: self.slices.stored()}
 
@@ -279,9 +278,7 @@ class FactoredBrdf(Brdf, Fast):
 def matt_brdf(
     values: Float[np.ndarray, " R"], palette: Palette, precision: Literal["single", "half"] = "single"
 ) -> FactoredBrdf:
-    """Return a surface that looks alike from everywhere: term r is `values[r]` in every direction, times spectrum r,
-    1/sr.
-    """
+    """Make an ideally diffuse surface: term r is `values[r]` in every direction, times spectrum r, 1/sr."""
     ends = {"theta_h": np.pi / 2, "theta_d": np.pi / 2, "phi_d": np.pi}
     axes = tuple(Axis(name, 2, end) for name, end in ends.items())
     factors = (np.tile(values, (2, 1)), *(np.ones((2, len(values))) for _ in axes[1:]))
@@ -291,16 +288,16 @@ def matt_brdf(
 def factor_shader(
     frame: Frame, axes: tuple[Axis, ...], factors: tuple[Float[np.ndarray, "_ R"], ...], half: bool, filtered: bool
 ) -> TermShader:
-    """Factors laid out for the GPU, if `filtered` their means over wider and wider samples too.
+    """Lay factors out for the GPU; if `filtered`, with their means over wider and wider samples.
 
-    The texture `factors` has a row for every four terms, axes side by side, and within an axis its levels; float16
-    where the pack is in half precision, which holds its factors exactly. Uniforms: 1 / maximum, size - 1, first column
+    The texture `factors` has a row for every four terms, axes side by side, and within an axis its levels; float16 if
+    the pack is in half precision, which represents its factors exactly. Uniforms: 1 / maximum, size - 1, first column
     and kind of each axis; of filtered factors also first column, size - 1 and 1 / spacing of each level of each axis,
     padded to `MOST_LEVELS`, and the number of each axis' last.
 
     Raises
     ------
-    InputError : a pack that calls itself half precision holds what 16 bits do not.
+    InputError : a pack of half precision whose factors 16 bits do not represent.
     """
     rank = factors[0].shape[1]
     rows = -(-rank // 4)
@@ -330,7 +327,7 @@ def factor_shader(
 
 
 def halved(values: np.ndarray) -> np.ndarray:
-    """Factors as float16; raises `InputError` where 16 bits do not hold them exactly."""
+    """Convert factors to float16; raises `InputError` if that is not exact."""
     with np.errstate(over="ignore"):
         small = values.astype(np.float16)
     if not np.array_equal(small, values):

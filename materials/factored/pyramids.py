@@ -1,17 +1,17 @@
-"""Mip-mapped factors: each one averaged along its own axis, level by level, and looked up between two levels.
+"""Mip-mapped factors: each averaged along its own axis, level by level, and interpolated between two levels.
 
-A sample that stands for a piece of surface sees a mean over directions. A sum of products has no mean that is cheap:
-here it is the sum of products of each factor's own mean, an approximation that is exact where one factor alone changes.
-It is best on what bends both ways. On a rod a sample spans a line of directions, not a disc, and a highlight far
-narrower than that line comes out too dark.
+A sample that covers a piece of surface needs a mean over directions. A sum of products has no cheap mean: here it is
+approximated by the sum of products of each factor's own mean, which is exact if only one factor varies. The
+approximation is best on surfaces curved both ways. On a rod a sample spans a line of directions, not a disc, and a
+highlight far narrower than that line comes out too dark.
 
-Level k averages over the angle that 2^k nodes span about each node, in the measure that a surface spreads its
-directions in. The theta of a direction is its distance from a pole, and what a sample covers is a disc about it, of the
-same solid angle as the square of that width: close to the pole most of the disc lies far from it, so that a mean
-along theta alone would make a highlight several times too bright. An azimuth is averaged evenly, around its period or
-folded at the mirror plane. A level keeps `NODES_A_WIDTH` nodes to each width that it averages over (the classic
-pyramid's one would blur twice as far again), and goes on beyond the end of an axis, where the last node holds, until
-its discs have left the axis behind. All levels take four to five times the room of the factors alone.
+Level k averages over the angle that 2^k nodes span about each node, in the measure of directions on a surface. The
+theta of a direction is its distance from a pole, and a sample covers a disc about it, of the same solid angle as the
+square of that width: close to the pole most of the disc is far from it, so that a mean along theta alone would make a
+highlight several times too bright. An azimuth is averaged evenly, around its period or folded at the mirror plane. A
+level keeps `NODES_A_WIDTH` nodes per averaging width (the classic pyramid's one would blur twice as far again), and
+continues beyond the end of an axis, where the last node is clamped, until its discs have left the axis. All levels take
+four to five times the memory of the factors alone.
 
 Twin of the levels in `factors.glsl`.
 """
@@ -44,12 +44,12 @@ _BLOCK = 4096
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """The levels of an axis.
+    """Mip levels of an axis.
 
     sizes : nodes of each level, the first at the axis' first. spacings : of its nodes, in those of the axis; the first
     level is the axis itself.
     starts : row of each level's first node in `weights`.
-    weights (sum of sizes, n) : the nodes of all levels from those of the axis.
+    weights (sum of sizes, n) : from the nodes of the axis to those of all levels.
     """
 
     sizes: tuple[int, ...]
@@ -60,7 +60,7 @@ class Levels:
 
 @lru_cache(maxsize=64)
 def axis_levels(axis: Axis) -> Levels:
-    """Return the levels of an axis, up to the one that averages over all directions: an axis may end before they do."""
+    """Compute the levels of an axis, up to the one that averages over all directions, which may exceed the axis."""
     steps, polar = axis.size - 1, axis.name.startswith("theta")
     # A disc of pi radians' radius, or a turn.
     all_of_it = np.pi * np.sqrt(np.pi) if polar else _turn(axis)
@@ -83,7 +83,7 @@ def axis_levels(axis: Axis) -> Levels:
 
 
 def pyramid(axes: Sequence[Axis], factors: Factors, half: bool) -> Factors:
-    """Return the nodes of all levels of every factor; rounded to 16 bits where those are in half precision."""
+    """Compute the nodes of all levels of every factor; rounded to 16 bits if factors are in half precision."""
     stacked = [axis_levels(axis).weights @ factor for axis, factor in zip(axes, factors, strict=True)]
     if half:
         stacked = [values.astype(np.float16).astype(np.float64) for values in stacked]
@@ -91,7 +91,7 @@ def pyramid(axes: Sequence[Axis], factors: Factors, half: bool) -> Factors:
 
 
 def width_of(axis: Axis, position: Float[np.ndarray, "*n"], nodes: float) -> Float[np.ndarray, "*n"]:
-    """Radians from half of `nodes` before a node position to as many after it; before 0 the axis runs on, mirrored."""
+    """Compute the radians from half of `nodes` before a node position to as many after it, mirrored below 0."""
     steps, half = axis.size - 1, 0.5 * nodes
     if axis.warp == "linear":
         return np.full_like(position, axis.maximum * nodes / steps)
@@ -100,9 +100,7 @@ def width_of(axis: Axis, position: Float[np.ndarray, "*n"], nodes: float) -> Flo
 
 
 def level_of(axis: Axis, position: Float[np.ndarray, " K"], width: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"]:
-    """Return the level, with its fraction, that averages over `width` radians about a node position; inverse of
-    `width_of`.
-    """
+    """Return the fractional level that averages over `width` radians about a node position; inverse of `width_of`."""
     steps = axis.size - 1
     if axis.warp == "linear":
         nodes = width * (steps / axis.maximum)
@@ -118,7 +116,7 @@ def level_of(axis: Axis, position: Float[np.ndarray, " K"], width: Float[np.ndar
 def filtered_values(
     axes: Sequence[Axis], factors: Factors, half: bool, at: FrameAngles, widths: Float[np.ndarray, "K axes"]
 ) -> Float[np.ndarray, "K R"]:
-    """Products of factors, each averaged over `widths` (radians, in the order of the axes), times the angles' scale."""
+    """Multiply factors, each averaged over `widths` (radians, in the order of the axes), and the angles' scale."""
     tables = pyramid(axes, factors, half)
     steps = [np.diff(table, axis=0, append=table[-1:]) for table in tables]
     out = np.empty((len(at.scale), factors[0].shape[1]))
@@ -159,7 +157,7 @@ def _look_up(
 
 
 def _position(axis: Axis, angle: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """`Axis.position`, which goes on beyond the last node."""
+    """Compute `Axis.position`, continued beyond the last node."""
     if axis.periodic:
         return axis.position(angle)
     u = angle / axis.maximum
@@ -171,7 +169,7 @@ def _turn(axis: Axis) -> float:
 
 
 def _last_position(axis: Axis, nodes: float) -> float:
-    """Find where the disc of a level no longer reaches back onto a polar axis, or the horizon."""
+    """Find where the disc of a level no longer overlaps a polar axis, or the horizon."""
     steps, reach = axis.size - 1, nodes / np.sqrt(np.pi)
     horizon = 0.5 * np.pi / axis.maximum
     if axis.warp == "linear":
@@ -187,7 +185,7 @@ def _angle(axis: Axis, position: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "
 def _polar_means(
     axis: Axis, centre: Float[np.ndarray, " m"], width: Float[np.ndarray, " m"]
 ) -> Float[np.ndarray, "m n"]:
-    """Weights of the nodes in the mean over spherical discs: circles about the pole, by how much of each is inside."""
+    """Compute weights of the nodes for means over spherical discs: circles about the pole, by the fraction inside."""
     steps = axis.size - 1
     edges = _angle(axis, np.arange(steps * _POINTS + 1) / _POINTS)
     # Beyond the axis' end, where the last node holds.
@@ -210,7 +208,7 @@ def _polar_means(
 def _azimuth_means(
     axis: Axis, centre: Float[np.ndarray, " m"], width: Float[np.ndarray, " m"]
 ) -> Float[np.ndarray, "m n"]:
-    """Weights of the nodes in even means over an azimuth."""
+    """Compute weights of the nodes for even means over an azimuth."""
     steps = axis.size - 1
     width = np.minimum(width, _turn(axis))
     most = int(np.ceil(np.max(width) / axis.maximum * steps)) * _POINTS

@@ -1,9 +1,9 @@
-"""One axis of a pack met with scattered samples: its factor as a linear least-squares problem.
+"""One axis of a pack fitted to scattered samples: its factor as a linear least-squares problem.
 
 With all other factors fixed, a sample touches the two nodes beside it, so that the normal equations are block
 tridiagonal (R x R blocks; cyclic on a periodic axis) and a banded Cholesky factorisation solves them. A proximal term
-pulls the factor towards what it is and lets it change little from node to node: the problem is positive definite, the
-objective never rises, and a node that no sample touches moves only as its neighbours do.
+pulls the factor towards its current value and penalises differences of the change between neighbouring nodes: the
+problem is positive definite, the objective never rises, and a node without samples moves only with its neighbours.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class AxisSamples:
     """Places of N samples on one axis of n nodes.
 
     below : the node below each sample. fraction : of the way from there to the next node, 0 to 1.
-    order : the samples in the order of their intervals; edges : where each interval begins in that order.
+    order : permutation that sorts the samples by interval; edges : start of each interval in that order.
     """
 
     size: int
@@ -43,21 +43,21 @@ class AxisSamples:
 
     @classmethod
     def of(cls, position: Float[np.ndarray, " N"], size: int, periodic: bool) -> AxisSamples:
-        """Samples at these positions, counted in nodes: 0 to size - 1 (`Axis.position`)."""
+        """Locate samples at positions in units of nodes, 0 to size - 1 (`Axis.position`)."""
         below = np.minimum(position.astype(np.intp), size - 2)
         order = np.argsort(below, kind="stable")
         edges = np.searchsorted(below[order], np.arange(size))
         return cls(size, periodic, below, position - below, order, edges)
 
     def interpolated(self, factor: Float[np.ndarray, "n R"]) -> Float[np.ndarray, "N R"]:
-        """Return the factor at every sample, linear between nodes."""
+        """Interpolate the factor at every sample, linear between nodes."""
         step = np.diff(factor, axis=0).take(self.below, axis=0)
         step *= self.fraction[:, None]
         step += factor.take(self.below, axis=0)
         return step
 
     def blocks(self) -> Iterator[tuple[int, slice]]:
-        """Divide each interval's rows of `order` into blocks: what is worked on stays in the cache."""
+        """Yield each interval's rows of `order` in blocks small enough for the cache, with the interval."""
         for interval, (start, end) in enumerate(pairwise(self.edges.tolist())):
             for first in range(start, end, BLOCK):
                 yield interval, slice(first, min(first + BLOCK, end))
@@ -69,15 +69,15 @@ class AxisSamples:
         right: Float[np.ndarray, "m 2 R"],
         rounding: Float[np.ndarray, "m R"],
     ) -> Float[np.ndarray, "n R"]:
-        """Solve for the change of a factor that is best with all else fixed, but for the proximal term.
+        """Solve for the change of a factor that is optimal with all else fixed, up to the proximal term.
 
         Parameters
         ----------
-        factor : as it is now.
-        sums : of each of the m = n - 1 intervals: curvature summed over its samples; the same times their fraction h of
-            the way to the upper node; the same times h squared.
-        right : half the downhill gradient, summed times 1 - h and times h.
-        rounding : of `sums`, at most; as much is added to the curvature of either node.
+        factor : current value.
+        sums : for each of the m = n - 1 intervals: curvature summed over its samples; the same times their fraction h
+            of the way to the upper node; the same times h squared.
+        right : half the negative gradient, summed times 1 - h and times h.
+        rounding : upper bound of the rounding error of `sums`, which is added to the curvature of either node.
         """
         size, rank = factor.shape
         diagonal, gradient = np.zeros((size, rank, rank)), np.zeros((size, rank))
@@ -111,7 +111,7 @@ def _solved_blocks(
     right: Float[np.ndarray, "n R"],
     cyclic: bool,
 ) -> Float[np.ndarray, "n R"]:
-    """Solves a symmetric positive definite system of blocks; beside[k] stands below diagonal[k], cyclic or not.
+    """Solve a symmetric positive definite block system; beside[k] is below diagonal[k], cyclic or not.
 
     A cycle is folded, nodes 0, n-1, 1, n-2, ...: neighbours are then at most two blocks apart.
     """

@@ -1,9 +1,9 @@
-"""The nearest spectra that keep packs within their bounds, factors as they are: convex, and always with a solution.
+"""Nearest spectra that keep packs within their bounds, with fixed factors: a convex, always feasible problem.
 
-With the factors fixed, what packs shade to is linear in their spectra, the cost of all errors is quadratic, and the
-bounds are half spaces that black is inside of. Half spaces are added where a search finds packs beyond the bounds,
-until it finds none (Kelley 1960's cutting planes). Each problem is one of least distance: Lawson and Hanson 1974,
-Solving Least Squares Problems, chapter 23.
+With the factors fixed, shading is linear in the spectra, the cost of all errors is quadratic, and the bounds are half
+spaces that contain black. Half spaces are added at violations found by a search, until it finds none (Kelley 1960's
+cutting planes). Each problem is one of least distance: Lawson and Hanson 1974, Solving Least Squares Problems, chapter
+23.
 """
 
 from __future__ import annotations
@@ -35,10 +35,9 @@ _BLOCK = 2048
 def within_bounds(
     packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds, violations: Violations | None = None
 ) -> tuple[tuple[FactorPack, ...], bool]:
-    """Return the packs with the nearest spectra within `bounds`, and whether the last search found no place beyond
-    them.
+    """Find the nearest spectra within `bounds`; return the packs, and whether the last search found no violation.
 
-    violations : where the packs are beyond them now (`Bounds.violations`), if that is known.
+    violations : current violations (`Bounds.violations`), if known.
     """
     violations = bounds.violations(packs) if violations is None else violations
     if not len(violations):
@@ -65,7 +64,7 @@ def within_bounds(
 
 
 def _curvature(terms: Float[np.ndarray, "N R"], samples: SeenSamples) -> Float[np.ndarray, "RS RS"]:
-    """Second derivatives of half the cost of errors, in all spectra together."""
+    """Compute the second derivatives of half the cost of errors, in all spectra jointly."""
     rank, size = terms.shape[1], samples.targets.shape[1]
     (a, b), (c, d) = np.triu_indices(rank), np.triu_indices(size)
     found = np.zeros((len(a), len(c)))
@@ -90,7 +89,7 @@ def _curvature(terms: Float[np.ndarray, "N R"], samples: SeenSamples) -> Float[n
 def _half_spaces(
     violations: Violations, packs: tuple[FactorPack, ...], samples: SeenSamples, bounds: Bounds
 ) -> tuple[Float[np.ndarray, "M RS"], Float[np.ndarray, " M"]]:
-    """Rows and limits of `rows @ spectra >= limits`, one for each pair where the bounds are violations."""
+    """Return rows and limits of `rows @ spectra >= limits`, one for each violation."""
     some = slice(0, _PLACES)
     wi, wo, at = violations.wi[some], violations.wo[some], violations.wavelength[some]
     geometry = np.hstack([pack.values(wi, wo) for pack in packs])
@@ -103,9 +102,7 @@ def _half_spaces(
 def _least_distance(
     lower: Float[np.ndarray, "n n"], free: Float[np.ndarray, " n"], planes: Float[np.ndarray, "m n"], least: np.ndarray
 ) -> tuple[Float[np.ndarray, " n"], np.ndarray]:
-    """Return the point with planes @ x >= least that is nearest to `free` by its cost, and which half spaces it leans
-    on.
-    """
+    """Find the point with planes @ x >= least of least cost from `free`, and the mask of the active half spaces."""
     from scipy.optimize import nnls
 
     lengths = np.maximum(np.linalg.norm(planes, axis=1), 1e-100)

@@ -1,10 +1,10 @@
-"""The bounds that packs keep everywhere above the horizon: hardly below black, and not far above the original.
+"""Bounds that packs keep everywhere above the horizon: hardly below black, and not far above the original.
 
-A sum of products follows the original where pictures look; elsewhere nothing holds its terms, which may cancel there
-and leave light of any colour, or less than none. Places where packs leave the bounds are searched for over both
-hemispheres at every wavelength, and become guards of the fit (`SeenSamples.with_guards`). Between the nodes of its
-grid a pack is linear along every axis, so that its extremes are at nodes: the search looks at every node of every pack,
-at pairs spread over the hemispheres, and then goes downhill from the worst.
+A sum of products follows the original at pairs that pictures show; elsewhere its terms are unconstrained, may cancel,
+and leave light of any colour, or negative light. Violations of the bounds are searched for over both hemispheres at
+every wavelength, and become guards of the fit (`SeenSamples.with_guards`). A pack is linear along every axis between
+the nodes of its grid, so that its extremes are at nodes: the search evaluates the nodes of every pack and pairs spread
+over the hemispheres, and then refines the worst by coordinate search.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ WorstPlaces = tuple[Float[np.ndarray, "_ A"], Float[np.ndarray, "_ A"]]
 class Extremes:
     """Extremes of packs: pi f_r cos(theta_i), at any wavelength, over both hemispheres.
 
-    lowest : the lowest value, 0 where none is negative. ratio : the largest over the original's largest anywhere at the
+    lowest : the lowest value, 0 if none is negative. ratio : the largest over the original's largest anywhere at the
     same wavelength.
     """
 
@@ -86,10 +86,10 @@ class Extremes:
 
 @dataclass(frozen=True, eq=False)
 class Violations:
-    """N pairs where packs go beyond their share of the bounds.
+    """N pairs where packs exceed their share of the bounds.
 
-    wavelength : where among the working wavelengths they do so most. low : whether it is the lower bound.
-    worst_excess : the most that packs shade to anywhere, over what a fit keeps within: above 1 if there is a pair.
+    wavelength : index of the working wavelength of the largest excess. low : True for the lower bound.
+    worst_excess : largest shaded value anywhere over the value that a fit allows: above 1 if there is a pair.
     """
 
     wi: Float[np.ndarray, "N 3"]
@@ -104,10 +104,10 @@ class Violations:
 
 @dataclass(eq=False)
 class Bounds:
-    """The bounds of one original, and the search for places where packs leave them.
+    """Bounds of one original, and the search for violations by packs.
 
-    largest : of the original at each working wavelength, anywhere that was looked at. It only grows: wherever packs
-    come near the upper bound, the original is looked at, too.
+    largest : largest value of the original found at each working wavelength. It only grows: wherever packs come near
+    the upper bound, the original is evaluated too.
     """
 
     brdf: Brdf
@@ -117,21 +117,21 @@ class Bounds:
 
     @classmethod
     def of(cls, brdf: Brdf) -> Bounds:
-        """Looks for the original's largest values."""
+        """Find the original's largest values."""
         wi, wo = _pairs(_angles(_PAIRS // 8, brdf.isotropic))
         values = np.pi * working_spectra(brdf, wi, wo)
         return cls(brdf, np.maximum(values.max(axis=0), _DARKEST))
 
     @property
     def isotropic(self) -> bool:
-        """True if the original looks the same at every turn about the normal."""
+        """True if the original is isotropic."""
         return self.brdf.isotropic
 
     def extremes(self, packs: tuple[FactorPack, ...], rounded: tuple[FactorPack, ...] | None = None) -> Extremes:
-        """Return the lowest and the largest value that packs shade to.
+        """Return the extremes of the packs: the lowest value and the largest ratio to the original.
 
-        rounded : the same packs in half precision, to look at in their place: where the packs themselves come nearest
-        to the bounds and downhill from there, for rounding moves no place far.
+        rounded : the same packs in half precision, evaluated in their place: at the worst places of the packs
+        themselves and by coordinate search from there, since rounding moves no place far.
         """
         worst = self._worst(packs)
         if rounded is not None:
@@ -154,30 +154,30 @@ class Bounds:
         return Violations(wi[kept], wo[kept], at, shaded[kept, at] < 0.0, float(most.max(initial=0.0)))
 
     def everywhere(self, count: int) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-        """wi and wo of about `count` pairs among those that are looked at, all over both hemispheres."""
+        """Return wi and wo of about `count` of the searched pairs, all over both hemispheres."""
         found = _angles(_PAIRS if self.isotropic else _PAIRS_ANISOTROPIC, self.isotropic)
         return _pairs(found[:: max(1, len(found) // count)])
 
     @property
     def limits(self) -> Float[np.ndarray, "2 L"]:
-        """Return the limits of the guards: least and largest pi f_r cos(theta_i) at each working wavelength."""
+        """Limits of the guards: least and largest pi f_r cos(theta_i) at each working wavelength."""
         low, high = self._ends
         return np.stack([_GUARD_OF_LOWEST * low, _GUARD_OF_LARGEST * high])
 
     @property
     def _ends(self) -> Float[np.ndarray, "2 L"]:
-        """The lowest and the largest pi f_r cos(theta_i) that a fit keeps between."""
+        """Lowest and largest pi f_r cos(theta_i) that a fit allows."""
         lowest = np.full_like(self.largest, _KEPT_OF_LOWEST * LOWEST)
         return np.stack([lowest, _KEPT_OF_LARGEST * LARGEST * self.largest])
 
     def _worst(self, packs: tuple[FactorPack, ...]) -> WorstPlaces:
-        """Find where packs come nearest to the lower and to the upper bound, of all places that are looked at."""
+        """Find the places of the packs nearest to the lower and to the upper bound; cached for the last packs."""
         if self._last is None or self._last[0] is not packs:
             self._last = packs, self._searched_downhill(packs, self._starts(packs))
         return self._last[1]
 
     def _starts(self, packs: tuple[FactorPack, ...]) -> WorstPlaces:
-        """Return the worst of all places, before going downhill."""
+        """Return the worst of all searched places, before refinement."""
         low, high = [], []
         against = (1.0 / self._ends).astype(np.float32)
         for places in self._places(packs):
@@ -190,9 +190,7 @@ class Bounds:
         return _strongest(low), _strongest(high)
 
     def _searched_downhill(self, packs: tuple[FactorPack, ...], starts: WorstPlaces) -> WorstPlaces:
-        """Return the places that going downhill from these leads to; where they are bright, the original is looked at,
-        too.
-        """
+        """Refine these places by coordinate search; evaluate the original too where packs are bright."""
         darkest, brightest = (self._downhill(packs, found, (side,)) for found, side in zip(starts, _SIDES, strict=True))
         near = self._worst_excess(packs, brightest, _SIDES[1:]) > 0.5
         if near.any():
@@ -201,7 +199,7 @@ class Bounds:
         return darkest, brightest
 
     def _places(self, packs: tuple[FactorPack, ...]) -> Iterator[Places]:
-        """Pairs spread over the hemispheres, and the nodes of every pack."""
+        """Yield pairs spread over the hemispheres, then the nodes of every pack."""
         yield _spread(self.isotropic)
         for frame, axes in dict.fromkeys((pack.frame, pack.axes) for pack in packs):
             yield _nodes(frame, axes, self.isotropic)
@@ -209,7 +207,7 @@ class Bounds:
     def _downhill(
         self, packs: tuple[FactorPack, ...], starts: Float[np.ndarray, "N A"], sides: tuple[int, ...]
     ) -> Float[np.ndarray, "N A"]:
-        """Find where packs are nearer and nearer to the bounds of these sides, along one angle at a time."""
+        """Search for larger excesses over the bounds of these sides, along one angle at a time, in halved steps."""
         angles = starts.copy()
         excess = self._worst_excess(packs, angles, sides)
         step = _STEP
@@ -226,25 +224,26 @@ class Bounds:
         return angles
 
     def _worst_excess(self, packs: tuple[FactorPack, ...], angles: np.ndarray, sides: tuple[int, ...]) -> np.ndarray:
-        """`_excess` at the wavelength where it is most."""
+        """Compute the largest `_excess` over the wavelengths."""
         return self._excess(_shaded(packs, *_pairs(angles)), sides).max(axis=1)
 
     def _excess(self, shaded: Float[np.ndarray, "N L"], sides: tuple[int, ...]) -> Float[np.ndarray, "N L"]:
-        """Divide what packs shade to by what a fit keeps within, on these sides: above 1 beyond it."""
+        """Divide shaded values by those that a fit allows on these sides: above 1 beyond them."""
         return np.max([shaded / self._ends[side] for side in sides], axis=0)
 
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """Pairs to look at, by `angles` (theta_i, theta_o, phi_o - phi_i and, unless isotropic, phi_i); their angles in
-    either frame are worked out once.
+    """Pairs to evaluate, with cached frame angles.
+
+    angles : theta_i, theta_o, phi_o - phi_i and, unless isotropic, phi_i.
     """
 
     angles: Float[np.ndarray, "N A"]
     _frames: dict[tuple[Frame, bool], FrameAngles] = field(default_factory=dict)
 
     def shaded(self, packs: tuple[FactorPack, ...]) -> Iterator[tuple[slice, Float[np.ndarray, "L n"]]]:
-        """pi f_r cos(theta_i) at the working wavelengths, block by block; in float32, which finds places as well."""
+        """Yield blocks of pi f_r cos(theta_i) at the working wavelengths, in float32, which suffices for a search."""
         spectra = [np.pi * pack.spectra.T.astype(np.float32) for pack in packs]
         for start in range(0, len(self.angles), _BLOCK):
             rows = slice(start, start + _BLOCK)
@@ -255,7 +254,7 @@ class Places:
             yield rows, sum(parts[1:], parts[0])
 
     def _at(self, pack: FactorPack, rows: slice) -> FrameAngles:
-        """Some of the places in a pack's frame."""
+        """Return the angles of some of the places in a pack's frame."""
         key = (pack.frame, pack.anisotropic)
         if key not in self._frames:
             self._frames[key] = frame_angles(pack.frame, *_pairs(self.angles), pack.anisotropic)
@@ -265,7 +264,7 @@ class Places:
 
 
 def _strongest(found: list[tuple[np.ndarray, np.ndarray]]) -> Float[np.ndarray, "N A"]:
-    """Return the places from which the search goes downhill: the worst, no two of them in one place until all are."""
+    """Return the worst places as starts of the search, distinct as long as there are enough."""
     excess, angles = (np.concatenate(part) for part in zip(*found, strict=True))
     order = np.argsort(-excess, kind="stable")
     looked_at = 2 * _DOWNHILL
@@ -280,7 +279,7 @@ def _strongest(found: list[tuple[np.ndarray, np.ndarray]]) -> Float[np.ndarray, 
 
 @lru_cache(maxsize=3)
 def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Places:
-    """Return the nodes of a grid that are above the horizon."""
+    """Return the nodes of a grid above the horizon, thinned to a maximum number."""
     turned = () if isotropic or len(axes) == 4 else (np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False),)
     shape = (*(axis.size for axis in axes), *(len(one) for one in turned))
     some = np.arange(0, int(np.prod(shape)), max(1, -(-int(np.prod(shape)) // _NODES)))
@@ -299,20 +298,20 @@ def _nodes(frame: Frame, axes: tuple[Axis, ...], isotropic: bool) -> Places:
 
 
 def _shaded(packs: tuple[FactorPack, ...], wi: np.ndarray, wo: np.ndarray) -> Float[np.ndarray, "N L"]:
-    """pi f_r cos(theta_i) at the working wavelengths."""
+    """Compute pi f_r cos(theta_i) at the working wavelengths."""
     spectra = [np.pi * pack.spectra for pack in packs]
     return sum((pack.values(wi, wo) @ spectrum for pack, spectrum in zip(packs, spectra, strict=True)), np.zeros(1))
 
 
 @lru_cache(maxsize=2)
 def _spread(isotropic: bool) -> Places:
-    """Pairs all over the hemispheres, the same for every original."""
+    """Return pairs all over the hemispheres, the same for every original."""
     return Places(_angles(_PAIRS if isotropic else _PAIRS_ANISOTROPIC, isotropic))
 
 
 @lru_cache(maxsize=4)
 def _angles(count: int, isotropic: bool) -> Float[np.ndarray, "N A"]:
-    """theta_i, theta_o, phi_o - phi_i and, unless isotropic, phi_i."""
+    """Generate theta_i, theta_o, phi_o - phi_i and, unless isotropic, phi_i: evenly, and about the mirror direction."""
     everywhere = np.stack(everywhere_angles(count, 1, isotropic)[: 3 if isotropic else 4], axis=-1)
     # A highlight's own cells are far smaller than what lies between these: about the mirror direction at every scale.
     tilts, turns = np.concatenate([[0.0], np.geomspace(1e-5, 0.2, 40)]), np.linspace(0.0, np.pi, 5)
@@ -326,6 +325,6 @@ def _angles(count: int, isotropic: bool) -> Float[np.ndarray, "N A"]:
 
 
 def _pairs(angles: Float[np.ndarray, "N A"]) -> tuple[np.ndarray, np.ndarray]:
-    """wi and wo of places."""
+    """Convert places to wi and wo."""
     phi_i = angles[:, 3] if angles.shape[1] == 4 else np.zeros(len(angles))
     return spherical(angles[:, 0], phi_i), spherical(angles[:, 1], phi_i + angles[:, 2])

@@ -24,7 +24,7 @@ class BrdfTable:
     """A BRDF on the grid of `axes`.
 
     values : f_r cos(theta_i) in frame io, f_r in frame hd, 1/sr; or their coefficients (`tabulate`).
-    reached : False where no pair of directions above the horizon has these angles: there values are 0, without meaning.
+    reached : False if no pair of directions above the horizon has these angles: values there are 0, without meaning.
 
     Raises
     ------
@@ -56,7 +56,7 @@ class BrdfTable:
 def node_directions(
     frame: Frame, axes: tuple[Axis, ...]
 ) -> tuple[Float[np.ndarray, "*grid 3"], Float[np.ndarray, "*grid 3"]]:
-    """wi and wo of every node; on frame hd either may lie below the horizon, nodes on it are moved just above."""
+    """Compute wi and wo of every node; in frame hd either may be below the horizon, nodes on it are raised."""
     nodes = [axis.nodes for axis in axes]
     if frame == "io":
         nodes = [
@@ -71,7 +71,7 @@ def node_directions(
 
 
 def _frozen(wi: np.ndarray, wo: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the arrays, which nobody may change from now on: they are cached."""
+    """Make the arrays read-only, since they are cached."""
     wi.setflags(write=False)
     wo.setflags(write=False)
     return wi, wo

@@ -1,4 +1,4 @@
-"""Scores of candidates: on the sphere protocol, front and back, against one budget."""
+"""Scores of candidates: error on the sphere protocol, front and back, in terms of one budget."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ ViewsXyz = tuple[Float[np.ndarray, "_ _ 3"], ...]
 
 @dataclass(frozen=True)
 class Trial:
-    """One thing that a fit tried; `kept`: the best so far of its candidate.
+    """One attempt of a fit; `kept`: the best of its candidate so far.
 
-    lobe : which one its table is of, with the other lobes exact; all packs together where `joint`.
-    frame : of the lobe, or "io + hd". rank : terms tried in it. seconds : since the fit began.
-    score : what is held against the budget: p99, the mean over 0.3, p99 of the highlight's own pixels over 4, or p99
-        lit from behind over 4, whichever is worst under any light of the protocol.
+    lobe : index of the lobe of its table, with the other lobes exact; 0 for all packs together (`joint`).
+    frame : of the lobe, or "io + hd". rank : number of terms. seconds : since the fit began.
+    score : compared with the budget: p99, the mean over 0.3, p99 of the highlight's own pixels over 4, or p99 lit from
+        behind over 4, whichever is worst under any light of the protocol.
     candidate : "lobes" (the BRDF's own), "io", "hd": everything in one frame; terms added later may be in either.
-    joint : whether all packs were refined together on what is seen.
+    joint : True if all packs were refined jointly on visible samples.
     """
 
     lobe: int
@@ -51,46 +51,45 @@ class Trial:
 
 @dataclass(frozen=True)
 class Judgement:
-    """The measured error of some packs; back: the worst 99th percentile of ΔE94 lit from behind, under any light."""
+    """Measured error of some packs; back: the worst 99th percentile of ΔE94 lit from behind, under any light."""
 
     error: FitError
     back: float
 
     @property
     def front(self) -> float:
-        """The worst of p99, and of the mean and p99 of the highlight over their shares, under any light."""
+        """Worst of p99, and of the mean and p99 of the highlight over their shares, under any light."""
         shares = (max(one.p99, one.mean / MEAN_SHARE) for one in self.error.lights)
         return max(*shares, (self.error.highlight or 0.0) / HIGHLIGHT_SHARE)
 
     @property
     def score(self) -> float:
-        """Score that is held against the budget, in ΔE94."""
+        """Score that is compared with the budget, in ΔE94."""
         return max(self.front, self.back / BACK_SHARE)
 
     @property
     def distance(self) -> float:
-        """Distance that attempts are compared by: front and back together, so that neither is bought with much of the
-        other.
-        """
+        """Sum of front and back, which attempts are compared by, so that neither improves at the other's expense."""
         return self.front + self.back / BACK_SHARE
 
     @property
     def headway(self) -> float:
-        """Progress that growth is judged by: a highlight that stays as it is does not hide what the picture gains."""
+        """Progress measure of growth: a constant error in the highlight does not hide gains in the picture."""
         return self.front + self.error.p99
 
     @property
     def back_decides(self) -> bool:
-        """True if it is light from behind that decides the score."""
+        """True if the score is that of light from behind."""
         return self.back / BACK_SHARE == self.score
 
 
 @dataclass(eq=False)
 class Judge:
-    """The original on the protocol under all its lights, which packs are compared with.
+    """The original on the protocol under all its lights, as the reference of packs.
 
-    pixels : of the sphere protocol. tried : called with every trial. doing : called with words for what the fit does in
-    between. begun : when the fit began, seconds. trials : all that were recorded, in order.
+    pixels : of the sphere protocol. tried : called with every trial. doing : called with a description of the current
+    work.
+    begun : start of the fit, seconds. trials : all recorded ones, in order.
 
     Raises
     ------
@@ -119,7 +118,7 @@ class Judge:
             )
 
     def others(self, lobe: Brdf) -> ViewsXyz:
-        """XYZ of the original without this lobe of it, in each view."""
+        """Compute XYZ of the original without this lobe, in each view."""
         return tuple(
             whole - view.references(lobe, LIGHTS) for view, whole in zip(self.views, self.references, strict=True)
         )
@@ -129,8 +128,8 @@ class Judge:
     ) -> Judgement:
         """Measure the error of packs.
 
-        others : XYZ of what shades beside the packs and is exactly known. relative : the relative error of the table
-        that they come from, which goes into the judgement as it is.
+        others : XYZ of exact lobes beside the packs. relative : relative error of the packs' table, copied into the
+        judgement.
         """
         seen = [view.samples(FactoredBrdf(packs), LIGHTS) for view in self.views]
         if others is not None:
@@ -142,9 +141,7 @@ class Judge:
         return self.front.compare_lights(self.references[0], seen[0], LIGHTS, self._highlights(seen))
 
     def _highlights(self, seen: list[np.ndarray]) -> list[float]:
-        """p99 of the highlight's own pixels under each light, exposed so that the original's brightest is white: nobody
-        sees a brighter one.
-        """
+        """Compute p99 of the highlight's own pixels under each light, the original's brightest exposed to white."""
         if self.highlight is None:
             return []
         found = []
@@ -163,7 +160,7 @@ class Judge:
     def record(
         self, lobe: int, frame: str, rank: int, judgement: Judgement, kept: bool, candidate: str, *, joint: bool
     ) -> None:
-        """Keep a trial (see `Trial`) and pass it on to whoever asked for the fit."""
+        """Record a trial (see `Trial`) and pass it to `tried`."""
         trial = Trial(lobe, frame, rank, self.seconds, judgement.error, judgement.score, kept, candidate, joint)
         self.trials.append(trial)
         self.tried(trial)

@@ -14,7 +14,7 @@ from .lobe_table import Method
 class FitSettings:
     """Settings of a fit; see `fit`.
 
-    frames : in which terms may be added.
+    frames : allowed frames of added terms.
     """
 
     budget: float
@@ -28,13 +28,13 @@ class FitSettings:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Packs that may stand for the BRDF, and what is known of them.
+    """Packs that may approximate the BRDF, and their state.
 
-    name : where they began: "lobes", or a frame (`Trial.candidate`).
+    name : how they began: "lobes", or a frame (`Trial.candidate`).
     relative_error : of the table, or of the joint refinement, that they come from.
-    stopped : why no more terms were tried; "" while there may be more.
-    back_weight : how many times as much errors under light from behind counted when they were last refined.
-    within : whether they keep within their bounds, as far as is known.
+    stopped : reason why no more terms are tried; "" while there may be more.
+    back_weight : factor on errors under light from behind in the last refinement.
+    within : True if they are known to keep within their bounds.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Candidate:
 
     @property
     def frames(self) -> str:
-        """The packs' frames, for people: "hd + io"."""
+        """Frames of the packs, in words: "hd + io"."""
         return " + ".join(dict.fromkeys(pack.frame for pack in self.packs))
 
     def meets(self, budget: float) -> bool:
@@ -60,7 +60,7 @@ class Candidate:
         return self.within and self.judgement.score <= budget
 
     def better_than(self, other: Candidate, budget: float) -> bool:
-        """Fewest terms within the budget; else the smaller distance."""
+        """Compare by bounds, then by the budget, then by terms within it or by distance beyond it."""
         if self.within != other.within:
             return self.within
         ours, theirs = self.meets(budget), other.meets(budget)

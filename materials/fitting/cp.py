@@ -1,16 +1,16 @@
-"""CP decomposition of weighted tables: compressed first, then fitted to what is seen.
+"""CP decomposition of weighted tables: compressed first, then fitted with the weights of visible errors.
 
 A table is (n_1, ..., n_d, S): d angles and S spectral coefficients, with one weight for each angle node. Two stages:
 
-1. `CompressedTable`: the table times a separable stand-in of the weights is compressed by higher-order SVD, its small
-   core is decomposed by alternating least squares, and the factors are expanded. Sweeps cost next to nothing here.
-2. `weighted_cp`: alternating least squares on the table itself with the true weights, which are not separable.
+1. `CompressedTable`: the table times a separable approximation of the weights is compressed by higher-order SVD, its
+small core is decomposed by alternating least squares, and the factors are expanded. Sweeps are cheap here. 2.
+`weighted_cp`: alternating least squares on the table itself with the true weights, which are not separable.
 
-Decompositions are handed on as tensorly's `CPTensor`: weights (R,) and one factor (n, R) a mode. Inside the sweeps they
+Decompositions are passed as tensorly's `CPTensor`: weights (R,) and one factor (n, R) per mode. Inside the sweeps they
 are plain lists of factors.
 
-Both carry a ridge on factors of balanced length, so that no pair of terms can grow and cancel without bound (the
-two-factor degeneracy of CP), and a least-squares step of extrapolation along the last move, which crosses swamps.
+Both stages have a ridge on factors of balanced length, so that no pair of terms can grow and cancel without bound (the
+two-factor degeneracy of CP), and extrapolate along the last move, which crosses swamps.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def balanced(factors: Factors) -> Factors:
 
 
 def term_lengths(factors: Factors) -> Float[np.ndarray, " R"]:
-    """Euclidean norm of each term: the product of the norms of its columns."""
+    """Compute the Euclidean norm of each term: the product of the norms of its columns."""
     return np.prod([np.linalg.norm(factor, axis=0) for factor in factors], axis=0)
 
 
@@ -67,10 +67,9 @@ def longest_first(factors: Factors) -> CPTensor:
 
 
 def mttkrp(tensor: Float[np.ndarray, "..."], factors: Factors, mode: int) -> Float[np.ndarray, "n R"]:
-    """Matricised tensor times Khatri-Rao product: the unfolding of a C-contiguous tensor along `mode` times the
-    Khatri-Rao product of all other factors.
+    """Multiply the unfolding of a C-contiguous tensor along `mode` by the Khatri-Rao product of all other factors.
 
-    From views of the tensor: the modes after `mode` or those before it are summed first, whichever leaves less.
+    By views of the tensor: the modes after `mode` or those before it are summed first, whichever leaves less.
     """
     # tensorly's `unfolding_dot_khatri_rao` copies the tensor for most modes, and takes 1.5 to 8 times as long.
     size = tensor.shape[mode]
@@ -87,7 +86,7 @@ def mttkrp(tensor: Float[np.ndarray, "..."], factors: Factors, mode: int) -> Flo
 def cp_als(
     tensor: Float[np.ndarray, "..."], start: CPTensor, sweeps: int, ridge: float, tolerance: float
 ) -> tuple[CPTensor, float]:
-    """Alternating least squares on an unweighted (small) tensor from a given start.
+    """Decompose an unweighted (small) tensor by alternating least squares from a given start.
 
     Parameters
     ----------
@@ -97,7 +96,7 @@ def cp_als(
 
     Returns
     -------
-    The decomposition, longest term first, and the sum of squares that is left.
+    The decomposition, longest term first, and the residual sum of squares.
     """
     tensor = np.ascontiguousarray(tensor)
     energy = float(np.vdot(tensor, tensor))
@@ -122,9 +121,9 @@ def cp_als(
 
 @dataclass(frozen=True, eq=False)
 class CompressedTable:
-    """A table under separable weights, compressed: what starts are drawn from, for any rank.
+    """Compressed table under separable weights, from which starts of any rank are computed.
 
-    `roots`: square roots of the separable weights, one vector an angle.
+    `roots`: square roots of the separable weights, one vector per angle.
     """
 
     core: Float[np.ndarray, "..."]
@@ -133,13 +132,13 @@ class CompressedTable:
 
     @classmethod
     def of(cls, tensor: Float[np.ndarray, "*grid S"], roots: tuple[Float[np.ndarray, " _"], ...]) -> CompressedTable:
-        """Higher-order SVD of tensor (n_1 .. n_d, S) times the outer product of `roots`."""
+        """Compress tensor (n_1 .. n_d, S) times the outer product of `roots` by higher-order SVD."""
         scaled = tensor * reduce(np.multiply.outer, roots)[..., None]
         form = compressed(scaled, _ENERGY_LOST)
         return cls(form.core, form.bases, roots)
 
     def decomposed(self, rank: int, seed: int | tuple[int, ...], sweeps: int = 120) -> CPTensor:
-        """`rank` terms, expanded to the table; found by `cp_als` from a random start, which `seed` decides."""
+        """Decompose the core into `rank` terms by `cp_als`, from a random start, and expand them to the table."""
         start = random_start(self.core, rank, np.random.default_rng(seed))
         found, _ = cp_als(self.core, start, sweeps, 1e-6, 1e-14)
         factors = [basis @ factor for basis, factor in zip(self.bases, absorbed(found), strict=True)]
@@ -148,13 +147,13 @@ class CompressedTable:
 
 
 def random_start(tensor: Float[np.ndarray, "..."], rank: int, generator: np.random.Generator) -> CPTensor:
-    """`rank` terms of random factors, of about the tensor's own length together."""
+    """Draw `rank` terms of random factors, with about the tensor's own length in total."""
     length = np.linalg.norm(tensor) ** (1.0 / tensor.ndim)
     return CPTensor((None, [generator.standard_normal((n, rank)) * length / np.sqrt(n) for n in tensor.shape]))
 
 
 class WeightedTable:
-    """A table and its weights, laid out once for the least-squares problems of every mode."""
+    """Table and weights, laid out once for the least-squares problems of every mode."""
 
     def __init__(self, tensor: Float[np.ndarray, "*grid S"], weights: Float[np.ndarray, "*grid"]) -> None:
         self.modes = weights.ndim
@@ -167,7 +166,7 @@ class WeightedTable:
         ]
 
     def sweep(self, factors: Factors, ridge: float) -> tuple[Factors, float]:
-        """One sweep over all modes: the factors after it, and the weighted sum of squares that they leave."""
+        """Sweep once over all modes; return the factors and the weighted residual sum of squares."""
         factors = list(factors)
         rank = factors[0].shape[1]
         pairs = rest = np.empty(0)
@@ -197,7 +196,7 @@ class WeightedTable:
 
 
 def weighted_cp(table: WeightedTable, start: CPTensor, sweeps: int) -> tuple[CPTensor, float]:
-    """Alternating least squares with the true weights, from a given start.
+    """Decompose a table by alternating least squares with the true weights, from a given start.
 
     Parameters
     ----------
@@ -205,7 +204,7 @@ def weighted_cp(table: WeightedTable, start: CPTensor, sweeps: int) -> tuple[CPT
 
     Returns
     -------
-    The decomposition, longest term first, and the weighted sum of squares that is left.
+    The decomposition, longest term first, and the weighted residual sum of squares.
     """
     # Every row of a factor is pulled towards zero by a share of the mean curvature there; sweeps end at a share of the
     # table's weighted energy.
@@ -221,20 +220,19 @@ def extrapolated_sweeps(
     enough: float,
     balance: Callable[[Factors], Factors] = balanced,
 ) -> tuple[Factors, float]:
-    """Repeats `sweep` from points stretched along the last move, and from the last point itself after a worse one.
+    """Repeat `sweep` from points extrapolated along the last move, or from the last point itself after a worse one.
 
-    Ends once no more than `enough` is left, or where the last ten sweeps together gained less than a fiftieth of what
-    is left.
+    Ends when the residual is at most `enough`, or when the last ten sweeps together gained less than a fiftieth of it.
 
     Parameters
     ----------
-    sweep : gives better factors, and what they leave.
-    sweeps : how many, at most.
-    balance : gives the same terms with lengths that may be compared between sweeps.
+    sweep : improves factors; returns them with their residual.
+    sweeps : at most.
+    balance : normalises factors of the same terms, so that sweeps can be compared.
 
     Returns
     -------
-    The factors, balanced, and what they leave.
+    The factors, balanced, and their residual.
     """
     last = now = balance(start)
     least, stretch = np.inf, 0.0

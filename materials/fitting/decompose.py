@@ -1,10 +1,10 @@
 """CP factors of a dense table, fast: compress, decompose the small core, expand.
 
-Three ways to find the terms:
+Three methods:
 
-- "joint": all terms at once, from several starts; the best is followed to the end.
-- "incremental": packs of four terms, each fitted to what the packs before it have left (Schwenk 2010, section 3.3).
-- "refitted": between the two: packs of four, with all terms fitted jointly after each new one.
+- "joint": all terms at once, from several starts; the best is followed to the end. - "incremental": packs of four
+  terms, each fitted to the residual of those before (Schwenk 2010, section 3.3). - "refitted": between the two: packs
+  of four, with all terms fitted jointly after each new one.
 
 All work on the core of a Tucker form (`tucker`), where a sweep of alternating least squares costs next to nothing. The
 basis of each mode is orthonormal, so that lengths of terms and sums of squares are those of the table itself.
@@ -42,11 +42,11 @@ _RIDGE = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class Decomposition:
-    """A table's CP decomposition, and how far off it is.
+    """CP decomposition of a table, and its error.
 
-    cp : one factor (n, R) a mode, longest term first; all weights are 1.
-    relative_error : norm of what is left over the norm of the table, what compression lost included.
-    longest : length of the longest term over the norm of the table; far above 1 where terms cancel.
+    cp : one factor (n, R) per mode, longest term first; all weights are 1.
+    relative_error : norm of the residual over the norm of the table, the loss by compression included.
+    longest : length of the longest term over the norm of the table; far above 1 if terms cancel.
     core_shape : size of the compressed table.
     """
 
@@ -62,7 +62,7 @@ class Decomposition:
 
     @property
     def packs(self) -> int:
-        """Textures of four channels that the terms fill."""
+        """Number of four-channel textures that the terms fill."""
         return -(-self.rank // PACK)
 
 
@@ -74,14 +74,14 @@ def decompose(
     seed: int = 0,
     sweeps: int = _SWEEPS,
 ) -> Decomposition:
-    """Sum of `rank` outer products of vectors that is close to `table` in the sense of least squares.
+    """Approximate `table` by a sum of `rank` outer products of vectors, in the sense of least squares.
 
     Parameters
     ----------
     table : at least two modes; only read, if it is C-contiguous and float64.
     method : see the module's text.
     seed : of the random starts; the same seed gives the same bits on the same machine.
-    sweeps : that the best start is given at most.
+    sweeps : of the best start, at most.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def decompose_compressed(
     seed: int = 0,
     sweeps: int = _SWEEPS,
 ) -> Decomposition:
-    """`decompose` of a table that is already compressed: for several ranks or methods of the same table."""
+    """Apply `decompose` to a compressed table: for several ranks or methods of the same table."""
     generator = np.random.default_rng(seed)
     if form.energy == 0.0:
         nothing = CPTensor((None, [np.zeros((len(basis), rank)) for basis in form.bases]))
@@ -125,7 +125,7 @@ def decompose_compressed(
 
 
 def _best(core: np.ndarray, rank: int, generator: np.random.Generator, sweeps: int) -> CPTensor:
-    """Return all terms at once: the most promising of several short runs, continued."""
+    """Fit all terms at once: the most promising of several short runs, continued."""
     short = max(sweeps // 4, 1)
     tried = [cp_als(core, random_start(core, rank, generator), short, _RIDGE, 1e-14) for _ in range(_STARTS)]
     begun, _ = min(tried, key=lambda run: run[1])
@@ -133,7 +133,7 @@ def _best(core: np.ndarray, rank: int, generator: np.random.Generator, sweeps: i
 
 
 def _packs(core: np.ndarray, rank: int, generator: np.random.Generator, sweeps: int, *, refit: bool) -> CPTensor:
-    """Four terms at a time, fitted to the residual; jointly refitted after each where `refit`."""
+    """Fit four terms at a time to the residual; with a joint refit after each if `refit`."""
     factors: Factors = [np.zeros((size, 0)) for size in core.shape]
     while (have := factors[0].shape[1]) < rank:
         residual = core - cp_to_tensor((None, factors)) if have else core

@@ -1,6 +1,6 @@
-"""Fitting factor packs to a BRDF, with as few terms as an error budget in ΔE94 allows.
+"""Fit of factor packs to a BRDF, with as few terms as an error budget in ΔE94 allows.
 
-Frames, split, rank and precision are chosen by trying (`search`) and by looking at what came out on a sphere
+Frames, split, rank and precision are chosen by trials (`search`), judged by the appearance of a sphere
 (`candidate_scoring`). One frame alone would need far more terms than a sum of packs: Schwenk 2010, section 3.4, notes
 which materials suit which frame.
 """
@@ -33,13 +33,13 @@ RANKS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 80, 96)
 
 @dataclass(frozen=True)
 class Fit:
-    """Packs whose sum stands for a BRDF, and how far off they are together.
+    """Packs whose sum approximates a BRDF, and their joint error.
 
-    fast : packs as they are stored, in half precision where that costs next to nothing; `storage` says what it costs.
-    error : measured on the packs as they are stored.
-    score : what was held against the budget (`Trial`), of the packs as they are stored.
-    candidate, stopped : which way of splitting the BRDF won, and why no more terms were tried.
-    trials : everything that was tried, in order.
+    fast : packs as stored, in half precision if its cost is negligible; `storage` states the cost.
+    error : measured on the packs as stored.
+    score : compared with the budget (`Trial`), of the packs as stored.
+    candidate, stopped : the winning split of the BRDF, and why no more terms were tried.
+    trials : all attempts, in order.
     """
 
     fast: FactoredBrdf
@@ -57,7 +57,7 @@ class Fit:
 
     @property
     def stored_bytes(self) -> int:
-        """Bytes that a renderer keeps: factors as they are stored, spectra in single precision."""
+        """Bytes that a renderer needs: factors as stored, spectra in single precision."""
         return sum(
             (2 if pack.precision == "half" else 4) * sum(factor.size for factor in pack.factors)
             + 4 * pack.palette.values.size
@@ -80,7 +80,7 @@ def fit(
     tried: Callable[[Trial], None] = lambda trial: None,
     doing: Callable[[str], None] = lambda phase: None,
 ) -> Fit:
-    """Factor packs for `brdf`, their spectra sampled on the working wavelengths.
+    """Fit factor packs to `brdf`, their spectra sampled on the working wavelengths.
 
     Parameters
     ----------
@@ -92,12 +92,12 @@ def fit(
     ranks : numbers of terms to try for each lobe, ascending; no more than the last are tried in all.
     pixels : of the sphere protocol; recorded in the error's `protocol`.
     frame : fits the BRDF as one lobe in this frame, in place of the lobes that it names itself.
-    method : "joint": tables first, then all packs refined together on what is seen, and split into frames as it pays.
-        "weighted": each lobe's table alone, its nodes weighted by what is seen. "incremental", "refitted": the packs of
-        four of Schwenk 2010, section 3.3, each fitted to what is left, without and with a refit of all.
+    method : "joint": tables first, then all packs refined jointly on visible samples, and split into frames as it pays.
+        "weighted": each lobe's table alone, its nodes weighted by visibility. "incremental", "refitted": the packs of
+        four of Schwenk 2010, section 3.3, each fitted to the residual, without and with a refit of all.
     smooth : smooths the factors of the tables (figure 4 there): fewer ripples, less sharpness.
-    precision : "auto" stores half precision where it adds at most 0.1 to the 99th percentile; "single" never does.
-    tried : called after each trial. doing : called with words for what is being done, some seconds apart at most.
+    precision : "auto" stores half precision if it adds at most 0.1 to the 99th percentile; "single" never does.
+    tried : called after each trial. doing : called with a description of the current work, some seconds apart at most.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def fit(
 
 
 def _stored(best: Candidate, judge: Judge, bounds: Bounds, precision: str, budget: float) -> Fit:
-    """Return the packs in the precision that they are kept in, and their error measured as such."""
+    """Choose the stored precision; return the packs in it and their error."""
     storage, judgement, extremes = single_storage(best.packs), best.judgement, bounds.extremes(best.packs)
     if precision == "auto" and all(np.any(pack.spectra) for pack in best.packs):
         half = half_storage(best.packs, lambda packs: judge.judge_packs(packs).error.p99)
@@ -169,14 +169,14 @@ def _stored(best: Candidate, judge: Judge, bounds: Bounds, precision: str, budge
 
 
 def one_more_step(trials: Sequence[Trial], candidate: str, rank: int, score: float) -> tuple[int, float] | None:
-    """Estimate the terms and the score of one more step of growth; None where no terms were added.
+    """Estimate the terms and the score of one more step of growth; None if no terms were added.
 
-    Where more terms were tried, they changed the score by as much as they did before bounds were kept; else by as much
-    as the last terms that were added.
+    If more terms were tried, the score is assumed to change by as much as theirs did before bounds were enforced; else
+    by as much as with the last terms added.
 
     Parameters
     ----------
-    candidate, rank, score : of what the fit ended with; trials of other candidates do not count.
+    candidate, rank, score : of the result of the fit; trials of other candidates are ignored.
     """
     grown: dict[int, float] = {}
     for trial in trials:

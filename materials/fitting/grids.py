@@ -1,4 +1,4 @@
-"""Grids for tabulating a lobe: where the nodes lie, and how much each of them matters in a picture."""
+"""Grids for tabulating a lobe: positions of the nodes, and weights by their visibility in pictures."""
 
 from __future__ import annotations
 
@@ -24,10 +24,12 @@ _LEAST_ROOT = 1e-3
 
 
 def lobe_axes(brdf: Brdf, frame: Frame, luminous: Float[np.ndarray, " L"]) -> tuple[Axis, ...]:
-    """Axes fine enough for a lobe; `luminous` (L,) turns f_r into Y of a surface facing the light, so pi times y-bar.
+    """Choose axes fine enough for a lobe.
 
-    In frame hd theta_h ends where the lobe stops mattering, and has as many nodes as its sharpness needs. Azimuth
-    axes have a node at pi/2, where models that use max(cos theta_i, cos theta_o) have a crease.
+    luminous : (L,) weights from f_r to Y of a surface facing the light, pi times y-bar.
+
+    In frame hd theta_h ends where the lobe becomes invisible, and its number of nodes follows the lobe's sharpness.
+    Azimuth axes have a node at pi/2, where models that use max(cos theta_i, cos theta_o) have a crease.
     """
     right, turn = 0.5 * np.pi, 2.0 * np.pi
     fine = brdf.isotropic
@@ -47,7 +49,7 @@ def lobe_axes(brdf: Brdf, frame: Frame, luminous: Float[np.ndarray, " L"]) -> tu
 
 
 def _half_axis(brdf: Brdf, luminous: np.ndarray) -> Axis:
-    """theta_h as far as the lobe is seen, with as many nodes as its sharpness needs."""
+    """Choose the axis of theta_h, as far as the lobe is visible, with nodes as its sharpness needs."""
 
     def profile(theta_h: np.ndarray) -> np.ndarray:
         theta_d, phi_h = np.radians([0.0, 25.0, 50.0]), np.array([0.0]) if brdf.isotropic else np.radians([0.0, 45, 90])
@@ -74,9 +76,7 @@ def _half_axis(brdf: Brdf, luminous: np.ndarray) -> Axis:
 
 
 def filled(table: BrdfTable) -> Float[np.ndarray, "*grid S"]:
-    """Return the table's values with the nodes that no real pair reaches held at the nearest reached theta_d, then
-    theta_h.
-    """
+    """Fill nodes that no real pair reaches from the nearest reached theta_d, then theta_h."""
     values, known = table.values.copy(), table.reached.copy()
     for mode in (1, 0):
         along, flags = np.moveaxis(values, mode, 0), np.moveaxis(known, mode, 0)
@@ -88,10 +88,10 @@ def filled(table: BrdfTable) -> Float[np.ndarray, "*grid S"]:
 
 
 def node_weights(table: BrdfTable, luminance: Float[np.ndarray, "*grid"]) -> Float[np.ndarray, "*grid"]:
-    """Square of the L* that a unit error at a node costs, times how often a picture shows the node.
+    """Compute the squared L* of a unit error at each node, times the node's frequency in pictures.
 
-    How often: surfaces of every orientation under lights at every angle from the view, by the area that they cover
-    in the picture; nodes that no real pair reaches have none. `luminance`: Y of f_r cos(theta_i) at the nodes.
+    The frequency is by projected area, over surfaces of every orientation under lights at every angle from the view; it
+    is 0 at nodes that no real pair reaches. luminance : Y of f_r cos(theta_i) at the nodes.
     """
     wi, wo = node_directions(table.frame, table.axes)
     cosine, towards = np.maximum(wi[..., 2], 0.0), np.maximum(wo[..., 2], 0.0)
@@ -111,7 +111,7 @@ def node_weights(table: BrdfTable, luminance: Float[np.ndarray, "*grid"]) -> Flo
 
 
 def floored(weights: Float[np.ndarray, "*grid"], values: Float[np.ndarray, "*grid S"]) -> Float[np.ndarray, "*grid"]:
-    """Weights raised a little where they (nearly) vanish: every node is defined, tall spikes still do not rule."""
+    """Raise (nearly) vanishing weights a little: every node is determined, without tall spikes dominating."""
     power = np.sum(values**2, axis=-1)
     total = float(np.sum(weights * power))
     if total == 0.0:
@@ -121,7 +121,7 @@ def floored(weights: Float[np.ndarray, "*grid"], values: Float[np.ndarray, "*gri
 
 
 def separable_roots(weights: Float[np.ndarray, "*grid"]) -> tuple[Float[np.ndarray, " _"], ...]:
-    """Square roots of vectors whose outer product stands for the weights, bounded to a thousandth of their largest."""
+    """Compute square roots of vectors whose outer product approximates the weights, at least `_LEAST_ROOT`."""
     roots = []
     for mode in range(weights.ndim):
         root = np.sqrt(weights.mean(axis=tuple(k for k in range(weights.ndim) if k != mode)))
@@ -130,15 +130,15 @@ def separable_roots(weights: Float[np.ndarray, "*grid"]) -> tuple[Float[np.ndarr
 
 
 def _edges(nodes: np.ndarray) -> np.ndarray:
-    """Compute where the cells about the nodes begin and end: half-way between neighbours."""
+    """Compute the edges of the cells about the nodes: half-way between neighbours."""
     return np.concatenate([nodes[:1], 0.5 * (nodes[1:] + nodes[:-1]), nodes[-1:]])
 
 
 def _cells(nodes: np.ndarray) -> np.ndarray:
-    """Lengths of the cells about the nodes, radians."""
+    """Compute the lengths of the cells about the nodes, radians."""
     return np.diff(_edges(nodes))
 
 
 def _solid(nodes: np.ndarray) -> np.ndarray:
-    """Solid angles of the cells about nodes of a polar angle, over 2 pi."""
+    """Compute the solid angles of the cells about nodes of a polar angle, over 2 pi."""
     return -np.diff(np.cos(_edges(nodes)))

@@ -1,7 +1,7 @@
-"""Half-precision storage of factor packs: half the memory, and the colour that it costs, measured.
+"""Half-precision storage of factor packs: half the memory, and its measured cost in colour.
 
-A factor of each term is divided by its own largest value before it is rounded, so that a highlight of any height fits
-into 16 bits; what was divided out goes into the term's spectrum, which stays as it is.
+Each column of a factor is divided by its largest magnitude before it is rounded, so that a highlight of any height fits
+into 16 bits; the divisor goes into the term's spectrum, which is not rounded.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ ALLOWED = 0.1
 
 @dataclass(frozen=True, eq=False)
 class HalfStorage:
-    """Packs to store, whether they are in half precision, and why.
+    """Packs to store, their precision, and the reason for it.
 
-    cost : ΔE94 that half precision adds to the 99th percentile; None where that was not measured.
-    reason : for people.
+    cost : ΔE94 that half precision adds to the 99th percentile; None if it was not measured.
+    reason : for messages.
     """
 
     packs: tuple[FactorPack, ...]
@@ -32,9 +32,7 @@ class HalfStorage:
 
 
 def rounded_to_half(pack: FactorPack) -> FactorPack:
-    """Return the pack with factors that 16 bits hold exactly, each column's largest magnitude 1; the same up to
-    rounding.
-    """
+    """Round factors to 16 bits, each column's largest magnitude scaled to 1; the pack is the same up to rounding."""
     spectra = pack.palette.values[0]
     factors = []
     for factor in pack.factors:
@@ -50,9 +48,9 @@ def half_storage(
     p99: Callable[[tuple[FactorPack, ...]], float],
     allowed: float = ALLOWED,
 ) -> HalfStorage:
-    """Half precision where it adds at most `allowed` to the 99th percentile of ΔE94, else the packs as they are.
+    """Choose half precision if it adds at most `allowed` to the 99th percentile of ΔE94, else the packs as they are.
 
-    `p99` measures that of packs against what they stand for.
+    p99 : measures it for packs against their reference.
     """
     small = tuple(rounded_to_half(pack) for pack in packs)
     cost = p99(small) - p99(packs)
@@ -62,5 +60,5 @@ def half_storage(
 
 
 def single_storage(packs: tuple[FactorPack, ...]) -> HalfStorage:
-    """Return the packs as they are, because nothing else was asked for."""
+    """Return the packs as they are, since single precision was requested."""
     return HalfStorage(packs, False, None, "kept single: half precision was not tried")

@@ -1,8 +1,8 @@
-"""Joint refinement of all packs of a material on direction pairs as pictures show them.
+"""Joint refinement of all packs of a material on direction pairs drawn as pictures show them.
 
-The pairs lie between the grid's nodes, so that what linear interpolation gets wrong is fitted as well. Factors take
-turns (block Gauss-Seidel over packs and axes, `axis_samples`), then the spectra of all packs are improved together:
-each step lowers the same objective, the sum of squared ΔE94 to first order.
+The pairs lie between the grid's nodes, so that the error of linear interpolation is fitted as well. Factors are updated
+in turn (block Gauss-Seidel over packs and axes, `axis_samples`), then the spectra of all packs together: each step
+lowers the same objective, the sum of squared ΔE94 to first order.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ _WAVES = 4
 
 
 class JointProblem:
-    """Packs and samples together: where samples lie on the packs' grids, which stays while factors change.
+    """Packs and samples together: positions of samples on the packs' grids, which stay while factors change.
 
-    The factors that change are a list: axis by axis (n, R) of the first pack, then its spectra (S, R); then those of
-    the next pack.
+    The state is a list of factors: axis by axis (n, R) of the first pack, then its spectra (S, R); then those of the
+    next pack.
     """
 
     def __init__(self, packs: tuple[FactorPack, ...], samples: SeenSamples) -> None:
@@ -78,7 +78,7 @@ class JointProblem:
         return parts
 
     def terms(self, factors: Factors) -> Float[np.ndarray, "N R"]:
-        """Return every term of all packs at every sample, without its spectrum."""
+        """Evaluate every term of all packs at every sample, without its spectrum."""
         found = self._terms
         for met, part, first, last in zip(
             self._met, self._split(factors), self._starts[:-1], self._starts[1:], strict=True
@@ -97,7 +97,7 @@ class JointProblem:
         return [factor for part, row in parts for factor in (*part[:-1], row.T)]
 
     def with_best_spectra(self, factors: Factors) -> Factors:
-        """Return the same factors with spectra found for them: a start whose lengths mean nothing yet."""
+        """Fit spectra to the factors, as a start; their current lengths are ignored."""
         terms = self.terms(factors)
         nothing = np.zeros((terms.shape[1], self.samples.targets.shape[1]))
         spectra, _ = self._spectra(terms, nothing, self.samples.targets.T.copy())
@@ -108,7 +108,7 @@ class JointProblem:
         return [factor for part in self._split(factors) for factor in balanced(part)]
 
     def sweep(self, factors: Factors) -> tuple[Factors, float]:
-        """Better factors, after one round over all packs and axes, then all spectra at once; and their objective."""
+        """Update the factors once over all packs and axes, then all spectra at once; return them and the objective."""
         parts = self._split(factors)
         self._aim_guards(parts)
         left = self._targets.copy()
@@ -130,7 +130,7 @@ class JointProblem:
     def objective(
         self, left: Float[np.ndarray, "S N"], terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"]
     ) -> float:
-        """Cost of what is left, in squared ΔE94 to first order, and of what packs are beyond the limits of guards."""
+        """Compute the cost of residuals, in squared ΔE94 to first order, and of exceeding the limits of guards."""
         samples, first = self.samples, len(self.samples.wi) - len(self.samples.guards)
         left = left[:, :first]
         seen = np.einsum("ksn,sn->kn", samples.sensitivity[:, :, :first], left)
@@ -145,9 +145,7 @@ class JointProblem:
     def _spectra(
         self, terms: Float[np.ndarray, "N R"], spectra: Float[np.ndarray, "R S"], left: Float[np.ndarray, "S N"]
     ) -> tuple[Float[np.ndarray, "R S"], Float[np.ndarray, "S N"]]:
-        """Return a few steps of conjugate gradients, preconditioned as if an error counted the same whatever its
-        colour.
-        """
+        """Improve the spectra by conjugate gradients, preconditioned as if errors of all colours were equal."""
         half_gradient = self.samples.half_gradient
         matrix = np.zeros((terms.shape[1], terms.shape[1]))
         for start in range(0, len(terms), BLOCK):
@@ -177,7 +175,7 @@ class JointProblem:
         return spectra, left
 
     def _aim_guards(self, parts: list[Factors]) -> None:
-        """Let each guard ask for the limits that packs are beyond now, at the few wavelengths where they are most."""
+        """Set the target of each guard to the limits exceeded now, at the few wavelengths of the largest excess."""
         samples = self.samples
         count = len(samples.guards)
         if not count or samples.limits is None:
@@ -211,23 +209,23 @@ class JointProblem:
 
     @cached_property
     def _terms(self) -> Float[np.ndarray, "N R"]:
-        """Room for all terms at all samples."""
+        """Buffer for all terms at all samples."""
         return np.empty((len(self.samples.wi), int(self._starts[-1])))
 
     @cached_property
     def _rest(self) -> Float[np.ndarray, " n"]:
-        """Room for what turns keep, one after the other."""
+        """Buffer for `put_rest` of each turn."""
         return np.empty(len(self.samples.wi) * max(pack.rank for pack in self.packs))
 
     @cached_property
     def _roots(self) -> Float[np.ndarray, "N 1"]:
-        """Square root of what an error at each sample counts, whatever its colour."""
+        """Square root of the weight of an error at each sample, averaged over colours."""
         seen = self.samples.sensitivity
         return np.sqrt(np.einsum("ksn,ksn->n", seen, seen) / seen.shape[1] + self.samples.base_weight)[:, None]
 
 
 def _guard_cost(beyond: Float[np.ndarray, " G"]) -> Float[np.ndarray, " G"]:
-    """Huber's cost of being beyond a limit, in multiples of it: the square, and linear from `_LINEAR_FROM` on."""
+    """Compute Huber's cost of exceeding a limit, in multiples of it: quadratic, and linear from `_LINEAR_FROM` on."""
     return np.where(beyond <= _LINEAR_FROM, beyond**2, _LINEAR_FROM * (2.0 * beyond - _LINEAR_FROM))
 
 
@@ -236,11 +234,10 @@ def refined(
     samples: SeenSamples,
     sweeps: int = 8,
 ) -> tuple[tuple[FactorPack, ...], float]:
-    """Return the packs after some sweeps over all their factors together, and what they leave relative to no packs at
-    all.
+    """Refine all factors of the packs jointly by some sweeps; return the packs and their relative residual.
 
-    The objective never rises: the sum over the samples of the squared ΔE94, to first order, and of a small share of
-    what another light might show. The second result is the square root of its ratio, 0 where there is no light.
+    The objective never rises: the sum over the samples of the squared ΔE94, to first order, and of a small share for
+    other lights. The second result is the square root of its ratio to that of no packs, 0 if there is no light.
     """
     problem = JointProblem(packs, samples)
     factors, left = extrapolated_sweeps(problem.sweep, problem.factors(), sweeps, 0.0, problem.balanced)
@@ -251,9 +248,7 @@ def refined(
 def refined_without_extrapolation(
     packs: tuple[FactorPack, ...], samples: SeenSamples, sweeps: int
 ) -> tuple[FactorPack, ...]:
-    """Return the packs after some sweeps, none from a stretched point: they move no farther than their guards ask them
-    to.
-    """
+    """Refine the packs by some sweeps without extrapolation, which moves them no farther than their guards require."""
     problem = JointProblem(packs, samples)
     factors = problem.factors()
     for _ in range(sweeps):
@@ -270,9 +265,10 @@ def new_terms(
     seed: int,
     sweeps: int = 12,
 ) -> tuple[FactorPack, float]:
-    """Return a pack of `rank` new terms, fitted to what `packs` leave, which stay as they are; and the objective then.
+    """Fit a pack of `rank` new terms to the residual of `packs`, which stay; return it and its objective.
 
-    Starts from smooth random factors, a few cosines each: nodes between samples are then no worse than those on them.
+    Starts from smooth random factors, a few cosines each, so that nodes between samples are no worse than those on
+    them.
     """
     rest = samples.minus(packs)
     generator = np.random.default_rng((seed, sum(pack.rank for pack in packs), len(frame), axes[0].size))
@@ -285,7 +281,7 @@ def new_terms(
 
 
 def _smooth(axis: Axis, rank: int, generator: np.random.Generator) -> Float[np.ndarray, "n R"]:
-    """Sums of a few cosines along an axis, the slower ones the larger."""
+    """Sum a few random cosines along an axis, with larger amplitudes for lower frequencies."""
     order = np.arange(_WAVES)
     u = np.linspace(0.0, 1.0, axis.size)[:, None]
     waves = np.cos((2.0 if axis.periodic else 1.0) * np.pi * order * u)

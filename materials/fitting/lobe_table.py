@@ -1,4 +1,4 @@
-"""One lobe on its grid: the table, what its nodes are seen as, and factor packs of it by several methods."""
+"""One lobe on its grid: the table, weights by the visibility of nodes, and factor packs by several methods."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class LobeTable:
     """A lobe on the grid of `axes`.
 
     values : f_r cos(theta_i) in frame io, f_r in frame hd, as coefficients of the lobe's own S spectra.
-    weights : what the square of an error counts at each node.
+    weights : of squared errors at each node.
     synthesis : those spectra on the working wavelengths.
     """
 
@@ -69,9 +69,9 @@ class LobeTable:
 
     @classmethod
     def shared(cls, lobe: Lobe, observed: Float[np.ndarray, "L 3"], axes: tuple[Axis, ...] | None = None) -> LobeTable:
-        """Make the table, and its packs, once for lobes of the same terms and spectra: coats over bodies of any colour.
+        """Make the table, and its packs, once for lobes of the same terms and spectra, such as coats.
 
-        The last few are kept, of isotropic lobes: tables of others are large. Parameters and errors as of `of`.
+        The last few are cached, for isotropic lobes only: other tables are large. Parameters and errors as of `of`.
         """
         terms = lobe.brdf.sum_of_terms
         if terms is None or not lobe.brdf.isotropic:
@@ -85,7 +85,7 @@ class LobeTable:
         """Tabulate a lobe.
 
         observed : light times observer at the lobe's own wavelengths, Y of the perfect diffuser = 1.
-        axes : the grid, in place of the lobe's own or the one that would be made for it.
+        axes : the grid, in place of the lobe's own or the one chosen for it.
 
         Raises
         ------
@@ -113,10 +113,10 @@ class LobeTable:
         return not np.any(self.values)
 
     def pack(self, rank: int, seed: int, method: Method, smooth: bool = False) -> tuple[FactorPack, float]:
-        """Return a pack of `rank` terms by `method`, and the weighted relative residual of the table.
+        """Fit a pack of `rank` terms by `method`; return it and the weighted relative residual of the table.
 
-        "weighted": with the nodes' true weights. "joint": the same in fewer sweeps where that takes long, since the
-        pack is refined afterwards. "incremental", "refitted": packs of four terms, unweighted (`decompose`).
+        "weighted": with the nodes' true weights. "joint": the same, in fewer sweeps if these are slow, since the pack
+        is refined afterwards. "incremental", "refitted": packs of four terms, unweighted (`decompose`).
         """
         asked = (rank, seed, method, smooth)
         if asked not in self._packs:
@@ -141,30 +141,30 @@ class LobeTable:
         return (smoothed_pack(pack) if smooth else pack), relative
 
     def _packed(self, decomposition: CPTensor) -> FactorPack:
-        """Return the pack of a decomposition of `values`, its last mode written as spectra."""
+        """Convert a decomposition of `values` to a pack, its last mode written as spectra."""
         *factors, coefficients = absorbed(decomposition)
         spectral = coefficients.T @ self.synthesis
         return FactorPack(self.lobe.frame, self.axes, tuple(factors), Palette.of(spectral))
 
     @cached_property
     def _weighted(self) -> WeightedTable:
-        """Laid out for sweeps with the nodes' true weights."""
+        """Table laid out for sweeps with the nodes' true weights."""
         return WeightedTable(self.values, self.weights)
 
     @cached_property
     def _compressed(self) -> CompressedTable:
-        """Under separable weights: what starts are drawn from."""
+        """Table compressed under separable weights, for starts."""
         return CompressedTable.of(self.values, separable_roots(self.weights))
 
     @cached_property
     def _form(self) -> Tucker:
-        """Without weights: what packs of four are looked for in."""
+        """Table compressed without weights, for packs of four."""
         return compressed(self.values, _LOST, _MOST_COLUMNS)
 
 
 @dataclass(frozen=True)
 class _Asked:
-    """Parameters of a table, known again by the key alone."""
+    """Parameters of a table, compared by the key alone."""
 
     key: tuple[Hashable, ...]
     lobe: Lobe = field(compare=False)
@@ -178,9 +178,9 @@ def _kept_table(asked: _Asked) -> LobeTable:
 
 
 def _lobe_spectra(lobe: Lobe, axes: tuple[Axis, ...], observed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Analysis (L,S) and synthesis (S,L) of the lobe's own spectra, orthonormal in the observer's eyes.
+    """Compute analysis (L,S) and synthesis (S,L) of the lobe's own spectra, orthonormal in the observer's metric.
 
-    Found from a pilot sample of the nodes; S is the numerical rank at most, 1 for a lobe without light.
+    From a pilot sample of the nodes; S is the numerical rank, and 1 for a lobe without light.
     """
     wi, wo = (w.reshape(-1, 3) for w in node_directions(lobe.frame, axes))
     rows = np.flatnonzero((wi[:, 2] > 1e-3) & (wo[:, 2] > 1e-3))
@@ -195,16 +195,16 @@ def _lobe_spectra(lobe: Lobe, axes: tuple[Axis, ...], observed: np.ndarray) -> t
 
 
 def smoothed_pack(pack: FactorPack) -> FactorPack:
-    """Return the pack with every factor over an angle smoothed; spectra stay; its error is unknown."""
+    """Smooth every factor of a pack over its angle; spectra stay; the error is unknown."""
     factors = [smoothed(factor, axis.periodic) for factor, axis in zip(pack.factors, pack.axes, strict=True)]
     return replace(pack, factors=tuple(factors))
 
 
 def smoothed(factor: Float[np.ndarray, "n R"], periodic: bool = False) -> Float[np.ndarray, "n R"]:
-    """Moving average four nodes wide, which trades a little sharpness for fewer ripples (Schwenk 2010, figure 4).
+    """Compute a moving average four nodes wide: a little less sharpness for fewer ripples (Schwenk 2010, figure 4).
 
-    Centred on the node: four whole steps, so that the outermost two of five samples count half. Held at the ends, or
-    wrapped where the last node is the first again.
+    Centred on the node: four whole steps, so that the outermost two of five samples count half. Clamped at the ends, or
+    wrapped on a periodic axis.
 
     >>> smoothed(np.array([[0.0], [0.0], [0.0], [8.0], [0.0], [0.0], [0.0]]))[:, 0].tolist()
     [0.0, 1.0, 2.0, 2.0, 2.0, 1.0, 0.0]

@@ -25,11 +25,11 @@ _ROUNDING = float(np.finfo(np.float32).eps)
 
 @dataclass(frozen=True, eq=False)
 class AxisTurn:
-    """Samples in the order of one axis (`AxisSamples.order`), for the turn of its factor.
+    """Samples in the order of one axis (`AxisSamples.order`), for the update of its factor.
 
     mode : number of the axis. fraction : of the way to the upper node. others : numbers of the other axes, with the
     node below each sample and the fraction there. sensitivity, root_weight : of `SeenSamples`, and the square root of
-    its base weight, in single precision. places : where each sample is in that order.
+    its base weight, in single precision. places : position of each sample in that order.
     """
 
     mode: int
@@ -43,10 +43,10 @@ class AxisTurn:
 
 
 class PackSamples:
-    """The samples on the grid of one pack, which stays while its factors change.
+    """Samples on the grid of one pack, which stays while its factors change.
 
-    Curvature, which decides how long steps are and not where they end, is summed in single precision; gradients and
-    what is left to fit are not.
+    Curvature, which determines the length of steps and not their limit, is summed in single precision; gradients and
+    residuals are in double precision.
     """
 
     def __init__(self, pack: FactorPack, samples: SeenSamples) -> None:
@@ -88,7 +88,7 @@ class PackSamples:
     def terms(
         self, factors: Factors, some: slice = slice(None), found: Float[np.ndarray, "n R"] | None = None
     ) -> Float[np.ndarray, "n R"]:
-        """Evaluate every term at some samples, without its spectrum; in `found`, where that is given."""
+        """Evaluate every term at some samples, without its spectrum; into `found`, if given."""
         tables = [_with_steps(factor) for factor in factors]
         scale, rank = self.scale[some, None], factors[0].shape[1]
         at = [(grid.below[some], grid.fraction[some, None]) for grid in self.grids]
@@ -102,7 +102,7 @@ class PackSamples:
         return found
 
     def put_rest(self, turn: AxisTurn, factors: Factors, rest: Float[np.ndarray, "N R"]) -> None:
-        """Put each term without the factor whose turn it is and its spectrum into `rest`, in the turn's order."""
+        """Put each term, without its spectrum and the factor to be updated, into `rest`, in the turn's order."""
         tables = [_with_steps(factor) for factor in factors]
         for start in range(0, len(rest), BLOCK):
             rows = slice(start, start + BLOCK)
@@ -119,7 +119,7 @@ class PackSamples:
         factor: Float[np.ndarray, "n R"],
         spectral: Float[np.ndarray, "S R"],
     ) -> Float[np.ndarray, "S N"]:
-        """Shade the samples, in their own order, by terms with this factor in the turn's place."""
+        """Shade the samples, in their own order, by terms with this factor in place of the one to be updated."""
         ends = (factor[:, :, None] * spectral.T).transpose(1, 0, 2)
         size = len(spectral)
         found = np.empty((len(rest), size))
@@ -137,9 +137,9 @@ class PackSamples:
         spectral: Float[np.ndarray, "S R"],
         gradient: Float[np.ndarray, "S N"],
     ) -> Float[np.ndarray, "n R"]:
-        """Find the change of the factor whose turn it is, with all else fixed.
+        """Solve for the change of one factor, with all else fixed.
 
-        gradient : half the downhill gradient of what the error at each sample costs.
+        gradient : half the negative gradient of the samples' cost.
         """
         (intervals, rank), size = (len(factor) - 1, factor.shape[1]), len(spectral)
         sums, right = np.zeros((intervals, 3, rank, rank)), np.zeros((intervals, 2, rank))
@@ -182,7 +182,7 @@ class PackSamples:
     def _add_guards(
         self, turn: AxisTurn, rest: np.ndarray, spectral: np.ndarray, sums: Float[np.ndarray, "m 3 R R"]
     ) -> None:
-        """Add the curvature of guards, in double precision: they may count far more than all samples beside them."""
+        """Add the curvature of guards, in double precision, since they may outweigh all samples beside them."""
         first, rank = len(rest) - len(self.samples.guards), rest.shape[1]
         if first == len(rest):
             return

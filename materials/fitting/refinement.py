@@ -1,4 +1,4 @@
-"""All packs of a candidate refined together, and brought back within their bounds by guards."""
+"""Joint refinement of all packs of a candidate, and guards that bring them back within their bounds."""
 
 from __future__ import annotations
 
@@ -53,10 +53,10 @@ _SPECTRA_THINNED = 4
 
 
 class Refinement:
-    """The joint refinement of one fit: its samples, which are drawn when they are first needed, and its bounds.
+    """Joint refinement of one fit: its samples, drawn when first needed, and its bounds.
 
-    Bounds come last: guards set while terms are added would be weighed against errors many times those of the end, and
-    outweigh what pictures show.
+    Bounds come last: guards set while terms are added would be weighed against errors many times the final ones, and
+    outweigh the picture.
     """
 
     def __init__(self, brdf: Brdf, judge: Judge, settings: FitSettings) -> None:
@@ -66,7 +66,7 @@ class Refinement:
         self._drawn: tuple[int, SeenSamples] | None = None
 
     def samples(self, terms: int) -> SeenSamples:
-        """Return what is seen of the BRDF, at pairs that suit so many terms."""
+        """Return samples of the BRDF, as many as suit this number of terms."""
         times = bisect_right(_DRAWN_ANEW, terms)
         if self._drawn is None or self._drawn[0] != times:
             pairs = max(_PAIRS_A_PIXEL * self.judge.pixels**2, _FEWEST_PAIRS) * _TIMES_FOR_TERMS[times]
@@ -76,7 +76,7 @@ class Refinement:
         return self._drawn[1]
 
     def refine(self, candidate: Candidate) -> Candidate:
-        """Return the candidate after some rounds, as many as improve its measured distance; the best of them."""
+        """Refine the candidate for some rounds, as long as that pays; return the best of them."""
         best = candidate
         for _ in range(_ROUNDS):
             before = best.judgement.score
@@ -89,9 +89,9 @@ class Refinement:
         return best
 
     def refine_once(self, candidate: Candidate, packs: tuple[FactorPack, ...]) -> Candidate:
-        """Return the candidate with `packs` in place of its own, after some sweeps over them.
+        """Refine the candidate with `packs` in place of its own, by some sweeps.
 
-        While light from behind decides the score, errors under it count more and more.
+        While light from behind decides the score, the weight of errors under it grows with every call.
         """
         if candidate.judgement.back_decides:
             weight = min(_BACK_STEP * candidate.back_weight, _MOST_BACK_WEIGHT)
@@ -107,15 +107,15 @@ class Refinement:
         return replace(found, packs=packs, judgement=judgement, relative_error=relative)
 
     def is_gain(self, candidate: Candidate, before: float) -> bool:
-        """Return whether the candidate's distance is less than `before`; either way the trial is recorded."""
+        """Return whether the candidate's distance is less than `before`; record the trial either way."""
         kept = candidate.judgement.distance < before
         self.judge.record(0, candidate.frames, candidate.rank, candidate.judgement, kept, candidate.name, joint=True)
         return kept
 
     def bring_within(self, candidate: Candidate) -> Candidate:
-        """Return the same terms with guards wherever they leave the bounds, until they leave them nowhere.
+        """Refine the same terms with guards at violations of the bounds, until there are none.
 
-        Sweeps beside the guards refine what is seen, too: they are the last that the packs get.
+        These sweeps, which refine the appearance too, are the last that the packs get.
         """
         packs, within = self._enforced(candidate)
         if packs is candidate.packs:
@@ -124,9 +124,9 @@ class Refinement:
         return replace(candidate, packs=packs, judgement=judgement, within=within)
 
     def _enforced(self, candidate: Candidate) -> tuple[tuple[FactorPack, ...], bool]:
-        """Keep packs within the bounds, and say whether that could be done.
+        """Bring packs within the bounds; return them and whether that succeeded.
 
-        What is left is mended by spectra alone as soon as that costs little.
+        Spectra alone fix the remaining violations as soon as that is cheap.
         """
         packs, samples = candidate.packs, None
         for number in range(_BOUNDING_ROUNDS):

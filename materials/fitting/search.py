@@ -1,8 +1,8 @@
-"""The ways in which a fit splits a BRDF into packs, and the search for as few terms as the budget allows.
+"""Splits of a BRDF into packs, and the search for as few terms as the budget allows.
 
 - Lobe by lobe: each of the BRDF's own lobes as a table in its own frame, with the other lobes exact; then all packs
-  at once on what is seen (`refinement`), and more terms while the budget is not met (`term_growth`).
-- Everything in one frame from the start, where the BRDF's own lobes needed many terms.
+  jointly on visible samples (`refinement`), and more terms while the budget is not met (`term_growth`).
+- Everything in one frame from the start, if the BRDF's own lobes needed many terms.
 
 A candidate is dropped as soon as it can no longer win.
 """
@@ -39,7 +39,7 @@ _VAIN_NEAR_BUDGET = 3.0
 
 
 class Search:
-    """One fit: its ways of splitting the BRDF, with one refinement and one judge."""
+    """One fit: its splits of the BRDF, with one refinement and one judge."""
 
     def __init__(self, brdf: Brdf, judge: Judge, settings: FitSettings) -> None:
         self.judge, self.settings = judge, settings
@@ -47,7 +47,7 @@ class Search:
         self.growth = Growth(self.refinement)
 
     def lobewise(self, lobes: tuple[Lobe, ...]) -> Candidate:
-        """Return each lobe by itself; then, with method "joint", all of them together."""
+        """Fit each lobe by itself; then, with method "joint", refine all of them together."""
         settings = self.settings
         found = [self._lobe(number, lobe, lobes) for number, lobe in enumerate(lobes)]
         # A lobe without light adds nothing, unless it is all there is.
@@ -68,15 +68,13 @@ class Search:
         return self.growth.grow(candidate)
 
     def whole(self, frame: Frame, rival: Candidate) -> Candidate:
-        """Everything in one frame from the start, followed for as long as it may be better than `rival`."""
+        """Fit everything in one frame from the start, as long as it may be better than `rival`."""
         packs = (self.growth.first_terms(frame, rival),)
         candidate = Candidate(frame, packs, self.judge.judge_packs(packs), 1.0, "")
         return self.growth.grow(self.refinement.refine(candidate), rival)
 
     def _lobe(self, number: int, lobe: Lobe, lobes: tuple[Lobe, ...]) -> tuple[FactorPack, float]:
-        """Return the pack of fewest terms within the lobe's share of the budget, else the best; and its table's
-        residual.
-        """
+        """Return the pack of fewest terms within the lobe's budget, else the best; with its table's residual."""
         settings, judge = self.settings, self.judge
         alone, joint = len(lobes) == 1, settings.method == "joint"
         share = settings.budget / np.sqrt(len(lobes))
@@ -114,7 +112,7 @@ class Search:
 
     @property
     def _table_ranks(self) -> tuple[int, ...]:
-        """Numbers of terms that a lobe's table is tried with."""
+        """Return the numbers of terms to try for a lobe's table."""
         if self.settings.method != "joint":
             return self.settings.ranks
         return tuple(rank for rank in self.settings.ranks if rank <= TABLE_TERMS) or self.settings.ranks[:1]

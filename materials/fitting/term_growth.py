@@ -1,9 +1,9 @@
-"""More and more terms, for as long as they are needed and pay.
+"""Growth of a candidate by more and more terms, as long as they are needed and pay.
 
-Four terms at a time are added, in the frame in which they leave less of what the others have left, or as many in either
-where the budget is far, and more where there are many already: that is how a BRDF that names no lobes gets split. All
-packs are refined together after each step. Where terms alone do not help, grids become finer: factors of twice as many
-nodes, which begin as what they were.
+Four terms at a time are added, in the frame in which they reduce the residual more, or as many in either if the budget
+is far, and more if there are many already: this splits a BRDF that has no lobes of its own. All packs are refined
+jointly after each step. If terms alone do not help, grids become finer: factors of twice as many nodes, which start as
+the same functions.
 """
 
 from __future__ import annotations
@@ -43,21 +43,21 @@ _FINER_PAYS = 0.9
 
 
 class Growth:
-    """Adds terms to candidates of one fit, which `refinement` refines."""
+    """Growth of the candidates of one fit by terms, which `refinement` refines."""
 
     def __init__(self, refinement: Refinement) -> None:
         self.refinement = refinement
         self.brdf, self.judge, self.settings = refinement.brdf, refinement.judge, refinement.settings
 
     def first_terms(self, frame: Frame, rival: Candidate) -> FactorPack:
-        """Return a pack of four terms for everything, in one frame, on the grid that `rival` has there."""
+        """Fit a pack of four terms to everything, in one frame, on the grid that `rival` has there."""
         axes, seed = self._axes(frame, rival.packs), self.settings.seed
         return new_terms((), self.refinement.samples(PACK), frame, axes, PACK, seed)[0]
 
     def grow(self, candidate: Candidate, rival: Candidate | None = None) -> Candidate:
-        """Return the best candidate that comes of this one by more terms and finer grids.
+        """Return the best candidate grown from this one by more terms and finer grids.
 
-        rival : given up as soon as the candidate can no longer be better than this one.
+        rival : growth ends as soon as the candidate can no longer beat this one.
         """
         budget, most = self.settings.budget, self.settings.ranks[-1]
         best = candidate = self._within_once_met(self._on_finer_grids(self._up_to_farthest_light(candidate)))
@@ -80,7 +80,7 @@ class Growth:
         return self.ended(safe if safe is not None and safe.better_than(last, budget) else last)
 
     def ended(self, candidate: Candidate) -> Candidate:
-        """Return the candidate, with the reason why no more terms are tried."""
+        """Return the candidate with the reason why no more terms are tried."""
         if candidate.judgement.score <= self.settings.budget:
             why = "budget met"
         elif candidate.rank + PACK > self.settings.ranks[-1]:
@@ -90,7 +90,7 @@ class Growth:
         return replace(candidate, stopped=why)
 
     def _with_more_terms(self, candidate: Candidate) -> Candidate:
-        """One step of growth: new terms, then all packs refined together."""
+        """Grow by one step: fit new terms, then refine all packs jointly."""
         settings, packs = self.settings, candidate.packs
         self.judge.doing(f"{candidate.rank} terms in {candidate.frames}: looking for more")
         more = self._more(candidate)
@@ -112,7 +112,7 @@ class Growth:
         return self.refinement.bring_within(candidate)
 
     def _more(self, candidate: Candidate) -> int:
-        """Return how many terms are added next: few near the budget, more where there are many already."""
+        """Return the number of terms to add: few near the budget, more if there are many already."""
         left = self.settings.ranks[-1] - candidate.rank
         near = candidate.judgement.score <= _NEAR_BUDGET * self.settings.budget and candidate.rank < _VERY_MANY
         wanted = PACK if near else 2 * PACK
@@ -122,9 +122,7 @@ class Growth:
         return wanted
 
     def _up_to_farthest_light(self, candidate: Candidate) -> Candidate:
-        """Return the same terms on grids that end where lights of pictures do: beyond, nothing would hold their
-        factors.
-        """
+        """Cut grids off at the farthest light, beyond which factors would be undetermined, and refine."""
         packs = tuple(up_to_farthest_light(pack) for pack in candidate.packs)
         same = all(new is old for new, old in zip(packs, candidate.packs, strict=True))
         if self.settings.axes is not None or same:
@@ -134,7 +132,7 @@ class Growth:
         return found
 
     def _on_finer_grids(self, candidate: Candidate) -> Candidate:
-        """Return the same terms with twice as many nodes an axis, for as long as that pays."""
+        """Refine the same terms on grids of twice as many nodes per axis, as long as that pays."""
         best = candidate
         while best.judgement.score > self.settings.budget and self.settings.axes is None:
             packs = tuple(finer(pack, _MOST_NODES) for pack in best.packs)
@@ -147,7 +145,7 @@ class Growth:
         return best
 
     def _may_win(self, candidate: Candidate, rival: Candidate) -> bool:
-        """Fewer terms than the rival's, or a better score than the rival had with as few."""
+        """Return whether it may still have fewer terms, and scores better than the rival did with as few."""
         if rival.judgement.score <= self.settings.budget and candidate.rank + PACK >= rival.rank:
             return False
         known = [
@@ -158,7 +156,7 @@ class Growth:
         return not known or candidate.judgement.score < min(known)
 
     def _axes(self, frame: Frame, packs: tuple[FactorPack, ...]) -> tuple[Axis, ...]:
-        """Return the grid that the material has in this frame already, else one made for it."""
+        """Return the material's grid in this frame if it has one, else a suitable one."""
         for pack in packs:
             if pack.frame == frame and pack.anisotropic != self.brdf.isotropic:
                 return pack.axes
@@ -175,7 +173,7 @@ def _is_slow(before: tuple[int, float], now: tuple[int, float]) -> bool:
 
 
 def finer(pack: FactorPack, most: int) -> FactorPack:
-    """Return the same function on axes with a node between any two; an axis that would have more than `most` stays."""
+    """Resample a pack to axes with a node between any two; an axis that would have more than `most` stays."""
     axes, factors = [], []
     for axis, factor in zip(pack.axes, pack.factors, strict=True):
         if 2 * axis.size - 1 <= most:
@@ -189,16 +187,14 @@ def finer(pack: FactorPack, most: int) -> FactorPack:
 
 
 def axes_up_to_farthest_light(frame: Frame, axes: tuple[Axis, ...]) -> tuple[Axis, ...]:
-    """Return the grid with theta_d, in frame hd, only as far as lights of samples stand; beyond, factors are held
-    constant.
-    """
+    """Cut theta_d, in frame hd, off at the farthest light of samples; factors are clamped beyond."""
     if frame != "hd" or axes[1].maximum <= 0.5 * FARTHEST_LIGHT:
         return axes
     return (axes[0], replace(axes[1], maximum=0.5 * FARTHEST_LIGHT), *axes[2:])
 
 
 def up_to_farthest_light(pack: FactorPack) -> FactorPack:
-    """Return the pack on `axes_up_to_farthest_light`, the same function up to there."""
+    """Resample the pack to `axes_up_to_farthest_light`, the same function up to there."""
     axes = axes_up_to_farthest_light(pack.frame, pack.axes)
     if axes is pack.axes:
         return pack
@@ -209,7 +205,7 @@ def up_to_farthest_light(pack: FactorPack) -> FactorPack:
 
 
 def merged(packs: tuple[FactorPack, ...]) -> tuple[FactorPack, ...]:
-    """One pack for each frame and grid, in the order in which they first appear."""
+    """Merge packs of the same frame and grid, in the order of their first appearance."""
     groups: dict[tuple, list[FactorPack]] = {}
     for pack in packs:
         groups.setdefault((pack.frame, pack.axes), []).append(pack)

@@ -1,8 +1,8 @@
 """Tucker compression of a dense table: orthonormal bases of every mode and a small core, in little memory.
 
-Sequentially truncated higher-order SVD (Vannieuwenhoven, Vandebril and Meerbergen 2012): each mode's basis is found
-from the core that the modes before it have left. Bases come from the eigenvectors of mode Gram matrices. The last
-and the first mode of the table, which go first, are unfolded by views; the others only once the core is smaller.
+Sequentially truncated higher-order SVD (Vannieuwenhoven, Vandebril and Meerbergen 2012): each mode's basis is computed
+from the core of the modes before it. Bases come from the eigenvectors of mode Gram matrices. The last and the first
+mode of the table, which go first, are unfolded by views; the others only once the core is smaller.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class Tucker:
 
 
 def compressed(table: Float[np.ndarray, "..."], lost: float = 1e-10, most: int | None = None) -> Tucker:
-    """Tucker form of `table` that loses at most the share `lost` of its energy, over all modes together.
+    """Compute a Tucker form of `table` that loses at most the share `lost` of its energy, over all modes together.
 
-    `most`: columns that a basis has at most, whatever is lost: what bounds the core of a noisy table.
+    `most`: columns of a basis at most, whatever the loss, which bounds the core of a noisy table.
 
     A C-contiguous table of float64 is only read; beyond it no more is allocated than one copy truncated in its first
     compressed mode. The last mode goes first: it is the spectrum, whose rank is low.

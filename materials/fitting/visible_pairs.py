@@ -1,4 +1,4 @@
-"""Direction pairs as pictures show them, and all over the hemispheres: quasi-random, even, the same for the same seed.
+"""Direction pairs distributed as in pictures, and all over the hemispheres: quasi-random, even, reproducible by seed.
 
 Points all over spheres, orthographic, under lights at every angle from the view.
 """
@@ -39,13 +39,13 @@ _HORIZON_MARGIN = 1e-3
 def seen_pairs(
     count: int, seed: int, isotropic: bool
 ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-    """wi and wo of points on spheres under lights at every angle from the view; and their weights.
+    """Generate wi, wo and weights of points on spheres under lights at every angle from the view.
 
-    Of `count` pairs drawn, those above the horizon; behind them, some all over both hemispheres (`anywhere_pairs`).
+    Of `count` pairs drawn, those above the horizon; then some all over both hemispheres (`anywhere_pairs`).
 
-    Some crowd about the mirror direction, on a square-root scale of theta_h, and some towards the edge, and count the
-    less: a highlight of few pixels and grazing views are met too. `seed` decides the first point; none is ever a pixel
-    of the protocol.
+    Some pairs crowd about the mirror direction, on a square-root scale of theta_h, and some towards the edge, with
+    lower weights: this covers highlights of few pixels and grazing views too. `seed` determines the first point; none
+    is ever a pixel of the protocol.
     """
     u = _even_points(count, 5, seed)
     away, turn = FARTHEST_LIGHT * u[:, 0], 2.0 * np.pi * u[:, 3]
@@ -81,10 +81,10 @@ def seen_pairs(
 def everywhere_angles(
     count: int, seed: int, isotropic: bool
 ) -> tuple[Float[np.ndarray, " N"], Float[np.ndarray, " N"], Float[np.ndarray, " N"], Float[np.ndarray, " N"]]:
-    """theta_i, theta_o, phi_o - phi_i and phi_i (0 if isotropic) all over both hemispheres, in radians.
+    """Generate theta_i, theta_o, phi_o - phi_i and phi_i (0 if isotropic) all over both hemispheres, in radians.
 
-    Even in theta_i and theta_o, crowding towards the plane of incidence on either side; a third of them nearer and
-    nearer to the mirror direction, and a third to the horizon.
+    Even in theta_i and theta_o, denser towards the plane of incidence on either side; a third of them denser towards
+    the mirror direction, and a third towards the horizon.
     """
     u = _even_points(count, 5, seed)
     right = 0.5 * np.pi
@@ -100,9 +100,9 @@ def everywhere_angles(
 
 
 def anywhere_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-    """wi and wo, even in theta_i and theta_o, crowding towards the plane of incidence on either side; at most `count`.
+    """Generate at most `count` wi and wo, even in theta_i and theta_o, denser towards the plane of incidence.
 
-    Those of lights that no sample has (`FARTHEST_LIGHT`) are left out: there packs only keep within bounds.
+    Pairs of lights that no sample has (`FARTHEST_LIGHT`) are left out: there packs only keep within bounds.
     """
     u = _even_points(count, 4, seed)
     theta_i, theta_o = (np.minimum(0.5 * np.pi * u[:, k], 0.5 * np.pi - _HORIZON_MARGIN) for k in (0, 1))
@@ -115,7 +115,7 @@ def anywhere_pairs(count: int, seed: int, isotropic: bool) -> tuple[Float[np.nda
 
 
 def _importance(normal: Float[np.ndarray, "N 3"], middle: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-    """Density of a picture's normals over that of all three ways to draw them, at most 1 / (1 - _MIRROR - _EDGE)."""
+    """Divide the density of a picture's normals by that of all three ways to draw them."""
     sine = np.linalg.norm(np.cross(normal, middle), axis=-1)
     theta = np.arctan2(sine, np.sum(normal * middle, axis=-1))
     shown = np.maximum(normal[:, 2], 0.0) / np.pi
@@ -128,7 +128,7 @@ def _importance(normal: Float[np.ndarray, "N 3"], middle: Float[np.ndarray, "N 3
 
 
 def _even_points(count: int, dimensions: int, seed: int) -> Float[np.ndarray, "n d"]:
-    """Evenly spread points of the unit cube from a random first one: steps are powers of 1/g, g^(d+1) = g + 1.
+    """Generate even points of the unit cube from a random first one, in powers of 1/g, g^(d+1) = g + 1.
 
     Roberts' sequence, a Kronecker sequence of the generalised golden ratio.
     """

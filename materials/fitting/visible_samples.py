@@ -1,7 +1,7 @@
-"""Samples of a BRDF at pairs of directions as pictures show them, weighted by the visibility of errors.
+"""Samples of a BRDF at pairs of directions drawn as pictures show them, weighted by the visibility of errors.
 
 To first order, ΔE94 of a small error is the length of `sensitivity` times it, with the derivative of CIELAB at the
-reference itself: below (24/116)^3, where L* is linear, its slope is finite, so that black needs no care of its own.
+reference itself: below (24/116)^3, where L* is linear, its slope is finite, so that black needs no special case.
 """
 
 from __future__ import annotations
@@ -46,12 +46,13 @@ _COLUMNS = 2048
 class SeenSamples:
     """N direction pairs, and the BRDF there in a basis of S spectra common to all packs.
 
-    targets : f_r cos(theta_i) as `analysis` (L,S) has it; `synthesis` (S,L) leads back; on the working wavelengths.
-    sensitivity : K rows of S a sample, along the last axis: the sum of squares of `sensitivity` times a small error of
-        `targets` is that of (ΔL*, ΔC*/S_C, ΔH*/S_H) of CIE 1994 under every light of the protocol.
-    base_weight : of the square of an error whatever its colour: what it would cost in L*, times a small share.
-    importance : how often a picture shows the pair, against how often it was drawn.
-    guards, limits : the last G pairs are held between limits (`with_guards`), at these weights.
+    targets : f_r cos(theta_i) in coefficients by `analysis` (L,S); `synthesis` (S,L) inverts it; on the working
+    wavelengths.
+    sensitivity : K rows of S per sample, along the last axis: the sum of squares of `sensitivity` times a small error
+        of `targets` is that of (ΔL*, ΔC*/S_C, ΔH*/S_H) of CIE 1994 under every light of the protocol.
+    base_weight : of the squared error of any colour: its cost in L*, times a small share.
+    importance : frequency of the pair in pictures over its frequency in the sample.
+    guards, limits : weights of the last G pairs, which are kept between limits (`with_guards`), and these.
     xyz : of the pair under D65; Y of a perfect diffuser facing the light = 1.
     """
 
@@ -69,12 +70,12 @@ class SeenSamples:
 
     @property
     def lit_from_behind(self) -> Bool[np.ndarray, " N"]:
-        """Samples that are lit from behind."""
+        """Mask of the samples that are lit from behind."""
         return np.sum(self.wi * self.wo, axis=1) < np.cos(BEHIND)
 
     @cached_property
     def single_unit(self) -> float:
-        """The largest sensitivity, which stands as 1 in single precision."""
+        """Largest sensitivity, the unit of values in single precision."""
         seen, root = self.sensitivity, np.sqrt(self.base_weight.max())
         return float(max(seen.max(), -seen.min(), root)) or 1.0
 
@@ -93,7 +94,7 @@ class SeenSamples:
         return (np.sqrt(self.base_weight[:, None]) / self.single_unit).astype(np.float32)
 
     def half_gradient(self, error: Float[np.ndarray, "S N"]) -> Float[np.ndarray, "S N"]:
-        """Half the gradient of what errors at the samples cost: the cost is the sum of `error` times this."""
+        """Compute half the gradient of the cost of errors at the samples: the cost is the sum of `error` times this."""
         out = np.empty(error.shape)
         # Pieces small enough to stay in the cache.
         for start in range(0, error.shape[1], _COLUMNS):
@@ -105,11 +106,11 @@ class SeenSamples:
         return out
 
     def reweighted(self, weights: Float[np.ndarray, " N"]) -> SeenSamples:
-        """Return the same samples, the square of an error at each counting `weights` times as much."""
+        """Return the same samples with the weights of squared errors multiplied by `weights`."""
         return replace(self, sensitivity=self.sensitivity * np.sqrt(weights), base_weight=self.base_weight * weights)
 
     def thinned(self, step: int) -> SeenSamples:
-        """Return every `step`-th sample, each counting so many times as much, and all guards."""
+        """Return every `step`-th sample, weighted by `step`, and all guards."""
         first = len(self.wi) - len(self.guards)
         some = np.concatenate([np.arange(0, first, step), np.arange(first, len(self.wi))])
         times = np.where(some < first, float(step), 1.0)
@@ -127,10 +128,9 @@ class SeenSamples:
     def with_guards(
         self, wi: Float[np.ndarray, "G 3"], wo: Float[np.ndarray, "G 3"], limits: Float[np.ndarray, "2 L"], cost: float
     ) -> SeenSamples:
-        """Return the samples and G further pairs, the guards: packs shall shade to pi f_r cos(theta_i) between `limits`
-        there.
+        """Append G guards: pairs where packs should shade to pi f_r cos(theta_i) between `limits`.
 
-        limits : the lowest and the highest value at each working wavelength. cost : of leaving them by 0.02 at one
+        limits : the lowest and the highest value at each working wavelength. cost : of exceeding them by 0.02 at one
         wavelength of one guard. Guards come last, and cost nothing while packs are within the limits.
         """
         more = len(wi)
@@ -156,13 +156,13 @@ class SeenSamples:
         return float(np.vdot(left, self.half_gradient(left)))
 
     def minus(self, packs: tuple[FactorPack, ...]) -> SeenSamples:
-        """Return the same samples, with what packs shade to subtracted from the targets."""
+        """Subtract the shading of packs from the targets."""
         shaded = [pack.shade(self.wi, self.wo) @ (pack.palette.basis.synthesis.T @ self.analysis) for pack in packs]
         return replace(self, targets=self.targets - sum(shaded, np.zeros_like(self.targets)))
 
 
 def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
-    """Some 0.6 `count` samples of a BRDF: of `count` pairs drawn (`visible_pairs`), those above the horizon."""
+    """Draw some 0.6 `count` samples of a BRDF: of `count` pairs (`visible_pairs`), those above the horizon."""
     wi, wo, importance = seen_pairs(count, seed, brdf.isotropic)
     importance = np.maximum(importance, _HIGHLIGHT_IMPORTANCE * _in_highlight(brdf, wi, wo))
     spectra = working_spectra(brdf, wi, wo)
@@ -194,7 +194,7 @@ def seen_samples(brdf: Brdf, count: int, seed: int = 0) -> SeenSamples:
 
 
 def working_spectra(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N L"]:
-    """f_r cos(theta_i) on the working wavelengths, 1/sr."""
+    """Evaluate f_r cos(theta_i) on the working wavelengths, 1/sr."""
     same = np.array_equal(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM)
     resample = None if same else projection_matrix(brdf.wavelengths_nm, WORKING_WAVELENGTHS_NM).T
     spectra = np.empty((len(wi), len(WORKING_WAVELENGTHS_NM)))
@@ -206,7 +206,7 @@ def working_spectra(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarr
 
 
 def _in_highlight(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Bool[np.ndarray, " N"]:
-    """Return whether pairs are of a highlight's own pixels."""
+    """Return whether pairs belong to a highlight's own pixels."""
     theta_h, theta_d, _, _ = half_difference(wi, wo)
     known = 0.5 * np.radians(LIGHT_ANGLES_DEG)
     widths = [highlight_width(brdf, angle)[0] for angle in known]
@@ -216,8 +216,9 @@ def _in_highlight(brdf: Brdf, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray
 def _sensitivity(
     spectra: Float[np.ndarray, "N L"], synthesis: Float[np.ndarray, "S L"]
 ) -> tuple[Float[np.ndarray, "K S N"], Float[np.ndarray, " N"]]:
-    """`SeenSamples.sensitivity`, by the principal directions of each sample's errors under all lights together; and the
-    mean weight of the directions that are left out.
+    """Compute `SeenSamples.sensitivity`, by the principal directions of each sample's errors under all lights together.
+
+    The second result is the mean weight of the directions that are left out.
     """
     size = len(synthesis)
     gram = np.zeros((len(spectra), size, size))
@@ -236,7 +237,7 @@ def _sensitivity(
 
 
 def _lab_slopes(xyz: Float[np.ndarray, "N 3"], white: Float[np.ndarray, "3"]) -> Float[np.ndarray, "N 3 3"]:
-    """d(L*, C*/S_C, H*/S_H)/d(XYZ) at a reference (CIE 116-1995); at grey, chroma is a* and hue b*."""
+    """Differentiate (L*, C*/S_C, H*/S_H) by XYZ at a reference (CIE 116-1995); at grey, chroma is a* and hue b*."""
     slope = np.maximum(xyz / white, KNEE) ** (-2.0 / 3.0) / 3.0 / white
     lab = lab_from_xyz(xyz, white)
     zero = np.zeros(len(xyz))
