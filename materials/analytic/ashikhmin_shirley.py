@@ -24,7 +24,7 @@ class AshikhminShirley(AnalyticBrdf):
                 (n.h)^[(n_u (h.u)^2 + n_v (h.v)^2) / (1 - (h.n)^2)] / (c max(n.k1, n.k2))   eq. 4
         rho_d = 28 R_d / (23 pi) (1 - R_s) [1 - (1 - n.k1/2)^5] [1 - (1 - n.k2/2)^5]        eq. 5
 
-    The diffuse term gives back what the highlight leaves at each wavelength, so that it grows darker towards grazing
+    The diffuse term reflects the remainder of the highlight at each wavelength, so that it darkens towards grazing
     angles. All three terms are a function of direction times one of wavelength: the model has spectral rank 3.
 
     Parameters
@@ -75,14 +75,14 @@ class AshikhminShirley(AnalyticBrdf):
         return np.multiply.outer(_leaving(wi) * _leaving(wo), self._under)
 
     def _even(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """(N,1): `_diffuse` without its spectrum."""
+        """Evaluate `_diffuse` without its spectrum, (N,1)."""
         return (_leaving(wi) * _leaving(wo))[:, None]
 
     def _highlight(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
         return self._gloss(wi, wo) @ self._coat
 
     def _gloss(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """(N,2): what the spectra of `_coat` are multiplied with."""
+        """Evaluate the factors of the spectra of `_coat`, (N,2)."""
         h = wi + wo
         h2 = h * h
         length2 = h2.sum(axis=-1)

@@ -27,15 +27,15 @@ class CoatedDiffuse(ReadBrdf):
         q   = rho / (n^2 (1 - R rho)),   T = 1 - F,   R = 1 - (1 - F_d) / n^2
 
     F is Fresnel's reflectance of unpolarised light (Born and Wolf, Principles of Optics, section 1.5), D is Beckmann's
-    and G the product of Smith's two one-sided terms (Walter et al., EGSR 2007, eq. 25 and 27). What the surface lets in
-    at the angle of the light meets the body, which sends it back to all sides; of that the surface returns R to the
-    body, again and again, and lets out the rest at the angle of the viewer (Saunderson, "Calculation of the color of
-    pigmented plastics", JOSA 32, 1942). F_d is the reflectance for even light from outside (Walsh 1926; Duntley, "The
-    optical properties of diffusing materials", JOSA 32, 1942, eq. 30).
+    and G the product of Smith's two one-sided terms (Walter et al., EGSR 2007, eq. 25 and 27). Light transmitted at the
+    angle of the light is scattered by the body in all directions; the surface reflects R of it back to the body,
+    repeatedly, and transmits the rest at the angle of the viewer (Saunderson, "Calculation of the color of pigmented
+    plastics", JOSA 32, 1942). F_d is the reflectance for uniform light from outside (Walsh 1926; Duntley, "The optical
+    properties of diffusing materials", JOSA 32, 1942, eq. 30).
 
-    A smooth coat over a white body sends back all light. Facets of a rough one at a slant reflect, in their mean, a
-    little more than F of the whole surface: no more than 1.003 times the light leaves. Near grazing light that one
-    facet sends to another is lost.
+    A smooth coat over a white body reflects all light. Tilted facets of a rough one reflect, on average, slightly more
+    than F of the whole surface: at most 1.003 times the light leaves. Near grazing, interreflection between facets is
+    lost.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class CoatedDiffuse(ReadBrdf):
         return (self._coat_albedo(cosine) if found.included else 0.0), body
 
     def _coat_albedo(self, cosine: float) -> float:
-        """Share of light from one direction that the coat reflects into the hemisphere.
+        """Compute the fraction of light from one direction that the coat reflects into the hemisphere.
 
         Half vectors by their distribution, tan^2(theta_h) = -m^2 log(1 - u) with u in [0, 1].
         """
@@ -156,11 +156,11 @@ class CoatedDiffuse(ReadBrdf):
         return np.repeat(self._facets(wi, wo), len(self.wavelengths_nm), axis=1)
 
     def _let_through(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """(N,1): light that comes in at one angle and out at the other."""
+        """Evaluate the transmission into the coat at one angle and out at the other, (N,1)."""
         return (self._through(wi[:, 2]) * self._through(wo[:, 2]))[:, None]
 
     def _facets(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """(N,1): the coat's own reflection, alike at every wavelength."""
+        """Evaluate the coat's own reflection, equal at every wavelength, (N,1)."""
         h = wi + wo
         length2 = np.sum(h * h, axis=-1)
         density = beckmann(h[:, 2] ** 2 / length2, (h[:, 0] ** 2 + h[:, 1] ** 2) / length2, self.roughness)
@@ -170,8 +170,10 @@ class CoatedDiffuse(ReadBrdf):
         return density[:, None]
 
     def _through(self, cosine: np.ndarray) -> np.ndarray:
-        """Fresnel's transmittance of unpolarised light, (N,): with a = sqrt(n^2 - sin^2), the mean of
-        4 a cos / (a + cos)^2 and 4 n^2 a cos / (a + n^2 cos)^2, which does not cancel at grazing angles.
+        """Compute Fresnel's transmittance of unpolarised light, (N,).
+
+        With a = sqrt(n^2 - sin^2) it is the mean of 4 a cos / (a + cos)^2 and 4 n^2 a cos / (a + n^2 cos)^2, which does
+        not cancel at grazing angles.
         """
         n2 = self.index**2
         a = np.sqrt((self.index - 1.0) * (self.index + 1.0) + cosine * cosine)
@@ -179,7 +181,7 @@ class CoatedDiffuse(ReadBrdf):
 
 
 def diffuse_fresnel(index: float) -> float:
-    """Reflectance of a smooth surface of index n > 1 for light from all sides of the outside (Duntley, eq. 30).
+    """Compute the reflectance of a smooth surface of index n > 1 for uniform light from outside (Duntley, eq. 30).
 
     >>> round(diffuse_fresnel(1.5), 5)
     0.09178

@@ -25,19 +25,19 @@ class CookTorrance(AnalyticBrdf):
 
         f_r = s R_s + d R_d,   s + d = 1,   R_d = rho/pi,   R_s = F D G / (4 cos(theta_i) cos(theta_o))
 
-    F is the exact Fresnel reflectance of unpolarised light from n + ik at each wavelength, at the angle between
-    light and half vector. The paper divides by pi where this divides by 4: once D is normalised so that the facets'
-    projected areas sum to 1, the 4 is that of the solid angle of the mirrored direction, 4 (h.wo) times the half
-    vector's (Walter, Marschner, Li and Torrance, "Microfacet models for refraction through rough surfaces", EGSR
-    2007, eq. 20). With pi, a smooth perfect mirror would return 4/pi = 1.27 times the light.
+    F is the exact Fresnel reflectance of unpolarised light from n + ik at each wavelength, at the angle between light
+    and half vector. The paper divides by pi where this divides by 4: once D is normalised so that the facets' projected
+    areas sum to 1, the 4 is that of the solid angle of the mirrored direction, 4 (h.wo) times the half vector's
+    (Walter, Marschner, Li and Torrance, "Microfacet models for refraction through rough surfaces", EGSR 2007, eq. 20).
+    With pi, a smooth perfect mirror would return 4/pi = 1.27 times the light.
 
     Distributions D: "beckmann", the paper's (Walter eq. 25), and "ggx" (Walter eq. 33). Masking G: "v_cavity", the
-    paper's min(1, 2 (n.h)(n.wo)/(wo.h), 2 (n.h)(n.wi)/(wo.h)), and "smith", the product of two one-sided terms,
-    exact for GGX (Walter eq. 34), his rational approximation for Beckmann (eq. 27; good to 0.35 %).
+    paper's min(1, 2 (n.h)(n.wo)/(wo.h), 2 (n.h)(n.wi)/(wo.h)), and "smith", the product of two one-sided terms, exact
+    for GGX (Walter eq. 34), his rational approximation for Beckmann (eq. 27; good to 0.35 %).
 
     Parameters
     ----------
-    diffuse : rho of the body under the surface, (L,) in [0, 1]; without effect where specular_weight is 1.
+    diffuse : rho of the body under the surface, (L,) in [0, 1]; without effect if specular_weight is 1.
     eta, k : refractive index n > 0 and extinction coefficient k >= 0, (L,) on the wavelengths of `diffuse`.
     roughness : m, the root mean square slope (Beckmann) or alpha (GGX), in (0, 1].
     specular_weight : s in [0, 1]; 1 for a bare metal.
@@ -80,8 +80,7 @@ class CookTorrance(AnalyticBrdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """Return the body in incident/outgoing angles, the facets in half/difference angles; only those with a
-        weight."""
+        """Return the body in incident/outgoing angles and the facets in half/difference angles, if they have weight."""
         parts = []
         if self.specular_weight < 1.0:
             body = constant_term(self._body)
@@ -108,7 +107,7 @@ class CookTorrance(AnalyticBrdf):
         return partial(self._reflected, fresnel_term=folded, columns=weights.shape[1])
 
     def _reflected(self, wi: np.ndarray, wo: np.ndarray, fresnel_term: Directed, columns: int) -> np.ndarray:
-        """Facets times `fresnel_term(cos^2, sin^2)` (N, columns)."""
+        """Multiply the facets by `fresnel_term(cos^2, sin^2)` (N, columns)."""
         h, d = wi + wo, wi - wo
         # h and d are the diagonals of a rhombus of side 1: |h| = 2 cos(theta_d), |d| = 2 sin(theta_d).
         cos2_d = 0.25 * (h[:, 0] ** 2 + h[:, 1] ** 2 + h[:, 2] ** 2)
@@ -132,7 +131,7 @@ class CookTorrance(AnalyticBrdf):
 
 
 def fresnel(cos2: np.ndarray, sin2: np.ndarray, eta: np.ndarray, k: np.ndarray) -> np.ndarray:
-    """Reflectance (N,L) of unpolarised light from n + ik (L,) at angles given by cos^2 and sin^2 (N,).
+    """Compute the reflectance (N,L) of unpolarised light from n + ik (L,) at angles of cos^2 and sin^2 (N,).
 
     With a + ib = sqrt((n + ik)^2 - sin^2), by its squares so that nothing is complex (Born and Wolf, Principles of
     Optics, section 14.2):
@@ -165,9 +164,10 @@ def fresnel(cos2: np.ndarray, sin2: np.ndarray, eta: np.ndarray, k: np.ndarray) 
 
 
 class FoldedFresnel:
-    """`fresnel` times weights (L,C), which is a function of the cosine alone: looked up between so many nodes that a
-    straight line between two is right to `_FOLDED_OFF` of the largest value, as middles between nodes show; where a
-    refractive index gives a kink, as total reflection does, every wavelength is evaluated each time.
+    """`fresnel` times weights (L,C), a function of the cosine alone, as a table.
+
+    There are enough nodes that linear interpolation is within `_FOLDED_OFF` of the largest value, as verified half-way
+    between nodes. If a refractive index causes a kink, as at total reflection, every wavelength is evaluated instead.
     """
 
     def __init__(self, eta: np.ndarray, k: np.ndarray, weights: Float[np.ndarray, "L C"]) -> None:
@@ -187,7 +187,7 @@ class FoldedFresnel:
         return np.concatenate(rows)
 
     def __call__(self, cos2: np.ndarray, sin2: np.ndarray) -> np.ndarray:
-        """(N,C)."""
+        """Evaluate the folded reflectance, (N,C)."""
         if self._table is None:
             return self._exact(cos2, sin2)
         place = np.minimum(np.sqrt(cos2), 1.0) * _FOLDED_CELLS
@@ -200,29 +200,29 @@ class FoldedFresnel:
 
 
 def beckmann(cos2_h: np.ndarray, sin2_h: np.ndarray, roughness: float) -> np.ndarray:
-    """D in 1/sr of Gaussian slopes: exp(-tan^2/m^2) / (pi m^2 cos^4) (Walter et al. 2007, eq. 25)."""
+    """Evaluate D in 1/sr of Gaussian slopes: exp(-tan^2/m^2) / (pi m^2 cos^4) (Walter et al. 2007, eq. 25)."""
     tan2 = sin2_h / cos2_h
     # 1/cos^2 = 1 + tan^2
     return np.exp(-tan2 / roughness**2) * (1.0 + tan2) ** 2 / (np.pi * roughness**2)
 
 
 def ggx(cos2_h: np.ndarray, sin2_h: np.ndarray, roughness: float) -> np.ndarray:
-    """D in 1/sr: m^2 / (pi cos^4 (m^2 + tan^2)^2) (Walter et al. 2007, eq. 33)."""
+    """Evaluate D in 1/sr: m^2 / (pi cos^4 (m^2 + tan^2)^2) (Walter et al. 2007, eq. 33)."""
     return roughness**2 / (np.pi * (cos2_h * roughness**2 + sin2_h) ** 2)
 
 
 def v_cavity(cos_i: np.ndarray, cos_o: np.ndarray, cos_h_over_cos_d: np.ndarray) -> np.ndarray:
-    """G / (4 cos_i cos_o) of the 1982 paper, with the cosines cancelled so that grazing angles stay finite."""
+    """Evaluate G / (4 cos_i cos_o) of the 1982 paper, with the cosines cancelled: finite at grazing angles."""
     return np.minimum(0.25 / (cos_i * cos_o), 0.5 * cos_h_over_cos_d / np.maximum(cos_i, cos_o))
 
 
 def smith_ggx(w: np.ndarray, roughness: float) -> np.ndarray:
-    """G1 / (2 cos) of GGX for w (N,3) (Walter et al. 2007, eq. 34), the cosine cancelled."""
+    """Evaluate G1 / (2 cos) of GGX for w (N,3) (Walter et al. 2007, eq. 34), the cosine cancelled."""
     return 1.0 / (w[:, 2] + np.hypot(w[:, 2], roughness * np.hypot(w[:, 0], w[:, 1])))
 
 
 def smith_beckmann(w: np.ndarray, roughness: float) -> np.ndarray:
-    """G1 / (2 cos) of Beckmann for w (N,3) by the rational approximation (Walter et al. 2007, eq. 27).
+    """Evaluate G1 / (2 cos) of Beckmann for w (N,3) by the rational approximation (Walter et al. 2007, eq. 27).
 
     With a = 1 / (m tan): (3.535 a + 2.181 a^2) / (1 + 2.276 a + 2.577 a^2) below a = 1.6, else 1.
     """

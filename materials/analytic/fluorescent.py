@@ -1,4 +1,4 @@
-"""Matt surfaces that fluoresce: part of the light comes back at longer wavelengths, in all directions alike."""
+"""Fluorescent matt surfaces: part of the light is emitted at longer wavelengths, equally in all directions."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from ..factored.pack import FactoredBrdf, matt_brdf
 
 
 class FluorescentBrdf(Brdf):
-    """A BRDF beside which light leaves at other wavelengths than it came in.
+    """A BRDF with fluorescence: emission at other wavelengths than the incident ones.
 
     `eval` is the part that keeps its wavelength. The rest is `emission_factor(wi, wo)` times `bispectral.emission` of
-    the light: the reference adds it up at every wavelength.
+    the light, which the reference adds at every wavelength.
     """
 
     bispectral: Bispectral  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -45,7 +45,7 @@ class FluorescentBrdf(Brdf):
         """Return the fast form, emission included, which a fit of `eval` would lose."""
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """Refused: a sum of lobes over reflected wavelengths leaves the emission out."""
+        """Raise an error: a sum of lobes over reflected wavelengths would omit the emission."""
         found, expected = type(self).__name__, "its `own_form()`"
         raise InputError("a fluorescent surface is not fitted", field="brdf", found=found, expected=expected)
 
@@ -66,7 +66,7 @@ class FluorescentLambert(FluorescentBrdf):
 
     @property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """(L,) of the light that leaves."""
+        """(L,) wavelengths of the outgoing light."""
         return self.bispectral.reflectance.wavelengths_nm
 
     def parameters(self) -> dict[str, np.ndarray]:
@@ -88,17 +88,17 @@ class FluorescentLambert(FluorescentBrdf):
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """Return the diagonal of D over pi, 1/sr: what keeps its wavelength."""
+        """Return the diagonal of D over pi, 1/sr: the reflection without fluorescence."""
         value = self.bispectral.reflectance.samples / np.pi
         return eval_lit(lambda lit, _: np.broadcast_to(value, (len(lit), value.size)), value.size, wi, wo)
 
     def emission_factor(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "..."]:
-        """1 / pi."""
+        """Return 1 / pi."""
         wi, wo = np.broadcast_arrays(wi, wo)
         return np.where((wi[..., 2] > 0) & (wo[..., 2] > 0), 1.0 / np.pi, 0.0)
 
     def own_form(self, budget: float = 0.5) -> FactoredBrdf:
-        """Exact factors: one constant term, whose one spectrum folds with the full matrix."""
+        """Return one constant term, exact, whose single spectrum folds with the full matrix."""
         return matt_brdf(np.array([1.0 / np.pi]), DonaldsonPalette.of_surface(self.bispectral))

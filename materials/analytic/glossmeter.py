@@ -1,14 +1,14 @@
-"""Gloss as a glossmeter reads it, and in stops: how far the image of a lamp stands out from the colour around it.
+"""Gloss in gloss units and in stops: the image of a lamp relative to the diffuse colour around it.
 
-A glossmeter (ISO 2813:2014) sends a beam at 60 degrees and counts what comes back into a window of 4.4 degrees in the
-plane of incidence and 11.7 across, about the mirror's direction; black glass of n = 1.567 has 100 gloss units. The
-same number says how bright a lamp of that size is, seen in the surface. Gloss units are no steps for an eye: 5 and 10
-are far apart, 90 and 95 are not. Brightness goes by ratios (Fechner), so that gloss is compared in stops, each of
-which doubles the image of the lamp:
+A glossmeter (ISO 2813:2014) sends a beam at 60 degrees and measures the light in a window of 4.4 degrees in the plane
+of incidence and 11.7 across, about the mirror direction; black glass of n = 1.567 has 100 gloss units. The same number
+states the brightness of a lamp of that size, reflected in the surface. Gloss units are not perceptually uniform: 5 and
+10 are far apart, 90 and 95 are not. Brightness is perceived by ratios (Fechner), so that gloss is compared in stops,
+each of which doubles the image of the lamp:
 
     gloss = log2(1 + (Y in the window - Y at 45:0))         Y as of a diffuser: pi f_r, in the window its mean
 
-What a matt surface sends into the window is its body, which is taken off: matt white and matt black have 0. The
+A matt surface reflects only its body into the window, which is subtracted: matt white and matt black have 0. The
 shipped satin paints have 3.7, gloss paints 5.1, black glass 5.4, polished silver 8.6.
 """
 
@@ -36,21 +36,24 @@ _SIDES = 8
 
 @dataclass(frozen=True)
 class Gloss:
-    """units : at 60 degrees, as of ISO 2813. stops : see above; 0 where nothing stands out."""
+    """Gloss of a surface.
+
+    units : at 60 degrees, by ISO 2813. stops : as defined above; 0 without any excess over the body.
+    """
 
     units: float
     stops: float
 
 
 def gloss_of(surface: Surface, folding: Folding, body: float) -> Gloss:
-    """Return the gloss of a surface that is alike everywhere; of an anisotropic one, from the mean of eight sides.
+    """Compute the gloss of a uniform surface; of an anisotropic one, from the mean of eight sides.
 
     The beam is parallel and the detector an eye; the standard's beam is 0.75 x 2.5 degrees wide.
 
     Parameters
     ----------
     folding : of one light.
-    body : Y at 45:0, where no highlight is seen; 1 is the perfect diffuser.
+    body : Y at 45:0, where no highlight is visible; 1 is the perfect diffuser.
     """
     azimuths = (0.0,) if surface.isotropic else tuple(np.arange(_SIDES) * np.pi / 4)
     share = float(np.mean([_into_window(surface, folding, float(azimuth)) for azimuth in azimuths]))
@@ -60,16 +63,17 @@ def gloss_of(surface: Surface, folding: Folding, body: float) -> Gloss:
 
 
 def _into_window(surface: Surface, folding: Folding, azimuth: float) -> float:
-    """Y of what comes back into the window, as a share of the beam."""
+    """Compute Y of the light reflected into the window, as a fraction of the beam."""
     wi, wo, solid = _window(azimuth)
     return float(solid @ surface.xyz(Points(wi, wo), folding)[:, 1])
 
 
 @cache
 def _window(azimuth: float) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-    """Directions to the light and into the window, and their weights cos(theta) dw.
+    """Compute directions to the light and into the window, and their weights cos(theta) dw.
 
-    Nodes crowd towards the middle as cubes do: a highlight of a tenth of the window is met as well as a wide one.
+    Nodes are denser towards the middle, as cubes: highlights of a tenth of the window are resolved as well as wide
+    ones.
     """
     at, share = np.polynomial.legendre.leggauss(_NODES)
     across, width = at**3, 3.0 * at**2 * share

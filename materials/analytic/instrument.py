@@ -1,4 +1,4 @@
-"""Surfaces whose body is found from what an instrument reads of the whole, and the instruments that are known."""
+"""Models whose body is derived from an instrument's reading of the whole surface, and the known instruments."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ GEOMETRIES = "45:0, di:8 (specular component included), de:8 (excluded)"
 
 
 class Instrument(NamedTuple):
-    """A geometry of an instrument.
+    """Geometry of an instrument.
 
-    sphere_deg : of a sphere the angle from the normal at which it views; None of 45:0. included : whether a sphere
-    counts the specular component; None where that is not stated, or of 45:0.
+    sphere_deg : viewing angle of a sphere from the normal; None for 45:0. included : whether a sphere includes the
+    specular component; None if that is not stated, or for 45:0.
     """
 
     sphere_deg: float | None = None
@@ -27,7 +27,7 @@ class Instrument(NamedTuple):
 
     @classmethod
     def of(cls, geometry: str) -> Instrument:
-        """Take it from words, in any of the notations of `measurement.geometry_in`.
+        """Parse a geometry in any of the notations of `measurement.geometry_in`.
 
         Raises
         ------
@@ -47,7 +47,7 @@ class Instrument(NamedTuple):
 
 
 def not_stated(geometry: str) -> InputError:
-    """Return the refusal of a spectrum of which it is not known how it was read."""
+    """Return the error for a spectrum whose measuring geometry is unknown."""
     return InputError(
         "which light the instrument counted is not stated",
         field="geometry",
@@ -58,7 +58,7 @@ def not_stated(geometry: str) -> InputError:
 
 
 class ReadBrdf(AnalyticBrdf):
-    """A model that has a spectrum of a body within it, not that of the whole as an instrument reads it.
+    """Model with the spectrum of a body inside, other than an instrument's reading of the whole.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class ReadBrdf(AnalyticBrdf):
 
     @abc.abstractmethod
     def reads(self, reading: Spectrum, geometry: str) -> Self:
-        """Find the body with which an instrument reads a spectrum of the whole.
+        """Find the body for which an instrument reads a given spectrum of the whole.
 
         Parameters
         ----------
@@ -78,5 +78,5 @@ class ReadBrdf(AnalyticBrdf):
 
         Raises
         ------
-        InputError : another geometry, or readings that no body in [0, 1] gives.
+        InputError : another geometry, or readings that no body in [0, 1] has.
         """

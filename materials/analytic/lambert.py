@@ -40,7 +40,7 @@ class Lambert(AnalyticBrdf):
 
     @classmethod
     def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
-        """One reflectance, for tests of what every model must keep."""
+        """Return one reflectance, for the tests that every model must pass."""
         ramp = np.linspace(0.0, 1.0, len(wavelengths_nm))
         return (cls(Spectrum.sampled(wavelengths_nm, ramp)),)
 
@@ -53,6 +53,6 @@ class Lambert(AnalyticBrdf):
         return constant_term(self._value)
 
     def own_form(self, budget: float = 0.5) -> FactoredBrdf:
-        """One constant term, exact in every direction; its spectrum is on the working wavelengths, projected there."""
+        """Return one constant term, exact in every direction; its spectrum is projected to the working wavelengths."""
         shown = self.reflectance.projected(WORKING_WAVELENGTHS_NM).samples[None] / np.pi
         return matt_brdf(np.ones(1), Palette.of(shown), "half")

@@ -28,9 +28,9 @@ class MetallicRoughness(AnalyticBrdf):
     D is GGX with alpha a of the surface and b of the coat, G the product of Smith's two one-sided terms. A metal has
     rho = 0 and its colour in f0; a plastic has its colour in rho and f0 = 0.04.
 
-    The extension takes the coat's Fresnel term at the viewer's angle, which is not reciprocal; here it is that of the
-    half vector, as in the base. Facets take light from the body at the half vector only: a white, smooth surface sends
-    back up to 1.9 times the light that grazes it.
+    The extension evaluates the coat's Fresnel term at the viewer's angle, which is not reciprocal; here it is that of
+    the half vector, as in the base. Facets attenuate the body at the half vector only: a white, smooth surface reflects
+    up to 1.9 times the grazing light.
 
     Parameters
     ----------
@@ -102,13 +102,13 @@ class MetallicRoughness(AnalyticBrdf):
         return np.repeat(self._coat_terms(wi, wo), len(self.wavelengths_nm), axis=1)
 
     def _under_terms(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """(N,2): what the spectra of `_under` are multiplied with."""
+        """Evaluate the factors of the spectra of `_under`, (N,2)."""
         fall = schlick(wi, wo)
         through = self._through(fall)
         return np.stack([through, through * fall], axis=-1)
 
     def _facet_terms(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """(N,2): what the spectra of `_facet` are multiplied with."""
+        """Evaluate the factors of the spectra of `_facet`, (N,2)."""
         fall = schlick(wi, wo)
         geometry = self._through(fall) * _facet_geometry(wi, wo, self.alpha)
         return np.stack([geometry, geometry * fall], axis=-1)
@@ -119,19 +119,19 @@ class MetallicRoughness(AnalyticBrdf):
         return (reflected * _facet_geometry(wi, wo, self.coat_alpha))[:, None]
 
     def _through(self, fall: np.ndarray) -> np.ndarray:
-        """Compute what the coat lets through, 1 - w Fc, (N,)."""
+        """Compute the coat's transmission, 1 - w Fc, (N,)."""
         return 1.0 - self.coat * (_COAT_F0 + (1.0 - _COAT_F0) * fall)
 
 
 def schlick(wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-    """(1 - h.wi)^5, (N,); from |wi - wo| = 2 sin, so that it does not cancel near retro-reflection."""
+    """Compute (1 - h.wi)^5, (N,); from |wi - wo| = 2 sin, so that it does not cancel near retro-reflection."""
     h, d = wi + wo, wi - wo
     cos = 0.5 * np.sqrt(np.sum(h * h, axis=-1))
     return (0.25 * np.sum(d * d, axis=-1) / (1.0 + cos)) ** 5
 
 
 def _facet_geometry(wi: np.ndarray, wo: np.ndarray, alpha: float) -> np.ndarray:
-    """D G / (4 cos(theta_i) cos(theta_o)), (N,)."""
+    """Compute D G / (4 cos(theta_i) cos(theta_o)), (N,)."""
     h = wi + wo
     length2 = np.sum(h * h, axis=-1)
     density = ggx(h[:, 2] ** 2 / length2, (h[:, 0] ** 2 + h[:, 1] ** 2) / length2, alpha)

@@ -24,16 +24,15 @@ Parameter = Float[np.ndarray, " L"] | float | str
 class AnalyticBrdf(Brdf):
     """A reflection model with a closed formula; its subclasses are frozen dataclasses of its parameters.
 
-    A field that is a `Spectrum` is a reflectance, an array is any other spectral quantity, and the rest are
-    numbers, each with its `Domain`, or names. The GLSL twin, `<NAME>.glsl` beside the module, is a function
-    `float NAME(vec3 wi, vec3 wo, ...)` of the same parameters in the same order at one wavelength; a name becomes its
-    index in `CHOICES`.
+    A field that is a `Spectrum` is a reflectance, an array is any other spectral quantity, and the rest are numbers,
+    each with its `Domain`, or names. The GLSL twin, `<NAME>.glsl` beside the module, is a function `float NAME(vec3 wi,
+    vec3 wo, ...)` of the same parameters in the same order at one wavelength; a name becomes its index in `CHOICES`.
 
     Attributes
     ----------
-    NAME : what a catalogue stores and what the GLSL function is called.
-    CHOICES : for each parameter that is a name, the names that it may take.
-    ALBEDO_BOUND : what the directional albedo never exceeds; above 1 only where the published model does.
+    NAME : name in catalogues and of the GLSL function.
+    CHOICES : allowed names of each parameter that is a name.
+    ALBEDO_BOUND : upper bound of the directional albedo; above 1 only if that of the published model is.
     """
 
     NAME: ClassVar[str]
@@ -43,16 +42,16 @@ class AnalyticBrdf(Brdf):
     @classmethod
     @abc.abstractmethod
     def examples(cls, wavelengths_nm: np.ndarray) -> tuple[AnalyticBrdf, ...]:
-        """Instances that span the parameters, ends included: what the conformance and parity tests run on."""
+        """Return instances that span the parameters, ends included, for the conformance and parity tests."""
 
     @abc.abstractmethod
     def _eval_lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """f_r (N,L) of pairs (N,3) that are all above the horizon."""
+        """Evaluate f_r (N,L) of pairs (N,3) that are all above the horizon."""
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r (...,L) in 1/sr; see `Brdf.eval`."""
+        """Evaluate f_r (...,L) in 1/sr; see `Brdf.eval`."""
         return eval_lit(self._eval_lit, len(self.wavelengths_nm), wi, wo)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
@@ -101,12 +100,12 @@ class AnalyticBrdf(Brdf):
         return {field.name: str(field.type) for field in fields(concrete) if field.init}
 
     def _set(self, **values: object) -> None:
-        """Store what was derived or checked during construction of the frozen dataclass."""
+        """Set fields that were derived or checked during construction of the frozen dataclass."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
     def _checked_reflectance(self, name: str) -> np.ndarray:
-        """Samples (L,) of the field `name`, a reflectance on the model's wavelengths; the first one sets these."""
+        """Return samples (L,) of the field `name`, a reflectance on the model's wavelengths, which the first sets."""
         spectrum: Spectrum = getattr(self, name)
         if spectrum.quantity != "reflectance":
             raise InputError("wrong quantity", field=name, found=spectrum.quantity, expected="reflectance")
@@ -160,10 +159,10 @@ class AnalyticBrdf(Brdf):
 
 @dataclass(frozen=True, eq=False)
 class ModelPart(Brdf):
-    """One lobe of a model: the part that `evaluate(wi (N,3), wo (N,3)) -> (N,L)` gives above the horizon.
+    """One lobe of a model: `evaluate(wi (N,3), wo (N,3)) -> (N,L)` above the horizon.
 
-    folded : weights (L,C) -> what gives `evaluate(wi, wo) @ weights`, (N,C), without making spectra first; None where
-        spectra have to be made.
+    folded : weights (L,C) -> a function that evaluates `evaluate(wi, wo) @ weights`, (N,C), without spectra; None if
+        spectra are required.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -175,7 +174,7 @@ class ModelPart(Brdf):
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r (...,L) of this part in 1/sr; see `Brdf.eval`."""
+        """Evaluate f_r (...,L) of this part in 1/sr; see `Brdf.eval`."""
         return eval_lit(self.evaluate, len(self.wavelengths_nm), wi, wo)
 
     @property
@@ -184,7 +183,7 @@ class ModelPart(Brdf):
         return self.folded if isinstance(self.folded, SumOfTerms) else None
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Implement `Surface.xyz`; folded before it is evaluated where that can be."""
+        """Implement `Surface.xyz`; folded before the evaluation if possible."""
         if self.folded is None:
             return super().xyz(points, folding)
         if not self._kept or self._kept[0][0] is not folding:
@@ -193,7 +192,7 @@ class ModelPart(Brdf):
 
 
 def _from_stored(kind: str, grid: np.ndarray, value: object, name: str) -> object:
-    """Return a stored value as what the field `name`, annotated as `kind`, holds."""
+    """Convert a stored value to the type that the field `name` is annotated with."""
     if kind == "float":
         return _number(value, name)
     if kind == "str":
@@ -229,7 +228,7 @@ def _range(grid: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class Domain:
-    """Finite numbers from `low` (excluded with `open_low`) to `high`; `unit` is "" for what has none."""
+    """Finite numbers from `low` (excluded with `open_low`) to `high`; `unit` is "" if there is none."""
 
     low: float
     high: float = np.inf
@@ -237,7 +236,7 @@ class Domain:
     unit: str = ""
 
     def holds(self, number: float) -> bool:
-        """Return whether the number is one of them."""
+        """Return whether the number is in the domain."""
         above = number > self.low if self.open_low else number >= self.low
         return bool(np.isfinite(number) and above and number <= self.high)
 
@@ -250,5 +249,5 @@ class Domain:
 
 
 def in_domain(low: float, high: float = np.inf, *, open_low: bool = False, unit: str = "") -> dict[str, Domain]:
-    """Metadata of a dataclass field that is such a number."""
+    """Make the metadata of a dataclass field with a number in this domain."""
     return {"domain": Domain(low, high, open_low, unit)}

@@ -27,8 +27,8 @@ _NODES = 24
 class OrenNayar(ReadBrdf):
     """The full model of Oren and Nayar, "Generalization of Lambert's reflectance model", SIGGRAPH 94.
 
-    It is the paper's functional approximation for a Gaussian distribution of slopes, not the shorter qualitative
-    model. With alpha = max(theta_i, theta_o), beta = min(theta_i, theta_o), phi = phi_o - phi_i and rho(lambda):
+    It is the paper's functional approximation for a Gaussian distribution of slopes, not the shorter qualitative model.
+    With alpha = max(theta_i, theta_o), beta = min(theta_i, theta_o), phi = phi_o - phi_i and rho(lambda):
 
         L1 = rho/pi [C1 + cos(phi) C2 tan(beta) + (1 - |cos(phi)|) C3 tan((alpha + beta)/2)]
         C1 = 1 - 0.5 s2 / (s2 + 0.33)                      with s2 = sigma^2
@@ -38,12 +38,12 @@ class OrenNayar(ReadBrdf):
         f_r = max(L1 + L2, 0)
 
     The approximation dips below zero for dark, rough surfaces seen against the light at grazing angles; radiance
-    cannot, hence the maximum. f_r grows without bound towards grazing retro-reflection (tan beta), f_r times the
-    cosine does not.
+    cannot, hence the maximum. f_r grows without bound towards grazing retro-reflection (tan beta), f_r times the cosine
+    does not.
 
     Parameters
     ----------
-    reflectance : rho of the walls, (L,) in [0, 1]; the whole reads darker, and `reads` has it from a measurement.
+    reflectance : rho of the walls, (L,) in [0, 1]; the whole is darker, and `reads` derives rho from its measurement.
     sigma : standard deviation of the slope angle, radians in [0, pi/2]; 0 is Lambert.
     """
 
@@ -67,9 +67,9 @@ class OrenNayar(ReadBrdf):
         return tuple(cls(ramp, sigma) for sigma in (0.0, 0.3, 0.52, 0.5 * np.pi))
 
     def reads(self, reading: Spectrum, geometry: str) -> OrenNayar:
-        """Find the walls with which an instrument reads a spectrum of the whole: reading = a rho + b rho^2.
+        """Find the walls for which an instrument reads a given spectrum of the whole: reading = a rho + b rho^2.
 
-        Parameters and errors as of `ReadBrdf.reads`; a matt surface has no specular component to be stated.
+        Parameters and errors as of `ReadBrdf.reads`; the specular component of a matt surface need not be stated.
         """
         a, b = self._read_at(geometry)
         whitest = a + b
@@ -86,9 +86,9 @@ class OrenNayar(ReadBrdf):
         return replace(self, reflectance=Spectrum.sampled(reading.wavelengths_nm, rho, "reflectance"))
 
     def _read_at(self, geometry: str) -> tuple[float, float]:
-        """Return readings of direct and of interreflected light, of walls of rho = 1.
+        """Return the readings of direct and of interreflected light, for walls of rho = 1.
 
-        Under 10 degrees from the normal, where spheres view, no wavelength is held at 0.
+        Within 10 degrees of the normal, where spheres view, no wavelength is clamped to 0.
         """
         sphere_deg = Instrument.of(geometry).sphere_deg
         if sphere_deg is None:
@@ -106,9 +106,10 @@ class OrenNayar(ReadBrdf):
 
     @property
     def sum_of_terms(self) -> SumOfTerms | None:
-        """Direct and interreflected light times rho and rho^2, where walls are so smooth that nothing is ever held at
-        0: cos(phi) C2 tan(beta) is at least -0.45 s2 / (s2 + 0.09) (1 - (2 beta/pi)^3) tan(beta), which falls to -0.45
-        s2 / (s2 + 0.09) 6/pi at grazing angles.
+        """Terms of direct and interreflected light times rho and rho^2; None if f_r may be clamped to 0.
+
+        cos(phi) C2 tan(beta) is at least -0.45 s2 / (s2 + 0.09) (1 - (2 beta/pi)^3) tan(beta), which falls to -0.45 s2
+        / (s2 + 0.09) 6/pi at grazing angles.
         """
         s2 = self.sigma**2
         if 1.0 - 0.5 * s2 / (s2 + 0.33) < 0.45 * s2 / (s2 + 0.09) * (6.0 / np.pi):
@@ -116,7 +117,7 @@ class OrenNayar(ReadBrdf):
         return SumOfTerms(self._terms, np.stack([self._rho, self._rho**2]) / np.pi, (self.NAME, self.sigma))
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Fold before evaluating, wherever no wavelength is held at 0: `Surface.xyz`."""
+        """Implement `Surface.xyz`, folded before the evaluation wherever no wavelength is clamped to 0."""
         if self.sum_of_terms is not None:
             return super().xyz(points, folding)
         weights = folding.weights(self.wavelengths_nm) / np.pi
@@ -136,7 +137,7 @@ class OrenNayar(ReadBrdf):
         return self._spectra(self._terms(wi, wo))
 
     def _spectra(self, terms: np.ndarray) -> np.ndarray:
-        """f_r (N,L) of `_terms`."""
+        """Evaluate f_r (N,L) from `_terms`."""
         out = np.multiply.outer(terms[:, 1], self._rho)
         out += terms[:, :1]
         np.maximum(out, 0.0, out=out)
@@ -144,7 +145,7 @@ class OrenNayar(ReadBrdf):
         return out
 
     def _terms(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """(N,2): pi L1 / rho and pi L2 / rho^2, which is never negative."""
+        """Evaluate pi L1 / rho and pi L2 / rho^2, which is never negative, (N,2)."""
         sin_i, sin_o = np.hypot(wi[:, 0], wi[:, 1]), np.hypot(wo[:, 0], wo[:, 1])
         theta_i, theta_o = np.arctan2(sin_i, wi[:, 2]), np.arctan2(sin_o, wo[:, 2])
         alpha, beta = np.maximum(theta_i, theta_o), np.minimum(theta_i, theta_o)
@@ -169,7 +170,7 @@ class OrenNayar(ReadBrdf):
 
 
 def _between(nodes: np.ndarray, weights: np.ndarray, ends: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Legendre nodes and weights of [-1, 1] in each piece between ends."""
+    """Compute Gauss-Legendre nodes and weights of [-1, 1] in each interval between `ends`."""
     halves = [(0.5 * (high + low), 0.5 * (high - low)) for low, high in pairwise(ends)]
     points, shares = ([middle + half * nodes for middle, half in halves], [half * weights for _, half in halves])
     return np.concatenate(points), np.concatenate(shares)

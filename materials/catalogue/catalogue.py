@@ -30,24 +30,24 @@ __all__ = ["Catalogue", "Query", "Summary", "default_catalogue"]
 
 
 def default_catalogue() -> Path:
-    """`$METAMER_CATALOGUE`, or `metamer-catalogue` in the current folder."""
+    """Return `$METAMER_CATALOGUE`, or `metamer-catalogue` in the current folder."""
     return place(os.environ.get("METAMER_CATALOGUE") or "metamer-catalogue")
 
 
 @dataclass(frozen=True)
 class Catalogue:
-    """A folder of materials; "family/name" lies in FOLDER/family/name.h5. Make one with `open`.
+    """A folder of materials; "family/name" is FOLDER/family/name.h5. Make one with `open`.
 
-    `catalogue["family/name"]` loads a material; to go through a catalogue is to go through its ids.
+    `catalogue["family/name"]` loads a material; iteration yields the ids.
     """
 
     folder: Path
 
     @classmethod
     def open(cls, folder: str | Path | None = None, *, create: bool = False) -> Catalogue:
-        """Return the catalogue in `folder`, or `default_catalogue()`; raises `InputError` where there is none.
+        """Return the catalogue in `folder`, or `default_catalogue()`; raises `InputError` if there is none.
 
-        create : a folder that is not there, or is empty, becomes an empty catalogue.
+        create : make an empty catalogue of a missing or empty folder.
         """
         folder = default_catalogue() if folder is None else place(folder)
         if create:
@@ -89,7 +89,7 @@ class Catalogue:
         return tuple(sorted(material_id for material_id, _ in material_files(self.folder, SUFFIX)))
 
     def match(self, pattern: str) -> tuple[str, ...]:
-        """Ids that fit a pattern such as "colorchecker/*-gloss"; raises `UnknownNameError` where none does."""
+        """Return ids that match a pattern such as "colorchecker/*-gloss"; raises `UnknownNameError` if none does."""
         if not _WILD.search(pattern):
             # An id: of a list of them, the names of all files are not asked for each time.
             self.path(pattern)
@@ -101,7 +101,7 @@ class Catalogue:
         return found
 
     def match_surfaces(self, pattern: str) -> tuple[str, ...]:
-        """Ids as of `match`, but for spectra without a surface; raises `InputError` where those are all there are."""
+        """Return ids as `match` does, without spectra that have no surface; raises `InputError` if none remain."""
         found = self.summaries(self.match(pattern))
         for one in found:
             if isinstance(one, InputError):
@@ -115,11 +115,11 @@ class Catalogue:
     def add(self, material: MaterialRecord, *, replace: bool = False) -> Path:
         """Write a material into the catalogue, whole or not at all; returns its file.
 
-        replace : in place of one of its id, where there is one.
+        replace : overwrite a material of the same id.
 
         Raises
         ------
-        InputError : there is one of its id, or the id is none. NoRoomError : the disk is full.
+        InputError : the id exists already, or is invalid. NoRoomError : the disk is full.
         """
         check_id(material.id)
         local_folder(self.folder, "a new material")
@@ -131,7 +131,7 @@ class Catalogue:
         return path
 
     def path(self, material_id: str) -> Path:
-        """Return the file of a material; raises `UnknownNameError`, which gives the nearest ids."""
+        """Return the file of a material; raises `UnknownNameError`, which names the nearest ids."""
         path = self.folder / f"{material_id}{SUFFIX}"
         plain = all(part and not part.startswith(".") for part in material_id.split("/"))
         # The names of all files are asked for only where a wrong one was given.
@@ -145,7 +145,7 @@ class Catalogue:
         return path
 
     def state(self, material_id: str) -> tuple:
-        """Equal as long as nobody has written the material anew; raises `UnknownNameError` as `path` does."""
+        """Return a stamp that changes whenever the material is rewritten; raises `UnknownNameError` as `path` does."""
         path = self.path(material_id)
         found = path.stat()
         return path, found.st_mtime_ns, found.st_size, found.st_ino
@@ -160,7 +160,7 @@ class Catalogue:
         return self.load(material_id)
 
     def load(self, material_id: str) -> Material:
-        """Return a material, its checksum verified; raises `InputError` naming a file that is damaged."""
+        """Read a material and verify its checksum; raises `InputError` naming a damaged file."""
         path = self.path(material_id)
         record = read_record(path)
         if record.id != material_id:
@@ -168,18 +168,18 @@ class Catalogue:
         return Material(**vars(record))
 
     def surface(self, material_id: str) -> Material:
-        """`load` of what a part of a scene can be made of; raises `InputError` for a spectrum without a surface."""
+        """Return `load` of a material that has a surface; raises `InputError` for a spectrum without one."""
         record = self.load(material_id)
         if not record.is_surface:
             raise no_surface(record.model, material_id)
         return record
 
     def summary(self, material_id: str) -> Summary:
-        """Read the summary in the head of a material's file, and no more of it."""
+        """Read only the summary in the head of a material's file."""
         return summary(material_id, self.path(material_id))
 
     def summaries(self, ids: Iterable[str]) -> list[Summary | InputError]:
-        """Return what `summary` does for each of these materials, or raises; behind a URL, many are read at once."""
+        """Read the `summary` of each of these materials; behind a URL, many are read at once."""
         ids = tuple(ids)
         known = dict(summaries(self.folder, SUFFIX, frozenset(ids))) if is_remote(self.folder) and len(ids) > 1 else {}
         found: list[Summary | InputError] = []
@@ -206,15 +206,15 @@ class Catalogue:
         return heads.select(query or Query())
 
     def heads(self, say: Callable[[str], None] = lambda line: None) -> Heads | HeadIndex:
-        """Return the heads of all files, to be queried: by an index where there are many and DuckDB is installed.
+        """Return the heads of all files for queries: by an index if there are many and DuckDB is installed.
 
-        say : hears of an index that is made, and that one could be.
+        say : receives a message if an index is made, or could be made.
         """
         index = None if is_remote(self.folder) else index_of(self.folder, say)
         return read_heads(self.folder, SUFFIX) if index is None else index
 
     def verify(self) -> dict[str, InputError | None]:
-        """Return every id with what is wrong with its file, or None: checksums and heads (`verification` does more)."""
+        """Yield every id with the defect of its file, or None: checksums and heads (`verification` checks more)."""
         from ..records.verification import verify_catalogue
 
         return {one.id: one.problem for one in verify_catalogue(self.folder, quick=True, jobs=1).results}

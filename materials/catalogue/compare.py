@@ -44,7 +44,7 @@ _ALIKE = 0.0005
 class LightDifference:
     """ΔE94 over the samples of the sphere under one light; of a spectrum without a surface, one number four times.
 
-    where : of texels, which one is farthest off, and under which light from which view.
+    where : of texels, the one with the largest difference, with its light and view.
     """
 
     light: str
@@ -57,9 +57,9 @@ class LightDifference:
 
 @dataclass(frozen=True)
 class MaterialDifference:
-    """Change of one material. `words`: what else is to be said, such as a change of model.
+    """Change of one material. `words`: further remarks, such as a change of model.
 
-    texels : of the fast forms of BTFs, of their texels in every view and light that both have; where the largest is.
+    texels : of the fast forms of BTFs, over texels, views and lights that both have, with the place of the largest.
     """
 
     id: str
@@ -76,7 +76,7 @@ class MaterialDifference:
 
 @dataclass(frozen=True)
 class CatalogueComparison:
-    """Differences of all materials, sorted by id, and how they were measured."""
+    """Differences of all materials, sorted by id, and their protocol."""
 
     differences: tuple[MaterialDifference, ...]
     of: Of
@@ -112,7 +112,7 @@ def compare_catalogues(
     jobs: int | None = None,
     progress: Callable[[int, int, str], None] = lambda done, total, material_id: None,
 ) -> CatalogueComparison:
-    """Compare materials of the same id. Those whose heads give the same checksum are not looked at any further.
+    """Compare materials of the same id; those with equal checksums in their heads are skipped.
 
     Raises
     ------
@@ -151,11 +151,11 @@ def compare_records(
     observer_name: str = "1931_2",
     of: Of = "packs",
 ) -> MaterialDifference:
-    """Compare two materials, whatever their ids; "not comparable" where they are not of the same quantity.
+    """Compare two materials, whatever their ids; "not comparable" if their quantities differ.
 
     Raises
     ------
-    InputError : `of` "original", and a file that a part of an original was left in is gone.
+    InputError : `of` is "original", and a file that holds part of an original is missing.
     """
     name = a.id if a.id == b.id else f"{a.id} -> {b.id}"
     said = [] if a.model == b.model else [f"model {a.model} -> {b.model}"]
@@ -213,7 +213,7 @@ def _check_original(record: MaterialRecord) -> None:
 
 
 def _form_words(a: Fast, b: Fast) -> list[str]:
-    """Say what became of the kind of form, and of those of texels with an error of their own, size and error."""
+    """Describe changes of the kind of form, and of the size and error of forms with a texel error."""
     said = [] if a.WORDS == b.WORDS else [f"form {a.WORDS} -> {b.WORDS}"]
     if a.texel_error is None and b.texel_error is None:
         return said
@@ -224,7 +224,7 @@ def _form_words(a: Fast, b: Fast) -> list[str]:
 
 
 def _environment_words(a: MaterialRecord, b: MaterialRecord) -> str:
-    """Say what became of the stored environment forms, by the protocol of `slices.error`; "" where they are alike."""
+    """Describe changes of the stored environment forms, by the protocol of `slices.error`; "" without any."""
     forms = [one.fast.slices if isinstance(one.fast, FactoredBrdf) else None for one in (a, b)]
     if forms[0] is None or forms[1] is None:
         return "" if forms[0] is forms[1] else f"environment form {'new' if forms[0] is None else 'gone'}"

@@ -5,10 +5,10 @@
 
 The folder lies in the catalogue, or where that cannot be written to in the user's cache.
 
-Files stay the truth. The table narrows a query down; what it finds is read from the heads of the files themselves, and
-`Query` decides, as it does where all heads are read. A row is believed while its file has the size and time at which it
-was read. A file of a catalogue is renamed into place when it is written, which its folder's own times show: only
-folders whose times are others are listed again. Lost, damaged or of another version, an index costs time, nothing else.
+Files remain authoritative. The table only narrows a query down; candidates are read from the heads of the files, and
+`Query` decides, as without an index. A row is valid while its file has the recorded size and time. Files of a catalogue
+are renamed into place, which changes the times of their folder: only folders with changed times are listed again. A
+lost, damaged or outdated index only costs time.
 """
 
 from __future__ import annotations
@@ -79,10 +79,9 @@ Row = tuple[Any, ...]
 
 
 def index_of(folder: Path, say: Callable[[str], None] = lambda line: None) -> HeadIndex | None:
-    """Return the index of a catalogue, brought up to date; None where few heads are read as fast, and where there can
-    be none.
+    """Return the current index of a catalogue; None if reading all heads is as fast, or if no index can be made.
 
-    say : hears, in a sentence, why many heads are read one by one, and that they are for the last time.
+    say : receives a sentence when many heads are read one by one, and that this is the last time.
     """
     places = (
         folder / FOLDER,
@@ -118,9 +117,9 @@ _opening = threading.Lock()
 
 
 class HeadIndex:
-    """Heads of a catalogue's files in a table, and those few that no table can hold; see `index_of`.
+    """Heads of a catalogue's files in a table, and the few that do not fit one; see `index_of`.
 
-    unusable : an error for each file whose head says nothing.
+    unusable : an error for each file with an unreadable head.
     """
 
     def __init__(self, folder: Path, places: tuple[Path, ...]) -> None:
@@ -139,7 +138,7 @@ class HeadIndex:
         self._colours: Float[np.ndarray, "N 3"] | None = None
 
     def move(self, folder: Path, places: tuple[Path, ...]) -> None:
-        """Call the catalogue as it is called now; that may be another path to it."""
+        """Set the current name of the catalogue's folder, which may be another path to it."""
         with self._lock:
             self._folder, self._places = folder, places
 
@@ -149,7 +148,7 @@ class HeadIndex:
         return count + len(self._apart)
 
     def words(self, name: str) -> frozenset[str]:
-        """Return the families, models, kinds or quantities that there are."""
+        """Return the existing families, models, kinds or quantities."""
         if name not in self._words:
             self._words[name] = frozenset(row[0] for row in self._ask(f"SELECT DISTINCT {name} FROM heads"))
         return self._words[name] | {getattr(one, name) for one in self._apart}
@@ -170,7 +169,7 @@ class HeadIndex:
         return read_heads(self._folder, SUFFIX).select(query)
 
     def _answers(self, query: Query) -> list[Summary]:
-        """Read the heads of what may fit; files that are not what their rows say are doubted."""
+        """Read the heads of candidates; files that differ from their rows are re-examined."""
         found = []
         for material_id, size, moment in self._candidates(query):
             path = f"{self._folder}{os.sep}{material_id}{SUFFIX}"
@@ -184,7 +183,7 @@ class HeadIndex:
         return found
 
     def _candidates(self, query: Query) -> list[Row]:
-        """Id, size and time of all that `query` may select, and of few others."""
+        """Return id, size and time of all materials that `query` may select, and of few others."""
         wanted, values, exact = self._conditions(query)
         where = f" WHERE {' AND '.join(wanted)}" if wanted else ""
         order = query.sort or ("id" if query.near is None else "near")
@@ -200,7 +199,7 @@ class HeadIndex:
         return self._ask(f"{_ROWS} heads{where} ORDER BY {by} LIMIT {query.limit}", values)
 
     def _conditions(self, query: Query) -> tuple[list[str], list[Any], bool]:
-        """Return what a row has to be, in SQL, with its values; and whether nothing else is asked of it."""
+        """Translate a query to SQL conditions with their values; and return whether they are complete."""
         wanted, values, exact = [], [], True
         for name in WORDS:
             there = self.words(name)
@@ -222,7 +221,7 @@ class HeadIndex:
         return wanted, values, exact
 
     def _near(self, query: Query, order: str, where: str, values: list[Any]) -> list[int] | None:
-        """Numbers of the rows that are nearest, or within reach; None where all that fit are wanted."""
+        """Return the numbers of the nearest rows, or of those within reach; None if all matches are wanted."""
         assert query.near is not None
         if query.within is None and query.limit is None:
             return None
@@ -253,7 +252,7 @@ class HeadIndex:
         return numbers.tolist()
 
     def _colours_of(self, rows: str, values: Iterable[Any] = ()) -> tuple[np.ndarray, Float[np.ndarray, "N 3"]]:
-        """Numbers of rows, and CIELAB, which is NaN where no colour is known."""
+        """Return row numbers and CIELAB, NaN if no colour is known."""
         with self._lock:
             text = f"SELECT number, lightness, a, b FROM {rows}"
             read = self._connection.execute(text, list(values)).fetchnumpy()
@@ -265,7 +264,7 @@ class HeadIndex:
             return self._connection.execute(text, list(values)).fetchall()
 
     def refresh(self, say: Callable[[str], None] = lambda line: None) -> None:
-        """Bring the table up to date with the folders, and keep it where it can be kept."""
+        """Update the table from the folders, and save it if possible."""
         with self._lock:
             self._open()
             folders = dict(self._known.folders)
@@ -287,7 +286,7 @@ class HeadIndex:
             self._read_apart()
 
     def _open(self) -> None:
-        """Read what is kept, where that is not what is open."""
+        """Load the saved state if it differs from the loaded one."""
         for place in self._places:
             stamp = _stamp(place / _STATE)
             if self._connection is not None and stamp == self._stamp and place == self._place:
@@ -310,13 +309,13 @@ class HeadIndex:
         self._show()
 
     def _show(self) -> None:
-        """Have the rows that hold now as `heads`; what was worked out of others is forgotten."""
+        """Expose the valid rows as `heads`, and clear derived data."""
         table = None if self._place is None else self._place / f"{self._known.table}.parquet"
         _view(self._connection, table)
         self._count, self._words = None, {}
 
     def _changes(self) -> tuple[list[Row], list[_Found]]:
-        """Id and number of each row whose file is not what it was, and the files that have to be read."""
+        """Return id and number of each outdated row, and the files to be read."""
         known, lost, unread = self._known, [], []
         doubted = {_parent(material_id) for material_id in self._doubted}
         waiting = {
@@ -347,7 +346,7 @@ class HeadIndex:
         return lost, unread
 
     def _rows(self, files: Iterable[_Found]) -> Iterator[Row]:
-        """Read the heads; what no row can hold is kept apart."""
+        """Read the heads; those that no row can hold are kept separately."""
         for file in files:
             row = None
             with suppress(InputError):
@@ -382,7 +381,7 @@ class HeadIndex:
             connection.execute(f"INSERT INTO changed SELECT {holes}", columns)
 
     def _write(self) -> None:
-        """Keep what has changed beside the table; where that cannot be, it is found out again."""
+        """Save changes beside the table; on failure they are recomputed next time."""
         self._known.changed = self._ask("SELECT * EXCLUDE number FROM heads WHERE number >= ?", [_BEYOND])
         self._known.gone = [number for (number,) in self._ask("SELECT number FROM gone")]
         if self._place is not None:
@@ -390,7 +389,7 @@ class HeadIndex:
                 self._stamp = self._known.write(self._place)
 
     def _write_anew(self, lost: list[Row], unread: list[_Found]) -> None:
-        """Write a table of everything, and keep it in the first place that takes it."""
+        """Write a complete table, in the first place that is writable."""
         with private_folder() as room:
             written = room / "table.parquet"
             rows = self._write_table(room, written, {number for _, number in lost}, unread)
@@ -410,7 +409,7 @@ class HeadIndex:
             raise refused
 
     def _write_table(self, room: Path, written: Path, lost: set[int], unread: list[_Found]) -> int:
-        """Write what holds of the rows that there are, and those of files that are read now; returns how many."""
+        """Write the valid rows and those of files that are read now; return their number."""
         connection = _connection(str(room / "rows"))
         try:
             connection.execute(f"CREATE TABLE changed ({_TYPES})")
@@ -435,9 +434,9 @@ class HeadIndex:
 class _Known:
     """State of an index beside the rows of its table.
 
-    table : digest of its file, which has it as its name. rows : of it. folders : the times of each, by its name; None
-    where it has changed too lately to tell. apart : ids of files whose heads say nothing, or what no row can hold.
-    gone : numbers of rows that hold no more. changed : rows that hold beside the table.
+    table : digest of its file, which is named by it. rows : number of rows. folders : the times of each, by its name;
+    None if it changed too recently to tell. apart : ids of files with unreadable heads, or heads that no row can hold.
+    gone : numbers of invalid rows. changed : valid rows beside the table.
     """
 
     table: str | None = None
@@ -449,7 +448,7 @@ class _Known:
 
     @classmethod
     def read(cls, place: Path) -> _Known | None:
-        """Read what is kept in a place; None where it, or the table, is not as it was written."""
+        """Load the state from a place; None if it, or the table, is damaged or incomplete."""
         try:
             checksum, _, text = (place / _STATE).read_bytes().partition(b"\n")
             if hashlib.sha256(text).hexdigest().encode() != checksum:
@@ -462,7 +461,7 @@ class _Known:
             return None
 
     def write(self, place: Path) -> tuple[int, ...] | None:
-        """Keep it, remove tables that it does not name, and return the stamp of the file."""
+        """Save the state, remove tables that it does not name, and return the stamp of the file."""
         stored = vars(self) | {"version": _VERSION, "apart": sorted(self.apart)}
         text = json.dumps(stored, separators=(",", ":")).encode()
         with written_whole(place / _STATE) as beside:
@@ -478,7 +477,7 @@ class _Known:
 
 @dataclass(frozen=True)
 class _Found:
-    """A material file as a listing has it; time : ns, None where it is so young that it may still change."""
+    """Listing entry of a material file; time : ns, None if it is so recent that the file may still change."""
 
     id: str
     path: str
@@ -486,12 +485,12 @@ class _Found:
     time: int | None
 
     def young(self) -> _Found:
-        """This file, whose time does not tell whether it has changed."""
+        """This entry with an unknown time, since the file may still change."""
         return _Found(self.id, self.path, self.size, None)
 
 
 def _listed(top: Path, name: str) -> tuple[set[str], list[_Found]]:
-    """Names of the folders in a folder, and its material files, as `material_files` has them."""
+    """Return the names of a folder's subfolders, and its material files, as `material_files` does."""
     folders, files = set(), []
     with suppress(OSError), os.scandir(top / name) as entries:
         for entry in entries:
@@ -512,7 +511,7 @@ def _listed(top: Path, name: str) -> tuple[set[str], list[_Found]]:
 
 
 def _folder_state(top: Path, name: str) -> list[int] | None:
-    """Times of a folder's names and of the folder; None where there is none, or a link in its place."""
+    """Return the times of a folder's names and of the folder; None if it is missing, or a link."""
     try:
         found = os.stat(f"{top}{os.sep}{name}", follow_symlinks=not name)  # noqa: PTH116
     except OSError:
@@ -521,7 +520,7 @@ def _folder_state(top: Path, name: str) -> list[int] | None:
 
 
 def _row(file: _Found, one: Summary) -> Row | None:
-    """Return the row of a file, in the order of `_COLUMNS`; None where a table cannot hold what its head says."""
+    """Make the row of a file, in the order of `_COLUMNS`; None if its head does not fit a table."""
     said = [SORTED_BY[name](one) for name in _SAID]
     lab = one.lab or (None, None, None)
     texts = [file.id, _parent(file.id), order_key(file.id), file.id.casefold()]
@@ -541,13 +540,13 @@ def _row(file: _Found, one: Summary) -> Row | None:
 
 
 def _like(pattern: str) -> str:
-    """Return what takes all that a pattern of `Query` takes, for LIKE: any character where one of several may stand."""
+    """Translate a pattern of `Query` to LIKE, matching at least as much: character sets become any character."""
     text = re.sub(r"[\\%_]", r"\\\g<0>", pattern.casefold())
     return re.sub(r"\[!?\]?[^\]]*\]", "?", text).replace("*", "%").replace("?", "_")
 
 
 def _distances(near: np.ndarray, labs: Float[np.ndarray, "N 3"], formula: FormulaName) -> Float[np.ndarray, " N"]:
-    """ΔE of colours from `near`, the reference, some at a time: those are at hand when they are asked for again."""
+    """Compute ΔE of colours from the reference `near`, in cached blocks."""
     far = np.empty(len(labs))
     for first in range(0, len(labs), _BLOCK):
         some = labs[first : first + _BLOCK]

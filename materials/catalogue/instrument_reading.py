@@ -1,4 +1,4 @@
-"""Reading of a material's original data by a 45:0 instrument: its curve, and its XYZ under any light."""
+"""Simulated reading of a material's original data by a 45:0 instrument: its curve, and its XYZ under any light."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ GEOMETRY = "45a:0"
 
 @dataclass(frozen=True, eq=False)
 class InstrumentReading:
-    """A material as an annular 45:0 instrument meets it.
+    """Simulated reading of a material by an annular 45:0 instrument.
 
     Parameters
     ----------
-    wavelengths_nm, factor : (L,) radiance factor of what keeps its wavelength, at the data's own wavelengths.
-    brdf : the data where they fluoresce; None where the factor is all there is.
-    around : radiance factors at `off_specular.ANGLES` (3, L), of metals and effect coatings; None of others.
+    wavelengths_nm, factor : (L,) radiance factor without fluorescence, at the data's own wavelengths.
+    brdf : the data if they fluoresce; None if the factor is complete.
+    around : radiance factors at `off_specular.ANGLES` (3, L), for metals and effect coatings; None for others.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -44,7 +44,7 @@ class InstrumentReading:
         return cls(brdf.wavelengths_nm, radiance_factor_45_0(brdf), brdf if brdf.bispectral else None, around)
 
     def xyz(self, light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
-        """XYZ under a light, emission included; the perfect diffuser has Y = 1.
+        """Compute XYZ under a light, emission included; the perfect diffuser has Y = 1.
 
         Raises `InputError` as `Observer.weights` does.
         """
@@ -53,7 +53,7 @@ class InstrumentReading:
         return self.brdf.xyz(Points(*annular_45_0()), Folding(eye, [light], np.pi)).mean(axis=0)
 
     def xyz_around(self, light: Spectrum, eye: Observer) -> Float[np.ndarray, "n 3"]:
-        """XYZ at each of `off_specular.ANGLES`, of metals and effect coatings; none of others."""
+        """Compute XYZ at each of `off_specular.ANGLES`, for metals and effect coatings; none for others."""
         if self.around is None:
             return np.zeros((0, 3))
         return self.around @ eye.weights(light, self.wavelengths_nm).T

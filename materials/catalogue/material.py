@@ -1,4 +1,4 @@
-"""A material of a catalogue as a script has it: what is stored, and its colour in any light."""
+"""Material of a catalogue for scripts: its stored data, and its colour in any light."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = ["Material"]
 
 
 def _fitted(brdf: AnalyticBrdf, budget: float) -> tuple[str, dict[str, Any], FactoredBrdf]:
-    """Return the model and the parameters of a record, and the form that renderers draw."""
+    """Return the model and the parameters of a record, and its fast form."""
     from ..fitting.fit import fit
 
     parameters = {"wavelengths_nm": brdf.wavelengths_nm, **brdf.parameters()}
@@ -39,21 +39,21 @@ def _fitted(brdf: AnalyticBrdf, budget: float) -> tuple[str, dict[str, Any], Fac
 class Material(MaterialRecord):
     """Material, as `Catalogue["family/name"]` returns it: a `MaterialRecord` that tells its colour.
 
-    Colours are of the original data, not of the packs that stand for them in pictures (`error` says how far those are
-    off): as an annular 45:0 instrument reads them (45a:0 of CIE 015: lit at 45 degrees all around, seen along the
-    normal), fluorescence included. A spectrum without a surface has no geometry: it counts as it was measured.
+    Colours are of the original data, not of the packs that approximate them in pictures (`error` states the
+    difference): as an annular 45:0 instrument reads them (45a:0 of CIE 015: lit at 45 degrees all around, viewed along
+    the normal), fluorescence included. A spectrum without a surface has no geometry and is used as measured.
     """
 
     @classmethod
     def from_spectrum(
         cls, value: object, name: str = "script/material", quantity: Quantity = "reflectance", budget: float = 0.5
     ) -> Material:
-        """Make a material of one spectrum, which `Catalogue.add` puts into a catalogue.
+        """Make a material of one spectrum, for `Catalogue.add`.
 
         Parameters
         ----------
-        value : as of `Spectrum.of`. Of reflectance it becomes a perfectly diffuse surface; else it has none.
-        name : its id, "family/name". budget : ΔE94 of the form that renderers draw, as of `metamer.fit`.
+        value : as of `Spectrum.of`. A reflectance becomes a perfectly diffuse surface; other quantities have none.
+        name : its id, "family/name". budget : ΔE94 of the fast form, as of `metamer.fit`.
 
         Raises
         ------
@@ -96,11 +96,11 @@ class Material(MaterialRecord):
         return cls(name, name.partition("/")[0], model, parameters, provenance, fast)
 
     def spectrum(self) -> Spectrum:
-        """Return the spectrum that was measured; of a surface without one, its radiance factor at 45a:0.
+        """Return the measured spectrum; of a surface without one, its radiance factor at 45a:0.
 
         Raises
         ------
-        InputError : it fluoresces, so that no spectrum tells its colour; else as of `reading`.
+        InputError : it fluoresces, so that no spectrum determines its colour; else as of `reading`.
         """
         if (measured := self.measured_spectrum()) is not None:
             return measured
@@ -112,11 +112,11 @@ class Material(MaterialRecord):
         return Spectrum.sampled(reading.wavelengths_nm, np.maximum(reading.factor, 0.0), "radiance factor")
 
     def reading(self) -> InstrumentReading:
-        """Return the curve that the colours are made of.
+        """Return the curve from which colours are computed.
 
         Raises
         ------
-        InputError : a light, or a record that keeps no single spectrum: neither has a colour under another light.
+        InputError : a light, or a record without a single spectrum: neither has a colour under another light.
         """
         if self.is_surface:
             return InstrumentReading.of(self.brdf())
@@ -132,7 +132,7 @@ class Material(MaterialRecord):
         return InstrumentReading(spectrum.wavelengths_nm, spectrum.samples)
 
     def xyz(self, light: object = "D65", observer: str | Observer = "1931_2") -> Float[np.ndarray, "3"]:
-        """XYZ (3,) at 45a:0; the perfect diffuser has Y = 1.
+        """Compute XYZ (3,) at 45a:0; the perfect diffuser has Y = 1.
 
         Parameters
         ----------
@@ -146,7 +146,7 @@ class Material(MaterialRecord):
         return self._seen(light, observer)[0]
 
     def lab(self, light: object = "D65", observer: str | Observer = "1931_2") -> Float[np.ndarray, "3"]:
-        """CIELAB (3,) at 45a:0, relative to the white of the light; parameters and errors as of `xyz`."""
+        """Compute CIELAB (3,) at 45a:0, relative to the white of the light; parameters and errors as of `xyz`."""
         return lab_from_xyz(*self._seen(light, observer))
 
     def plot(self, axes: Any = None, **style: Any) -> Any:
@@ -154,13 +154,13 @@ class Material(MaterialRecord):
         return plot(self.spectrum(), axes, **({"label": self.id} | style))
 
     def _seen(self, light: object, seen_by: str | Observer) -> tuple[np.ndarray, np.ndarray]:
-        """XYZ of the material and of white."""
+        """Compute XYZ of the material and of white."""
         spectrum = as_light(light)
         eye = seen_by if isinstance(seen_by, Observer) else observer(seen_by)
         return self.reading().xyz(spectrum, eye), eye.white(spectrum)
 
     def _repr_html_(self) -> str:
-        """Colour under D65, curve, and how well it is known."""
+        """Show the colour under D65, the curve, and their provenance."""
         standing = f"{html.escape(self.id)}: {html.escape(self.model)}, {html.escape(self.provenance.kind)}"
         try:
             drawn = as_html(self.spectrum())

@@ -36,7 +36,7 @@ _CONDITION = re.compile(r"(?:sample |surface )?(?:conditions?|state)|zustand|bed
 
 
 def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOptions = NO_ANSWER) -> tuple[Sample, ...]:
-    """Return all samples of what `text` names; readings of one name in one file are readings of one sample.
+    """Return all samples that `text` names; readings of one name in one file belong to one sample.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOpti
 
     Raises
     ------
-    InputError : nothing of that name, or nothing in it that has a colour.
+    InputError : an unknown name, or nothing with a colour under it.
     """
     if (colour := colour_in(text)) is not None:
         return (Sample(text.partition("@")[0], "stated", stated=(colour,)),)
@@ -75,7 +75,7 @@ def samples_of(text: str, catalogue: Callable[[], Catalogue], answer: ImportOpti
 
 
 def repeated_readings(path: Path, answer: ImportOptions = NO_ANSWER) -> Sample:
-    """Return all readings of a file, whatever they are called, as readings of one thing.
+    """Return all readings of a file, whatever their names, as repeated readings of one sample.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def repeated_readings(path: Path, answer: ImportOptions = NO_ANSWER) -> Sample:
 
 
 def sample_of(material: Material) -> Sample:
-    """Return a material as an instrument of annular 45:0 reads it.
+    """Return the reading of a material by an annular 45:0 instrument.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def sample_of(material: Material) -> Sample:
 
 
 def _readings_of(material: MaterialRecord, measured: Measurement) -> tuple[Sample, ...]:
-    """Readings that a BRDF was reconstructed from, a sample an angle; none of other materials."""
+    """Return the readings that a BRDF was reconstructed from, one sample per angle; none for other materials."""
     kept, found = material.original, dict[str, list[Spectrum]]()
     if material.provenance.standing != "reconstructed" or "aspecular_deg" not in kept:
         return ()
@@ -174,7 +174,7 @@ def _finish_of(material: MaterialRecord) -> str:
 
 
 def _read_at(material: Material, geometry: Geometry) -> Sample:
-    """Return a material as an instrument reads it at one angle, by its BRDF."""
+    """Return the reading of a material at one angle, by its BRDF."""
     brdf = material.brdf()
     try:
         wi, wo = light_and_detector((geometry,))
@@ -189,7 +189,7 @@ def _read_at(material: Material, geometry: Geometry) -> Sample:
 
 
 def measurement_of(material: MaterialRecord) -> Measurement:
-    """Return the conditions that a material's colour is of: those of its file, and of a surface with a BRDF 45a:0."""
+    """Return the conditions of a material's colour: those of its file, and 45a:0 for a surface with a BRDF."""
     kept = {key.partition(".")[2]: str(value) for key, value in material.original.items() if key.startswith("details.")}
     form = str(material.original.get("format", ""))
     if form and form not in ("CxF3", "CGATS"):
@@ -204,13 +204,12 @@ def measurement_of(material: MaterialRecord) -> Measurement:
 
 
 def _geometry_of(material: MaterialRecord) -> str:
-    """Return where a reading was made: a surface with a BRDF is read at 45a:0; a spectrum, and a matt surface, count as
-    they were measured."""
+    """Return the geometry of a reading: 45a:0 of a surface with a BRDF; as measured of spectra and matt surfaces."""
     return "45a:0" if material.is_surface and material.model != "lambert" else material.provenance.geometry
 
 
 def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample, ...]:
-    """Return the samples of a file; where one of this name cannot be used, its reason is raised."""
+    """Return the samples of a file; raises the error of a named reading that cannot be used."""
     if path.suffix == ".h5":
         return (sample_of(Material(**vars(read_record(path)))),)
     try:
@@ -257,7 +256,7 @@ def _of_file(path: Path, answer: ImportOptions, name: str = "") -> tuple[Sample,
 def _gathered(
     found: list[Sample], path: Path, beside: Mapping[str, str], details: dict[str, str]
 ) -> tuple[Sample, ...]:
-    """Samples of the readings of a file: those at several angles, and those of one name, are of one sample."""
+    """Group the readings of a file into samples: those at several angles, and those of one name."""
     unlit = without_light([one.name for one in found], [{**beside, **one.details} for one in found])
     for at, one in unlit.items():
         # Angles are paired by their numbers, wherever the light was.
@@ -334,7 +333,7 @@ def _doubtful(parts: list[Sample]) -> str:
 
 
 def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:
-    """Readings of one name, those together that were measured alike; where there are several kinds, each has a name."""
+    """Group readings of one name by their measurement conditions; several groups get names of their own."""
     groups: list[list[Sample]] = []
     for one in some:
         group = next((group for group in groups if not any(_apart(one, two) for two in group)), None)
@@ -354,7 +353,7 @@ def _alike(name: str, some: list[Sample]) -> list[tuple[str, list[Sample]]]:
 
 
 def _apart(one: Sample, two: Sample) -> bool:
-    """Return whether two readings of one name are of two samples, measured unlike or under two conditions."""
+    """Return whether two readings of one name differ in measurement or condition, and so are of two samples."""
     first, second = _conditions_of(one), _conditions_of(two)
     return bool(one.measurement.differing(two.measurement)) or any(
         first[label] != second[label] for label in first.keys() & second.keys()
@@ -362,7 +361,7 @@ def _apart(one: Sample, two: Sample) -> bool:
 
 
 def _conditions_of(one: Sample) -> dict[str, str]:
-    """Find the cells below headings such as "Condition", which may be that of the sample."""
+    """Find the cells below headings such as "Condition", which may describe the sample's condition."""
     return {label: words for label, words in one.details.items() if _CONDITION.fullmatch(label.strip())}
 
 
@@ -375,7 +374,7 @@ def _together(name: str, some: list[Sample], of_file: dict[str, str]) -> Sample:
 
 
 def _mean_colours(some: list[Sample]) -> tuple[StatedColour, ...]:
-    """Return the mean of colours that are stated of one sample, for each light and observer."""
+    """Average the stated colours of one sample, for each light and observer."""
     by_kind: dict[tuple[str, str | None, str | None], list[StatedColour]] = {}
     for colour in (one for sample in some for one in sample.stated):
         by_kind.setdefault((colour.space, colour.illuminant, colour.observer), []).append(colour)
@@ -411,7 +410,7 @@ def _named(found: tuple[Sample, ...], name: str, path: Path) -> Sample:
 
 
 def _without_common_words(names: Sequence[str]) -> list[str]:
-    """Names without the words that all of several begin or end with, as far as something is left of each."""
+    """Strip the words that all names begin or end with, as long as something of each remains."""
     words = [name.split() for name in names]
     if len(words) < 2:
         return list(names)

@@ -104,9 +104,7 @@ class Surface(abc.ABC):
         """Evaluate f_r in 1/sr at each point, without the cosine; zero if a direction is on or below the horizon."""
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Compute reflected and emitted colour, over all wavelengths, under each of M lights; 1/sr, without the
-        cosine.
-        """
+        """Compute reflected and emitted colour, over all wavelengths, under M lights; 1/sr, without the cosine."""
         return self.at(points) @ folding.weights(self.wavelengths_nm)
 
 

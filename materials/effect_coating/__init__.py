@@ -1,4 +1,4 @@
-"""Effect coatings reconstructed from readings at several angles: flakes that lean, under a clear coat.
+"""Effect coatings reconstructed from readings at several angles: tilted flakes under a clear coat.
 
-Begin with `flake_tilt.py`, the BRDF; `fit.py` finds it, `stated_error.py` says what it may be off by.
+Begin with `flake_tilt.py`, the BRDF; `fit.py` fits it, `stated_error.py` estimates its error.
 """

@@ -15,9 +15,9 @@ NARROWEST, WIDEST = 0.008, 0.1
 
 
 def needle_for(brdf: FlakeTilt, units: float) -> float | None:
-    """Width of the needle with which a coating has so many gloss units at 60 degrees; None where none has so few.
+    """Find the width of the needle for a coating of these gloss units at 60 degrees; None if none has so few.
 
-    A reading above what a coat of that index can have gives the narrowest.
+    Gloss above the maximum for a coat of that index yields the narrowest.
     """
     from scipy.optimize import root_scalar
 
@@ -32,5 +32,5 @@ def needle_for(brdf: FlakeTilt, units: float) -> float | None:
 
 
 def gloss_units(brdf: FlakeTilt) -> float:
-    """Return what a glossmeter reads of a coating at 60 degrees (ISO 2813)."""
+    """Compute the gloss units of a coating at 60 degrees (ISO 2813)."""
     return gloss_of(brdf, Folding(observer("1931_2"), [illuminant("D65")]), 0.0).units

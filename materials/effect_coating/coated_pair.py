@@ -1,4 +1,4 @@
-"""Pairs of directions as flakes under a clear coat meet them."""
+"""Pairs of directions refracted into a clear coat over flakes."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ GRAZING = -0.15
 
 @dataclass(frozen=True, eq=False)
 class CoatedPair:
-    """Pairs above the horizon, refracted into the coat; all (N,), none changed by exchanging light and eye.
+    """Pairs above the horizon, refracted into the coat; all (N,), none changed by exchanging light and viewer.
 
-    tilt : angle between the normal and the half vector within the coat, radians: how far a flake has to lean.
+    tilt : angle between the normal and the half vector within the coat, radians: the tilt of a mirroring flake.
     incidence : half the angle between both directions within the coat, radians: the incidence on that flake.
     cosines : cos(theta_i) + cos(theta_o) within the coat.
     through : transmission into the coat and out of it, (1 - F(theta_i)) (1 - F(theta_o)) / n^2.
@@ -53,7 +53,7 @@ class CoatedPair:
         return self._body(grazing) * COAT_INDEX**2 / np.pi
 
     def flakes(self, spread: float, grazing: float = GRAZING) -> Float[np.ndarray, " N"]:
-        """Mirror flakes whose tilts are distributed by GGX of that roughness, 1/sr."""
+        """Evaluate mirror flakes whose tilts are distributed by GGX of that roughness, 1/sr."""
         density = ggx(np.cos(self.tilt) ** 2, np.sin(self.tilt) ** 2, spread)
         return self._body(grazing) * density / (4.0 * self.cosines)
 
@@ -61,8 +61,9 @@ class CoatedPair:
         return self.through * (self.wi[:, 2] * self.wo[:, 2]) ** grazing
 
     def coat(self, roughness: float, needle: bool) -> Float[np.ndarray, " N"]:
-        """Return the coat's own reflection, F D G / (4 cos cos), 1/sr; D by Beckmann for a needle, which ends, else by
-        GGX.
+        """Evaluate the coat's own reflection, F D G / (4 cos cos), 1/sr.
+
+        D is Beckmann's for a needle, which has a bounded tail, else GGX.
         """
         half, across = self.wi + self.wo, self.wi - self.wo
         cos2_d, sin2_d = 0.25 * np.sum(half * half, axis=1), 0.25 * np.sum(across * across, axis=1)
@@ -73,14 +74,14 @@ class CoatedPair:
 
 
 def aspecular(wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, " N"]:
-    """Angle between the viewer and the mirror direction, radians."""
+    """Compute the angle between the viewer and the mirror direction, radians."""
     mirror = wi * (-1.0, -1.0, 1.0)
     along, across = mirror + wo, mirror - wo
     return 2.0 * np.arctan2(np.sqrt(np.sum(across**2, axis=1)), np.sqrt(np.sum(along**2, axis=1)))
 
 
 def _refracted(w: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-    """Directions within the coat (Snell)."""
+    """Refract directions into the coat (Snell)."""
     flat = w[:, :2] / COAT_INDEX
     return np.column_stack([flat, np.sqrt(1.0 - np.sum(flat**2, axis=1))])
 

@@ -1,4 +1,4 @@
-"""Fitting a flake-tilt BRDF to readings of one coating at several angles."""
+"""Fit of a flake-tilt BRDF to readings of one coating at several angles."""
 
 from __future__ import annotations
 
@@ -41,10 +41,9 @@ _POLAR, _AZIMUTHS = 24, 16
 
 @dataclass(frozen=True, eq=False)
 class AngleReadings:
-    """f_r of one coating at n pairs of directions, each once.
+    """f_r of one coating at n distinct pairs of directions.
 
-    wavelengths_nm : (L,). wi, wo : (n,3) above the horizon. values : (n,L) f_r in 1/sr; what an instrument reads below
-    0 counts as 0.
+    wavelengths_nm : (L,). wi, wo : (n,3) above the horizon. values : (n,L) f_r in 1/sr; readings below 0 count as 0.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -71,7 +70,7 @@ class AngleReadings:
 
     @cached_property
     def lifted(self) -> Float[np.ndarray, "n L"]:
-        """`values` from 0 upwards."""
+        """`values` clamped to 0 or more."""
         return np.maximum(self.values, 0.0)
 
     @property
@@ -82,8 +81,10 @@ class AngleReadings:
 
     @property
     def tell_interference(self) -> bool:
-        """True where two of them are at one tilt and at two incidences, as 45as15 and 45as-15 are: one angle alone does
-        not tell a colour of the flakes from a shift by their incidence."""
+        """True if two readings have the same tilt at two incidences, as 45as15 and 45as-15 do.
+
+        One angle alone cannot separate the flakes' colour from its shift with incidence.
+        """
         tilt, incidence = np.degrees(self.pair.tilt), np.degrees(self.pair.incidence)
         return any(
             abs(tilt[one] - tilt[two]) < _ONE_TILT
@@ -126,8 +127,10 @@ class _Trials:
 
 @dataclass(frozen=True, eq=False)
 class _Body:
-    """Coat, flakes and body of least squares; `coat` and `model` (n,L) are the two at the readings, the body's moved to
-    normal incidence."""
+    """Coat, flakes and body by least squares; `coat` and `model` (n,L) are coat and body at the readings.
+
+    The body's is shifted to normal incidence.
+    """
 
     roughness: float
     needle: bool
@@ -151,10 +154,10 @@ def reconstructed(
 
     Parameters
     ----------
-    needle : Beckmann width of a glossy coat, as its gloss tells it; None: `ASSUMED_NEEDLE` where the readings tell of
-        no wider one, else that.
-    interference : q; None: as readings at one tilt and two incidences tell, 0 where there are none or they agree. Of
-        spectra that were made up from colours it means nothing, and is to be 0.
+    needle : Beckmann width of a glossy coat, from its gloss; None: `ASSUMED_NEEDLE`, or a wider one if the readings
+        imply it.
+    interference : q; None: estimated from readings at one tilt and two incidences, 0 if there are none or they agree.
+        It is meaningless for spectra synthesised from colours, and must be 0 there.
     grazing : exponent of the cosines on the body.
 
     Raises
@@ -173,7 +176,7 @@ def reconstructed(
 
 
 def evidence(readings: AngleReadings, interference: float) -> float:
-    """Measure how much of readings the best coat, body and flakes leave to be corrected."""
+    """Compute how much correction readings need beyond the best coat, body and flakes."""
     return _body(_Trials.of(readings, None, GRAZING), interference).evidence
 
 
@@ -200,11 +203,11 @@ def _with_coat(
     c: Float[np.ndarray, " n"],
     whole: Float[np.ndarray, "n L"],
 ) -> _Body:
-    """Least squares, weighted as L* weighs, of matt and flakes at every wavelength, none below 0 (ridge regression).
+    """Fit matt and flakes, not below 0, at every wavelength by ridge regression, with the weights of L*.
 
-    The spread is that which leaves least to correct: y^T (K + noise)^-1 y of the logarithms that are left, which is the
-    evidence of the Gaussian process that corrects (Rasmussen and Williams 2006, eq. 2.30). c : factors of wavelengths
-    by `shift`, with which `whole` are the readings moved to normal incidence.
+    The spread is the one that needs the least correction: y^T (K + noise)^-1 y of the residual logarithms, the evidence
+    of the correcting Gaussian process (Rasmussen and Williams 2006, eq. 2.30). c : factors of wavelengths by `shift`,
+    by which `whole` are the readings shifted to normal incidence.
     """
     readings, flat, leaning, weight = trials.readings, trials.flat, trials.leaning, trials.weight
     rest = stretched(beside_coat(readings, coat), readings.wavelengths_nm, c)
@@ -222,7 +225,7 @@ def _with_coat(
 def _two_part_least_squares(
     first: Float[np.ndarray, " n"], second: Float[np.ndarray, "S n"], values: Float[np.ndarray, "n L"]
 ) -> tuple[Float[np.ndarray, "S L"], Float[np.ndarray, "S L"]]:
-    """Amounts of two parts that are not below 0, for each of S second parts: where one would be, the other alone.
+    """Fit non-negative amounts of two parts, for each of S second parts; if one would be negative, the other alone.
 
     The ridge is relative to each part's own square, so that the determinant is above 0.
     """
@@ -238,7 +241,7 @@ def _two_part_least_squares(
 
 
 def _corrected(readings: AngleReadings, body: _Body, grazing: float) -> FlakeTilt:
-    """Return the BRDF of a body, corrected to go through the readings: first the body, then the sum."""
+    """Correct the BRDF of a body to go through the readings: first the body, then the sum."""
     pair, nm = readings.pair, readings.wavelengths_nm
     rest = stretched(beside_coat(readings, body.coat), nm, shift(body.interference, pair.incidence))
     left = np.log((rest + FLOOR) / (body.model + FLOOR))
@@ -261,15 +264,15 @@ def _corrected(readings: AngleReadings, body: _Body, grazing: float) -> FlakeTil
 
 
 def _scaled(brdf: FlakeTilt) -> FlakeTilt:
-    """Return the body made darker where it would reflect more light than it receives at any wavelength."""
+    """Darken the body where it would reflect more light than it receives at any wavelength."""
     most = float(body_albedo(brdf).max())
     return brdf if most <= 1.0 else replace(brdf, scale=1.0 / most)
 
 
 def body_albedo(brdf: FlakeTilt) -> Float[np.ndarray, "I L"]:
-    """Share of the light from each of seven incidences that the body sends back, before `scale`.
+    """Compute the fraction of light that the body reflects from each of seven incidences, before `scale`.
 
-    Gauss-Legendre in sin^2(theta_o), in which cos(theta) dw is even, and evenly in azimuth.
+    Gauss-Legendre in sin^2(theta_o), in which cos(theta) dw is uniform, and evenly in azimuth.
     """
     nodes, shares = np.polynomial.legendre.leggauss(_POLAR)
     theta_o = np.arcsin(np.sqrt(0.5 * (nodes + 1.0)))
@@ -281,7 +284,7 @@ def body_albedo(brdf: FlakeTilt) -> Float[np.ndarray, "I L"]:
 
 
 def beside_coat(readings: AngleReadings, coat: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n L"]:
-    """Take the coat's reflection off the readings; a share is left for the body."""
+    """Subtract the coat's reflection from the readings; a fraction is left for the body."""
     return np.maximum(readings.lifted - coat[:, None], _LEAST_BODY * readings.lifted)
 
 

@@ -6,9 +6,9 @@ With the tilt t and the incidence d of `CoatedPair`,
     B(lambda)   = matt(lambda) n^2/pi T + flakes(lambda) T D(t) / (4 (cos i' + cos o'))
 
 and both B and the sum are multiplied by the exponential of a Gaussian process over (sqrt t, d) through the logarithm of
-readings over model. Tilt is why: readings lit at 45 degrees lie at tilts of 3.6 to 33 of the 41.8 degrees that there
-are, nearly all of a picture between them. q moves the spectrum of interference flakes towards blue as light meets them
-at a slant, as thin films do. All of it is symmetric in light and eye.
+readings over model. Tilt is used since readings lit at 45 degrees have tilts of 3.6 to 33 of the possible 41.8 degrees,
+with nearly all of a picture between them. q shifts the spectrum of interference flakes towards blue at oblique
+incidence, as thin films do. All of it is symmetric in light and viewer.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class FlakeTilt(Brdf):
     Parameters
     ----------
     wavelengths_nm : (L,) ascending.
-    coat_roughness : width of the coat's reflection, GGX; of a `needle` (1, else 0), Beckmann: nothing that the readings
-        tell, which are too far from the mirror direction.
+    coat_roughness : width of the coat's reflection, GGX; Beckmann of a `needle` (1, else 0), which the readings do not
+        determine, too far from the mirror direction.
     flake_spread : GGX roughness of the flakes' tilts. interference : q, 0 for flakes that keep their colour.
     matt, flakes : (L,) of the body at normal incidence.
     tilts, incidences : (n,) of the readings, radians.
@@ -69,12 +69,12 @@ class FlakeTilt(Brdf):
     incidence_length: float = float(INCIDENCE_LENGTH)
 
     def parameters(self) -> dict[str, Any]:
-        """Everything that `from_parameters` rebuilds this BRDF from, bit for bit."""
+        """Return everything that `from_parameters` needs to rebuild this BRDF bit for bit."""
         return {one.name: getattr(self, one.name) for one in fields(self)}
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> FlakeTilt:
-        """Return the BRDF that `parameters` came from; raises `InputError` where one is missing."""
+        """Return the BRDF that `parameters` came from; raises `InputError` if one is missing."""
         names = [one.name for one in fields(cls)]
         if missing := sorted(set(names) - set(parameters)):
             raise InputError(
@@ -96,7 +96,7 @@ class FlakeTilt(Brdf):
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr."""
+        """Evaluate f_r in 1/sr."""
         return eval_lit(self._lit, len(self.wavelengths_nm), wi, wo)
 
     def _lit(self, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
@@ -110,7 +110,7 @@ class FlakeTilt(Brdf):
         return np.maximum(self._parts(CoatedPair.of(wi, wo))[0], 0.0)
 
     def _parts(self, pair: CoatedPair) -> tuple[Float[np.ndarray, "N L"], Float[np.ndarray, "N L"]]:
-        """Return the body with both corrections, and the factor of the second one, which the coat has, too."""
+        """Return the body with both corrections, and the factor of the second one, which applies to the coat too."""
         lengths = (self.tilt_length, self.incidence_length)
         near = covariance(
             coordinates(pair.tilt, pair.incidence, lengths), coordinates(self.tilts, self.incidences, lengths)
@@ -129,25 +129,28 @@ def coordinates(
     incidence: Float[np.ndarray, " N"],
     lengths: tuple[float, float] = (float(TILT_LENGTH), float(INCIDENCE_LENGTH)),
 ) -> Float[np.ndarray, "N 2"]:
-    """Place pairs for the Gaussian process, in its lengths."""
+    """Compute the coordinates of pairs for the Gaussian process, in units of its length scales."""
     return np.stack([np.sqrt(tilt / lengths[0]), incidence / lengths[1]], axis=1)
 
 
 def covariance(one: Float[np.ndarray, "N 2"], other: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "N n"]:
-    """Matérn covariance of degree 5/2 at unit length (Rasmussen and Williams 2006, eq. 4.17)."""
+    """Compute the Matérn covariance of degree 5/2 at unit length (Rasmussen and Williams 2006, eq. 4.17)."""
     far = np.sqrt(5.0 * np.sum((one[:, None] - other) ** 2, axis=-1))
     return (1.0 + far + far**2 / 3.0) * np.exp(-far)
 
 
 def shift(interference: float, incidence: Float[np.ndarray, " N"]) -> Float[np.ndarray, " N"]:
-    """Wavelength of a feature at an incidence over that at normal incidence; q of thin films is (n_coat / n_film)^2."""
+    """Compute the wavelength of a feature relative to normal incidence.
+
+    interference : q; of thin films (n_coat / n_film)^2.
+    """
     return np.sqrt(1.0 - interference * np.sin(incidence) ** 2)
 
 
 def stretched(
     values: Float[np.ndarray, "N L"], wavelengths_nm: Float[np.ndarray, " L"], by: Float[np.ndarray, " N"]
 ) -> Float[np.ndarray, "N L"]:
-    """Return each row of `values` at its wavelengths times a factor, linear between samples; ends are held."""
+    """Resample each row of `values` at its wavelengths times a factor, linear between samples, clamped at the ends."""
     asked = np.clip(np.outer(by, wavelengths_nm), wavelengths_nm[0], wavelengths_nm[-1])
     cell = np.clip(np.searchsorted(wavelengths_nm, asked, side="right") - 1, 0, len(wavelengths_nm) - 2)
     share = (asked - wavelengths_nm[cell]) / np.diff(wavelengths_nm)[cell]

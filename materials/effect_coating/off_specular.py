@@ -23,7 +23,7 @@ _TOLD_BY = (45.0, 75.0)
 
 
 def towards(angles: Sequence[float]) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-    """Directions to the light, at 45 degrees, and to a viewer so many degrees from the mirror direction towards it."""
+    """Compute directions to the light, at 45 degrees, and to viewers at aspecular `angles`, degrees, towards it."""
     wo = spherical(np.radians(np.asarray(angles) - 45.0), 0.0)
     return np.broadcast_to(spherical(np.pi / 4.0, 0.0), wo.shape), wo
 
@@ -31,9 +31,9 @@ def towards(angles: Sequence[float]) -> tuple[Float[np.ndarray, "n 3"], Float[np
 def light_and_detector(
     geometries: Sequence[Geometry],
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-    """Directions to the light and to the detector of geometries of a multi-angle instrument.
+    """Compute directions to the light and to the detector of geometries of a multi-angle instrument.
 
-    The detector is turned about the mirror direction s: wo = cos(as) s + sin(as) (cos(az) e + sin(az) y), with e the
+    The detector is rotated about the mirror direction s: wo = cos(as) s + sin(as) (cos(az) e + sin(az) y), with e the
     direction in which s leans away from the normal, and y that of the plane's normal.
 
     Raises
@@ -61,8 +61,10 @@ def light_and_detector(
 
 
 def effect_of(brdf: Brdf) -> str:
-    """Why a surface counts as an effect coating, "" where it does not: by what instruments of several angles tell it
-    by, how dark it becomes farther from the mirror direction, lit at 45 degrees, under D65 for 10 degrees.
+    """Describe why a surface is an effect coating; "" if it is none.
+
+    The criterion is that of multi-angle instruments: how much it darkens away from the mirror direction, lit at 45
+    degrees, under D65 for 10 degrees.
     """
     if brdf.bispectral:
         return ""

@@ -1,4 +1,4 @@
-"""Check of the angles of readings: by lightness, and by the fit of other orders."""
+"""Check of the order of readings against their angles: by lightness, and by fits of other orders."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _RISE = 2.0
 
 
 def doubtful_order(readings: AngleReadings, geometries: Sequence[Geometry], interference: float) -> str:
-    """Say why readings hardly belong to the angles that they stand at; "" where nothing speaks against it.
+    """Describe why readings hardly belong to their stated angles; "" if there is no evidence of that.
 
     geometries : (n) of the readings. interference : q of the BRDF that was fitted to them as they are.
     """
@@ -41,7 +41,7 @@ def doubtful_order(readings: AngleReadings, geometries: Sequence[Geometry], inte
 
 
 def _falling(geometries: Sequence[Geometry], away: np.ndarray) -> Iterator[tuple[int, int]]:
-    """Pairs of readings of which the second is not the lighter one."""
+    """Yield pairs of readings whose second should not be the lighter one."""
     order = np.argsort(away, kind="stable")
     yield int(order[0]), int(order[-1])
     angles = [one.second or 0.0 for one in geometries]
@@ -54,7 +54,7 @@ def _falling(geometries: Sequence[Geometry], away: np.ndarray) -> Iterator[tuple
 
 
 def _orders(geometries: Sequence[Geometry]) -> Iterator[tuple[list[int], str]]:
-    """Orders that people make by mistake, with words for them."""
+    """Yield common mistaken orders of geometries, with descriptions."""
     for one, two in combinations(range(len(geometries)), 2):
         first, second = geometries[one], geometries[two]
         if first._replace(second=-(first.second or 0.0)).matches(second) and abs(first.second or 0.0) > ALIKE_DEGREES:

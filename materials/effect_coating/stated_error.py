@@ -1,8 +1,8 @@
-"""Error of a reconstruction where nothing was read, estimated from other models of the same readings.
+"""Estimated error of a reconstruction between its readings, from other models of the same readings.
 
-Leaving readings out does not tell it: on measured paints, six angles left out one by one say nothing of which paint is
-the worse one. How far models disagree does, direction by direction (Spearman's rank correlation 0.6 to 0.7 over eleven
-paints). Constants below are of these paints; the error of any one is told within a factor of 2 or so.
+Cross-validation does not predict it: on measured paints, the error at six angles left out one by one does not rank the
+paints. The disagreement of models does, direction by direction (Spearman's rank correlation 0.6 to 0.7 over eleven
+paints). Constants below are of these paints; the error of any one is predicted within a factor of about 2.
 """
 
 from __future__ import annotations
@@ -41,9 +41,10 @@ Evaluate = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class StatedError:
-    """ΔE94 that is expected of a reconstruction on the sphere protocol, without what lies within `FLARE` of the mirror.
+    """Expected ΔE94 of a reconstruction on the sphere protocol, except within `FLARE` of the mirror direction.
 
-    lights : names. mean, bound : of each: about the mean, within a factor of 2; what some nine tenths lie below.
+    lights : names. mean, bound : for each the approximate mean, within a factor of 2; and the bound of some nine
+    tenths.
     """
 
     lights: tuple[str, ...]
@@ -68,7 +69,7 @@ class StatedError:
 
 
 def stated_error(readings: AngleReadings, brdf: FlakeTilt) -> StatedError:
-    """Return the error that is expected of `brdf` on the sphere protocol, under each light."""
+    """Estimate the error of `brdf` on the sphere protocol, under each light."""
     sphere = sphere_protocol(_PIXELS)
     seen = aspecular(sphere.wi, sphere.wo) > np.radians(FLARE)
     mean, bound = expected_errors(readings, brdf, sphere.wi[seen], sphere.wo[seen], LIGHTS)
@@ -86,7 +87,7 @@ def expected_errors(
     wo: Float[np.ndarray, "N 3"],
     lights: Sequence[str] = LIGHTS,
 ) -> tuple[Float[np.ndarray, "M N"], Float[np.ndarray, "M N"]]:
-    """Expected ΔE94 of each pair of directions under M lights, and what nine tenths of such lie below."""
+    """Estimate ΔE94 of each pair of directions under M lights, and the bound of nine tenths of such errors."""
     folding = Folding(observer(OBSERVER), [illuminant(light) for light in lights], np.pi)
     weights = folding.weights(brdf.wavelengths_nm).reshape(len(brdf.wavelengths_nm), len(lights), 3)
 
@@ -107,8 +108,11 @@ def expected_errors(
 
 
 def alternatives(readings: AngleReadings, brdf: FlakeTilt) -> tuple[Evaluate, ...]:
-    """Five other models of the same readings: curves over the aspecular angle and over tilt, three spectra over tilt,
-    and flake-tilt BRDFs of other exponents of the cosines."""
+    """Return five other models of the same readings.
+
+    Curves over the aspecular angle and over tilt, three spectra over tilt, and flake-tilt BRDFs of other exponents of
+    the cosines.
+    """
     pair, coat = readings.pair, readings.pair.coat(brdf.coat_roughness, bool(brdf.needle))
     by_angle = _curve(aspecular(readings.wi, readings.wo), np.log(readings.lifted + FLOOR))
     rest = beside_coat(readings, coat) / _mirrors(pair)[:, None]
@@ -136,12 +140,12 @@ def alternatives(readings: AngleReadings, brdf: FlakeTilt) -> tuple[Evaluate, ..
 
 
 def _mirrors(pair: CoatedPair) -> Float[np.ndarray, " N"]:
-    """Return the factor on flakes of any tilt, 1/sr."""
+    """Evaluate the factor of flakes of any tilt, 1/sr."""
     return pair.through / (4.0 * pair.cosines)
 
 
 def _curve(angle: Float[np.ndarray, " n"], values: Float[np.ndarray, "n K"]) -> Callable[[np.ndarray], np.ndarray]:
-    """Monotone cubics through values by angle; ends are held."""
+    """Interpolate values by angle with monotone cubics; clamped at the ends."""
     order = np.argsort(angle, kind="stable")
     angle, values = angle[order], values[order]
     group = np.concatenate([[0], np.cumsum(np.diff(angle) > _ONE_ANGLE)])
