@@ -1,4 +1,4 @@
-"""Materials of a catalogue as files that other programs read."""
+"""Export of catalogue materials to files of other programs."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _SWATCH, _FLUORESCENT_SWATCH = (16, 16), (2, 2)
 
 @dataclass(frozen=True)
 class Exported:
-    """A file or folder that was written, and what there is to say of it."""
+    """A written file or folder, and notes on it."""
 
     path: Path
     notes: tuple[str, ...] = ()
@@ -42,11 +42,12 @@ class ExportFormat:
 
     Attributes
     ----------
-    suffix : of its files; "" where a material becomes a folder.
+    suffix : of its files; "" if a material becomes a folder.
     together : one file can hold several materials.
-    write : (path, records) -> notes; of a folder, the path is there and empty.
-    words : what is written, for the help.
-    counts : `write` takes, third, who hears how many of its files are written, of how many: there are thousands.
+    write : (path, records) -> notes; a folder exists and is empty.
+    words : description of the output, for the help.
+    counts : `write` takes a third argument, a callback for the numbers of files written and in total, since there are
+        thousands.
     """
 
     suffix: str
@@ -66,17 +67,16 @@ def export(
 ) -> tuple[Exported, ...]:
     """Write materials in a format of `FORMATS`.
 
-    `out` is the file, or, where it is a folder or a format's files hold one of several materials each, the folder of
-    files named after the materials. A Mitsuba scene is a folder itself. Either everything is written or nothing.
-    `records` are asked for once, one after the other. `progress` hears of materials with thousands of files how many of
-    them are written, of how many.
+    `out` is the file, or the folder of files named after the materials if it is a folder, or if each of several
+    materials needs a file of its own. A Mitsuba scene is a folder itself. Either everything is written or nothing.
+    `records` are iterated once. `progress` receives the numbers of files written and in total, for materials with
+    thousands of files.
 
     Raises
     ------
     InputError
-        Something is there already (unless `force`), a material lacks what the format needs, or there is no folder.
-    UnknownNameError
-        There is no such format.
+        The output exists already (unless `force`), a material lacks data that the format needs, or the folder is
+        missing. UnknownNameError The format is unknown.
     """
     if format_name not in FORMATS:
         raise UnknownNameError("export format", format_name, FORMATS, field="--format")
@@ -126,9 +126,9 @@ def _check_free(folder: Path, names: Iterable[str], force: bool, how: ExportForm
 
 @contextmanager
 def _workplace(folder: Path) -> Iterator[Path]:
-    """A folder inside `folder`, on the same disk, that is gone at the end with whatever is left in it.
+    """Make a folder inside `folder`, on the same disk, and remove it with its contents at the end.
 
-    What an export that was killed left behind goes, too.
+    Leftovers of a killed export are removed too.
     """
     if not folder.is_dir():
         raise InputError("no such folder to write to", file=folder, hint="make the folder first, or name another")
@@ -148,7 +148,7 @@ def _workplace(folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def _placed(work: Path, folder: Path) -> Iterator[None]:
-    """Report what is wrong with a file under the name that it was to have."""
+    """Report errors under the name that the file was to have."""
     try:
         yield
     except InputError as reason:
@@ -159,7 +159,7 @@ def _placed(work: Path, folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _of(record: MaterialRecord) -> Iterator[None]:
-    """Report what is wrong with a material under its id."""
+    """Report errors of a material under its id."""
     try:
         yield
     except InputError as reason:
@@ -171,13 +171,13 @@ def _lines(material_id: str, tags: Mapping[str, str]) -> list[str]:
 
 
 def _beside(path: Path, lines: Sequence[str]) -> str:
-    """Write what a format has no room for into a text file beside it; the note that says so."""
+    """Write information that a format has no room for into a text file beside it; return a note about that."""
     path.with_name(f"{path.name}.txt").write_text("\n".join((*lines, "")), encoding="utf-8")
     return f"where it comes from is in {path.name}.txt"
 
 
 def _spectra(records: Iterable[MaterialRecord]) -> tuple[list[SpectralEntry], list[str], list[dict[str, str]]]:
-    """Return the spectrum of each material, what there is to say of them, and where each comes from."""
+    """Return the spectrum of each material, the notes on them, and the origin of each."""
     entries, notes, tags = [], [], []
     for record in records:
         entries.append(exported_spectrum(record))
@@ -207,7 +207,7 @@ def _cxf(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 
 
 def _notes(record: MaterialRecord, entry: SpectralEntry) -> list[str]:
-    """Say how a spectrum came about that was not measured, and what is lost of a material with pictures."""
+    """Describe how a spectrum that was not measured was derived, and what is lost of a material with pictures."""
     computed = [f"{entry.name}: {entry.details[COMPUTED]}"] if COMPUTED in entry.details else []
     return computed + _mean_only(record)
 
@@ -243,7 +243,7 @@ def _exr(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]:
 
 
 def _texture(path: Path, record: MaterialRecord, attributes: dict[str, str]) -> tuple[str, ...]:
-    """Return every texel of a spectral texture, as it came."""
+    """Return every texel of a spectral texture, as imported."""
     from ...spectral.formats.spectral_exr import write_spectral_texture
 
     kept = record.original
@@ -255,7 +255,7 @@ def _texture(path: Path, record: MaterialRecord, attributes: dict[str, str]) -> 
 
 
 def _mean_only(record: MaterialRecord) -> list[str]:
-    """Say what is lost of a material with pictures where a format has room for one colour."""
+    """Note that only the mean is exported, if the format has room for one colour of a material with pictures."""
     pictures = any(name.startswith(("texture.", "maps.")) for name in record.original)
     return [f"{record.id}: its textures are left out; this is their mean"] if pictures else []
 
@@ -329,7 +329,7 @@ def _materialx(path: Path, records: Iterable[MaterialRecord]) -> tuple[str, ...]
 def _btf(
     path: Path, records: Iterable[MaterialRecord], heard: Callable[[int, int], None], spectral: bool = False
 ) -> tuple[str, ...]:
-    """Return the images as they were measured; they have to be where they were."""
+    """Write the images as they were measured; their files must still exist."""
     from ..btf.surface import MeasuredBtf
     from ..formats.btf_writer import write_btf
 

@@ -1,4 +1,4 @@
-"""The one spectrum of a material that files of spectra can hold: as measured, else as an instrument would read."""
+"""The one spectrum of a material for files of spectra: as measured, else as an instrument would read it."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _DARK = 0.01
 
 
 def exported_spectrum(record: MaterialRecord) -> SpectralEntry:
-    """Return the spectrum of a record at its own wavelengths, with Lab under D50 and what the record says of it.
+    """Return the spectrum of a record at its own wavelengths, with Lab under D50 and the record's details.
 
-    Where the record keeps no single spectrum, the reading of an annular 45:0 instrument is computed from the BRDF:
-    pi f_r averaged over eight sides; the details say so.
+    If the record has no single spectrum, the reading of an annular 45:0 instrument is computed from the BRDF: pi f_r
+    averaged over eight sides; the details say so.
 
     Raises
     ------

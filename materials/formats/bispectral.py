@@ -1,4 +1,4 @@
-"""Fluorescent materials out of a bispectral OpenEXR picture (`spectral.formats.spectral_exr`): one a distinct pixel."""
+"""Fluorescent materials from a bispectral OpenEXR picture (`spectral.formats.spectral_exr`): one per distinct pixel."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 
 def read_bispectral(path: Path) -> tuple[FluorescentLambert, ...]:
-    """Return the distinct surfaces of the picture, in the order in which its rows show them.
+    """Read the distinct surfaces of the picture, in the order of their first pixels.
 
     Raises
     ------
     InputError
-        No re-radiation in the file, more than `MOST_SURFACES` distinct pixels, or a pixel that no surface can be.
+        No re-radiation in the file, more than `MOST_SURFACES` distinct pixels, or a pixel that is no possible surface.
     """
     check_size(path, MOST_SAMPLES)
     expected, again = "a bispectral OpenEXR picture", "the picture is damaged or cut short: save or copy it again"
@@ -96,7 +96,7 @@ def read_bispectral(path: Path) -> tuple[FluorescentLambert, ...]:
 
 
 def _placed(bispectral: Callable[[int, int], Bispectral], path: Path, row: int, column: int) -> Bispectral:
-    """Return the surface of a pixel; what is wrong with it is said with its place in the file."""
+    """Make the surface of a pixel; errors state its place in the file."""
     try:
         return bispectral(row, column)
     except InputError as reason:

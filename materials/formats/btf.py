@@ -1,7 +1,7 @@
 """BTFs: folders of images of a flat sample, from many views under many lights, as UBO2003 and UTIA name them.
 
-One image stands for its set; the others come with it. What they hold neither names nor images say, and is asked: how
-numbers stand for light, and which is white. The images stay where they are.
+One image represents its set; the others are read with it. Neither names nor images state the encoding of light and the
+white, which are asked for. The images stay in place.
 """
 
 from __future__ import annotations
@@ -58,12 +58,12 @@ _ORIENTATION, _UPRIGHT = 0x0112, 1
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for the first image of a set."""
+    """Return True for the first image of a set."""
     return image_name(path) is not None and is_first(path)
 
 
 def check_named(path: Path) -> None:
-    """Raises `InputError` for an image that was named in place of its set and is not the one that stands for it."""
+    """Raise `InputError` for a named image that is not the representative of its set."""
     if image_name(path) is None or len(found := members(path)) < 2 or path not in found:
         return
     hint = f"name the folder {set_folder(path)}, or the first of its images, {found[0].name}"
@@ -101,7 +101,7 @@ def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> 
     Raises
     ------
     InputError
-        What is asked is not answered; directions below the horizon or there twice; images missing, damaged or of
+        A question without an answer; directions below the horizon or duplicated; images missing, damaged or of
         different sizes; an uplift that is not linear.
     """
     folder = set_folder(path)
@@ -138,7 +138,7 @@ def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> 
 
 
 def _grazing(views: Hemisphere, lights: Hemisphere) -> list[str]:
-    """Notes of what is done beyond the outermost directions, where nobody measured."""
+    """Note the clamping beyond the outermost measured directions."""
     rules = ((views, "views", "they are held"), (lights, "light", "f_r is held and its cosine falls on"))
     notes = []
     for hemisphere, words, rule in rules:
@@ -163,7 +163,7 @@ def _images(found: Sorted, folder: Path, coding: Coding, basis: SpectralBasis, a
 
 
 def _without_unused(images: BtfFiles, folder: Path) -> BtfFiles:
-    """Return the same without the files that cannot be used: a record does not need them to be there."""
+    """Return the images without unusable files, which a record does not need."""
     data = images.data
     assert isinstance(data, StoredFiles)
     used = np.unique(images.index[images.index >= 0])
@@ -191,7 +191,7 @@ def _size(images: BtfFiles, found: Sorted) -> tuple[int, int]:
 
 
 def _coding(found: Sorted, folder: Path, answer: ImportOptions, uplift: str) -> tuple[Coding, SpectralBasis, list[str]]:
-    """Decide how the images are decoded, what they are coefficients of, and notes on what says so."""
+    """Choose the decoding of the images and the basis of their coefficients; return them with notes on the evidence."""
     first = next((file for file in found.files if _says(file)), found.files[0])
     head = head_of(first)
     channels, nm, kind = _channels(first, head) if head.startswith(MAGIC) else ((), None, "")
@@ -264,7 +264,7 @@ def _coding(found: Sorted, folder: Path, answer: ImportOptions, uplift: str) -> 
 
 
 def _says(path: Path) -> bool:
-    """Return whether an image can say what the others are like: not where it is damaged."""
+    """Return whether an image is undamaged, so that it can be taken as representative."""
     try:
         head = head_of(path)
     except InputError:
@@ -275,7 +275,7 @@ def _says(path: Path) -> bool:
 
 
 def _range_notes(nm: Float[np.ndarray, " L"], path: Path) -> list[str]:
-    """Say what is assumed of wavelengths that were not measured; refuse those that say nothing of colours."""
+    """Note assumptions about wavelengths that were not measured; refuse ranges that determine no colours."""
     low, high = WORKING_WAVELENGTHS_NM[[0, -1]]
     if nm.size < 2 or nm[-1] <= low or nm[0] >= high:
         found, expected = (
@@ -311,9 +311,10 @@ def _channels(path: Path, head: bytes) -> tuple[tuple[str, ...], np.ndarray | No
 
 
 def header_notes(files: Sequence[Path], folder: Path) -> list[str]:
-    """Return a note for each thing that headers ask for in vain, with the number of images and the name of the first.
+    """Return a note for each property that image headers state and that is ignored, with the number of images.
 
-    A file that cannot be opened is passed over: who reads it says what is wrong with it.
+    Properties are orientation, profile and colour space; the first image is named. Files that cannot be opened are
+    skipped; reading them reports the error.
     """
     from PIL import Image
 

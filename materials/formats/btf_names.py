@@ -1,9 +1,9 @@
 """Names of a BTF's images: directions of light and view in degrees, and which files are one set.
 
 UBO2003 writes `00001 tl000 pl000 tv000 pv000.jpg`, UTIA `tl000_pl000_tv000_pv000.png`, each view in a folder of its
-own, `tv000_pv000`: tl and pl are theta and phi of the light, tv and pv those of the view. Angles that the name of a
-file lacks are those in the names of its folders. Running numbers say nothing. A set may have a file for each
-wavelength, whose name, or whose folder's, says it (`550nm`, `w550`, `lambda=550`); a number alone does not.
+own, `tv000_pv000`: tl and pl are theta and phi of the light, tv and pv those of the view. Angles missing in the name of
+a file are taken from the names of its folders. Running numbers are ignored. A set may have a file for each wavelength,
+stated in its name or its folder's (`550nm`, `w550`, `lambda=550`); a number alone does not count.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ _LEVELS = 3
 
 @dataclass(frozen=True)
 class ImageName:
-    """Content of a file name: theta and phi, degrees, of light and view; the wavelength, nm, where it says one.
+    """Content of a file name: theta and phi, degrees, of light and view; the wavelength, nm, if stated.
 
     rest : what is left of the file's name without angles, wavelength and numbers that stand alone: the same in a set.
     """
@@ -47,7 +47,7 @@ class ImageName:
 
 
 def image_name(path: Path) -> ImageName | None:
-    """Read the angles in the name of a file and of its folders; None where not all four angles are there."""
+    """Parse the angles in the name of a file and of its folders; None unless all four are present."""
     if path.suffix.lower() not in SUFFIXES:
         return None
     return _image_name(path.stem, tuple(parent.name for parent in list(path.parents)[:_LEVELS]))
@@ -75,8 +75,8 @@ def _image_name(stem: str, folders: tuple[str, ...]) -> ImageName | None:
 def set_folder(path: Path) -> Path:
     """Return the folder of the whole set that an image belongs to.
 
-    It is above folders whose names say an angle or a wavelength, and above those that are told apart by a number and
-    hold each another view, or light.
+    It is above folders named by an angle or a wavelength, and above those that differ by a number and hold one view, or
+    light, each.
     """
     folder = path.parent
     for _ in range(_LEVELS):
@@ -96,7 +96,7 @@ def members(path: Path) -> list[Path]:
 
 
 def _changed_below(folder: Path, level: int = 0) -> Iterator[int]:
-    """Yield when names in a folder, and in those below it, last changed."""
+    """Yield modification times of the names in a folder, and in those below it."""
     yield _changed_ns(folder)
     if level < _LEVELS:
         try:
@@ -125,7 +125,7 @@ def _members(folder: Path, rest: str, changed_ns: tuple[int, ...]) -> tuple[Path
 
 
 def is_first(path: Path) -> bool:
-    """Return whether an image is the one that stands for its set."""
+    """Return whether an image is the representative of its set."""
     name = image_name(path)
     if name is None or any(image is not None and image.rest == name.rest for image in _before(path)):
         return False
@@ -134,7 +134,7 @@ def is_first(path: Path) -> bool:
 
 
 def set_name(path: Path) -> str:
-    """Name a set: as its folder, and where several lie in one, also by what tells them apart."""
+    """Name a set after its folder; several sets in one folder also by their distinguishing parts."""
     folder, name = set_folder(path), image_name(path)
     others = {
         one.rest
@@ -145,7 +145,7 @@ def set_name(path: Path) -> str:
 
 
 def bare_numbers(folder: Path) -> list[str]:
-    """Names of a set's folder and of those beside it, where all are numbers that could be wavelengths in nm."""
+    """Return the names of a set's folder and its siblings, if all are numbers that could be wavelengths in nm."""
     if not _could_be_nm(folder.name):
         return []
     try:
@@ -160,13 +160,13 @@ def _could_be_nm(name: str) -> bool:
 
 
 def directions_of(degrees: Iterable[Any]) -> Float[np.ndarray, "D 3"]:
-    """Unit vectors of pairs (theta, phi) in degrees: phi from x, along u, to y, along v."""
+    """Convert pairs (theta, phi) in degrees to unit vectors: phi from x, along u, to y, along v."""
     theta, phi = np.radians(np.array(list(degrees), dtype=np.float64).reshape(-1, 2)).T
     return np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], axis=1)
 
 
 def _before(path: Path) -> Iterable[ImageName | None]:
-    """Names of the images in the same folder that come before one, as far as the first of its set."""
+    """Return the names of the images in the same folder before one, up to the first of its set."""
     for name in _images_in(path.parent, _changed_ns(path.parent)):
         if name >= path.name:
             return
@@ -175,7 +175,7 @@ def _before(path: Path) -> Iterable[ImageName | None]:
 
 @lru_cache(maxsize=1024)
 def _images_in(folder: Path, changed_ns: int) -> tuple[str, ...]:
-    """Names of a folder's images."""
+    """List the names of a folder's images."""
     try:
         with os.scandir(folder) as entries:
             names = sorted(entry.name for entry in entries if entry.is_file())
@@ -192,9 +192,7 @@ def _directions_in(folder: Path, changed_ns: int) -> tuple[frozenset, frozenset]
 
 
 def _is_numbered_part(folder: Path) -> bool:
-    """Return whether a folder of one view, or light, lies beside others that hold others and whose names differ in
-    digits.
-    """
+    """Return whether a folder of one view, or light, has siblings with others whose names differ in digits only."""
     pattern = re.sub(r"\d+", "0", folder.name)
     return any(sign.isdigit() for sign in folder.name) and folder in _numbered_parts(
         folder.parent, pattern, _changed_ns(folder.parent)

@@ -1,4 +1,4 @@
-"""A look at every image of a BTF: which are there, which can be read, and what they are on average."""
+"""Survey of every image of a BTF: their presence, readability and means."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _NAMED = 6
 
 @dataclass(frozen=True, eq=False)
 class Sorted:
-    """Files by what their names say.
+    """Files sorted by the content of their names.
 
-    views, lights : (V,2), (Lt,2) theta and phi, degrees, ascending. wavelengths_nm : (B,) where each file has one.
-    files : in the order of the index. index : (V,Lt,B) which file, -1 where there is none.
+    views, lights : (V,2), (Lt,2) theta and phi, degrees, ascending. wavelengths_nm : (B,) if there is a file for each.
+    files : in the order of the index. index : (V,Lt,B) number of the file, -1 if it is missing.
     """
 
     views: Float[np.ndarray, "V 2"]
@@ -35,11 +35,11 @@ class Sorted:
 
 
 def sorted_files(paths: list[Path], folder: Path) -> Sorted:
-    """Files of one set, sorted by view, light and wavelength.
+    """Sort the files of one set by view, light and wavelength.
 
     Raises
     ------
-    InputError : a direction below the horizon, one that stands twice, a wavelength in some names alone.
+    InputError : a direction below the horizon or duplicated, a wavelength in only some of the names.
     """
     named = {path: name for path in paths if (name := image_name(path)) is not None}
     below = [path for path, name in named.items() if any(not 0.0 <= at[0] <= 90.0 for at in (name.light, name.view))]
@@ -90,16 +90,16 @@ def sorted_files(paths: list[Path], folder: Path) -> Sorted:
 
 
 def _angles(at: tuple[float, float]) -> tuple[float, float]:
-    """Return the one name of a direction: straight up, phi says nothing."""
+    """Normalise a direction: at the pole, phi is ignored."""
     return (at[0], at[1] % 360.0 if at[0] else 0.0)
 
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """Survey of images: the images without those that cannot be used, their means, and notes.
+    """Survey of images: the usable images, their means, and notes.
 
-    means : (V,Lt,J) over texels of f_r cos. pictures : (V,H,W) of each view the mean over lights, a number a texel;
-    zero where it is not looked at. negative : how many numbers are below zero.
+    means : (V,Lt,J) over texels of f_r cos. pictures : (V,H,W) of each view the mean over lights, one number per texel;
+    zero if it is not used. negative : count of numbers below zero.
     """
 
     images: BtfFiles
@@ -112,11 +112,11 @@ class Survey:
 def surveyed(images: BtfFiles, fill: float, folder: Path) -> Survey:
     """Read every image once.
 
-    fill : the share of the set that may be made of neighbours.
+    fill : largest share of the set that may be interpolated from neighbours.
 
     Raises
     ------
-    InputError : images of different sizes; more of them missing or damaged than `fill`; not one that can be read.
+    InputError : images of different sizes; more of them missing or damaged than `fill`; no readable image.
     """
     shape = len(images.views), len(images.lights)
     index, means = images.index.copy(), np.zeros((*shape, images.basis.size))
@@ -163,7 +163,7 @@ def surveyed(images: BtfFiles, fill: float, folder: Path) -> Survey:
 def _lacking(
     images: BtfFiles, index: Int[np.ndarray, "V Lt B"], damaged: dict[str, str], fill: float, folder: Path
 ) -> tuple[str, ...]:
-    """Notes on the images that are made of their neighbours; refuses more than `fill` of them."""
+    """Note the images that are interpolated from their neighbours; refuse more than `fill` of them."""
     lacking = np.argwhere((images.index < 0).any(axis=2)).tolist()
     names = [f"{images.words(view, light)}" for view, light in lacking]
     names += [f"{name} ({problem})" for name, problem in damaged.items()]
@@ -189,5 +189,5 @@ def _listed(names: list[str]) -> str:
 
 
 def _few(paths: list[Path], folder: Path) -> str:
-    """Some names, and how many more."""
+    """List some names, and the number of the others."""
     return _listed([path.relative_to(folder).as_posix() for path in sorted(paths)])

@@ -33,9 +33,8 @@ def write_btf(
 ) -> tuple[str, ...]:
     """Write every image; notes on what they are.
 
-    folder : is there and empty. spectral : a channel a wavelength; else linear sRGB, which is of D65, and is all that
-    there was of a BTF in RGB. said : lines that `ABOUT` has beside how to read the images. heard : hears how many
-    images are written, of how many.
+    folder : exists and is empty. spectral : one channel per wavelength; else linear sRGB under D65, which is complete
+    for a BTF in RGB. said : further lines of `ABOUT`. heard : receives the numbers of images written and in total.
 
     Raises
     ------
@@ -69,11 +68,11 @@ def _channels(rgb: Float[np.ndarray, "H W 3"]) -> dict[str, np.ndarray]:
 
 
 def _degrees(directions: Hemisphere) -> list[tuple[float, float]]:
-    """theta and phi of all, to a thousandth of a degree.
+    """Convert directions to theta and phi, to a thousandth of a degree.
 
     Raises
     ------
-    InputError : two that names would not tell apart.
+    InputError : two directions whose names would be the same.
     """
     x, y, z = directions.directions.T
     theta, phi = np.degrees(np.arctan2(np.hypot(x, y), z)), np.degrees(np.arctan2(y, x)) % 360.0

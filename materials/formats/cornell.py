@@ -1,13 +1,13 @@
-"""Reads scattered spectral BRDF measurements in the text layout of Cornell's gonioreflectometer.
+"""Reader of scattered spectral BRDF measurements in the text layout of Cornell's gonioreflectometer.
 
 Words separated by any white space, or by commas, `#` starting a comment that runs to the end of its line:
 
     L                                   number of wavelengths
-    w_1 ... w_L                         wavelengths, nm, ascending; descending ones are turned round with their values
+    w_1 ... w_L                         wavelengths, nm, ascending; descending ones are reversed with their values
     theta_i phi_i theta_o phi_o  f_1 ... f_L     one direction pair: radians, then f_r in 1/sr
 
-repeated for as many pairs as were measured, in any order. An f_r of exactly 0 is a reading that was clamped: the
-signal was lost in the noise of the detector, so it counts as missing and not as black.
+repeated for as many pairs as were measured, in any order. An f_r of exactly 0 is a reading that was clamped: the signal
+was lost in the noise of the detector, so it counts as missing and not as black.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ _DOUBLE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))[dD]([+-]?\d+)")
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for text that begins with a count and that many wavelengths in order, or has the name of such a file."""
+    """Return True for text that begins with a count and that many ordered wavelengths, or a file with such a name."""
     return path.suffix.lower() in SUFFIXES or _begins_with_wavelengths(head)
 
 
 def reading_cost(path: Path) -> ReadingCost:
-    """Return its numbers as words, and what is worked out between scattered pairs."""
+    """Estimate the cost of its numbers as text, and of the interpolation between scattered pairs."""
     return cost_of_bytes(path, 13.0, 4e-6)
 
 
@@ -120,9 +120,7 @@ def read_cornell(path: str | Path) -> ScatteredMeasurement:
 
 
 def _begins_with_wavelengths(head: bytes) -> bool:
-    """Check that the count stands alone on its line, as no table of spectra begins; a list cut off by the end of `head`
-    counts.
-    """
+    """Check for a count alone on its line, unlike tables of spectra, and its wavelengths; `head` may cut these off."""
     if b"\0" in head:
         return False
     text = head.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
@@ -149,9 +147,7 @@ def _begins_with_wavelengths(head: bytes) -> bool:
 
 
 def _split(line: str) -> list[str]:
-    """Return the words of a line, parted by white space or by commas; one comma alone within a word may be a decimal
-    one.
-    """
+    """Split a line at white space or commas; a single comma within a word may be a decimal one."""
     found: list[str] = []
     for word in line.split():
         inner = word.removesuffix(",")
@@ -167,7 +163,7 @@ def _fail(
 
 
 def _words(path: Path) -> tuple[list[str], np.ndarray, list[str]]:
-    """Words outside comments, the line number of each, and the comments that stand before the first word."""
+    """Return words outside comments, the line number of each, and the comments before the first word."""
     raw = read_bytes(path, "a readable text file")
     if b"\0" in raw:
         hint = "import the measurement that it was made from, or give it the name of its own format (.binary, .bsdf)"

@@ -1,7 +1,7 @@
-"""Reads descriptions of families: TOML files that name a model and its parameters, spectra by table and column.
+"""Reader of family descriptions: TOML files with a model and its parameters, spectra by table and column.
 
-A folder of descriptions holds `sources.toml` too, which lists its tables of spectra with their source, licence and
-SHA-256 (`family_tables`). docs/catalogue.md describes both for people who write them.
+A folder of descriptions also holds `sources.toml`, which lists its tables of spectra with their source, licence and
+SHA-256 (`family_tables`). docs/catalogue.md describes the format of both.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ def recognises(path: Path, head: bytes) -> bool:
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """Yield every material of the family; what is wrong with one of them does not hold up the others."""
+    """Yield every material of the family; an error in one of them does not stop the others."""
     yield from _family(path)
 
 
 def companions(path: Path) -> Iterator[Path]:
-    """Yield the files that are part of a description: `sources.toml` beside it, and the tables that it lists."""
+    """Yield the files that belong to a description: `sources.toml` beside it, and the tables that it lists."""
     manifest = path.parent / TABLES_FILE
     if manifest.is_file():
         yield manifest
@@ -174,7 +174,7 @@ class _Entry:
         return said
 
     def _spectrum(self, key: str, quantity: Kind, used: dict[str, FamilyTable], read: bool) -> Spectrum:
-        """Return the spectrum that { constant } or { table, column } stands for; its table is noted in `used`."""
+        """Return the spectrum of { constant } or { table, column }; its table is recorded in `used`."""
         value, field = self.values[key], f"{self.name}.{key}"
         if set(value) == {"constant"}:
             with self._placed(field):
@@ -198,7 +198,7 @@ class _Entry:
 
     @contextmanager
     def _placed(self, *within: str) -> Iterator[None]:
-        """Errors of a value's own check, which knows no file, get the file and the place in it."""
+        """Add the file and the place in it to the errors of a value's own check."""
         try:
             yield
         except InputError as reason:

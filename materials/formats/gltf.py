@@ -1,9 +1,9 @@
 """Materials of glTF 2.0 files (.gltf, .glb; Khronos 2021, section 3.9): colours in RGB, with made-up spectra.
 
-Metallic and roughness, specular, refractive index, clearcoat, specular and glossiness, and unlit are rendered, and of
-maps, texel by texel, bumps, stretched highlights and masks, too; what else a material says (transmission, sheen, ...)
-is kept in the record, with all of its maps, and is named in the notes. Maps that lie apart on the mesh, and a second
-set of coordinates are rendered by the mean of the maps. A material that shines gives a second record, its emission.
+Metallic and roughness, specular, refractive index, clearcoat, specular and glossiness, and unlit are rendered; of maps
+also bumps, anisotropic highlights and masks, texel by texel. Further properties (transmission, sheen, ...) are stored
+in the record, with all maps, and named in the notes. Maps with different placements on the mesh, and a second set of
+coordinates are rendered by the mean of the maps. An emissive material has a second record, its emission.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _EMISSION_UNITS = "W.m^-2.sr^-1.nm^-1"
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for a .glb by its first bytes, for a .gltf by its name or its first key."""
+    """Return True for a .glb by its first bytes, for a .gltf by its name or its first key."""
     if head.startswith(gltf_container.MAGIC) or path.suffix.lower() in SUFFIXES:
         return True
     return head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{") and b'"asset"' in head and b'"version"' in head
@@ -58,9 +58,9 @@ def companions(path: Path) -> Iterable[Path]:
 
 
 def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
-    """One record a material, "FILE/MATERIAL", and "FILE/MATERIAL-emission" where it shines.
+    """Yield one record per material, "FILE/MATERIAL", and "FILE/MATERIAL-emission" if it is emissive.
 
-    Raises `InputError` where the file as a whole cannot be used; a material that cannot is a `Rejected`.
+    Raises `InputError` if the file as a whole cannot be used; an unusable material is a `Rejected`.
     """
     gltf = open_gltf(path)
     materials = gltf.root.children("materials")
@@ -91,7 +91,7 @@ def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> 
 
 
 def _unique(name: str, taken: set[str]) -> str:
-    """Return the name, or with the first number that makes it new; the name of its emission is taken with it."""
+    """Make a name unique by a number if necessary; the name of its emission is reserved with it."""
     number, candidate = 1, name
     while {candidate, f"{candidate}-emission"} & taken:
         number += 1
@@ -101,7 +101,7 @@ def _unique(name: str, taken: set[str]) -> str:
 
 
 class _Material:
-    """One material of a file, read."""
+    """Material of a file, parsed."""
 
     def __init__(
         self, gltf: GltfFile, node: JsonNode, label: str, material_id: str, content: str, coloured: bool
@@ -259,7 +259,7 @@ class _Material:
         return Colour(self.textures.of(self.node, "emissiveTexture"), tuple(strength * value for value in factor))
 
     def _unrendered(self) -> list[str]:
-        """Say in words what the material has that no model of ours shows."""
+        """List the properties that none of our models renders."""
         kept = [name for name in self.extensions.values if not (self.stretched and name == "KHR_materials_anisotropy")]
         names = [KEPT_EXTENSIONS.get(name, name) for name in kept]
         names += ["bumps of the normal map"] if self.node.has("normalTexture") and not self.bumps else []

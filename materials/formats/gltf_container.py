@@ -1,8 +1,8 @@
 """The container of glTF 2.0 (Khronos 2021, sections 3.6 and 4): JSON, its buffers and its pictures, in bounds.
 
 A .glb is three uint32 (magic "glTF", version, length), then chunks: uint32 length, uint32 type, content; the first is
-the JSON, the second the binary buffer. A .gltf is the JSON alone; buffers and pictures lie beside it, or inside it
-in base64.
+the JSON, the second the binary buffer. A .gltf is the JSON alone; buffers and pictures are beside it, or embedded in
+base64.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _COMPONENTS["MAT4"] = (4, 4)
 
 @dataclass(frozen=True)
 class EncodedPicture:
-    """A picture as it came: its bytes, and what the file calls it."""
+    """Picture as stored: its bytes, and its type according to the file."""
 
     name: str
     data: bytes
@@ -89,12 +89,12 @@ class GltfFile:
 
 
 def open_gltf(path: Path) -> GltfFile:
-    """Return the container in `path`, checked; pictures are read when they are asked for.
+    """Open and check the container in `path`; pictures are read on request.
 
     Raises
     ------
     InputError
-        Not glTF, of version 1.0, cut short, too large; a buffer, view or accessor that reaches beyond what holds it.
+        Not glTF, of version 1.0, truncated, too large; a buffer, view or accessor beyond its container.
     """
     raw, binary = _json_of(existing_file(path))
     root = parsed(raw, path)
@@ -111,7 +111,7 @@ def open_gltf(path: Path) -> GltfFile:
 
 
 def companions(path: Path) -> Iterator[Path]:
-    """Files beside `path` that it is made of: buffers and pictures; none where it cannot be read."""
+    """Return the files beside `path` that belong to it: buffers and pictures; none if it cannot be read."""
     try:
         root = parsed(_json_of(path)[0], path)
         named = [node for kind in ("buffers", "images") for node in root.children(kind)]
@@ -160,7 +160,7 @@ def _is_file(path: Path) -> bool:
 
 
 def named_by_backslashes(node: JsonNode, folder: Path) -> bool:
-    """Return whether the file of a `uri` was only found by taking backslashes for separators."""
+    """Return whether the file of a `uri` is found only with backslashes as separators."""
     uri = node.text("uri")
     return not uri.startswith("data:") and "\\" in unquote(uri) and "\\" not in local_path(node, folder).name
 
@@ -204,7 +204,7 @@ def _json_of(path: Path) -> tuple[bytes, tuple[int, int] | None]:
 
 
 def _check_bounds(gltf: GltfFile) -> None:
-    """Every buffer is there in full, every view lies in its buffer and every accessor in its view."""
+    """Check that every buffer is complete, every view within its buffer and every accessor within its view."""
     buffers, views = gltf.root.children("buffers"), gltf.root.children("bufferViews")
     sizes = [_buffer_size(gltf, number, buffer) for number, buffer in enumerate(buffers)]
     for view in views:
@@ -225,7 +225,7 @@ def _check_bounds(gltf: GltfFile) -> None:
 
 
 def _span(accessor: JsonNode, stride: int) -> int:
-    """Bytes from the first value of an accessor to the end of its last."""
+    """Compute the bytes from the first value of an accessor to the end of its last."""
     kind, component, count = accessor.text("type"), accessor.whole("componentType"), accessor.whole("count")
     if kind not in _COMPONENTS or component not in _COMPONENT_BYTES:
         expected = f"{', '.join(_COMPONENTS)} of {', '.join(map(str, _COMPONENT_BYTES))}"

@@ -1,4 +1,4 @@
-"""JSON with an address: values out of a file that anybody may have written, each refused by its place."""
+"""Addressed JSON: values from an untrusted file, each with its place for errors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class JsonNode:
-    """An object {} of a JSON file, and where it stands in it: "materials[2].pbrMetallicRoughness"."""
+    """JSON object {} of a file, and its place: "materials[2].pbrMetallicRoughness"."""
 
     file: Path
     place: str
@@ -38,7 +38,7 @@ class JsonNode:
         return name in self.values
 
     def child(self, name: str) -> JsonNode:
-        """Return the object of that name, empty where there is none."""
+        """Return the object of that name, empty if there is none."""
         value = self.values.get(name, {})
         if not isinstance(value, dict):
             self.refuse(name, "not an object", _shown(value), "{ ... }")
@@ -70,7 +70,7 @@ class JsonNode:
         return [self._number(f"{name}[{at}]", value, low, high) for at, value in enumerate(values)]
 
     def whole(self, name: str, default: int | None = None, below: int | None = None) -> int:
-        """Return a whole number from 0 to below `below`; refused where it is missing and has no default."""
+        """Return a whole number from 0 to below `below`; refused if it is missing and has no default."""
         value, limit = self.values.get(name, default), sys.maxsize if below is None else below
         if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value < limit:
             expected = "0, 1, 2, ..." if below is None else f"0, 1, 2, ..., less than {below}"

@@ -1,8 +1,8 @@
-"""A surface as glTF 2.0 says it (Khronos 2021, section 3.9), in red, green and blue.
+"""Surfaces as glTF 2.0 materials (Khronos 2021, section 3.9), in red, green and blue.
 
-The core has base colour, metal, roughness, bumps and masks; `KHR_materials_specular` what dielectric facets reflect,
-`KHR_materials_anisotropy` stretched highlights, `KHR_materials_clearcoat` a coat. A material of specular and glossiness
-becomes one of metal and roughness that reflects the same: no metal, and a body of base (1 - largest of c).
+The core has base colour, metal, roughness, bumps and masks; `KHR_materials_specular` the reflectance of dielectric
+facets, `KHR_materials_anisotropy` anisotropic highlights, `KHR_materials_clearcoat` a coat. A material of specular and
+glossiness becomes one of metal and roughness that reflects the same: no metal, and a body of base (1 - largest of c).
 """
 
 from __future__ import annotations
@@ -35,13 +35,12 @@ _ROUNDING = 1e-6
 
 
 def gltf_material(surface: Surface, name: str, writer: GltfWriter) -> tuple[dict[str, Any], list[str]]:
-    """Return a surface in the words of a file's `materials`, its textures added to the file; and notes on what became
-    of it.
+    """Write a surface as a file's material, its textures added to the file; return it with notes on losses.
 
     Raises
     ------
     InputError : a surface that is neither of maps, nor a texture, nor Lambert's, nor of metal and roughness; colours
-        that glTF has no numbers for.
+        that glTF cannot represent.
     """
     maps, coat, notes = _maps_of(surface)
     if maps.glossy:
@@ -125,7 +124,7 @@ def _of_metal_and_roughness(surface: MetallicRoughness) -> tuple[MapSet, dict[st
 
 
 def _without_gloss(maps: MapSet) -> MapSet:
-    """No metal, with the same body, facets and Fresnel term."""
+    """Convert specular and glossiness to no metal, with the same body, facets and Fresnel term."""
     most = np.minimum(maps.reflected.decoded(maps.reflected.values), 1.0).max(axis=2, keepdims=True)
     base = TexelMap(maps.base.decoded(maps.base.values) * (1.0 - most))
     none, one = TexelMap.constant(0.0), TexelMap.constant(1.0)
@@ -133,7 +132,7 @@ def _without_gloss(maps: MapSet) -> MapSet:
 
 
 def _base(material: dict[str, Any], maps: MapSet, writer: GltfWriter, notes: list[str]) -> None:
-    """Base colour and, as its alpha, the mask."""
+    """Write base colour and, as its alpha, the mask."""
     colours, colour = coded(maps.base, True, "base colour", notes)
     factor, mask = list(colour), None
     if maps.coverage.size != (1, 1) and maps.cutoff > 0.0:
@@ -149,7 +148,7 @@ def _base(material: dict[str, Any], maps: MapSet, writer: GltfWriter, notes: lis
 
 
 def _facets(material: dict[str, Any], maps: MapSet, writer: GltfWriter, notes: list[str]) -> None:
-    """Metal and roughness, blue and green of one picture, and how highlights are stretched."""
+    """Write metal and roughness, blue and green of one picture, and the anisotropy of highlights."""
     rough = maps.roughness
     if rough.values.shape[2] == 2:
         rough = _stretched(material, maps, writer)
@@ -184,7 +183,7 @@ def _stretched(material: dict[str, Any], maps: MapSet, writer: GltfWriter) -> Te
 
 
 def _reflected(material: dict[str, Any], maps: MapSet, writer: GltfWriter, notes: list[str]) -> None:
-    """KHR_materials_specular, where facets of dielectrics reflect anything else than those of an index of 1.5."""
+    """Write KHR_materials_specular, if facets of dielectrics reflect differently from an index of 1.5."""
     colours, colour = coded(maps.reflected, True, "what facets reflect", notes)
     weights, (weight,) = coded(maps.weight, False, "specular", notes)
     said: dict[str, Any] = {"specularFactor": weight} if weight != 1.0 else {}
@@ -201,7 +200,7 @@ def _reflected(material: dict[str, Any], maps: MapSet, writer: GltfWriter, notes
 
 
 def _coat(maps: MapSet, writer: GltfWriter, notes: list[str]) -> dict[str, Any]:
-    """KHR_materials_clearcoat: what of it counts in red and its roughness in green, of one picture, and its bumps."""
+    """Write KHR_materials_clearcoat: weight in red and roughness in green, of one picture, and its bumps."""
     (weights, (weight,)), (rough, (roughness,)) = (
         coded(one, False, name, notes)
         for one, name in ((maps.coat, "clear coat"), (maps.coat_roughness, "roughness of the clear coat"))
@@ -217,7 +216,7 @@ def _coat(maps: MapSet, writer: GltfWriter, notes: list[str]) -> dict[str, Any]:
 
 
 def _bumps(normal: TexelMap, maps: MapSet, writer: GltfWriter) -> dict[str, Any]:
-    """Return a normal map, green up: the codes that it came with where those are a picture's."""
+    """Return a normal map, green up: the original codes if it comes from a picture."""
     strength = normal.scale[0] / 2.0
     as_pictures_are = len(normal.scale) == 3 and normal.scale[2] == 2.0 and abs(normal.scale[1]) == normal.scale[0]
     as_pictures_are &= normal.offset == tuple(-0.5 * number for number in normal.scale)
@@ -235,7 +234,7 @@ def _bumps(normal: TexelMap, maps: MapSet, writer: GltfWriter) -> dict[str, Any]
 
 
 def _joined(planes: list[np.ndarray]) -> np.ndarray:
-    """Side by side as channels of one picture; codes of 8 bits as those of 16 where any has them."""
+    """Join planes as channels of one picture; codes of 8 bits are widened if any has 16."""
     if any(plane.dtype == np.uint16 for plane in planes):
         planes = [plane if plane.dtype == np.uint16 else plane.astype(np.uint16) * np.uint16(257) for plane in planes]
     size = max(plane.shape[:2] for plane in planes)
@@ -245,9 +244,9 @@ def _joined(planes: list[np.ndarray]) -> np.ndarray:
 def coded(
     one: TexelMap, srgb: bool, what: str, notes: list[str]
 ) -> tuple[UInt[np.ndarray, "H W C"] | None, tuple[float, ...]]:
-    """Codes, None where all texels are alike, and what they are multiplied by, C numbers.
+    """Encode values: codes, None if all texels are equal, and their factors, C numbers.
 
-    Codes of pictures stay as they came; other numbers become codes of 8 bits where those hold them exactly, else of 16.
+    Codes of pictures are kept; other numbers become codes of 8 bits if these are exact, else of 16.
 
     Raises
     ------
@@ -267,7 +266,7 @@ def coded(
 
 
 def unit_codes(fractions: Float[np.ndarray, "H W C"]) -> UInt[np.ndarray, "H W C"]:
-    """Fractions from 0 to 1 as codes of 8 bits where those are exact, else as the nearest ones of 16."""
+    """Encode fractions from 0 to 1 in 8 bits if that is exact, else as the nearest codes of 16."""
     exact = fractions * 255.0
     codes = np.rint(exact)
     if np.abs(exact - codes).max() <= _EXACT:
@@ -276,7 +275,7 @@ def unit_codes(fractions: Float[np.ndarray, "H W C"]) -> UInt[np.ndarray, "H W C
 
 
 def filled(codes: UInt[np.ndarray, "H W C"] | None, channels: int) -> UInt[np.ndarray, "H W C"]:
-    """Codes with so many channels, grey repeated; where there are none, 1 everywhere."""
+    """Expand codes to `channels` channels, grey repeated; 1 everywhere if there are none."""
     if codes is None:
         return np.full((1, 1, channels), 255, np.uint8)
     return np.repeat(codes, channels, axis=2) if codes.shape[2] == 1 else codes
@@ -296,5 +295,5 @@ def _within(values: np.ndarray, what: str) -> np.ndarray:
 
 
 def _encoded(linear: np.ndarray, srgb: bool) -> np.ndarray:
-    """sRGB of linear light, or the numbers as they are."""
+    """Encode linear light as sRGB, or return the numbers as they are."""
     return linear_to_srgb(linear) if srgb else linear

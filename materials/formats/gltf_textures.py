@@ -39,19 +39,19 @@ KEPT_EXTENSIONS = {
 
 
 class TextureReader:
-    """The textures of one material; each picture is read once."""
+    """Textures of one material; each picture is read once."""
 
     def __init__(self, gltf: GltfFile, material: JsonNode) -> None:
         self.gltf, self.material = gltf, material
         self._read: dict[str, Texture] = {}
 
     def of(self, holder: JsonNode, name: str) -> Texture | None:
-        """Return the texture that `holder` names so, None where it has none.
+        """Return the texture under that name in `holder`, None if there is none.
 
         Raises
         ------
         InputError
-            It points at nothing; its picture is missing, damaged, too large or of a type that is not decoded.
+            A dangling reference; a picture that is missing, damaged, too large or of a type that is not decoded.
         """
         if not holder.has(name):
             return None
@@ -71,12 +71,12 @@ class TextureReader:
         return texture
 
     def placement(self, holder: JsonNode, name: str, turned: bool = False) -> Placement:
-        """Return the placement of a texture on the mesh, (u, v) growing upwards; `turned`: what it says has directions.
+        """Return the placement of a texture on the mesh, (u, v) growing upwards; `turned`: its values are directions.
 
         Raises
         ------
         NotDrawn : another set of coordinates than the first, or rotated (KHR_texture_transform's formula turns against
-            its words), or mirrored where it has directions.
+            its words), or mirrored if its values are directions.
         InputError : a number or a word that the specification does not have.
         """
         information = holder.child(name)
@@ -105,7 +105,7 @@ class TextureReader:
         return Placement((across, down), (left, 1.0 - top - down), (wrap[0], wrap[1]))
 
     def all(self) -> tuple[list[Texture], list[str]]:
-        """Return every texture whose bytes are there, rendered or not, and what is to be said of them."""
+        """Return every texture whose bytes exist, rendered or not, and notes on them."""
         notes: list[str] = []
         for holder, name in self._holders(self.material):
             try:
@@ -118,7 +118,7 @@ class TextureReader:
         return list(self._read.values()), notes
 
     def used(self) -> dict[str, Any]:
-        """Return the file's own words on each texture: slot to texture, sampler and image, without their content."""
+        """Return the file's own entries of each texture: slot to texture, sampler and image, without their content."""
         described: dict[str, Any] = {}
         samplers = self.gltf.root.children("samplers")
         for holder, name in self._holders(self.material):

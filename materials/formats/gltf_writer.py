@@ -1,4 +1,4 @@
-"""Writes glTF 2.0 files (Khronos 2021): materials, each on a sphere, with their textures inside the file."""
+"""Writer of glTF 2.0 files (Khronos 2021): materials, each on a sphere, with embedded textures."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _CODE = {word: code for code, word in WRAPS.items()}
 
 
 class GltfWriter:
-    """A file in the making: `texture` and `add` materials, then `write`."""
+    """File under construction: `texture` and `add` materials, then `write`."""
 
     def __init__(self) -> None:
         self._bytes = bytearray()
@@ -39,7 +39,7 @@ class GltfWriter:
         self._sphere: dict[str, Any] | None = None
 
     def texture(self, codes: UInt[np.ndarray, "H W C"], placement: Placement) -> dict[str, Any]:
-        """Describe a texture of these codes in a material: its number, and where it lies on the mesh."""
+        """Add a texture of these codes; return its reference in a material, with its placement on the mesh."""
         data = png_bytes(codes)
         if data not in self._pictures:
             self._pictures[data] = len(self._lists["images"])
@@ -56,7 +56,7 @@ class GltfWriter:
         return said
 
     def add(self, material: dict[str, Any]) -> None:
-        """One more material, on a sphere beside the others."""
+        """Add a material, on a sphere beside the others."""
         self._extensions |= set(material.get("extensions", ()))
         number = len(self._lists["materials"])
         self._lists["materials"].append(material)
@@ -66,7 +66,7 @@ class GltfWriter:
         self._lists["nodes"].append(node)
 
     def write(self, path: Path, asset: dict[str, Any]) -> None:
-        """Write the file whole: binary, or where it is called .gltf as text with its buffer in base64."""
+        """Write the file whole: binary, or as text with its buffer in base64 if it is called .gltf."""
         text = path.suffix.lower() == ".gltf"
         buffer: dict[str, Any] = {"byteLength": len(self._bytes)}
         if text:
@@ -81,7 +81,7 @@ class GltfWriter:
             beside.write_bytes(written if text else _binary(written, bytes(self._bytes)))
 
     def _number(self, name: str, entry: dict[str, Any]) -> int:
-        """Return the index of an entry in its list, which has it once."""
+        """Return the index of an entry in its list, which contains it once."""
         entries = self._lists[name]
         if entry not in entries:
             entries.append(entry)

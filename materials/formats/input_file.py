@@ -1,4 +1,4 @@
-"""A file that a material may come from, and its first bytes, which say what it is."""
+"""Input file that may hold materials, and its first bytes, which identify its format."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ HEAD = 4096
 
 @dataclass(frozen=True)
 class InputFile:
-    """One file to look at.
+    """An input file.
 
-    path : where it can be read, for as long as `inputs_of` is open.
-    name : what a person would call it: "archive.zip/member", "memory://folder/file"; for local files, the path.
-    named : named itself, rather than found in a folder, by a pattern or in an archive: then it must be of use.
+    path : where it can be read, while `inputs_of` is open.
+    name : for users: "archive.zip/member", "memory://folder/file"; for local files, the path.
+    named : given explicitly, rather than found in a folder, by a pattern or in an archive: then it must be usable.
     """
 
     path: Path
@@ -24,7 +24,7 @@ class InputFile:
     named: bool
 
     def with_given_name(self, text: str) -> str:
-        """`text`, with the name in place of a path that only this import knows."""
+        """Replace a path that only this import knows by the name in `text`."""
         if self.name == str(self.path):
             return text
         own, given = list(self.path.parts), self.name.split("/")
@@ -37,7 +37,7 @@ class InputFile:
 
 
 def head_of(path: Path) -> bytes:
-    """Return the first bytes, which say what a file is; raises `InputError` where it cannot be read."""
+    """Read the first bytes, which identify the format; raises `InputError` if the file cannot be read."""
     try:
         with path.open("rb") as file:
             return file.read(HEAD)

@@ -1,8 +1,7 @@
-"""The surface that a set of texture maps says: its properties from the pictures that hold them, texel by texel or in
-the mean.
+"""Surface of a set of texture maps: its properties from the pictures that hold them, by texel or on average.
 
-What a map leaves open is asked (`ImportOptions`), and not guessed: which way green points in a normal map, and what a
-specular map holds. That may be F at the normal, in red, green and blue: then
+Ambiguities of a map are asked for (`ImportOptions`), not guessed: the direction of green in a normal map, and the
+meaning of a specular map. The latter may be F at the normal, in red, green and blue: then
 
     f_r = (1 - largest of F) albedo / pi + F D G / (4 cos cos)      as for glTF's dielectrics, of any reflectance
 """
@@ -33,9 +32,7 @@ def surface_of(
     answer: ImportOptions,
     notes: list[str],
 ) -> tuple[str, dict[str, Any], set[str]]:
-    """Model, parameters, and the properties that are drawn beside colour, roughness and metal; what was assumed is
-    added to `notes`.
-    """
+    """Return model, parameters, and the further properties that are rendered; adds assumptions to `notes`."""
     only = {role: several[0] for role, several in textures.items()}
     albedo = only.get("albedo")
     notes += measured.notes if measured is not None else ()
@@ -90,8 +87,7 @@ def _drawn(
     uplift: str,
     answer: ImportOptions,
 ) -> tuple[MappedSurface | None, list[str], set[str]]:
-    """Return the surface of all texels, None where they are alike; notes; and which of the other properties it
-    shows."""
+    """Return the surface of all texels, None if they are equal; notes; and the other properties that it renders."""
     notes: list[str] = []
     drawn: set[str] = set()
     more = _more(measured, matt, answer.maps == "mended")
@@ -114,7 +110,7 @@ def _drawn(
 
 
 def _green(role: str, textures: dict[str, list[Texture]], answer: ImportOptions, notes: list[str]) -> Green:
-    """Decide which way green points in a normal map: by its name, by itself, or as it was answered."""
+    """Determine the direction of green in a normal map: by its name, by its content, or by the answer."""
     if role != "normal":
         return "opengl" if role == "normal_gl" else "directx"
     texture = textures[role][0]

@@ -1,9 +1,9 @@
 """Loose texture maps: albedo, roughness, metallic, normal, ... in pictures of their own, told apart by their names.
 
-The albedo stands for its set; its siblings in the same folder come with it. Integers are sRGB in an albedo and numbers
-elsewhere; floats (OpenEXR, TIFF) are linear; a spectral OpenEXR picture as the albedo is measured reflectances, which
-stay as they are. Every texel is rendered, or the mean of all where that is asked for or
-maps say more than is drawn; the maps are kept as they came.
+The albedo represents its set; its siblings in the same folder are read with it. Integers are sRGB in an albedo and
+linear elsewhere; floats (OpenEXR, TIFF) are linear; a spectral OpenEXR picture as the albedo holds measured
+reflectances, which are not changed. Every texel is rendered, or the mean of all if that is requested or maps have
+properties that are not rendered; the maps are stored as imported.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> 
     ------
     InputError
         No albedo, two maps of one property, maps of different sizes; a picture that cannot be read or is too large;
-        colours that no reflectance has; a normal map that does not say which way is up, normals that are none.
+        colours outside any reflectance; a normal map of unknown orientation, invalid normals.
     """
     found = members(existing_file(path))
     if "albedo" not in found:
@@ -145,7 +145,7 @@ def _texture(role: str, file: Path, answer: ImportOptions) -> Texture:
 
 
 def _check_space(role: str, file: Path, floating: bool) -> None:
-    """Refuse colours that their name gives another encoding than integers (sRGB) or floats (linear) have here."""
+    """Refuse colours whose name states another encoding than integers (sRGB) or floats (linear) have here."""
     name = map_name(file)
     space = name.space if name else ""
     fitting = ("raw", "linear", "rec709", "bt709") if floating else ("srgb",)
@@ -161,7 +161,7 @@ def _check_space(role: str, file: Path, floating: bool) -> None:
 
 
 def _check_specular(texture: Texture, srgb: bool) -> None:
-    """Refuse the map that `--specular-map` speaks of where the map itself says another encoding."""
+    """Refuse the map of `--specular-map` if the map itself states another encoding."""
     name = map_name(texture.file)
     space = (name.space if name else "").lower()
     contrary = texture.floating if srgb else space == "srgb"

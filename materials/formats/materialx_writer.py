@@ -91,11 +91,11 @@ class OpenPbrMaterial:
 
 
 def open_pbr(name: str, brdf: Surface, about: str = "") -> OpenPbrMaterial:
-    """Return a BRDF as an OpenPBR surface.
+    """Convert a BRDF to an OpenPBR surface.
 
     Raises
     ------
-    InputError : OpenPBR has no numbers for it, its colours lie outside ACEScg, or it would be off by more than `BAR`.
+    InputError : OpenPBR cannot represent it, its colours are outside ACEScg, or its error exceeds `BAR`.
     """
     if isinstance(brdf, Lambert):
         shaped, colours = _MATT, [brdf.reflectance.samples]
@@ -191,7 +191,7 @@ def _free_name(material_id: str, taken: set[str]) -> str:
 
 
 def _rough(brdf: OrenNayar) -> tuple[OpenPbr, list[np.ndarray]]:
-    """Return the roughness that looks most alike, and the colour that an instrument reads alike at 45:0."""
+    """Find the roughness of the most similar appearance, and the colour of the same reading at 45:0."""
     from scipy.optimize import minimize_scalar
 
     wi, wo = np.sqrt([[0.5, 0.0, 0.5]]), np.array([[0.0, 0.0, 1.0]])
@@ -252,7 +252,7 @@ def _metallic_roughness(brdf: MetallicRoughness) -> tuple[OpenPbr, list[np.ndarr
 
 
 def _under_the_coat(brdf: MetallicRoughness) -> float:
-    """Return the roughness which, spread by the coat, is that of the base."""
+    """Find the roughness which, widened by the coat, is that of the base."""
     if not brdf.coat:
         return float(np.sqrt(brdf.alpha))
 
@@ -275,7 +275,7 @@ def _under_the_coat(brdf: MetallicRoughness) -> float:
 
 
 def _in_a_space(shown: Float[np.ndarray, "C 3"]) -> tuple[str, Float[np.ndarray, "C 3"]]:
-    """Return a colour space that holds all of these linear Rec.709 colours, and them in it."""
+    """Return a colour space that contains all of these linear Rec.709 colours, and the colours in it."""
     wide = shown @ np.linalg.inv(_REC709_FROM_ACESCG).T
     for space, values in (("lin_rec709", shown), ("acescg", wide)):
         if (values >= -_NEAR).all() and (values <= 1.0 + _NEAR).all():

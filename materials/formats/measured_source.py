@@ -1,4 +1,4 @@
-"""Sources of measured BRDFs: the source that one measurement becomes."""
+"""Material source of one measured BRDF."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .naming import id_word, printable
 
 @runtime_checkable
 class MeasuredBrdf(Protocol):
-    """Measured BRDF as an importer needs it: the name of its model, and what it is rebuilt from."""
+    """Measured BRDF for an importer: the name of its model, and the parameters to rebuild it."""
 
     NAME: ClassVar[str]
 
@@ -35,7 +35,7 @@ def measured_source(
 ) -> MaterialSource:
     """Return the measurement in `path` as "measured/NAME"; its notes are those of the BRDF, and the file's SHA-256.
 
-    original : what the file says beside that which `brdf` is rebuilt from, which holds all of its values.
+    original : further content of the file; the parameters of `brdf` hold all of its values.
     """
     notes = (*brdf.notes, f"{printable(path.name)}: SHA-256 {sha256_of(path)}")
     provenance = Provenance(printable(source), "not stated in the file", kind, geometry, " + ".join(notes))
@@ -47,7 +47,7 @@ def measured_source(
 def placed(
     path: Path, field: str | None = None, hint: str | None = None, expected: str | None = None
 ) -> Iterator[None]:
-    """Refusals that know no file get this one; the rest stands in where they have none of their own."""
+    """Add this file to errors that have none; the other arguments replace missing parts."""
     try:
         yield
     except InputError as reason:
@@ -60,6 +60,6 @@ def placed(
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a file's content, read in pieces."""
+    """Compute the SHA-256 of a file's content, read in blocks."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -4,8 +4,8 @@
     three planes       red, green, blue, each float64 [theta_h][theta_d][phi_d], little-endian
 
 Node k of theta_h lies at (k / 90)^2 90 degrees, of theta_d and phi_d at k degrees; phi_d covers half a turn, and
-reciprocity the rest. A stored value times 1/1500, 1.15/1500 or 1.66/1500 is f_r in 1/sr. What is not positive is no
-measurement: -1 where no pair of directions has these angles, and -1 or 0 where a reading dropped out.
+reciprocity the rest. A stored value times 1/1500, 1.15/1500 or 1.66/1500 is f_r in 1/sr. Values that are not positive
+are not measurements: -1 where no pair of directions has these angles, and -1 or 0 for a dropped reading.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ _HORIZON = 1e-9
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True where the file begins as this layout does, whatever its name, or has the name of one."""
+    """Return True if the file begins in this layout, whatever its name, or has the name of one."""
     return head[:_HEADER] == np.array(SHAPE, "<i4").tobytes() or path.suffix.lower() in SUFFIXES
 
 
 def reading_cost(path: Path) -> ReadingCost:
-    """Return the file, its values in order, and what stands between and beyond them."""
+    """Estimate the cost of the file, its values in order, and the values interpolated between and beyond them."""
     return cost_of_bytes(path, 11.0, 0.06e-6)
 
 
@@ -121,16 +121,17 @@ def read_merl(path: str | Path) -> MerlMeasurement:
 
 
 def merl_table(brdf: Brdf) -> tuple[Float[np.ndarray, "90 90 180 3"], tuple[str, ...]]:
-    """f_r of red, green and blue at every node, 1/sr, and notes; negative (-1 in the file) where no pair of directions
-    has the node's angles.
+    """Tabulate f_r of red, green and blue at every node, 1/sr; return it with notes.
 
-    Spectra become RGB through XYZ (CIE 1931, 2 degrees) under D65. A MERL table comes back as it was read, an RGL file
-    in RGB is not taken through spectra.
+    Values are negative (-1 in the file) where no pair of directions has the node's angles.
+
+    Spectra become RGB through XYZ (CIE 1931, 2 degrees) under D65. A MERL table round-trips exactly, an RGL file in RGB
+    is not converted to spectra.
 
     Raises
     ------
     InputError
-        Anisotropic or fluorescent: the layout has room for neither.
+        Anisotropic or fluorescent, which the layout cannot represent.
     """
     if brdf.bispectral or not brdf.isotropic:
         kind = "anisotropic" if not brdf.isotropic else "fluorescent"
@@ -175,8 +176,8 @@ def _rgb(brdf: Brdf, wi: np.ndarray, wo: np.ndarray) -> tuple[Float[np.ndarray, 
 def write_merl(path: str | Path, values: Float[np.ndarray, "H D P 3"]) -> None:
     """Write a table as `merl_table` and `MerlMeasurement` have it: f_r in 1/sr, 0 or less for no reading.
 
-    The number that is stored for f_r is the one whose product with the channel's scale is nearest to it: what
-    `read_merl` gave comes back bit for bit, anything else to the last bit of float64.
+    The stored number is the one whose product with the channel's scale is nearest to f_r: values of `read_merl`
+    round-trip bit for bit, others to the last bit of float64.
     """
     if values.shape != (*SHAPE, 3) or not np.isfinite(values).all():
         raise InputError("not a MERL table", file=path, field="values", found=values.shape, expected=str((*SHAPE, 3)))

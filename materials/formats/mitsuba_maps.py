@@ -1,7 +1,7 @@
-"""Writes a surface of maps as a Mitsuba 3 scene, its maps beside it as OpenEXR pictures.
+"""Writer of surfaces of maps as a Mitsuba 3 scene, the maps beside it as OpenEXR pictures.
 
-A matt one is Mitsuba's `diffuse`, any other its `principled`, whose facets are the same GGX, but whose body is Disney's
-and whose Fresnel term is that of glass: near, and not the same. Bumps are `normalmap`, what is cut out `mask`.
+A matt surface becomes Mitsuba's `diffuse`, any other its `principled`, whose facets are the same GGX, but whose body is
+Disney's and whose Fresnel term is that of glass: similar, not equal. Bumps become `normalmap`, holes `mask`.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def _is(one: TexelMap, number: float) -> bool:
 
 
 def _texture(folder: Path, name: str, values: np.ndarray, surface: MapSet, raw: bool = False) -> Element:
-    """Return a number that is the same everywhere, or a picture where it lies on the mesh."""
+    """Return a constant number, or a picture with its placement on the mesh."""
     if values.shape[:2] == (1, 1) and values.shape[2] == 1:
         return element("float", name=name, value=f"{values.item():.9g}")
     channels = "RGB" if values.shape[2] == 3 else "Y"

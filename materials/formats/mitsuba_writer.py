@@ -1,10 +1,10 @@
 """Writes a Mitsuba 3 scene: a sphere of the material, lit and seen as the reference renderer would do it.
 
-What Mitsuba has a plugin of becomes that plugin, exactly: Lambert's surface is `diffuse`, Cook and Torrance's with
-Smith's masking is `roughconductor`, blended with `diffuse`. Any other BRDF is tabulated (`rgl_table`) for the plugin
-`measured`, with light and viewer exchanged: Mitsuba asks for the table's light in the direction of the viewer, so that
-a measurement that is not quite reciprocal would look otherwise there. Anisotropic measurements of the RGL data base are
-written as they are.
+Models with a Mitsuba plugin are written as that plugin, exactly: Lambert's surface is `diffuse`, Cook and Torrance's
+with Smith's masking is `roughconductor`, blended with `diffuse`. Any other BRDF is tabulated (`rgl_table`) for the
+plugin `measured`, with light and viewer exchanged: Mitsuba asks for the table's light in the direction of the viewer,
+so that a measurement that is not quite reciprocal would look otherwise there. Anisotropic measurements of the RGL data
+base are written as they are.
 
 Red, green and blue of the picture are linear sRGB in which the perfect diffuser that faces the light has Y = 1.
 """
@@ -53,8 +53,7 @@ def write_mitsuba(folder: Path, brdf: Brdf, comment: str = "") -> tuple[str, ...
     Raises
     ------
     InputError
-        A fluorescent surface, which Mitsuba has no plugin for, one without mirror planes, or a folder that cannot be
-        written to.
+        A fluorescent surface, for which Mitsuba has no plugin, one without mirror planes, or an unwritable folder.
     """
     bsdf = _plugin(brdf)
     if bsdf is not None:
@@ -68,7 +67,7 @@ def write_mitsuba(folder: Path, brdf: Brdf, comment: str = "") -> tuple[str, ...
 
 
 def write_scene(folder: Path, bsdf: Element, comment: str, notes: tuple[str, ...]) -> None:
-    """Write `scene.xml` of a sphere of that plugin, with what there is to say of it."""
+    """Write `scene.xml` with a sphere of that plugin, and the notes."""
     from xml.etree import ElementTree
 
     scene = _scene(bsdf)
@@ -81,7 +80,7 @@ def write_scene(folder: Path, bsdf: Element, comment: str, notes: tuple[str, ...
 
 @dataclass(frozen=True, eq=False)
 class _Exchanged(Brdf):
-    """A BRDF asked for with its light where the viewer is."""
+    """BRDF with light and viewer exchanged."""
 
     brdf: Brdf
 
@@ -100,7 +99,7 @@ class _Exchanged(Brdf):
 
 
 def _table(brdf: Brdf, comment: str) -> tuple[dict[str, np.ndarray], tuple[str, ...]]:
-    """Fields of the file for `measured`, and how far they are from the BRDF."""
+    """Make the fields of the file for `measured`, and their error against the BRDF."""
     if isinstance(brdf, RglBrdf) and not brdf.isotropic:
         return _as_read(brdf)
     exchanged = brdf if brdf.bispectral else _Exchanged(brdf)
@@ -133,7 +132,7 @@ def _uplifted(rgb: np.ndarray, method: str) -> Float[np.ndarray, "P T L H W"]:
 
 
 def _plugin(brdf: Brdf) -> Element | None:
-    """Return the plugin that is this BRDF, None where there is none."""
+    """Return the plugin equal to this BRDF, None if there is none."""
     if isinstance(brdf, Lambert):
         return _diffuse(brdf.wavelengths_nm, brdf.reflectance.samples)
     if not isinstance(brdf, CookTorrance) or brdf.masking != "smith" or brdf.roughness < _SMOOTHEST:
@@ -157,7 +156,7 @@ def _diffuse(wavelengths_nm: np.ndarray, reflectance: np.ndarray) -> Element:
 
 
 def _spectrum(name: str, wavelengths_nm: np.ndarray, values: np.ndarray) -> Element:
-    """Linear between samples, held to both ends of the range that Mitsuba integrates over; no samples of nothing."""
+    """Format a spectrum, linear between samples, clamped to the ends of Mitsuba's range; uniform if constant."""
     if not (values != values[0]).any():
         value = element("float", name="value", value=f"{values[0]:.9g}")
         return element("spectrum", value, type="uniform", name=name)

@@ -45,7 +45,7 @@ class OpenPbr:
     coat_darkening: float = 0.0
 
     def eval(self, wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """f_r for red, green and blue, 1/sr; both directions above the surface."""
+        """Evaluate f_r for red, green and blue, 1/sr; both directions above the surface."""
         base = np.asarray(self.base_color)
         cosine, facets = _half_cosine(wi, wo), _facets(wi, wo, self._alpha)[:, None]
         if self.base_metalness:
@@ -76,7 +76,10 @@ class OpenPbr:
 def rough_body(
     wi: Float[np.ndarray, "N 3"], wo: Float[np.ndarray, "N 3"], colour: Float[np.ndarray, " C"], roughness: float
 ) -> Float[np.ndarray, "N C"]:
-    """f_r of a matt body (Portsmouth, Kutz and Hill, "EON: a practical energy-preserving rough diffuse BRDF", 2024)."""
+    """Evaluate f_r of a matt body.
+
+    Portsmouth, Kutz and Hill, "EON: a practical energy-preserving rough diffuse BRDF", 2024.
+    """
     scale = 1.0 / (1.0 + _FUJII_1 * roughness)
     apart = (wi * wo).sum(axis=1) - wi[:, 2] * wo[:, 2]
     apart = np.where(apart > 0.0, apart / np.maximum(wi[:, 2], wo[:, 2]), apart)
@@ -89,7 +92,7 @@ def rough_body(
 
 
 def _body_albedo(cosine: np.ndarray, roughness: float) -> np.ndarray:
-    """Albedo of white walls without what they send to another, by the cosine of the light."""
+    """Evaluate the albedo of white walls without interreflection, by the cosine of the light."""
     cosine = np.clip(cosine, 1e-6, 1.0)
     sine = np.sqrt(1.0 - cosine**2)
     bent = sine * (np.arccos(cosine) - sine * cosine) + 2.0 / 3.0 * (sine / cosine * (1.0 - sine**3) - sine)
@@ -99,7 +102,7 @@ def _body_albedo(cosine: np.ndarray, roughness: float) -> np.ndarray:
 def metal_fresnel(
     cosine: Float[np.ndarray, " N"], normal: Float[np.ndarray, " C"], tint: Float[np.ndarray, " C"]
 ) -> Float[np.ndarray, "N C"]:
-    """Fresnel's term of a metal: Schlick's from `normal` to 1, times `tint` at 82 degrees (Kutz et al. 2021)."""
+    """Evaluate a metal's Fresnel term: Schlick's from `normal` to 1, times `tint` at 82 degrees (Kutz et al. 2021)."""
     fall = 1.0 - cosine[:, None]
     lack = schlick_at_edge(normal) * (1.0 - tint) / (_EDGE_COSINE * (1.0 - _EDGE_COSINE) ** 6)
     return np.clip(normal + (1.0 - normal) * fall**5 - lack * cosine[:, None] * fall**6, 0.0, 1.0)
@@ -117,7 +120,7 @@ def edge_reflectance(eta: Float[np.ndarray, " L"], k: Float[np.ndarray, " L"]) -
 
 
 def dielectric_albedo(cosines: Float[np.ndarray, " n"], ior: float, alpha: float) -> Float[np.ndarray, " n"]:
-    """Share of light from directions of these cosines that rough facets of an index reflect.
+    """Compute the fraction of light from directions of these cosines that rough facets of an index reflect.
 
     Half vectors by their distribution, tan^2(theta_h) = alpha^2 u / (1 - u) with u in [0, 1].
     """
@@ -140,13 +143,13 @@ def dielectric_albedo(cosines: Float[np.ndarray, " n"], ior: float, alpha: float
 
 
 def _half_cosine(wi: np.ndarray, wo: np.ndarray) -> Float[np.ndarray, " N"]:
-    """Cosine between light and half vector."""
+    """Compute the cosine between light and half vector."""
     h = wi + wo
     return np.minimum(0.5 * np.sqrt((h * h).sum(axis=1)), 1.0)
 
 
 def _facets(wi: np.ndarray, wo: np.ndarray, alpha: float) -> Float[np.ndarray, " N"]:
-    """D G / (4 cos(theta_i) cos(theta_o))."""
+    """Evaluate D G / (4 cos(theta_i) cos(theta_o))."""
     h = wi + wo
     length2 = (h * h).sum(axis=1)
     density = ggx(h[:, 2] ** 2 / length2, (h[:, 0] ** 2 + h[:, 1] ** 2) / length2, alpha)
@@ -154,6 +157,6 @@ def _facets(wi: np.ndarray, wo: np.ndarray, alpha: float) -> Float[np.ndarray, "
 
 
 def _dielectric(cosine: np.ndarray, ior: float) -> Float[np.ndarray, "N 1"]:
-    """Fresnel's reflectance at these cosines of the half vector."""
+    """Evaluate Fresnel's reflectance at these cosines of the half vector."""
     cos2 = cosine**2
     return fresnel(cos2, 1.0 - cos2, np.array([ior]), np.array([0.0]))

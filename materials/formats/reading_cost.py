@@ -1,4 +1,4 @@
-"""Cost of reading a file, by its size or by what its header names: measured, with a third to spare."""
+"""Cost of reading a file, by its size or by its header: measured, with a margin of a third."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ _BYTES_A_SAMPLE, _SECONDS_A_SAMPLE = 42.0, 0.6e-6
 
 @dataclass(frozen=True)
 class ReadingCost:
-    """Memory at its peak, and seconds of one core."""
+    """Peak memory, and seconds of one core."""
 
     bytes: int
     seconds: float
 
 
 def cost_of_bytes(path: Path, memory: float = _BYTES_A_BYTE, seconds: float = _SECONDS_A_BYTE) -> ReadingCost:
-    """Estimate memory and seconds for each byte of a file."""
+    """Estimate memory and seconds per byte of a file."""
     try:
         size = path.stat().st_size
     except OSError:
@@ -31,6 +31,6 @@ def cost_of_bytes(path: Path, memory: float = _BYTES_A_BYTE, seconds: float = _S
 
 
 def cost_of_picture(path: Path) -> ReadingCost:
-    """Estimate the cost of an OpenEXR picture; compressed, a small file may hold a large one."""
+    """Estimate the cost of an OpenEXR picture; compressed, a small file may expand to a large one."""
     samples = samples_in(path)
     return ReadingCost(round(_BYTES_A_SAMPLE * samples), _SECONDS_A_SAMPLE * samples)

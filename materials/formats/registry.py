@@ -33,12 +33,12 @@ FORMATS = (
 class Format(Protocol):
     """Interface of the modules in `FORMATS`.
 
-    A module may also have `reading_cost(path) -> Cost`, where a file's size in bytes does not tell it;
-    `companions(path) -> Iterable[Path]`, the further files that a recognised file is made of:
-    they are not read as sources of their own; `label(path) -> str`, for one that stands for several formats; and
-    `guessed(path) -> bool`, true where little speaks for the format: found in a folder, such a file that turns out to
-    be of no use is passed over, not refused. One whose files may leave open what was measured has `ASKS = True`, and
-    `read_sources(path, uplift, answer)`; one that asks other things than that has `ASKS_MORE = True`, and the same.
+    A module may also have `reading_cost(path) -> Cost`, if a file's size does not determine it; `companions(path) ->
+    Iterable[Path]`, further files of a recognised file, which are not read as sources of their own; `label(path) ->
+    str`, if it covers several formats; and `guessed(path) -> bool`, true if the evidence for the format is weak: such a
+    file, found in a folder, is skipped if it is unusable, not refused. A format that may not state the measured
+    quantity has `ASKS = True`, and `read_sources(path, uplift, answer)`; one that asks other questions has `ASKS_MORE =
+    True`, and the same.
     """
 
     NAME: str
@@ -49,12 +49,12 @@ class Format(Protocol):
         ...
 
     def read_sources(self, path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-        """Return its materials; raises `InputError` where the file as a whole cannot be used."""
+        """Yield its materials; raises `InputError` if the file as a whole cannot be used."""
         ...
 
 
 def reading_cost(reader: Format, path: Path) -> ReadingCost:
-    """Estimate the largest cost of reading a file, as its size or its header tells."""
+    """Estimate the largest cost of reading a file, from its size or its header."""
     of_its_own: Callable[[Path], ReadingCost] | None = getattr(reader, "reading_cost", None)
     return of_its_own(path) if of_its_own is not None else cost_of_bytes(path)
 
@@ -65,15 +65,15 @@ _MESHES = (".obj", ".ply", ".off", ".stl")
 
 @cache
 def formats() -> tuple[Format, ...]:
-    """Return the readers, in the order in which they are asked."""
+    """Return the readers, in the order of their recognition."""
     return tuple(cast(Format, import_module(f".{name}", __package__)) for name in FORMATS)
 
 
 def format_for(path: Path, named: bool = False) -> Format | None:
     """Return the reader for a file, None where there is none; raises `InputError` where the file cannot be read.
 
-    named : the file itself was asked for: a name that a format's files have is then enough, and its reader says what is
-        wrong with the content.
+    named : the file was given explicitly: a name typical of a format is then enough, and its reader reports errors in
+    the content.
     """
     head = head_of(path)
     known = next((reader for reader in formats() if reader.recognises(path, head)), None)
@@ -90,12 +90,12 @@ def label(reader: Format, path: Path) -> str:
 
 
 def guessed(reader: Format, path: Path) -> bool:
-    """Return whether little speaks for that format."""
+    """Return whether the evidence for that format is weak."""
     return getattr(reader, "guessed", lambda path: False)(path)
 
 
 def companions(reader: Format, path: Path) -> tuple[Path, ...]:
-    """Return the further files that a file of that format is made of."""
+    """Return the further files that belong to a file of that format."""
     return tuple(getattr(reader, "companions", lambda path: ())(path))
 
 
@@ -103,10 +103,9 @@ def recognised_files(
     files: Iterable[InputFile | Rejected],
     format_of: Callable[[InputFile], Format | None] = lambda file: format_for(file.path, file.named),
 ) -> list[tuple[InputFile | Rejected, Format | None]]:
-    """Return each file with its reader, or None; without those that are part of another one, such as tables and
-    textures.
+    """Return each file with its reader, or None; without companions of others, such as tables and textures.
 
-    format_of : takes the place of `format_for`.
+    format_of : replaces `format_for`.
     """
     found: list[tuple[InputFile | Rejected, Format | None]] = []
     parts: set[Path] = set()
@@ -130,7 +129,7 @@ def _part_of_another(file: InputFile | Rejected, parts: set[Path]) -> bool:
 
 
 def not_a_source(path: Path) -> InputError:
-    """Return the refusal of a file that no format knows."""
+    """Return the error for a file of no known format."""
     start = head_of(path)[:16]
     if start and path.suffix.lower() in _MESHES:
         return InputError(

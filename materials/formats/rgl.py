@@ -49,12 +49,12 @@ _AGAIN = "the file is damaged or cut short: download or copy it again"
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True where the file begins as this container does, whatever its name, or has the name of one."""
+    """Return True if the file begins as this container, whatever its name, or has the name of one."""
     return not is_other_tensor(head) and (head.startswith(MAGIC) or path.suffix.lower() in SUFFIXES)
 
 
 def is_other_tensor(head: bytes) -> bool:
-    """True for the container with fields of something else: Mueller matrices, a model of the sky."""
+    """Return True for the container with other fields: Mueller matrices, a model of the sky."""
     return head.startswith(MAGIC) and (b"wvls" in head or (len(head) > _FIRST_FIELD and _OURS.search(head) is None))
 
 

@@ -1,9 +1,9 @@
 """Files of measured spectra as materials: one a spectrum, whatever the format (`spectral.formats.registry`).
 
 A reflectance becomes a perfectly diffuse surface, and the record says so; readings of one coating at several angles
-become one surface (`spectra_at_angles`); a transmittance, an emission or a radiance
-factor is kept as a spectrum without a surface. The measurement as it came (wavelengths, values, stated colours, what
-else the file says) is in the record's `original`, so that nothing is lost to the working wavelengths.
+become one surface (`spectra_at_angles`); a transmittance, an emission or a radiance factor is kept as a spectrum
+without a surface. The imported measurement (wavelengths, values, stated colours, other details) is in the record's
+`original`, so that nothing is lost to the working wavelengths.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _AS_MATT = "read at one of several angles and taken for a matt surface, as asked
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True where a reader of spectra knows the content."""
+    """Return True if a reader of spectra recognises the content."""
     return any(reader.recognises(path, head) for reader in readers())
 
 
@@ -64,10 +64,10 @@ def label(path: Path) -> str:
 
 
 def guessed(path: Path) -> bool:
-    """True where nothing but its name, or nothing but its columns of numbers, says that a file is a table of spectra.
+    """Return True if only its name, or only its columns of numbers, suggest that a file is a table of spectra.
 
-    Any text may be called .txt, and a mesh is columns of numbers, too. A .csv has to be plainly of something else, and
-    a workbook has to be without a table.
+    Any text may be called .txt, and a mesh is columns of numbers, too. A .csv must plainly be something else, and a
+    workbook must have no table.
     """
     suffix = path.suffix.lower()
     if _reader(path) is xlsx:
@@ -86,8 +86,10 @@ def reading_cost(path: Path) -> ReadingCost:
 
 
 def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> Iterator[MaterialSource | Rejected]:
-    """One material a spectrum, as FILE/SAMPLE; spectra need no `uplift`, and an `answer` where they do not say what
-    they are. Raises `InputError` as the reader does."""
+    """Yield one material per spectrum, as FILE/SAMPLE.
+
+    Spectra need no `uplift`, and an `answer` if their quantity is not stated. Raises `InputError` as the reader does.
+    """
     file = read_with(_reader(path), path, answer)
     family, content = id_word(path.stem), sha256_of(path)
     for name, reason in file.rejected:
@@ -173,7 +175,7 @@ def _files_at_angles(folder: Path, mtime_ns: int) -> dict[str, str]:
 def _coating(
     path: Path, family: str, name: str, thing: Thing[SpectralEntry], file: SpectralFile, notes: list[str]
 ) -> MaterialSource:
-    """One material of readings at several angles: these, and a BRDF fitted to them."""
+    """Make one material of readings at several angles: these, and a BRDF fitted to them."""
     for one in thing.readings:
         _check_visible(one.item.spectrum, path, one.name)
     first = thing.readings[0].item
@@ -206,7 +208,7 @@ def _coating(
 
 
 def _free(word: str, taken: set[str]) -> str:
-    """Return the word, or the word with the first number from 2 that makes it a new one."""
+    """Make a word unique by appending the first free number from 2."""
     name, number = word, 2
     while name in taken:
         name, number = f"{word}-{number}", number + 1
@@ -264,17 +266,17 @@ def _source(
 
 
 def _planned(entry: SpectralEntry) -> str:
-    """Say in a plan of a spectrum what it was taken for, and its range where that ends within the visible."""
+    """Describe the assumed quantity of a spectrum, and its range if that ends within the visible."""
     grid, nm = WORKING_WAVELENGTHS_NM, entry.spectrum.wavelengths_nm
     cut = nm[0] > grid[0] or nm[-1] < grid[-1]
     return f"{entry.taken}; known from {nm[0]:g} to {nm[-1]:g} nm only" if cut and entry.taken else entry.taken
 
 
 def _check_visible(spectrum: Spectrum, path: Path, name: str) -> None:
-    """Refuse a spectrum of too little visible light to be a colour.
+    """Refuse a spectrum that covers too little of the visible for a colour.
 
-    A light may end before the visible does, and is then dark beyond: what counts as missing lies past an end where it
-    still shines.
+    A light may end before the visible does, and is then dark beyond: missing counts only past an end where it still
+    emits.
     """
     grid, nm = WORKING_WAVELENGTHS_NM, spectrum.wavelengths_nm
     if nm.size < 2 or nm[-1] <= grid[0] or nm[0] >= grid[-1]:
@@ -297,7 +299,7 @@ def _check_visible(spectrum: Spectrum, path: Path, name: str) -> None:
 
 
 def _diffuse(spectrum: Spectrum) -> tuple[dict[str, Any], list[str]]:
-    """Parameters of a diffuse surface (`material_wavelengths`), and what had to be assumed for them."""
+    """Make the parameters of a diffuse surface (`material_wavelengths`), and note the assumptions."""
     nm = spectrum.wavelengths_nm
     brdf = Lambert(spectrum.resampled(material_wavelengths([nm])))
     said = [note for note in (spectrum.range_note(WORKING_WAVELENGTHS_NM), finer_note(nm)) if note]
@@ -305,7 +307,7 @@ def _diffuse(spectrum: Spectrum) -> tuple[dict[str, Any], list[str]]:
 
 
 def _original(path: Path, entry: SpectralEntry, file: SpectralFile) -> dict[str, Any]:
-    """Everything that the file says of the entry, flat; `details` of the whole file under `file.`."""
+    """Collect all content of the entry, flat; `details` of the whole file under `file.`."""
     found: dict[str, Any] = {
         "file": path.name,
         "format": file.format,
@@ -329,6 +331,6 @@ def _text(value: object) -> str:
 
 
 def _stated(details: Mapping[str, str], *keys: str) -> str:
-    """Return the first of these details that the file gives."""
+    """Return the first of these details that the file has."""
     known = {key.casefold(): value for key, value in details.items()}
     return next((known[key].strip() for key in keys if known.get(key, "").strip()), "")

@@ -1,4 +1,4 @@
-"""Readings of one coating at several angles in a file of spectra: the readings, and a BRDF that goes through them."""
+"""Readings of one coating at several angles in a file of spectra: the readings, and a BRDF through them."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _SIXTY = re.compile(r"(?<!\d)60(?!\d)")
 
 @dataclass(frozen=True, eq=False)
 class Reconstruction:
-    """A material out of readings at several angles: what a record keeps of it."""
+    """Material reconstructed from readings at several angles, as stored in a record."""
 
     brdf: FlakeTilt
     kind: str
@@ -44,7 +44,7 @@ class Reconstruction:
 
 
 def refusal_at_angles(thing: Thing[SpectralEntry], path: Path) -> InputError | None:
-    """Return the refusal of readings at angles that make no BRDF; None of those that do."""
+    """Return the error for readings at angles that determine no BRDF; None if they do."""
     kinds = {one.item.spectrum.quantity for one in thing.readings}
     usable = [one for one in thing.angles if abs(one.second or 0.0) > FLARE]
     if len(usable) >= FEWEST and kinds <= {"reflectance", "radiance factor"}:
@@ -62,7 +62,7 @@ def refusal_at_angles(thing: Thing[SpectralEntry], path: Path) -> InputError | N
 
 
 def refusal_without_light(words: Iterable[str], path: Path) -> InputError:
-    """Return the refusal of readings that seem to be at aspecular angles and do not say where the light is."""
+    """Return the error for readings at apparently aspecular angles without the angle of the light."""
     return InputError(
         "readings at several aspecular angles are no matt surfaces, and the angle of the light is not stated",
         file=path,
@@ -75,7 +75,7 @@ def refusal_without_light(words: Iterable[str], path: Path) -> InputError:
 
 
 def reconstruction(thing: Thing[SpectralEntry]) -> Reconstruction:
-    """Fit a BRDF to the readings of a thing, those of one angle by their mean.
+    """Fit a BRDF to the readings of a thing, averaged over those of one angle.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def _factor(spectrum: Spectrum, nm: Float[np.ndarray, " L"]) -> Float[np.ndarray
 
 
 def _with_gloss(readings: AngleReadings, gloss: str) -> tuple[FlakeTilt, str]:
-    """Return the fit with the coat that a glossmeter tells, or that the readings do, and a sentence on it."""
+    """Return the fit with the coat implied by a glossmeter, or by the readings, and a sentence on it."""
     brdf = reconstructed(readings)
     told = [(float(units), method or "") for units, method in _GLOSS.findall(gloss)]
     units = next((units for units, method in told if not method or _SIXTY.search(method)), None)
@@ -155,7 +155,7 @@ def _notes(
     readings: AngleReadings,
     brdf: FlakeTilt,
 ) -> list[str]:
-    """Sentences on what is out of the ordinary about the readings and the fit."""
+    """Describe unusual properties of the readings and the fit."""
     notes, nm = [], readings.wavelengths_nm
     if len(used) < len(each):
         notes.append(f"readings within {FLARE:g} degrees of the mirror direction are kept, and not fitted")
@@ -178,7 +178,7 @@ def _notes(
 
 
 def _original(thing: Thing[SpectralEntry]) -> dict[str, Any]:
-    """Return the readings as they came, one after the other: where they stand at one grid, as rows."""
+    """Return the readings as imported, in order: as rows if they share one grid."""
     entries = [one.item for one in thing.readings]
     grids = [one.spectrum.wavelengths_nm for one in entries]
     angles = [one.angle for one in thing.readings if one.angle is not None]

@@ -19,7 +19,7 @@ from .texture_exr import MOST_SAMPLES, header_of, spectral_textures, surface_of
 
 @dataclass(frozen=True, eq=False)
 class SpectralBase:
-    """Reflectances (H,W,L) as they came, at `wavelengths_nm`; notes on what was assumed; the header, for the record."""
+    """Reflectances (H,W,L) as stored, at `wavelengths_nm`; notes on assumptions; the header, for the record."""
 
     wavelengths_nm: Float[np.ndarray, " L"]
     values: np.ndarray
@@ -71,7 +71,7 @@ def read_spectral_base(path: Path, answer: ImportOptions) -> SpectralBase:
 
 
 def mean_of(surface: MappedSurface | None, matt: bool) -> tuple[str, dict[str, Any]]:
-    """Model and parameters of the one surface that stands for maps with measured colours."""
+    """Return model and parameters of the mean surface for maps with measured colours."""
     assert surface is not None
     mean = surface.average()
     if matt:

@@ -1,8 +1,8 @@
 """Spectral OpenEXR pictures of many different pixels (Fichet, Pacanowski and Wilkie, JCGT 10(3), 2021): textures.
 
 Channels `T.550,0nm` hold reflectance, `S0.550,0nm` emission, `S1` to `S3` its polarisation; lengths may be in any unit
-of metres, or frequencies in hertz. Reflectances are a matt surface with a spectrum at every texel, as it came. A
-picture of few colours is a chart, and gives a spectrum each (`spectra`).
+of metres, or frequencies in hertz. Reflectances become a matt surface with a spectrum at every texel, unchanged. A
+picture of few colours is a chart, with one spectrum per colour (`spectra`).
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class TextureImage:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for OpenEXR with spectral channels, or whose header cannot be read; a base colour goes with its set."""
+    """Return True for OpenEXR with spectral channels or an unreadable header; a base colour belongs to its set."""
     if not head.startswith(MAGIC) or is_spectral_base(path, head):
         return False
     names = channel_names(path, head)
@@ -104,7 +104,7 @@ def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> 
 
 
 def _chart(path: Path, uplift: str, answer: ImportOptions) -> list[MaterialSource | Rejected]:
-    """One material a colour; none where the reader of charts does not know the picture's units or layers."""
+    """Yield one material per colour; none if the reader of charts does not support the picture's units or layers."""
     try:
         return list(read_chart(path, uplift, answer))
     except InputError:
@@ -112,7 +112,7 @@ def _chart(path: Path, uplift: str, answer: ImportOptions) -> list[MaterialSourc
 
 
 def spectral_textures(picture: ExrPicture, path: Path) -> list[TextureImage]:
-    """Return every quantity of every layer; raises `InputError` where channels do not go together."""
+    """Read every quantity of every layer; raises `InputError` if channels are inconsistent."""
     found: dict[tuple[str, str], dict[float, np.ndarray]] = {}
     for name, pixels in picture.channels.items():
         if match := PLAIN.match(name):
@@ -145,7 +145,7 @@ def _check_finite(path: Path, kind: str, values: np.ndarray, grid: np.ndarray) -
 
 
 def _is_chart(values: np.ndarray) -> bool:
-    """At most `MOST_COLOURS` different pixels; some of them are looked at first, since a texture shows in few."""
+    """Return whether there are at most `MOST_COLOURS` different pixels; a sample is checked first."""
     pixels = values.reshape(-1, values.shape[-1])
     step = max(len(pixels) // 4096, 1)
     if len(np.unique(pixels[::step], axis=0)) > MOST_COLOURS:
@@ -199,7 +199,7 @@ def _source(
 def surface_of(
     texture: TextureImage, mean: np.ndarray, path: Path, answer: ImportOptions
 ) -> tuple[str, dict[str, Any], list[str]]:
-    """Return a matt surface, or where the mean exceeds 1 or shines, that as a spectrum without a surface."""
+    """Return a matt surface or, if the mean exceeds 1 or is an emission, the mean as a spectrum without a surface."""
     values, grid = texture.values, texture.wavelengths_nm
     notes = []
     negative = int((values < 0).sum())

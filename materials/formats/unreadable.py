@@ -1,6 +1,6 @@
-"""Formats of materials and colours that are known and not read (`unread.toml`): each with what to export instead.
+"""Known but unsupported formats of materials and colours (`unread.toml`), each with an alternative to export.
 
-The last of the readers to be asked: what another one knows never comes here.
+The last of the readers: it never receives files that another one recognises.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _READ = "CxF3, CGATS, CSV, MERL, RGL, spectral OpenEXR, glTF or texture maps"
 
 @dataclass(frozen=True)
 class Unread:
-    """One format that is not read; `unread.toml` says what each part means."""
+    """Unsupported format; `unread.toml` documents the fields."""
 
     name: str
     why: str
@@ -64,7 +64,7 @@ def formats() -> tuple[Unread, ...]:
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for a file of one of these formats."""
+    """Return True for a file of one of these formats."""
     return unread(path, head) is not None
 
 
@@ -75,12 +75,12 @@ def label(path: Path) -> str:
 
 
 def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]:
-    """Nothing: raises the `InputError` that says what the file is, and what to export instead."""
+    """Raise the `InputError` that names the format, and the alternative to export."""
     yield refuse(path, _head(path))
 
 
 def unread(path: Path, head: bytes) -> Unread | None:
-    """Find the one of `formats` that a file is of, by its name and its first bytes; None where it is of none."""
+    """Find the unsupported format of a file, by its name and its first bytes; None if it is of none."""
     if (sheet := unread_sheet(path, head)) is not None:
         return Unread(sheet.name, "it is no workbook of today (.xlsx)", sheet.hint)
     packed = members(path) if is_zip(head) else ()
@@ -88,7 +88,7 @@ def unread(path: Path, head: bytes) -> Unread | None:
 
 
 def refuse(path: Path, head: bytes) -> NoReturn:
-    """Raise what is to be said of a file that is not read."""
+    """Raise the error for an unsupported file."""
     known = unread(path, head)
     raise InputError(
         f"not read: {known.why}" if known else "not a format of materials or spectra",

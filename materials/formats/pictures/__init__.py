@@ -1,3 +1,5 @@
-"""Pictures of a material's properties: decoded (`textures`), told apart by name (`map_names`), reduced to the one
-surface that stands for them (`stand_in`), and kept in a record (`map_record`).
+"""Pictures of a material's properties.
+
+They are decoded (`textures`), told apart by name (`map_names`), averaged to one surface (`stand_in`), and stored in a
+record (`map_record`).
 """

@@ -1,4 +1,4 @@
-"""Maps of a material as a surface that is drawn texel by texel; where that cannot be, why."""
+"""Maps of a material as a surface rendered texel by texel; or the reason why that is impossible."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _NO_NORMALS = "mend them and import it again, or take them as level with --maps 
 
 
 class NotDrawn(Exception):
-    """Why maps are not drawn texel by texel, in words: their mean then is."""
+    """Reason why maps are rendered by their mean and not texel by texel."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class MoreMaps:
         OpenGL's.
     strength, direction, turn : of a stretched highlight (KHR_materials_anisotropy): how much, the direction in red and
         green, and radians beside it.
-    placement : where all maps lie on the mesh. matt : nothing but the body is there. mends : bad normals lie level.
+    placement : of all maps on the mesh. matt : there is only the body. mends : invalid normals become level.
     spectra : wavelengths, nm (L,), and measured reflectances in as many channels, in place of the base colour.
     """
 
@@ -52,12 +52,12 @@ class MoreMaps:
 
 
 def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSurface | None, list[str]]:
-    """Return the surface, and what was assumed, in words; None where all texels are alike, so that their mean says all.
+    """Return the surface, and its assumptions in words; None if all texels are equal, so that their mean is exact.
 
     Raises
     ------
-    NotDrawn : there is more to it than is drawn texel by texel.
-    InputError : a normal that is none, by its row and column; a texture that cannot be decoded.
+    NotDrawn : there are properties that are not rendered texel by texel.
+    InputError : an invalid normal, by its row and column; a texture that cannot be decoded.
     """
     notes: list[str] = []
     found = {"base": _colour(maps.base), "roughness": _number(maps.roughness), "weight": _number(maps.weight)}
@@ -110,8 +110,7 @@ def drawn_maps(maps: SurfaceMaps, more: MoreMaps, uplift: str) -> tuple[MappedSu
 def _bumps(
     name: str, texture: Texture | None, green: Green, scale: float, mends: bool, notes: list[str]
 ) -> dict[str, TexelMap]:
-    """Return the map of normals of that name, where there is one that is not level; what is to be said goes to
-    `notes`."""
+    """Return the normal map of that name, if it is not level; adds remarks to `notes`."""
     if texture is None:
         return {}
     normal, said = normals_of(texture, green, scale)
@@ -144,14 +143,15 @@ def _number(part: Number) -> TexelMap:
 
 
 def _alike(one: TexelMap) -> TexelMap:
-    """One texel where all are alike."""
+    """Reduce a map to one texel if all are equal."""
     alike = not (one.values != one.values[:1, :1]).any()
     return replace(one, values=one.values[:1, :1]) if alike else one
 
 
 def _check_colours(found: dict[str, TexelMap], measured: bool) -> None:
-    """Numbers beyond 0 and 1, which floats may be: their mean may be none, one texel alone is. Noise of
-    measurements stays.
+    """Refuse numbers beyond 0 and 1, possible in floats: their mean may be valid, a single texel is not.
+
+    Noise of measurements is accepted.
     """
     for name in ("base", "reflected", "roughness", "metallic", "weight", "coat", "coat_roughness"):
         one = found.get(name, TexelMap.constant(0.0))
@@ -165,7 +165,7 @@ def _check_colours(found: dict[str, TexelMap], measured: bool) -> None:
 
 
 def _brought_to(size: tuple[int, int], one: TexelMap, placement: Placement) -> TexelMap:
-    """Return a map of another size, linear between its texels."""
+    """Resample a map to another size, linear between its texels."""
     if one.size in ((1, 1), size):
         return one
     height, width = size
@@ -176,7 +176,7 @@ def _brought_to(size: tuple[int, int], one: TexelMap, placement: Placement) -> T
 
 
 def _stretched(roughness: TexelMap, more: MoreMaps, size: tuple[int, int]) -> dict[str, TexelMap]:
-    """Roughness along and across the direction of KHR_materials_anisotropy, and how far that is turned from u."""
+    """Compute roughness along and across the direction of KHR_materials_anisotropy, and its rotation from u."""
     strength = _brought_to(size, _alike(_number(more.strength)), more.placement)
     alpha = roughness.decoded(roughness.values) ** 2
     share = strength.decoded(strength.values) ** 2
@@ -193,7 +193,7 @@ def _stretched(roughness: TexelMap, more: MoreMaps, size: tuple[int, int]) -> di
 
 
 def _fitting(direction: Texture) -> np.ndarray:
-    """x and y of the directions in red and green."""
+    """Decode x and y of the directions in red and green."""
     values = direction.values
     if values.shape[2] < 3:
         raise InputError(

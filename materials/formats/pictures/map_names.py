@@ -56,7 +56,7 @@ _BESIDES = re.compile(
 class MapName:
     """role : one of the properties above. stem : the rest of the name, which all maps of a set share.
 
-    space : the colour space that the name ends in, as written; "" where it says none.
+    space : the colour space at the end of the name, as written; "" if there is none.
     """
 
     role: str
@@ -65,7 +65,7 @@ class MapName:
 
 
 def map_name(path: Path) -> MapName | None:
-    """Read the property in the name of a file; None where it is no picture, or ends in no property."""
+    """Parse the property in the name of a file; None if it is not a picture, or has no property at its end."""
     if path.suffix.lower() not in SUFFIXES:
         return None
     words = [word for word in re.split(r"[_\-\s.]+", path.stem) if word]
@@ -96,12 +96,12 @@ def members(path: Path) -> dict[str, list[Path]]:
 
 
 def pictures_in(folder: Path) -> tuple[Path, ...]:
-    """Return the maps that lie in a folder, whatever their sets."""
+    """Return all maps in a folder, of any set."""
     return tuple(path for path, _ in _named(folder, _changed(folder)))
 
 
 def _tells_sets_apart(word: str) -> bool:
-    """Not the kind of file: an albedo may be JPEG and its normals PNG. A resolution does."""
+    """Return whether a word distinguishes sets; kinds of file do not, since a set may mix JPEG and PNG."""
     return not re.fullmatch(r"png|jpe?g|tiff?|exr|(8|16|32)bit", word.lower())
 
 
@@ -114,7 +114,7 @@ def _changed(folder: Path) -> int:
 
 @lru_cache(maxsize=16)
 def _named(folder: Path, changed: int) -> tuple[tuple[Path, MapName], ...]:
-    """Return every map in a folder; asked again when the folder has changed."""
+    """Return every map in a folder; cached until the folder changes."""
     try:
         paths = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     except OSError:

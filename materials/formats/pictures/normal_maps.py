@@ -1,8 +1,8 @@
-"""Normal maps: which way green points, and texels that are no normals.
+"""Normal maps: the direction of green, and invalid normals.
 
-OpenGL has green where a surface leans upwards in the picture, DirectX where it leans downwards. Of a map that does not
-say it, it can be found out where slopes are those of one height: then what a slope along u changes by along v is what
-the slope along v changes by along u (the curl is zero), and with green turned over it is not.
+OpenGL has green where a surface leans upwards in the picture, DirectX where it leans downwards. If a map does not state
+it, it can be determined if slopes are those of one height field: then the change along v of the slope along u equals
+the change along u of the slope along v (the curl is zero), but not with green inverted.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _LEVEL = 1.01 / 255.0
 
 
 def normals_of(texture: Texture, green: Green, strength: float = 1.0) -> tuple[TexelMap, list[str]]:
-    """Return the vectors of a normal map, z up and y upwards in the picture, and what is to be said of them.
+    """Decode the vectors of a normal map, z up and y upwards in the picture, and notes on them.
 
-    strength : what x and y are multiplied by (glTF's `scale`).
+    strength : factor of x and y (glTF's `scale`).
 
     Raises
     ------
@@ -60,7 +60,7 @@ def normals_of(texture: Texture, green: Green, strength: float = 1.0) -> tuple[T
 
 
 def mended(normal: TexelMap) -> tuple[TexelMap, list[str]]:
-    """Return the map with level normals where it has none, and how many; see `map_set.check_normals`."""
+    """Replace invalid normals by level ones, and count them; see `map_set.check_normals`."""
     vectors = normal.decoded(normal.values)
     bad = (np.linalg.norm(vectors, axis=-1) < 0.02) | (vectors[..., 2] <= 0.0)
     if not bad.any():
@@ -71,7 +71,7 @@ def mended(normal: TexelMap) -> tuple[TexelMap, list[str]]:
 
 
 def is_level(normal: TexelMap) -> bool:
-    """Return whether all normals are alike, and upright as nearly as a picture of 8 bits can say."""
+    """Return whether all normals are equal, and upright within the precision of an 8-bit picture."""
     if (normal.values != normal.values[:1, :1]).any():
         return False
     x, y, z = normal.decoded(normal.values[0, 0])
@@ -79,9 +79,9 @@ def is_level(normal: TexelMap) -> bool:
 
 
 def green_of(texture: Texture) -> Green | None:
-    """Find the direction of green, where the map proves it; else None.
+    """Determine the direction of green if the map proves it; else None.
 
-    A map whose green is alike everywhere and level means the same either way: "opengl".
+    A map whose green is constant and level is the same either way: "opengl".
     """
     normal, _ = normals_of(texture, "opengl")
     vectors = normal.decoded(normal.values)
@@ -95,7 +95,7 @@ def green_of(texture: Texture) -> Green | None:
 
 
 def _side(across: Float[np.ndarray, "H W"], along: Float[np.ndarray, "H W"], scale: float) -> Green | None:
-    """Find which way green points by slopes averaged over so many texels."""
+    """Determine the direction of green by slopes averaged over `scale` texels."""
     from scipy import ndimage
 
     if min(along.shape) < 3:

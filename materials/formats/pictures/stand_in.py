@@ -1,6 +1,6 @@
-"""The one surface that stands for a textured one: the mean of its maps in linear light, texel by texel.
+"""Mean surface of a textured one: the mean of its maps in linear light, texel by texel.
 
-What a texel reflects is worked out before the mean is taken, so that rust on steel is not taken for half a metal.
+The reflection of each texel is computed before averaging, so that rust on steel does not become half a metal.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _means: OrderedDict[tuple, SurfaceMeans] = OrderedDict()
 
 @dataclass(frozen=True)
 class Colour:
-    """`scale` times the linear colour of a texture; `scale` alone where there is none."""
+    """`scale` times the linear colour of a texture; `scale` alone without one."""
 
     texture: Texture | None = None
     scale: tuple[float, ...] = (1.0, 1.0, 1.0)
@@ -39,7 +39,7 @@ class Colour:
 
 @dataclass(frozen=True)
 class Number:
-    """`scale` times one channel of a texture, or 1 minus that; `scale` alone where there is none."""
+    """`scale` times one channel of a texture, or 1 minus that; `scale` alone without one."""
 
     texture: Texture | None = None
     channel: int = 0
@@ -58,9 +58,9 @@ class Number:
 class SurfaceMaps:
     """Properties of each texel in glTF (appendix B.3.5; extensions specular, clearcoat and specular-glossiness).
 
-    reflected : the colour that a dielectric's facets reflect at the normal, of which `weight` counts.
+    reflected : reflectance of a dielectric's facets at the normal, multiplied by `weight`.
     glossy : True where `base` is the body's colour and `reflected` that of all facets, metals too.
-    coverage : alpha, by which a texel counts; with `cutoff`, whether it does.
+    coverage : alpha, the weight of a texel; with `cutoff`, 0 or 1.
     """
 
     base: Colour = Colour()
@@ -126,9 +126,9 @@ class SurfaceMaps:
         )
 
     def _texels(self, rows: slice, size: tuple[int, int], covered: bool) -> tuple[list[np.ndarray], np.ndarray]:
-        """Diffuse, specular, edge, roughness, coat and its roughness, and what each texel counts.
+        """Return diffuse, specular, edge, roughness, coat and its roughness, and the weight of each texel.
 
-        Each is (h, W, 3) or (h, W, 1), or (3,) or (1,) where it is the same in all texels.
+        Each is (h, W, 3) or (h, W, 1), or (3,) or (1,) if it is constant.
         """
         base, reflected = self.base.at(rows, size), self.reflected.at(rows, size)
         if self.glossy:
@@ -146,7 +146,7 @@ class SurfaceMaps:
 
 
 def _weighted_sum(part: np.ndarray, share: np.ndarray, texels: int) -> np.ndarray:
-    """Sum over texels of `part` times `share`; either may be the same in all of them."""
+    """Sum `part` times `share` over texels; either may be constant."""
     if part.ndim == 1:
         return part * (share.sum() if share.ndim > 1 else share[0] * texels)
     return part.sum(axis=(0, 1)) * share[0] if share.ndim == 1 else np.einsum("hwc,hw->c", part, share[..., 0])
@@ -156,7 +156,7 @@ def _weighted_sum(part: np.ndarray, share: np.ndarray, texels: int) -> np.ndarra
 class SurfaceMeans:
     """Means of `SurfaceMaps`: linear red, green and blue, and numbers in [0, 1].
 
-    opacity : the mean of coverage; 0 where no texel counts, and the means are then of all.
+    opacity : the mean of coverage; 0 if all weights are 0, and the means are then over all texels.
     sizes : (H, W) of the textures.
     """
 
@@ -171,7 +171,7 @@ class SurfaceMeans:
 
 
 def model_of(maps: SurfaceMaps, uplift: str) -> tuple[dict[str, object], list[str]]:
-    """Parameters of the model "metallic_roughness", and what was assumed, in words."""
+    """Return parameters of the model "metallic_roughness", and the assumptions, in words."""
     mean = maps.mean()
     notes = []
     diffuse, note = reflectance_of(mean.diffuse, uplift)
@@ -208,9 +208,9 @@ def model_of(maps: SurfaceMaps, uplift: str) -> tuple[dict[str, object], list[st
 
 
 def reflectance_of(rgb: tuple[float, ...], uplift: str) -> tuple[Float[np.ndarray, " L"], str]:
-    """Return a reflectance of a linear colour in [0, 1], and a note where the method alone would have gone above 1.
+    """Upsample a linear colour in [0, 1] to a reflectance; with a note if the method alone would exceed 1.
 
-    Then enough of Mallett and Yuksel's spectrum of the same colour, which never does, is mixed in: the colour stays.
+    Then enough of Mallett and Yuksel's bounded spectrum of the same colour is mixed in; the colour stays.
     """
     colour = np.asarray(rgb, dtype=np.float64)
     if colour.min() < -1e-9 or colour.max() > 1.0 + 1e-9:
