@@ -1,4 +1,4 @@
-"""Import: from paths to a filled catalogue, one file a material.
+"""Import: from paths to a filled catalogue, one file per material.
 
-Begin with `importing.py`; `inputs.py` finds files, `import_plan.py` skips what is unchanged, `work.py` fits a material.
+Begin with `importing.py`; `inputs.py` finds files, `import_plan.py` skips unchanged ones, `work.py` fits a material.
 """

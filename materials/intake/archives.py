@@ -1,7 +1,7 @@
-"""Zip files as folders: what may be unpacked, and into a private folder only.
+"""Zip files as folders: safe extraction, into a private folder only.
 
-Nothing of an archive is trusted: not its names (they may point elsewhere), not its sizes (a few kilobytes may unpack to
-terabytes), not its number of members. What is refused is refused by name and with a reason; the other members are used.
+Nothing of an archive is trusted: names (which may point elsewhere), sizes (a few kilobytes may unpack to terabytes), or
+the number of members. Members are refused by name and with a reason; the others are used.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ FOREIGN = ("__MACOSX", "Thumbs.db", "desktop.ini")
 
 
 def is_hidden(parts: tuple[str, ...]) -> bool:
-    """True if a part of a path begins with a dot, or is one that operating systems add."""
+    """Return True if a part of a path begins with a dot, or is a system file's."""
     return any((part.startswith(".") and part not in (".", "..")) or part in FOREIGN for part in parts)
 
 
 def unpacked(archive: Path, into: Path) -> Iterator[tuple[Path, str] | Rejected]:
-    """Unpack the members of `archive` below the empty folder `into`: (file, name in the archive), or why not.
+    """Unpack the members of `archive` below the empty folder `into`; yield (file, name in the archive), or the refusal.
 
     Folders are kept, so that files that belong together stay together. Archives inside the archive stay packed.
 

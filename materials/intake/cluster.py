@@ -1,4 +1,4 @@
-"""The work of an import on a Dask cluster that is already there."""
+"""Execution of an import on an existing Dask cluster."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .work import FitResult, fit_material
 def fitted_on_cluster(
     pending: Iterator[tuple[PlannedMaterial, MaterialSource | InputError]], budget: float, scheduler: str
 ) -> Iterator[tuple[PlannedMaterial, MaterialSource | None, FitResult]]:
-    """Yield each material with what the cluster made of it, as results come. Closing the iterator cancels the rest.
+    """Yield each material with its result from the cluster, as results arrive. Closing the iterator cancels the rest.
 
     Raises
     ------
@@ -40,12 +40,12 @@ def fitted_on_cluster(
 
 
 def _checked_fit(source: MaterialSource, budget: float, code: str) -> FitResult:
-    """`fit_material`, where this worker has the same code for the material's model, too."""
+    """Run `fit_material`, if this worker has the same code for the material's model."""
     if code_hash(source.model) != code:
         return FitResult(None, 0.0, "a worker of the cluster has another version of metamer; install the same one")
     return fit_material(source, budget)
 
 
 def _code() -> str:
-    """Hash the code that has to be equal here and there."""
+    """Hash the code that must be equal on both sides."""
     return code_hash("lambert")

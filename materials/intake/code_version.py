@@ -1,7 +1,7 @@
 """Hashes of the code that a fit depends on: when one changes, materials are fitted again.
 
-The modules are found in their sources, by what they import, also inside functions: so the hash is the same in every
-process, whatever was loaded before, and on every machine with the same code.
+The modules are found by the imports in their sources, also inside functions: so the hash is the same in every process,
+independent of loaded modules, and on every machine with the same code.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def code_hash(model: str, root: Path = _ROOT) -> str:
 
 @cache
 def readers_hash(root: Path = _ROOT) -> str:
-    """Compute the SHA-256 of code and libraries that reading a file may use; "" where sources cannot be listed."""
+    """Compute the SHA-256 of code and libraries that reading a file may use; "" if sources cannot be listed."""
     files = sorted(file for package in ("materials", "spectral", "runtime") for file in (root / package).rglob("*.py"))
     if not files:
         return ""
@@ -66,7 +66,7 @@ def modules_of(model: str, root: Path = _ROOT) -> tuple[str, ...]:
 
 @cache
 def imported_by(module: str, root: Path = _ROOT) -> frozenset[str]:
-    """Modules that `module` ("materials/fitting/fit") imports, directly or not, and itself.
+    """Return the modules that `module` ("materials/fitting/fit") imports, directly or not, and itself.
 
     Raises
     ------
@@ -88,9 +88,7 @@ def imported_by(module: str, root: Path = _ROOT) -> frozenset[str]:
 
 
 def imports_in(module: str, text: bytes) -> Iterator[str]:
-    """Yield the names that a module's source may import of the packages beside it; not all of these names need be
-    modules.
-    """
+    """Yield the possible names of modules of the packages beside it that a source imports; not all need be modules."""
     for dots, place, names in _IMPORT.findall(_FOR_TYPES.sub(b"", text)):
         if not dots:
             continue
@@ -105,7 +103,7 @@ def imports_in(module: str, text: bytes) -> Iterator[str]:
 
 @cache
 def _source(root: Path, module: str) -> bytes | None:
-    """Return the source of a module, also out of a packed installation; None where there is none."""
+    """Return the source of a module, also from a packed installation; None if there is none."""
     try:
         return __loader__.get_data(str(root / f"{module}.py"))
     except OSError:

@@ -1,6 +1,6 @@
-"""Cost of reading and fitting a material, known before it is begun; what memory cannot hold is refused in numbers.
+"""Cost of reading and fitting a material, estimated in advance; work beyond the memory is refused with figures.
 
-The figures are measured, per byte of a file or per sample that its header names, with a third to spare.
+Figures are measured, per byte of a file or per sample in its header, with a margin of a third.
 """
 
 from __future__ import annotations
@@ -26,31 +26,27 @@ TOLD_S = 1.0
 
 @dataclass(frozen=True)
 class Jobs:
-    """Processes for some fits, and why they are fewer than asked for ("" where they are not)."""
+    """Number of processes for some fits, and the reason if there are fewer than requested, else ""."""
 
     count: int
     why: str = ""
 
 
 def reading_too_large(reader: Format, path: Path, name: str) -> tuple[ReadingCost, InputError | None]:
-    """Estimate the cost of reading a file, and make the refusal of one that memory does not hold; `name` is what people
-    call it.
-    """
+    """Estimate the cost of reading a file, and return the error if memory is too small; `name` is for users."""
     cost = reading_cost(reader, path)
     return cost, _refusal(cost.bytes, "reading it takes more memory than there is", name, None)
 
 
 def fit_too_large(size: int, name: str, material_id: str) -> InputError | None:
-    """Return the refusal of a material of `size` bytes whose fit memory does not hold."""
+    """Return the error for a material of `size` bytes whose fit exceeds the memory."""
     if _COPIES * size <= _HARMLESS_BYTES:
         return None
     return _refusal(_WORKER_BYTES + _COPIES * size, "its fit takes more memory than there is", name, material_id)
 
 
 def jobs_for(sizes: Sequence[int], wanted: int | None) -> Jobs:
-    """Choose the number of processes: as `wanted`, else one a core, but no more than memory holds of the largest of
-    `sizes`.
-    """
+    """Choose the number of processes: `wanted`, else one per core, limited by memory for the largest of `sizes`."""
     if not sizes:
         return Jobs(0)
     most = min(wanted or usable_cores(), len(sizes))

@@ -1,9 +1,9 @@
 """History of imports into a catalogue, so that files that have not changed are neither read nor checked again.
 
-One file beside the catalogue's marker, which is only a cache: lost, damaged or of another version, it costs time and
-nothing else. A file counts as unchanged where its size, its times and its number on the disk are what they were, and
-it had been at rest when they were taken: one that changes twice within a tick of the clock shows the same times. What
-is packed or remote lies elsewhere each time, and is known by its content.
+One file beside the catalogue's marker, a mere cache: if it is lost, damaged or of another version, only time is lost. A
+file is unchanged if its size, times and inode are equal, and if it was at rest when these were recorded: a file that
+changes twice within a tick of the clock has the same times. Packed or remote files are at another place each time, and
+are identified by their content.
 """
 
 from __future__ import annotations
@@ -40,8 +40,10 @@ State = list[int]
 
 @dataclass(frozen=True)
 class Read:
-    """One material that a file gave: id, content hash, model, bytes in memory (`size`) and in files (`stored`) and what
-    it was taken for; or, with a `reason`, one that it refused.
+    """Material that a file yielded, or refused.
+
+    Its id, content hash, model, bytes in memory (`size`) and in files (`stored`) and assumed quantity; or, with a
+    `reason`, a refusal.
     """
 
     id: str
@@ -55,7 +57,7 @@ class Read:
 
 @dataclass(frozen=True)
 class FileReading:
-    """Reading of a file: its format in words, its materials, and why it is passed over, if it is ("" if not)."""
+    """Result of reading a file: its format in words, its materials, and the reason if it was skipped, else ""."""
 
     label: str
     materials: tuple[Read, ...]
@@ -64,7 +66,7 @@ class FileReading:
 
 @dataclass(frozen=True)
 class FileState:
-    """A file and its companions as they are before they are read: for each its path, state and content hash."""
+    """State of a file and its companions before they are read: path, state and content hash of each."""
 
     key: str
     moment_ns: int
@@ -73,7 +75,7 @@ class FileState:
 
 @dataclass
 class Known:
-    """Known state of files (`formats`, `readings`) and of the catalogue's own (`records`); grows with every look."""
+    """Known states of files (`formats`, `readings`) and of the catalogue's own (`records`); grows with every lookup."""
 
     folder: Path
     formats: dict[str, list] = field(default_factory=dict)
@@ -85,7 +87,7 @@ class Known:
 
     @classmethod
     def of(cls, folder: Path) -> Known:
-        """Load the history of the catalogue in `folder`; nothing where that cannot be used."""
+        """Load the history of the catalogue in `folder`; empty if it is unusable."""
         try:
             checksum, _, text = (folder / FILE).read_bytes().partition(b"\n")
             if hashlib.sha256(text).hexdigest().encode() != checksum:
@@ -99,7 +101,7 @@ class Known:
             return cls(folder)
 
     def save(self) -> None:
-        """Keep it for the next import; where that cannot be, nothing is lost but time."""
+        """Save it for the next import; a failure only costs time."""
         if not self._changed:
             return
         now = time.time_ns()
@@ -118,7 +120,7 @@ class Known:
             beside.write_bytes(hashlib.sha256(text).hexdigest().encode() + b"\n" + text)
 
     def format_of(self, file: InputFile) -> Format | None:
-        """`format_for`, or what that said when the file was the same, among files of the same names."""
+        """Return `format_for`, or its cached result for the same file among files of the same names."""
         if is_private(file):
             return format_for(file.path, file.named)
         path, moment, state = os.path.abspath(file.path), time.time_ns(), _state(file.path)  # noqa: PTH100 links stay
@@ -133,7 +135,7 @@ class Known:
         return found
 
     def reading(self, file: InputFile, reader: Format, words: str) -> FileReading | None:
-        """Return the reading of a file as it is now, read under the same `words`; None where that is unknown."""
+        """Return the reading of a file in its current state and under the same `words`; None if it is unknown."""
         key = _key(file, reader, words)
         entry = self.readings.get(key)
         parts = _parts(file, reader)
@@ -145,7 +147,7 @@ class Known:
         return FileReading(entry["label"], tuple(Read(*each) for each in entry["materials"]), entry["note"])
 
     def look(self, file: InputFile, reader: Format, words: str) -> FileState:
-        """Return the state that `keep` compares with, once the file has been read."""
+        """Return the state that `keep` compares with after the file has been read."""
         moment, private = time.time_ns(), is_private(file)
         parts = [
             ["", _content(path)] if private else [os.path.abspath(path), *(_state(path) or ()), _content(path)]  # noqa: PTH100
@@ -154,7 +156,7 @@ class Known:
         return FileState(_key(file, reader, words), moment, tuple(parts))
 
     def keep(self, file: InputFile, look: FileState, reading: FileReading) -> None:
-        """Remember what came out of a file, where it was at rest before it was read and is still the same."""
+        """Store the result of a file, if it was at rest before it was read and is unchanged since."""
         for path, *stored, _ in look.parts if not is_private(file) else ():
             if (_state(Path(path)) or []) != stored or (stored and not _at_rest(stored, look.moment_ns)):
                 return
@@ -169,13 +171,13 @@ class Known:
         self._changed = True
 
     def stored(self, material_id: str, wanted: str, heard: Callable[[int], None] = lambda read: None) -> str | None:
-        """`source_hash` of the material that the catalogue has under an id; None where there is none that is whole.
+        """Return the `source_hash` of the catalogue's material under an id; None if there is none or it is incomplete.
 
-        It is not whole either where files that large arrays were left in are gone. heard : hears of bytes of large
-        arrays that are checked.
+        It is incomplete, too, if files with its large arrays are missing. heard : receives the bytes of large arrays as
+        they are checked.
 
-        Where it is the `wanted` one, the file has been checked, now or when it was last as it is: the head of a file
-        is whole when its end is missing.
+        If it equals `wanted`, the file has been checked, now or in its current state before: the head of a file is
+        intact even if its end is missing.
         """
         path = material_path(self.folder, material_id)
         if (state := _state(path)) is None:
@@ -197,15 +199,13 @@ class Known:
             return None
 
     def wrote(self, material_id: str, source_hash: str, state: State | None = None) -> None:
-        """Remember that a file of the catalogue is whole: just written, or checked when it was in that state."""
+        """Record that a file of the catalogue is complete: just written, or checked in that state."""
         state = state or _state(material_path(self.folder, material_id))
         if state is not None:
             self.records[material_id], self._changed = [*state, source_hash], True
 
     def _is_as_stored(self, stored: list, path: Path, file: InputFile) -> bool:
-        """Return whether a part is what an entry says; where only its times have changed, the entry learns the new
-        ones.
-        """
+        """Return whether a part matches its entry; if only its times have changed, the entry is updated."""
         name, *then, content = stored
         if is_private(file):
             return bool(content) and _content(path) == content
@@ -227,17 +227,17 @@ def _key(file: InputFile, reader: Format, words: str) -> str:
 
 
 def is_private(file: InputFile) -> bool:
-    """Return whether the file is a copy made by this import, of a member of an archive or of a remote file."""
+    """Return whether the file is a copy made by this import, of an archive's member or of a remote file."""
     return file.name != str(file.path)
 
 
 def _parts(file: InputFile, reader: Format) -> list[Path]:
-    """Return the file, and the further ones that its format makes of it; they may be missing."""
+    """Return the file and its companions by format, which may be missing."""
     return [file.path, *sorted(companions(reader, file.path))]
 
 
 def _state(path: Path) -> State | None:
-    """Read what tells a file from the one before: size, times of content and of anything, number on the disk."""
+    """Return size, times of content and metadata, and inode, which distinguish versions of a file."""
     try:
         found = path.stat()
     except OSError:
@@ -246,12 +246,12 @@ def _state(path: Path) -> State | None:
 
 
 def _at_rest(state: State, moment_ns: int) -> bool:
-    """Return whether a file had not been touched for longer than a tick of any clock."""
+    """Return whether a file was untouched for longer than a tick of any clock."""
     return max(state[1:3]) < moment_ns - _TICK_NS
 
 
 def _content(path: Path) -> str:
-    """SHA-256 of a file, "" of one that is large, or cannot be read."""
+    """Compute the SHA-256 of a file, "" if it is large or unreadable."""
     try:
         with path.open("rb") as file:
             if os.fstat(file.fileno()).st_size > _HASHED_BYTES:
@@ -262,7 +262,7 @@ def _content(path: Path) -> str:
 
 
 def _names_beside(path: str) -> str:
-    """Return a hash of the names in a file's folder: what a file is may depend on them, as a texture's does."""
+    """Hash the names in a file's folder, which may determine its format, as of textures."""
     folder = os.path.dirname(path)  # noqa: PTH120
     try:
         return _names_in(folder, os.stat(folder).st_mtime_ns)  # noqa: PTH116

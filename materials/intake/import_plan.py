@@ -1,4 +1,4 @@
-"""Plan of an import: which file is what, and which of its materials are new."""
+"""Plan of an import: the format of each file, and which of its materials are new."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ _KEPT_BYTES = 1 << 18
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a fit beside its source; `family` takes the place of the one that a source names.
+    """Settings of an import; `family` replaces the one of a source.
 
-    again : materials that are there already are fitted, too.
-    copy : large arrays that lie in files are copied into the record; else it knows them by place and digests.
-    answer : what was measured, where a file does not say it.
+    again : fit existing materials, too.
+    copy : copy large arrays of files into the record; else it refers to them by place and digests.
+    answer : the measured quantity, for files that do not state it.
     """
 
     budget: float
@@ -54,8 +54,10 @@ class Settings:
 
 @dataclass(frozen=True)
 class PlannedMaterial:
-    """One material of one file, and what is to be done with it; "skipped" is what is there already, `reason` why
-    it is that or has failed; `taken` which quantity and scale it was taken for, and by which signs.
+    """Material of a file, and its planned treatment.
+
+    "skipped" is an existing material. reason : of a skip or a failure. taken : assumed quantity and scale, with the
+    evidence.
 
     size, stored : bytes of its numbers in memory, and of those that stay in files.
     copy : whether the latter are copied into the record.
@@ -75,9 +77,9 @@ class PlannedMaterial:
 
 @dataclass(frozen=True)
 class PlannedFile:
-    """One file: its name, its format ("" where it is none that we know), its materials.
+    """One file: its name, its format ("" if it is unknown), its materials.
 
-    note : why it is passed over, where more than the lack of a format speaks against it.
+    note : why it is skipped, if there are reasons beyond an unknown format.
     """
 
     name: str
@@ -91,7 +93,7 @@ class PlannedFile:
 
     @property
     def taken(self) -> tuple[str, ...]:
-        """Quantities and scales that its materials were taken for, with the signs of the first of each."""
+        """Assumed quantities and scales of its materials, with the evidence for the first of each."""
         said = [material.taken for material in self.materials if material.taken]
         first: dict[str, str] = {}
         for words in said:
@@ -110,11 +112,11 @@ def planned(
     known: Known | None = None,
     doing: Callable[[str, Doing], None] = lambda name, doing: None,
 ) -> tuple[PlannedFile, ...]:
-    """Return every file with its materials, in the order of `files`; nothing is written.
+    """Plan every file with its materials, in the order of `files`, without writing anything.
 
     looked_at : called with (done, total, file) after each file.
-    known : what earlier imports into the folder saw; learns what this one sees.
-    doing : called with (name, what is done to it) before a file that takes long to read.
+    known : history of earlier imports into the folder, updated by this one. doing : called with (name, current work)
+    before a file that takes long to read.
     """
     known = known or Known(folder)
     seen: dict[str, tuple[str, str]] = {}
@@ -138,7 +140,7 @@ def planned(
 
 
 def _is_cut_to_nothing(path: Path) -> bool:
-    """Return whether a file is empty that has the name of a measurement: a copy that was broken off."""
+    """Return whether a file with the name of a measurement is empty, as after an aborted copy."""
     return path.suffix.lower() in _MEASUREMENTS and path.stat().st_size == 0
 
 
@@ -184,7 +186,7 @@ def _file(
 def _read(
     file: InputFile, reader: Format, settings: Settings, say: Hears
 ) -> tuple[FileReading, list[Load | None], bool]:
-    """Read a file: what comes out, what gives each material again, and whether all of it is due to the file alone."""
+    """Read a file: its materials, loaders of each, and whether all of it depends on the file alone."""
     found: list[Read] = []
     loads: list[Load | None] = []
     lasts = True
@@ -209,9 +211,7 @@ def _read(
 
 
 def _sealed(read: MaterialSource | Rejected, say: Hears) -> tuple[MaterialSource | Rejected, str]:
-    """Return a source whose files will be noticed to change, and its content hash; `Rejected` where they cannot be
-    read.
-    """
+    """Return a source with digests of its files, and its content hash; `Rejected` if they are unreadable."""
     if isinstance(read, Rejected):
         return read, ""
     try:
@@ -221,9 +221,7 @@ def _sealed(read: MaterialSource | Rejected, say: Hears) -> tuple[MaterialSource
 
 
 def _lasts(reason: BaseException | None) -> bool:
-    """Return whether a refusal is of what stands in a file, and not of a disk or of memory that may do better next
-    time.
-    """
+    """Return whether a refusal is of the file's content, and not of a disk or of memory, which may differ next time."""
     while reason is not None:
         if isinstance(reason, OSError | MemoryError | RuntimeError):
             return False
@@ -266,22 +264,20 @@ def _material(
 
 
 def _is_there(read: Read, settings: Settings, known: Known, say: Hears) -> bool:
-    """Return whether the catalogue has a material as this import would make it, and whole."""
+    """Return whether the catalogue has an intact material equal to the one that this import would make."""
     wanted = _source_hash(read, settings)
     return known.stored(read.id, wanted, in_bytes("checking", read.stored, say)) == wanted
 
 
 def taken_as(material: MaterialSource, reader: Format) -> str:
-    """Describe the quantity that a material was taken for, and the signs of it: its format, where it keeps no words of
-    its own.
-    """
+    """Describe the assumed quantity of a material, and the evidence: its format if it states none of its own."""
     return material.taken or f"{quantity_of(material.model)}, by the format ({reader.NAME})"
 
 
 def _loader(
     material: MaterialSource, content: str, file: InputFile, reader: Format, settings: Settings
 ) -> Callable[[], MaterialSource]:
-    """Gives the material again: small ones and those that stay in files are kept, large ones are read from theirs."""
+    """Return a function that loads the material again: small and file-based ones are kept, large ones are re-read."""
     if material.size <= _KEPT_BYTES or material.stored:
         return lambda: material
     wanted = material.id

@@ -38,7 +38,7 @@ _WRITTEN = (SUFFIX, Path(MARKER).suffix, Path(import_history.FILE).suffix)
 class ImportOutcome:
     """Outcome of one material; "new" in a dry run if it would be imported.
 
-    file, format : where it came from, and what that is.
+    file, format : its source.
     """
 
     id: str
@@ -55,9 +55,9 @@ Progress = Callable[[int, int, ImportOutcome], None]
 
 @dataclass(frozen=True)
 class ImportReport:
-    """Outcomes in the order in which they came, how many materials were never reached, and the files looked at.
+    """Outcomes in order of arrival, the number of materials never reached, and the examined files.
 
-    stopped : why the rest was not reached, where it was not Ctrl-C: the disk is full.
+    stopped : why the rest was not reached, unless by Ctrl-C: the disk is full.
     """
 
     folder: Path
@@ -93,7 +93,7 @@ class ImportReport:
 
 
 class ImportInterrupted(KeyboardInterrupt):
-    """Ctrl-C during an import. `report` says what is in the catalogue; a second run does the rest."""
+    """Ctrl-C during an import. `report` lists the catalogue's new materials; a second run does the rest."""
 
     def __init__(self, report: ImportReport) -> None:
         super().__init__(report.sentence)
@@ -122,8 +122,8 @@ def import_sources(
 ) -> ImportReport:
     """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
 
-    What is already there, from the same source and settings, is skipped. A material that cannot be read or fitted is
-    reported as failed and does not stop the others; a full disk does, and the report says so.
+    Materials that exist already, from the same source and settings, are skipped. A material that cannot be read or
+    fitted is reported as failed and does not stop the others; a full disk does, and the report says so.
 
     Parameters
     ----------
@@ -136,23 +136,22 @@ def import_sources(
     budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
     looked_at : called with (done, total, file) after each file that was looked at, before anything is fitted.
-    uplift : how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
-    family : takes the place of the family of every material.
-    again : fit and write what is there already, too: the way to mend a damaged file.
-    begins : called with what is to be fitted and in how many processes, before the first of it is read.
-    doing : called with (id, what its work is at) whenever that changes; while files are looked at, with the name of
-        one that takes long to read.
-    answer : what was measured, and on which scale, where a file does not say it.
+    uplift : upsampling of RGB measurements to spectra; one of `spectral.upsampling.METHODS`.
+    family : replaces the family of every material.
+    again : fit and write existing materials, too, which repairs damaged files.
+    begins : called with the materials to be fitted and the number of processes, before the first is read.
+    doing : called with (id, current work) whenever that changes; while files are examined, with the name of one that
+        takes long to read.
+    answer : the measured quantity and scale, for files that do not state them.
     copy : copy large arrays that lie in files into the catalogue; else they stay where they are, and the record knows
         them by place and hash. Those of archives and remote addresses are always copied.
-    broken_off : hears the report where a signal ends the process (`runtime.shutdown`); Ctrl-C raises elsewhere.
+    broken_off : receives the report if a signal ends the process (`runtime.shutdown`); elsewhere Ctrl-C raises.
 
     Raises
     ------
     InputError
         A source that does not exist, a folder that cannot be written to, a scheduler that cannot be reached.
-    ImportInterrupted
-        Ctrl-C: finished materials stay, no half-written file does.
+        ImportInterrupted Ctrl-C: finished materials stay, no half-written file does.
     """
     # Taken letter by letter, the path of a file would begin with "/", and all of the disk be looked through.
     sources = [sources] if isinstance(sources, (str, Path)) else list(sources)
@@ -207,7 +206,7 @@ def import_sources(
 
 
 class _Tally:
-    """The outcomes so far, and who wants to hear of them."""
+    """Outcomes so far, and the callbacks for them."""
 
     def __init__(self, folder: Path, files: tuple[PlannedFile, ...], progress: Progress | None) -> None:
         self.folder, self.files, self.progress = folder, files, progress
@@ -224,7 +223,7 @@ class _Tally:
             self.progress(len(self.outcomes), len(self.file_of), known_outcome)
 
     def all_but_new(self) -> list[PlannedMaterial]:
-        """Tell of what needs no work; the rest."""
+        """Report materials that need no work; return the rest."""
         new = []
         for file in self.files:
             for material in file.materials:
@@ -235,7 +234,7 @@ class _Tally:
         return new
 
     def all_that_fit(self, pending: Sequence[PlannedMaterial]) -> list[PlannedMaterial]:
-        """Tell of those whose fit memory cannot hold; the rest."""
+        """Report materials whose fit exceeds the memory; return the rest."""
         fitting = []
         for material in pending:
             name = self.file_of[id(material)].name
@@ -256,7 +255,7 @@ Work = Generator[tuple[PlannedMaterial, MaterialSource | None, FitResult], None,
 def _loaded(
     pending: Iterable[PlannedMaterial], doing: Callable[[str, Doing], None]
 ) -> Iterator[tuple[PlannedMaterial, MaterialSource | InputError]]:
-    """Yield each material with its data, read when it is asked for."""
+    """Yield each material with its data, read on demand."""
     for material in pending:
         assert material.load is not None
         doing(material.id, Doing("reading"))
@@ -273,7 +272,7 @@ def _here(
     apart: bool,
     doing: Callable[[str, Doing], None],
 ) -> Work:
-    """Yield the work in processes of this machine, or in this one."""
+    """Yield results of processes of this machine, or of this one."""
     if not pending:
         return
     unread: list[tuple[PlannedMaterial, FitResult]] = []
@@ -299,7 +298,7 @@ def _here(
 def _on_cluster(
     pending: Sequence[PlannedMaterial], budget: float, scheduler: str, doing: Callable[[str, Doing], None]
 ) -> Work:
-    """Yield the same work by the workers of a Dask scheduler."""
+    """Yield results of the workers of a Dask scheduler."""
     from .cluster import fitted_on_cluster
 
     yield from fitted_on_cluster(_loaded(pending, doing), budget, scheduler)
@@ -335,9 +334,9 @@ def _stored(
 
 
 def prepare_folder(folder: Path) -> None:
-    """Make the folder, say in it that it is a catalogue, and clear away what an import that was killed left half-done.
+    """Make the folder, mark it as a catalogue, and remove leftovers of a killed import.
 
-    Several imports may write to one folder at once: each holds what it is writing, and nobody clears that away.
+    Several imports may write to one folder at once: each locks its files, and nobody removes those.
 
     Raises
     ------

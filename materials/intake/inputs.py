@@ -29,18 +29,17 @@ _CHUNK = 1 << 20
 
 @contextmanager
 def inputs_of(words: Iterable[str | Path]) -> Iterator[tuple[InputFile | Rejected, ...]]:
-    """Every file that `words` stand for, in a fixed order, each once.
+    """Yield every file that `words` denote, in a fixed order, each once.
 
     A word is a file, a folder (with all below it, hidden files left out), a pattern (`*`, `?`, `[...]`, `**`; quoted
     ones reach here as they are), or an address of fsspec (`s3://...`, `memory://...`, `zip://member::file.zip`): of a
-    file, a folder or a pattern. Zip files are looked into, unless they lie in one. What is remote or packed is laid in
-    a private folder that is removed at the end.
+    file, a folder or a pattern. Zip files are opened, unless they are inside another one. Remote and packed files are
+    copied to a private folder, which is removed at the end.
 
     Raises
     ------
     InputError
-        A word that stands for nothing: no such file, an empty folder, a pattern that fits no file, a place that cannot
-        be reached.
+        A word without any file: no such file, an empty folder, a pattern without matches, an unreachable place.
     """
     with private_folder() as private:
         found: dict[Path, InputFile | Rejected] = {}
@@ -105,9 +104,9 @@ def _matching(pattern: str) -> Iterator[InputFile]:
 
 
 def _opened(file: InputFile, private: Path) -> Iterator[InputFile | Rejected]:
-    """Yield the file itself, or what is in it where it is a zip file.
+    """Yield the file itself, or the contents of a zip file.
 
-    Programs pack documents of their own in this way: what has a name of another kind must be named itself.
+    Programs pack their own documents in this way: containers with the name of another format must be named explicitly.
     """
     suffix = file.path.suffix.lower()
     archive = suffix == ".zip" or not _KIND.fullmatch(suffix) or (file.named and suffix not in _DOCUMENTS)
@@ -132,7 +131,7 @@ def _opened(file: InputFile, private: Path) -> Iterator[InputFile | Rejected]:
 
 
 def _is_document(path: Path) -> bool:
-    """Return whether a zip container is what a program saved, such as a spreadsheet; not where it cannot be read."""
+    """Return whether a zip container is a program's document, such as a spreadsheet; False if it is unreadable."""
     if path.suffix.lower() in _DOCUMENTS:
         return True
     try:
@@ -143,7 +142,7 @@ def _is_document(path: Path) -> bool:
 
 
 def _fetched(address: str, private: Path) -> Iterator[InputFile]:
-    """Copies of the files at an address of fsspec, below `private`."""
+    """Copy the files at an address of fsspec below `private`."""
     # Whatever a back end throws, an address that cannot be read is the user's to mend.
     try:
         system, place = file_system(address)

@@ -1,4 +1,4 @@
-"""Progress of an import in words and shares, and what of it is expected to take how long."""
+"""Progress of an import in words and fractions, and expected durations."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _EVERY_S = 0.5
 
 @dataclass(frozen=True)
 class Doing:
-    """Step of the work on one material: in words, and the share of it that is done, 0 to 1."""
+    """Current step of the work on one material: in words, and the fraction done, 0 to 1."""
 
     phase: str
     share: float = 0.0
@@ -49,10 +49,9 @@ Hears = Callable[[Doing], None]
 
 
 def in_bytes(words: str, total: int, say: Hears) -> Callable[[int], None]:
-    """Return a callback for bytes that are read, which reports `words`, how many they are and the share of `total`, now
-    and then.
+    """Return a callback for bytes read, which reports `words`, their number and the fraction of `total` at intervals.
 
-    total : 0 where it is not known how many they will be.
+    total : 0 if it is unknown.
     """
     done, told = 0, time.monotonic()
 
@@ -68,10 +67,10 @@ def in_bytes(words: str, total: int, say: Hears) -> Callable[[int], None]:
 
 
 def share_done(trials: Sequence[Trial], budget: float, phase: str = "") -> float:
-    """Return the share of a fit that is done, 0 to 1, by the terms of what was tried and of what is still to be.
+    """Return the fraction of a fit that is done, 0 to 1, from the terms tried and those still expected.
 
-    How many terms the budget asks for is taken from what more of them gained so far: scores fall as a power of the
-    terms. phase : what the fit is at, in its words; that terms are brought within the bounds of shading is the last.
+    The number of terms for the budget is extrapolated from the gains so far: scores fall as a power of the terms. phase
+    : description of the current work; bringing terms within the bounds of shading is the last phase.
     """
     scores = [trial.score for trial in trials]
     if not scores or not all(math.isfinite(score) and score > 0 for score in scores):
@@ -103,7 +102,7 @@ def _work(terms: int, joint: bool) -> float:
 
 
 def _needed(trials: Sequence[Trial], budget: float) -> float:
-    """Return the terms that the budget asks for, if what more terms gained so far is a guide."""
+    """Extrapolate the number of terms that the budget needs from the gains so far."""
     first, best = trials[0], min(trials, key=lambda trial: trial.score)
     if best.rank <= first.rank or best.score >= first.score:
         # By the first power of the terms, as the better fits go.
@@ -113,5 +112,5 @@ def _needed(trials: Sequence[Trial], budget: float) -> float:
 
 
 def fit_seconds(model: str) -> float:
-    """Return the seconds that a fit of a material of a model is expected to take, beside those of other models."""
+    """Return the expected seconds of a fit for a model, relative to other models."""
     return _FIRST_GUESS_S.get(model, _FORMULA_S)

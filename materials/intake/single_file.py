@@ -1,4 +1,4 @@
-"""A material straight from a file, without a catalogue: read and fitted as an import does, kept nowhere."""
+"""Material from a file without a catalogue: read and fitted as by an import, not stored."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ _NAMED = 6
 
 
 def material_from(path: str | Path, budget: float = BUDGET) -> Material:
-    """Return the one surface in a file: a material of a catalogue (.h5), or anything that `metamer catalogue import`
-    reads, or a folder of maps. Its id is the path as it is given.
+    """Read and fit the one surface in a file: a catalogue's material (.h5), any importable file, or a folder of maps.
+
+    Its id is the path as given.
 
     Raises
     ------
-    InputError : no such file; what it holds is no surface, cannot be fitted, or is several; it leaves a question open
+    InputError : no such file; its content is no surface, cannot be fitted, or is several; it leaves a question open
         that an import asks.
     """
     path = Path(path)

@@ -20,10 +20,11 @@ def read_sources(
 ) -> tuple[MaterialSource | Rejected, ...]:
     """Return every material that a file, or a folder of files, gives.
 
-    `uplift`: how spectra are made for what was measured in RGB; one of `spectral.upsampling.METHODS`.
-    `answer`: what was measured, where a file does not say it.
-    What cannot be used comes back as `Rejected`, so that one bad spectrum does not hold up the others; only a path
-    that is no source at all raises `InputError`.
+    uplift : upsampling of RGB measurements to spectra; one of `spectral.upsampling.METHODS`.
+    answer : the measured quantity, for files that do not state it.
+
+    Unusable materials are returned as `Rejected`, so that one bad spectrum does not stop the others; only a path that
+    is not a source at all raises `InputError`.
     """
     check_uplift(uplift)
     with inputs_of([path]) as files:
@@ -45,7 +46,7 @@ def read_sources(
 
 
 def check_uplift(uplift: str) -> None:
-    """Raises `UnknownNameError` where there is no such method."""
+    """Raise `UnknownNameError` for an unknown method."""
     if uplift not in METHODS:
         raise UnknownNameError("upsampling method", uplift, METHODS)
 
@@ -55,7 +56,7 @@ def read_with(
 ) -> Iterator[MaterialSource | Rejected]:
     """Yield the materials that one format's reader finds in a file; a refusal of the whole file is a `Rejected`.
 
-    What a format says itself is not overruled: of another quantity than the answer, it is refused or kept as it is.
+    The format's own statements prevail: of another quantity than the answer, a spectrum is refused or kept as it is.
     """
     try:
         if getattr(reader, "ASKS", False):
@@ -82,7 +83,7 @@ def read_with(
 
 
 def _surface(model: str) -> str:
-    """Return the quantity of a model's data; whatever a fluorescent surface sends back, it is no light."""
+    """Return the quantity of a model's data; fluorescence does not make it a light."""
     quantity = quantity_of(model)
     return "reflectance" if quantity == "bispectral" else quantity
 

@@ -1,4 +1,4 @@
-"""The work of an import on one material: the same function in this process, in another one, and on a cluster."""
+"""Work of an import on one material: the same function in this process, in another one, and on a cluster."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FitResult:
-    """Result of a fit: a fast form with its error, and the trials; or, in `reason`, why there is none.
+    """Result of a fit: a fast form with its error, and the trials; or the `reason` why there is none.
 
-    seconds : how long it took. It is told to people, and stands in no file: equal materials are equal bytes.
+    seconds : duration, for messages only; it is stored in no file: equal materials are equal bytes.
     """
 
     fast: Fast | None
@@ -81,5 +81,5 @@ def fit_material(material: MaterialSource, budget: float, say: Hears = lambda do
 
 
 def _with_slices(fast: Fast, original: Surface, budget: float) -> Fast:
-    """Add the environment form of the original, where a form keeps one."""
+    """Attach the environment form of the original, for forms that store one."""
     return fast.with_slices_of(original, budget) if isinstance(fast, FactoredBrdf) else fast

@@ -1,4 +1,4 @@
-"""Measured BRDFs between and beyond their readings: scattered pairs, MERL and RGL tables.
+"""Measured BRDFs, interpolated and extrapolated: scattered pairs, MERL and RGL tables.
 
-Begin with the module of the kind; `docs/adding_a_format.md` says what a new one needs.
+Begin with the module of the kind; `docs/adding_a_format.md` describes the requirements of a new one.
 """

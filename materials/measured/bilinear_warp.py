@@ -1,12 +1,12 @@
-"""Densities on the unit square that are bilinear between nodes, and the map that turns them into the uniform one.
+"""Bilinear densities on the unit square, and the map from each to the uniform one.
 
-A density d(x, y) given at a grid of nodes defines a map of the square onto itself: y goes to the share of the density
-below it, x to the share to its left within its own row. Both shares are integrals of a piecewise linear function: up to
-the last node they are sums of trapezia, within the cell a quadratic. So the map is evaluated in closed form, without
-a search, and to rounding error.
+A density d(x, y) at a grid of nodes defines a map of the square onto itself: y maps to the fraction of the density
+below it, x to the fraction to its left within its own row. Both are integrals of a piecewise linear function: up to the
+last node sums of trapezia, within the cell a quadratic. So the map is evaluated in closed form, without a search, and
+to rounding error.
 
 A family of densities over parameters (here the direction of the light) is interpolated linearly after each has been
-normalised; shares of an interpolated density are then the interpolated shares.
+normalised; fractions of an interpolated density are then the interpolated fractions.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Slices = list[tuple[Int[np.ndarray, " N"], Float[np.ndarray, " N"]]]
 
 
 class BilinearWarp:
-    """The map of a family of densities.
+    """Map of a family of densities.
 
     density : (S, H, W) at uniform nodes of [0, 1] x [0, 1]: H rows over y, W columns over x. Not negative, nowhere all
         zero; any scale.
@@ -62,7 +62,7 @@ class BilinearWarp:
 def bilinear(
     table: Float[np.ndarray, "S H W C"], x: Float[np.ndarray, " N"], y: Float[np.ndarray, " N"], slices: Slices
 ) -> Float[np.ndarray, "N C"]:
-    """`table` between its nodes over the unit square, mixed over `slices`."""
+    """Interpolate `table` between its nodes over the unit square, weighted over `slices`."""
     _, height, width, channels = table.shape
     flat = table.reshape(-1, channels)
     column, across = cell(x, width)
@@ -78,13 +78,13 @@ def bilinear(
 
 
 def cell(x: Float[np.ndarray, " N"], size: int) -> tuple[Int[np.ndarray, " N"], Float[np.ndarray, " N"]]:
-    """Return the node at or below x in [0, 1] of `size` uniform nodes (never the last), and how far beyond it x is."""
+    """Return the node at or below x in [0, 1] of `size` uniform nodes (never the last), and the fraction beyond it."""
     place = np.clip(x, 0.0, 1.0) * (size - 1)
     node = np.minimum(place.astype(np.intp), size - 2)
     return node, place - node
 
 
 def _shares(values: np.ndarray) -> np.ndarray:
-    """Integral from the first node to each along the last axis, by trapezia of width 1."""
+    """Integrate from the first node to each along the last axis, by trapezia of width 1."""
     steps = np.cumsum(0.5 * (values[..., 1:] + values[..., :-1]), axis=-1)
     return np.concatenate([np.zeros_like(steps[..., :1]), steps], axis=-1)

@@ -48,8 +48,8 @@ class Kernel:
     lobe_*: half/difference part, of variance 1. polar_*: polar-angle part. ridge_*: half and difference angle alone.
     nugget: variance of the measurement noise, in the same unit.
 
-    The defaults were tuned on left-out samples of three measured automotive and spray paints, and are a guess for any
-    other material; `benchmarks/scattered.py` measures them on a file by leaving out tenths and rings of it.
+    The defaults were tuned by cross-validation on three measured automotive and spray paints, and are a guess for any
+    other material; `benchmarks/scattered.py` validates them on a file by holding out tenths and rings of it.
     """
 
     lobe_unit: float = 0.0213
@@ -69,7 +69,7 @@ class Kernel:
 
     @property
     def array(self) -> Float[np.ndarray, " K"]:
-        """The scales in the order of the fields, for storing."""
+        """Return the scales in the order of the fields, for storing."""
         return np.array([getattr(self, field.name) for field in fields(self)])
 
     @classmethod
@@ -80,7 +80,7 @@ class Kernel:
         return cls(*(float(scale) for scale in scales))
 
     def covariance(self, a: PairAngles, b: PairAngles) -> Float[np.ndarray, "N M"]:
-        """Prior covariance of the value at every pair of `a` with that at every pair of `b`."""
+        """Compute the prior covariance of the values at every pair of `a` and every pair of `b`."""
         variances = (1.0, self.polar_variance, self.ridge_variance)
         known = self._features(b)
         total = np.empty((len(a), len(b)))
@@ -119,7 +119,7 @@ class Kriging:
     weights: Float[np.ndarray, "N S"]
 
     def __call__(self, at: PairAngles) -> Float[np.ndarray, "M S"]:
-        """Interpolated values; far from every measured pair they return to the mean."""
+        """Interpolate values; far from every measured pair they return to the mean."""
         out = np.empty((len(at), len(self.mean)))
         for start in range(0, len(at), _BLOCK):
             rows = slice(start, start + _BLOCK)
@@ -128,7 +128,7 @@ class Kriging:
 
 
 def krige(kernel: Kernel, at: PairAngles, values: Float[np.ndarray, "N S"]) -> Kriging:
-    """Solve for the weights, with a constant mean a column estimated by generalised least squares."""
+    """Solve for the weights, with a constant mean per column estimated by generalised least squares."""
     from scipy.linalg import cho_factor, cho_solve
 
     if len(at) > LARGEST:
@@ -143,7 +143,7 @@ def krige(kernel: Kernel, at: PairAngles, values: Float[np.ndarray, "N S"]) -> K
 
 
 def _matern(a: Float[np.ndarray, "N F"], b: Float[np.ndarray, "M F"]) -> Float[np.ndarray, "N M"]:
-    """Matern covariance of smoothness 5/2 and unit scale (Rasmussen and Williams 2006, eq. 4.17)."""
+    """Evaluate the Matern covariance of smoothness 5/2 and unit scale (Rasmussen and Williams 2006, eq. 4.17)."""
     distance = a @ b.T
     distance *= -2.0
     distance += np.sum(a * a, axis=1)[:, None]

@@ -1,4 +1,4 @@
-"""Dense tables over three axes: made finer by splines, and looked up between their nodes."""
+"""Dense tables over three axes: refined by splines, and interpolated between their nodes."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from jaxtyping import Float
 
 
 def refined(table: np.ndarray, axis: int, times: int, ends: str) -> np.ndarray:
-    """`table` with `times` - 1 more nodes between each two of an axis, by cubic splines; `ends` as scipy has them.
+    """Insert `times` - 1 nodes between each two of an axis, by cubic splines; `ends` as in scipy.
 
-    A spline is linear in what it goes through: one matrix makes it of every line of the table.
+    A spline is linear in its data: one matrix serves every line of the table.
     """
     from scipy.interpolate import CubicSpline
 
@@ -21,7 +21,7 @@ def refined(table: np.ndarray, axis: int, times: int, ends: str) -> np.ndarray:
 
 
 def multilinear(table: Float[np.ndarray, "H D P L"], places: tuple[np.ndarray, ...]) -> Float[np.ndarray, "N L"]:
-    """Look-up at fractional places in [0, 1] of each axis."""
+    """Interpolate at fractional places in [0, 1] of each axis."""
     flat = table.reshape(-1, table.shape[-1])
     below, beyond = [], []
     for place, size in zip(places, table.shape[:3], strict=True):

@@ -1,4 +1,4 @@
-"""Measured f_r at scattered pairs of directions, and how far it is from being reciprocal."""
+"""Measured f_r at scattered pairs of directions, and its deviation from reciprocity."""
 
 from __future__ import annotations
 
@@ -34,9 +34,8 @@ class ScatteredMeasurement:
     wavelengths_nm : (L,) ascending, nm, at the instrument's own sampling.
     wi, wo : (N,3) unit vectors above the surface, z the normal; in any order.
     values : (N,L) f_r in 1/sr, finite, not negative.
-    missing : (N,L) True where the reading dropped out; the value there means nothing.
-    name, description : what the file says of the sample.
-    notes : what was assumed in reading it, in words.
+    missing : (N,L) True where the reading dropped out; the value there is meaningless. name, description : of the
+        sample, from the file. notes : assumptions in reading it, in words.
     """
 
     wavelengths_nm: Float[np.ndarray, " L"]
@@ -98,10 +97,11 @@ class ScatteredMeasurement:
 
 
 def prepared(measurement: ScatteredMeasurement) -> ScatteredMeasurement:
-    """Return the measurement without what no picture shows; `notes` says what was left out.
+    """Return the measurement without data that no picture shows; `notes` lists the omissions.
 
-    Pairs with a direction beyond 89 deg go. Of more wavelengths than the working grid has, those well outside it go;
-    if more are left, so that cost stays bounded, spectra are the nearest ones on that grid (`spectral.projection`).
+    Pairs with a direction beyond 89 deg are dropped. If there are more wavelengths than in the working grid, those well
+    outside it are dropped; if more remain, spectra are the nearest ones on that grid (`spectral.projection`), which
+    bounds the cost.
     """
     steep = np.minimum(measurement.wi[:, 2], measurement.wo[:, 2]) < np.cos(STEEPEST)
     if steep.all():
@@ -137,10 +137,9 @@ def prepared(measurement: ScatteredMeasurement) -> ScatteredMeasurement:
 
 
 def _on_working_grid(measurement: ScatteredMeasurement, kept: Int[np.ndarray, " K"], note: str) -> ScatteredMeasurement:
-    """Return the readings at `kept` as the nearest spectra on the working wavelengths; missing where none is half a
-    step away.
+    """Project the readings at `kept` to the working wavelengths; missing where none is within half a step.
 
-    A gap between readings counts as the straight line across it.
+    A gap between readings is bridged by a straight line.
     """
     grid, working = measurement.wavelengths_nm[kept], WORKING_WAVELENGTHS_NM
     step = float(working[1] - working[0])
@@ -190,7 +189,7 @@ def estimated_background(measurement: ScatteredMeasurement) -> Float[np.ndarray,
 
 
 def _robust_slope(x: np.ndarray, y: np.ndarray) -> float:
-    """Slope of y = b x by iteratively reweighted least squares with Huber's weights."""
+    """Fit the slope of y = b x by iteratively reweighted least squares with Huber's weights."""
     weights = np.ones_like(x)
     slope = 0.0
     for _ in range(20):

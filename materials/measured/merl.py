@@ -1,8 +1,8 @@
 """BRDFs measured in three channels on the half/difference grid of the MERL data base, with made-up spectra.
 
-Angles are measured, wavelengths are not: RGB is looked up between the nodes and turned into a reflectance spectrum
-afterwards (`spectral.upsampling`, whose scale is free), so that a highlight of any height has the colour that was
-measured. The 2010 paper does the same with Smits' spectra (section 4.2).
+Angles are measured, wavelengths are not: RGB is interpolated between the nodes and then upsampled to a reflectance
+spectrum (`spectral.upsampling`, whose scale is free), so that a highlight of any height has the measured colour. The
+2010 paper does the same with Smits' spectra (section 4.2).
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ class MerlBrdf(Brdf):
 
     Parameters
     ----------
-    values : f_r of red, green and blue, 1/sr, as the file has it; 0 or less is no reading, never black.
-    method : how spectra are made up; one of `spectral.upsampling.METHODS`.
+    values : f_r of red, green and blue, 1/sr, as in the file; 0 or less is no reading, never black.
+    method : of upsampling; one of `spectral.upsampling.METHODS`.
     name : of the material.
 
-    RGB is linear between nodes in sqrt(theta_h), theta_d and phi_d, and held beyond the last ones (88.0 and 89 deg).
-    An isotropic surface with a mirror plane shows the same at phi_d and at pi - phi_d: where the table disagrees with
-    itself the mean of the two counts, so that a table without such noise is met exactly at its nodes. `notes` says how
-    large that was, and how many readings were missing and taken from their neighbours.
+    RGB is linear between nodes in sqrt(theta_h), theta_d and phi_d, and clamped beyond the last ones (88.0 and 89 deg).
+        An isotropic surface with a mirror plane is equal at phi_d and at pi - phi_d: the mean of the two is used, so
+        that a table without such noise is reproduced exactly at its nodes. `notes` states the difference, and how many
+        missing readings were filled from their neighbours.
     """
 
     NAME: ClassVar[str] = "merl"
@@ -83,7 +83,7 @@ class MerlBrdf(Brdf):
         return cls(measurement.values, method, measurement.name)
 
     def parameters(self) -> dict[str, Any]:
-        """Everything that `from_parameters` rebuilds this BRDF from, bit for bit."""
+        """Return everything that `from_parameters` needs to rebuild this BRDF bit for bit."""
         return {"values": self.values, "method": self.method, "name": self.name}
 
     @classmethod
@@ -115,23 +115,22 @@ class MerlBrdf(Brdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """Return the whole, over half and difference angles: even a diffuse body is one term there, as f_r has no
-        cosine.
+        """Return the whole, over half and difference angles: without a cosine even a diffuse body is one term.
 
-        On the table's own nodes, except that the fit halves the azimuth only once, and that phi_d is smooth enough for
-        every fifth node.
+        The axes have the table's own nodes, except that the fit halves the azimuth only once, and that phi_d is smooth
+        enough for every fifth node.
         """
         return (Lobe("hd", self, _AXES),)
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr on the working wavelengths."""
+        """Evaluate f_r in 1/sr on the working wavelengths."""
         make = upsampling(self.method)
         return eval_lit(lambda i, o: make.spectra(self._looked_up(i, o)), len(self.wavelengths_nm), wi, wo)
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Implement `Surface.xyz`; the made-up spectra are folded before they are mixed."""
+        """Implement `Surface.xyz`; the upsampling spectra are folded before they are mixed."""
         weights = folding.weights(self.wavelengths_nm)
         folded = partial(upsampling(self.method).folded, weights=weights)
         return eval_lit(lambda i, o: folded(self._looked_up(i, o)), weights.shape[1], points.wi, points.wo)
@@ -139,12 +138,12 @@ class MerlBrdf(Brdf):
     def eval_rgb(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... 3"]:
-        """f_r of red, green and blue in 1/sr."""
+        """Evaluate f_r of red, green and blue in 1/sr."""
         return eval_lit(self._looked_up, 3, wi, wo)
 
     @cached_property
     def _dropped(self) -> Bool[np.ndarray, "90 90 180 3"]:
-        """Readings that are missing although a pair of directions has these angles."""
+        """Mask of missing readings at nodes that some pair of directions has."""
         return (self.values <= 0) & _reachable()[..., None]
 
     @cached_property
@@ -167,20 +166,21 @@ class MerlBrdf(Brdf):
 
 
 def node_angles() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """theta_h (90,), theta_d (90,) and phi_d (180,) of the nodes, radians."""
+    """Return theta_h (90,), theta_d (90,) and phi_d (180,) of the nodes, radians."""
     return (np.arange(90) / 90.0) ** 2 * _RIGHT, np.radians(np.arange(90.0)), np.radians(np.arange(180.0))
 
 
 def _reachable() -> Bool[np.ndarray, "90 90 180"]:
-    """Nodes that some pair of directions above the horizon has."""
+    """Return the mask of nodes that some pair of directions above the horizon has."""
     wi, wo = io_from_half_difference(*np.meshgrid(*node_angles(), indexing="ij"))
     return (wi[..., 2] > 1e-9) & (wo[..., 2] > 1e-9)
 
 
 def _without_gaps(values: Float[np.ndarray, "H D P"]) -> Float[np.ndarray, "H D P"]:
-    """Return every 0 replaced by what the positive nodes around it say: along each axis a straight line in the
-    logarithm between the nearest ones on both sides, or the nearest where there is one side only; the nearer axis
-    counts more, and theta_h, along which a lobe falls by decades, less.
+    """Replace every 0 by interpolation from the positive nodes around it.
+
+    Along each axis a straight line in the logarithm between the nearest ones on both sides, or the nearest if there is
+    one side only; nearer axes have more weight, and theta_h, along which a lobe falls by decades, less.
     """
     known = values > 0
     logarithm = np.log(np.where(known, values, 1.0))
@@ -197,10 +197,10 @@ def _without_gaps(values: Float[np.ndarray, "H D P"]) -> Float[np.ndarray, "H D 
 
 
 def _lines(logarithm: np.ndarray, known: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Along the last axis: values of the nearest known node below and above, and their weights.
+    """Interpolate along the last axis: values of the nearest known node below and above, and their weights.
 
-    Weights of the two sides are 1 / distance, which makes their mean the straight line between them, times 1 /
-    distance to the nearer one.
+    Weights of the two sides are 1 / distance, which makes their mean the straight line between them, times 1 / distance
+    to the nearer one.
     """
     size = known.shape[-1]
     place = np.arange(size)

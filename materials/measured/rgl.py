@@ -2,8 +2,8 @@
 
 The measurement lives on the unit square of each light direction, on which the normals that the light sees are uniform:
 a pair of directions goes to its half vector m, that to (sqrt(2 theta / pi), phi / 2 pi + 1/2), and the density of the
-visible normals maps this onto the square (`bilinear_warp`). What is stored there, S, is the quotient of the measured
-radiance and of a mirror-like microfacet surface, so that
+visible normals maps this onto the square (`bilinear_warp`). The stored value, S, is the quotient of the measured
+radiance and that of a mirror-like microfacet surface, so that
 
     f_r(wi, wo) cos(theta_o) = S(warp(m), wi) D(m) / (4 sigma(wi))
 
@@ -45,11 +45,11 @@ class RglBrdf(Brdf):
     Parameters
     ----------
     measurement : the file's fields.
-    method : how spectra are made up for a file in RGB, one of `spectral.upsampling.METHODS`; spectra need none.
+    method : of upsampling a file in RGB, one of `spectral.upsampling.METHODS`; spectra need none.
 
     f_r has no cosine: the viewer's, which stored values include, is divided out, beyond 89.9 deg that of 89.9 deg.
-    Nothing makes it reciprocal or mirror-symmetric: it is what was measured. Light directions beyond the tabulated ones
-    are held at the last. Negative channels of a file in RGB are colours outside sRGB, which `spectra_of` keeps.
+        Reciprocity and mirror symmetry are not enforced on the measurement. Light directions beyond the tabulated ones
+        are clamped to the last. Negative channels of a file in RGB are colours outside sRGB, which `spectra_of` keeps.
     """
 
     NAME: ClassVar[str] = "rgl"
@@ -68,7 +68,7 @@ class RglBrdf(Brdf):
         return cls(measurement, method)
 
     def parameters(self) -> dict[str, Any]:
-        """Everything that `from_parameters` rebuilds this BRDF from, bit for bit: all fields of the file."""
+        """Return everything that `from_parameters` needs to rebuild this BRDF bit for bit: all fields of the file."""
         fields = {_FIELD + name: value for name, value in self.measurement.fields.items()}
         return {"name": self.measurement.name, "method": self.method, **fields}
 
@@ -90,23 +90,23 @@ class RglBrdf(Brdf):
 
     @cached_property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The working wavelengths, or those of the file, as far as they are seen, where these are finer."""
+        """The working wavelengths; or those of the file within the visible, if these are finer."""
         measured_nm = self.measurement.wavelengths_nm
         return WORKING_WAVELENGTHS_NM if measured_nm is None else material_wavelengths([measured_nm])
 
     @property
     def spectral(self) -> bool:
-        """True where the file has spectra, False where it has RGB."""
+        """True if the file has spectra, False if it has RGB."""
         return self.measurement.wavelengths_nm is not None
 
     @property
     def channels(self) -> int:
-        """Values that the file has for each pair: its wavelengths, or 3."""
+        """Number of values per pair: wavelengths, or 3."""
         return self.measurement.values.shape[2]
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on assumptions and held values."""
+        """Notes on assumptions and clamped values."""
         values, theta = self.measurement.values, np.degrees(self.measurement.fields["theta_i"])
         negative = int(np.sum(values < 0))
         measured_nm = self.measurement.wavelengths_nm
@@ -133,7 +133,7 @@ class RglBrdf(Brdf):
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr on `wavelengths_nm`."""
+        """Evaluate f_r in 1/sr on `wavelengths_nm`."""
         if self.spectral:
             return eval_lit(lambda i, o: self._looked_up(self._resampled, i, o), len(self.wavelengths_nm), wi, wo)
         return eval_lit(
@@ -141,7 +141,7 @@ class RglBrdf(Brdf):
         )
 
     def xyz(self, points: Points, folding: Folding) -> Float[np.ndarray, "N M3"]:
-        """Return `Surface.xyz`, made-up spectra or the table of a file with spectra folded before they are mixed."""
+        """Implement `Surface.xyz`; upsampling spectra, or a spectral file's table, are folded before they are mixed."""
         weights = folding.weights(self.wavelengths_nm)
         if self.spectral:
             table = self._folded_table(weights)
@@ -156,11 +156,11 @@ class RglBrdf(Brdf):
     def eval_measured(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... C"]:
-        """f_r in 1/sr of the file's own channels: its wavelengths, or red, green and blue."""
+        """Evaluate f_r in 1/sr in the file's own channels: its wavelengths, or red, green and blue."""
         return eval_lit(lambda i, o: self._looked_up(self._stored, i, o), self.channels, wi, wo)
 
     def _looked_up(self, table: np.ndarray, wi: np.ndarray, wo: np.ndarray) -> np.ndarray:
-        """f_r of pairs (N, 3) above the horizon, in the channels of `table` (S, H, W, C)."""
+        """Interpolate f_r of pairs (N, 3) above the horizon, in the channels of `table` (S, H, W, C)."""
         theta_i, phi_i = angles(wi)
         theta_m, phi_m = angles(wi + wo)
         phi_i = np.where(phi_i > np.pi, phi_i - TAU, phi_i)
@@ -189,7 +189,7 @@ class RglBrdf(Brdf):
         return np.ascontiguousarray(np.moveaxis(values, 1, -1), dtype=np.float64)
 
     def _folded_table(self, weights: Float[np.ndarray, "L M3"]) -> Float[np.ndarray, "S H W M3"]:
-        """Return the table in colour, kept for the last lights."""
+        """Return the table in colour, cached for the last lights."""
         if not self._last or self._last[0][0] is not weights:
             self._last[:] = [(weights, self._resampled @ weights)]
         return self._last[0][1]
@@ -214,7 +214,7 @@ class RglBrdf(Brdf):
 
     @cached_property
     def _reduction(self) -> int:
-        """Times that the tabulated azimuths of the light go into a turn: 2 is half-turn symmetry, 4 two mirrors."""
+        """Number of repetitions of the tabulated azimuths per turn: 2 is half-turn symmetry, 4 two mirrors."""
         phi = self.measurement.fields["phi_i"].astype(np.float64)
         times = round(TAU / float(phi[-1] - phi[0]))
         if times not in (1, 2, 4):
@@ -223,7 +223,7 @@ class RglBrdf(Brdf):
         return times
 
     def _folded(self, phi_i: np.ndarray, phi_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Azimuths of the light and of the half vector, turned and mirrored into the tabulated range."""
+        """Map azimuths of the light and of the half vector to the tabulated range, by rotation and mirroring."""
         first = float(self.measurement.fields["phi_i"][0])
         if self._reduction == 1:
             return phi_i, phi_m

@@ -46,12 +46,12 @@ class RglMeasurement:
 
     @property
     def isotropic(self) -> bool:
-        """Up to two azimuths of the light mean that azimuth does not matter, as the data base has it."""
+        """True for up to two azimuths of the light, the convention of the data base."""
         return len(self.fields["phi_i"]) <= 2
 
     @property
     def jacobian(self) -> bool:
-        """True where values are to be multiplied by ndf / (4 sigma)."""
+        """True if values must be multiplied by ndf / (4 sigma)."""
         return bool(self.fields["jacobian"].ravel()[0])
 
     @property
@@ -61,7 +61,7 @@ class RglMeasurement:
 
 
 def _check(fields: Mapping[str, np.ndarray]) -> None:
-    """The fields make a BRDF, or an `InputError` that names the one that does not."""
+    """Check that the fields make a BRDF; raises an `InputError` that names the first invalid one."""
     values, third = ("spectra", "L") if "wavelengths" in fields else ("rgb", "C")
     shapes: dict[str, tuple[str, ...]] = {name: tuple(axes) for name, axes in _SHAPES.items()}
     shapes[values] = ("P", "T", third, "H", "W")

@@ -1,9 +1,9 @@
 """Any BRDF as a table in the layout of the RGL data base (`formats.rgl`), for renderers that read it.
 
-The layout leaves free how the unit square is warped and what is divided out of the values before they are interpolated.
-Here the square is not warped (the density of visible normals is constant), so that a node is a half vector of polar
-angle pi/2 x^2; and what is divided out is the material's own peak about the normal, tabulated far finer. What is left
-is smooth, and continued with its sign below the horizon, so that linear interpolation crosses zero there.
+The layout permits any warp of the unit square and any divisor of the values before they are interpolated. Here the
+square is not warped (the density of visible normals is constant), so that a node is a half vector of polar angle pi/2
+x^2; and the divisor is the material's own peak about the normal, tabulated far finer. The quotient is smooth, and
+continued with its sign below the horizon, so that linear interpolation crosses zero there.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ def _grid(brdf: Brdf) -> _Grid:
 
 
 def _mirrored(brdf: Brdf) -> bool:
-    """Return whether mirroring both directions in x, or in y, changes nothing, as far as a sample of pairs shows."""
+    """Return whether mirroring both directions in x, or in y, changes nothing on a sample of pairs."""
     rng = np.random.default_rng(0)
     wi, wo = (spherical(np.arccos(rng.uniform(0.1, 1.0, _ASKED)), rng.uniform(0.0, TAU, _ASKED)) for _ in "io")
     unturned = brdf.eval(wi, wo)
@@ -131,7 +131,7 @@ def _peak(brdf: Brdf, grid: _Grid) -> Float[np.ndarray, "A B"]:
 
 
 def _between(peak: Float[np.ndarray, "A B"], size: int) -> Float[np.ndarray, "N N"]:
-    """Return the peak at the nodes of the square, linear between its own, as a renderer looks it up."""
+    """Interpolate the peak at the nodes of the square, linear between its own, as a renderer does."""
     at = np.linspace(0.0, 1.0, size)
     along = np.stack([np.interp(at, np.linspace(0.0, 1.0, peak.shape[1]), line) for line in peak])
     return np.stack([np.interp(at, np.linspace(0.0, 1.0, peak.shape[0]), column) for column in along.T], axis=1)

@@ -1,10 +1,10 @@
 """BRDFs known at scattered pairs of directions, made continuous.
 
 The interpolant works on log(f_r + floor) plus a multiple of log(cos theta_i cos theta_o), in which a lobe that spans
-five decades is smooth, by kriging in coordinates with the symmetries of an isotropic surface (`kriging`). What of a
-measurement contradicts reciprocity is modelled apart: a background that the instrument subtracted too much of is a
-constant radiance, and so a term -k(lambda) / cos(theta_i) in f_r. It is estimated from swapped pairs and recorded; by
-default it is kept, so that the BRDF follows the measurement, and `reciprocal` leaves it out.
+five decades is smooth, by kriging in coordinates with the symmetries of an isotropic surface (`kriging`). Violations of
+reciprocity are modelled separately: a background of which the instrument subtracted too much is a constant radiance,
+and so a term -k(lambda) / cos(theta_i) in f_r. It is estimated from swapped pairs and recorded; by default it is kept,
+so that the BRDF follows the measurement, and `reciprocal` omits it.
 """
 
 from __future__ import annotations
@@ -55,16 +55,16 @@ class ScatteredBrdf(Brdf):
 
     Parameters
     ----------
-    measurement : what was measured.
-    background : (L,) 1/sr at the measured wavelengths: the instrument's reading is the reciprocal f_r minus
-        background / cos(theta_i). `from_measurement` estimates it.
+    measurement : the scattered pairs.
+    background : (L,) 1/sr at the measured wavelengths: the instrument's reading is the reciprocal f_r minus background
+        / cos(theta_i). `from_measurement` estimates it.
     kernel : scales of the interpolation.
-    reciprocal : leave the background out: the BRDF is then exactly reciprocal, and no longer what was measured.
+    reciprocal : omit the background: the BRDF is then exactly reciprocal, but deviates from the measurement.
 
-    Polar angles beyond the largest measured one are held at it. Towards the light's own direction, closer than the
-    smallest measured difference angle, the BRDF settles on the mean around that angle. Values never leave the measured
-    range, but for the power of the cosines that a lobe gains towards grazing; beyond the measured wavelengths the end
-    values are held. `notes` repeats this with this material's numbers.
+    Polar angles are clamped to the largest measured one. Towards the light's own direction, closer than the smallest
+        measured difference angle, the BRDF converges to the mean around that angle. Values stay within the measured
+        range, except for the power of the cosines that a lobe gains towards grazing; beyond the measured wavelengths
+        values are clamped. `notes` repeats this with this material's numbers.
     """
 
     NAME: ClassVar[str] = "scattered"
@@ -84,7 +84,7 @@ class ScatteredBrdf(Brdf):
         return cls(measurement, estimated_background(measurement), kernel or Kernel(), reciprocal)
 
     def parameters(self) -> dict[str, Any]:
-        """Everything that `from_parameters` rebuilds this BRDF from, bit for bit: arrays, numbers and text."""
+        """Return everything that `from_parameters` needs to rebuild this BRDF bit for bit: arrays, numbers and text."""
         measurement = self.measurement
         return {
             "measured_wavelengths_nm": measurement.wavelengths_nm,
@@ -128,7 +128,7 @@ class ScatteredBrdf(Brdf):
 
     @cached_property
     def wavelengths_nm(self) -> Float[np.ndarray, " L"]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """The working wavelengths, or those of the measurement where these are finer."""
+        """The working wavelengths, or those of the measurement if these are finer."""
         return material_wavelengths([self.measurement.wavelengths_nm])
 
     @property
@@ -147,20 +147,19 @@ class ScatteredBrdf(Brdf):
         )
 
     def lobes(self) -> tuple[Lobe, ...]:
-        """Return the whole, over half and difference angles: paints are lobes on a base too faint to pay for a
-        frame."""
+        """Return the whole, over half and difference angles: paints are lobes on a base too faint for a frame."""
         return (Lobe("hd", self),)
 
     def eval(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"]
     ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr on `wavelengths_nm`, looked up in a dense table of the interpolant."""
+        """Evaluate f_r in 1/sr on `wavelengths_nm`, interpolated in a dense table of the interpolant."""
         return eval_lit(lambda i, o: self._resampled(self._looked_up(i, o)), len(self.wavelengths_nm), wi, wo)
 
     def eval_measured(
         self, wi: Float[np.ndarray, "*#batch 3"], wo: Float[np.ndarray, "*#batch 3"], *, exact: bool = False
     ) -> Float[np.ndarray, "... L"]:
-        """f_r in 1/sr at the measured wavelengths; `exact` asks the interpolant itself and not its table (slow)."""
+        """Evaluate f_r in 1/sr at the measured wavelengths; `exact` uses the interpolant, not its table (slow)."""
         evaluate = self._interpolated if exact else self._looked_up
         return eval_lit(evaluate, len(self.measurement.wavelengths_nm), wi, wo)
 
@@ -190,7 +189,7 @@ class ScatteredBrdf(Brdf):
 
     @cached_property
     def _kriging(self) -> tuple[Kriging, np.ndarray, np.ndarray]:
-        """The interpolant of the logarithm, and the range (L,), (L,) of the logarithms that it goes through."""
+        """Interpolant of the logarithm, and the range (L,), (L,) of its data."""
         at, values = self._distinct
         lifted = values + self.background / np.cos(at.theta_i)[:, None] + _FLOOR
         lifted = np.log(_filled(lifted, self.measurement.wavelengths_nm)) + self._log_cosines(at)
@@ -201,13 +200,12 @@ class ScatteredBrdf(Brdf):
 
     @cached_property
     def _smallest(self) -> float:
-        """Smallest measured difference angle: instruments cannot look along their own light."""
+        """Smallest measured difference angle, since instruments cannot look along their own light."""
         at, _ = self._distinct
         return float(at.theta_d.min())
 
     def _held(self, wi: np.ndarray, wo: np.ndarray, margin: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pair with polar angles beyond the largest measured one, and a margin, held at it; azimuths
-        stay."""
+        """Clamp polar angles to the largest measured one, and a margin; azimuths stay."""
         most = min(self._largest + margin, STEEPEST)
         theta_i, theta_o, phi = io_angles(wi, wo)
         beyond = np.maximum(theta_i, theta_o) > most
@@ -218,8 +216,10 @@ class ScatteredBrdf(Brdf):
         return wi, wo
 
     def _logarithm(self, wi: np.ndarray, wo: np.ndarray) -> Float[np.ndarray, "N L"]:
-        """Return the kriged logarithm at held pairs; towards the light's own direction, where nothing is measured, it
-        settles on the mean around the smallest measured difference angle. No peak is invented there.
+        """Evaluate the kriged logarithm at clamped pairs.
+
+        Towards the light's own direction, where nothing is measured, it converges to the mean around the smallest
+        measured difference angle, which avoids an artificial peak.
         """
         theta_h, theta_d, phi_d, _ = half_difference(wi, wo)
         interpolate, _, _ = self._kriging
@@ -282,7 +282,7 @@ class ScatteredBrdf(Brdf):
         return smooth.T, linear.T
 
     def _resampled(self, values: Float[np.ndarray, "N L"]) -> np.ndarray:
-        """Interpolate at `wavelengths_nm`: Sprague, and linear for a spectrum that Sprague would take below zero."""
+        """Interpolate at `wavelengths_nm`: Sprague, or linear for a spectrum that Sprague would take below zero."""
         smooth, linear = self._resampling
         out = values @ smooth
         bad = (out < 0).any(axis=1)
@@ -298,7 +298,7 @@ def _pair_angles(wi: np.ndarray, wo: np.ndarray) -> PairAngles:
 
 
 def _filled(values: Float[np.ndarray, "N L"], wavelengths_nm: np.ndarray) -> Float[np.ndarray, "N L"]:
-    """Readings that dropped out (NaN), interpolated along the wavelengths in the logarithm, ends held."""
+    """Interpolate dropped readings (NaN) along the wavelengths in the logarithm, clamped at the ends."""
     out = values.copy()
     for index in np.flatnonzero(np.isnan(values).any(axis=1)):
         known = np.isfinite(values[index])

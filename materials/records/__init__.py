@@ -1,4 +1,4 @@
-"""Material records: one HDF5 file each, with a head that lists and queries read alone.
+"""Material records: one HDF5 file each, with a head that suffices for lists and queries.
 
 Begin with `record.py`, which has a row for each fast form; `models.py` has one for each model.
 """

@@ -1,4 +1,4 @@
-"""Standing of a material's colour and of its gloss, apart: as its record states it, in words and in sentences."""
+"""Standing of a material's colour and of its gloss, separately: as stated by its record, in words and in sentences."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _MATT = ("lambert", "fluorescent_lambert", "spectral_texture")
 
 
 def colour_standing(record: MaterialRecord) -> Standing:
-    """Return the standing of a material's colour; "unknown" where its record does not say.
+    """Return the standing of a material's colour; "unknown" if its record does not state it.
 
-    A model that carries published spectra is no statement about them: its description makes it (`COLOUR`).
+    A model with published spectra does not imply it; its description does (`COLOUR`).
     """
     stated = record.original.get(COLOUR)
     if stated in STANDINGS:
@@ -63,7 +63,7 @@ _MATT_WORDS = "Its gloss was not measured: it is drawn perfectly matt."
 
 
 def standing_sentences(record: MaterialRecord) -> str:
-    """Say in plain sentences what of a material was measured."""
+    """Describe in plain sentences what of a material was measured."""
     colour, gloss = colour_standing(record), gloss_standing(record)
     at = f" ({record.provenance.geometry})" if colour == "measured" and record.provenance.geometry else ""
     matt = gloss == "analytic" and record.model in _MATT
@@ -71,8 +71,7 @@ def standing_sentences(record: MaterialRecord) -> str:
 
 
 def title_of(record: MaterialRecord) -> str:
-    """Return a material's name for people: what its description or its file calls it, else the last word of its id,
-    spelt out.
+    """Return a material's title: from its description or its file, else the last word of its id, spelt out.
 
     >>> from types import SimpleNamespace
     >>> title_of(SimpleNamespace(id="paint/signal-red", original={}))
@@ -86,7 +85,7 @@ def title_of(record: MaterialRecord) -> str:
 
 
 def measured_range(record: MaterialRecord) -> tuple[float, float] | None:
-    """Wavelengths in nm from and to which the colour was measured; None where the record does not say."""
+    """Return the range of wavelengths, nm, over which the colour was measured; None if the record does not state it."""
     stated = record.original.get(COLOUR_RANGE)
     if stated is None:
         spectrum = record.measured_spectrum() if colour_standing(record) == "measured" else None

@@ -24,7 +24,7 @@ _ERRORS = ("mean", "p95", "p99", "maximum")
 
 @dataclass(frozen=True, eq=False)
 class ShownSpectrum:
-    """One curve: `values` (L,) at `wavelengths_nm` (L,), and what it is."""
+    """Curve `values` (L,) at `wavelengths_nm` (L,), with its description."""
 
     wavelengths_nm: Float[np.ndarray, " L"]
     values: Float[np.ndarray, " L"]
@@ -32,7 +32,7 @@ class ShownSpectrum:
 
 
 def shown_spectrum(record: MaterialRecord) -> ShownSpectrum:
-    """Return the measured spectrum where the record keeps one, else pi f_r of the original data at annular 45:0."""
+    """Return the measured spectrum if the record has one, else pi f_r of the original data at annular 45:0."""
     spectrum = record.measured_spectrum()
     if spectrum is not None and spectrum.samples.ndim == 1:
         return ShownSpectrum(spectrum.wavelengths_nm, spectrum.samples, f"{spectrum.quantity}, as measured")
@@ -43,8 +43,10 @@ def shown_spectrum(record: MaterialRecord) -> ShownSpectrum:
 
 @dataclass(frozen=True)
 class ShownColour:
-    """A stated colour beside what the spectrum gives: `conditions` are light and observer, `assumed` a clause each of
-    what was not stated and was taken."""
+    """Stated colour beside the one computed from the spectrum.
+
+    `conditions` are light and observer, `assumed` a clause for each assumption about unstated ones.
+    """
 
     conditions: str
     space: str
@@ -84,7 +86,7 @@ def two_decimals(values: Iterable[float]) -> str:
 
 
 def shown_reconstruction(record: MaterialRecord) -> dict[str, str]:
-    """Say how far off a record is whose BRDF was reconstructed from readings at a few angles; nothing of any other."""
+    """Describe the expected error of a BRDF reconstructed from readings at a few angles; nothing for other records."""
     from ..effect_coating.stated_error import FLARE, StatedError
 
     error = StatedError.from_stored(record.original)
@@ -104,10 +106,10 @@ def shown_reconstruction(record: MaterialRecord) -> dict[str, str]:
 
 
 def shown_trials(record: MaterialRecord) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
-    """Headings and rows of what the fit tried: every plain field of `Trial`, and of its error the ΔE94.
+    """Return headings and rows of the fit's trials: every plain field of `Trial`, and the ΔE94 of its error.
 
-    Lobes count from 1; numbers that a trial does not have are left empty. An import keeps no seconds, so that equal
-    materials are equal files; no column then.
+    Lobes count from 1; missing numbers are empty cells. An import stores no seconds, so that equal materials are equal
+    files; there is no such column then.
     """
     trials = [replace(trial, lobe=trial.lobe + 1) for trial in record.trials]
     table = trial_table(trials)
@@ -119,9 +121,9 @@ def shown_trials(record: MaterialRecord) -> tuple[tuple[str, ...], tuple[tuple[s
 
 
 def shown_values(values: Mapping[str, Any], left_out: Sequence[str] = ()) -> dict[str, str]:
-    """Return a record's parameters or measurement in words: arrays by their shape, numbers and text as they are.
+    """Describe a record's parameters or measurement: arrays by their shape, numbers and text as they are.
 
-    Of an array that stays in a file, also which.
+    An array that stays in a file is described with that file.
     """
     found = {}
     for name, value in values.items():
@@ -150,8 +152,9 @@ def _cell(value: np.generic) -> str:
 
 
 def stated_colours(original: Mapping[str, Any]) -> tuple[StatedColour, ...]:
-    """Return stated colours as a record stores them: `stated.N.space`, `.values`, and where the file said so
-    `.illuminant` and `.observer`.
+    """Return stated colours as a record stores them.
+
+    `stated.N.space`, `.values`, and `.illuminant` and `.observer` if stated.
     """
     numbers = sorted(
         int(name.split(".")[1])
@@ -168,7 +171,7 @@ def stated_colours(original: Mapping[str, Any]) -> tuple[StatedColour, ...]:
 
 
 def recomputed_colours(record: MaterialRecord) -> tuple[StatedComparison, ...]:
-    """Return every stated colour of a record beside what its spectrum gives; none where it keeps no single spectrum.
+    """Return every stated colour of a record with the one computed from its spectrum; none without a single spectrum.
 
     Raises
     ------

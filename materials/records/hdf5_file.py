@@ -1,10 +1,10 @@
-"""A tree as an HDF5 file behind a head, written so that a full disk is an exception.
+"""HDF5 file of a tree behind a head, written so that a full disk raises an exception.
 
-HDF5 ends the whole process where it cannot write what it holds. What is small is made in memory, then written as a
-whole; what is large goes, block by block, through a file that never tells the library.
+HDF5 ends the whole process if it cannot write its buffers. Small content is made in memory, then written as a whole;
+large content goes, block by block, through a file object that hides errors from the library.
 
-HDF5 spends some hundred bytes on each array and each name: of a few kilobytes of numbers it makes thirty. Such a tree
-is written as text (`tree_text`) into the only data set of its file, which the library deflates.
+HDF5 spends some hundred bytes on each array and each name: a few kilobytes of numbers become thirty. Such a tree is
+written as text (`tree_text`) into the only data set of its file, which the library deflates.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _SMALL_BYTES = 8 << 10
 
 
 def write_behind(head: bytes, tree: Node, path: Path) -> None:
-    """Write `head`, then the HDF5 file, to `path` and to the disk; raises OSError where there is no room.
+    """Write `head`, then the HDF5 file, to `path` and to the disk; raises OSError if there is no room.
 
-    head : of a length that HDF5 allows for what comes before it: 512 bytes, doubled any number of times.
+    head : of a length that HDF5 allows for a user block: 512 bytes, doubled any number of times.
     """
     image = None if _has_blocks(tree) else _image(tree, len(head))
     with path.open("w+b", buffering=0) as file:
@@ -41,13 +41,13 @@ def write_behind(head: bytes, tree: Node, path: Path) -> None:
 
 
 def read_behind(path: Path, check: Callable[[Mapping[str, Any]], None]) -> Node:
-    """Return the tree of a file that `write_behind` wrote; large arrays are read when they are asked for.
+    """Read the tree of a file that `write_behind` wrote; large arrays are read on demand.
 
-    check : is given the attributes of its root before more is read, and raises what there is to say against them.
+    check : receives the attributes of its root before more is read, and raises on objections.
 
     Raises
     ------
-    OSError, KeyError, ValueError, TypeError, RuntimeError : there is no such file, or none that can be read.
+    OSError, KeyError, ValueError, TypeError, RuntimeError : there is no such file, or it is unreadable.
     """
     with hdf5_content(path) as file:
         packed: Any = file.get(_PACKED)
@@ -60,8 +60,7 @@ def read_behind(path: Path, check: Callable[[Mapping[str, Any]], None]) -> Node:
 
 
 def _image(tree: Node, room: int) -> bytes:
-    """Return the HDF5 file behind the head, made in memory: the library ends the whole process where a disk gets
-    full."""
+    """Build the HDF5 file behind the head in memory, since the library ends the process on a full disk."""
     import h5py
 
     small = _number_bytes(tree) <= _SMALL_BYTES
@@ -77,7 +76,7 @@ def _image(tree: Node, room: int) -> bytes:
 
 
 def _short(room: int) -> Any:
-    """Return an HDF5 file in memory whose headers are short, without times, and leave no room for more to come."""
+    """Open an HDF5 file in memory with compact headers, without times or room for growth."""
     from h5py import h5f, h5p
 
     access, creation = h5p.create(h5p.FILE_ACCESS), h5p.create(h5p.FILE_CREATE)
@@ -99,7 +98,7 @@ def _has_blocks(node: Node) -> bool:
 
 
 def _stream(tree: Node, room: int, file: io.FileIO) -> None:
-    """The HDF5 file behind the room for the head, for what is too large to be made in memory."""
+    """Write the HDF5 file behind the head's room, for content too large for memory."""
     import h5py
 
     careful = _Careful(file)
@@ -114,8 +113,7 @@ def _stream(tree: Node, room: int, file: io.FileIO) -> None:
 
 
 class _Careful:
-    """A file without a buffer that never tells HDF5 of a full disk, over which the library would end the whole process:
-    it keeps the reason, and writes no more."""
+    """Unbuffered file that hides a full disk from HDF5, which would end the process, and records the error."""
 
     def __init__(self, file: io.FileIO) -> None:
         self._file = file
@@ -125,12 +123,12 @@ class _Careful:
         return getattr(self._file, name)
 
     def write(self, data: Any) -> int:
-        """Write all of it, or do nothing once that has failed."""
+        """Write all of it, or nothing after a failure."""
         self._tried(lambda: _write_all(self._file, data))
         return len(data)
 
     def truncate(self, size: int) -> int:
-        """Make the file so long, or do nothing once something has failed."""
+        """Truncate the file, or do nothing after a failure."""
         self._tried(lambda: self._file.truncate(size))
         return size
 
@@ -142,13 +140,13 @@ class _Careful:
                 self.refused = reason
 
     def check(self) -> None:
-        """Raise what writing met."""
+        """Raise the recorded error."""
         if self.refused is not None:
             raise self.refused
 
 
 def _write_all(file: io.FileIO, data: Any) -> None:
-    """Write every byte: without a buffer, a call may write some."""
+    """Write every byte: without a buffer, a call may write only some."""
     left = memoryview(data)
     while left:
         left = left[file.write(left) :]

@@ -1,8 +1,8 @@
-"""Groups, attributes and arrays as a plain tree: written to HDF5 or as text, read back, and summed up in one checksum.
+"""Groups, attributes and arrays as a plain tree: written to HDF5 or as text, read back, with one checksum.
 
-A large array, `LARGE_BYTES` or more or one that lies in a file already, is a group: `values`, written and read block by
-block, and the `digests` of its blocks, which the checksum holds in place of the numbers. Or there are no values but
-attributes that say in which file they are.
+A large array, of `LARGE_BYTES` or more or already in a file, is a group: `values`, written and read block by block, and
+the `digests` of its blocks, which enter the checksum instead of the numbers. Or there are no values but attributes that
+name their file.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ _IN_BLOCKS = "blocks"
 
 @dataclass
 class Node:
-    """A group, or a data set where `value` is an array; attributes are text, numbers and booleans."""
+    """Group, or data set if `value` is an array; attributes are text, numbers and booleans."""
 
     attributes: dict[str, Any] = field(default_factory=dict)
     children: dict[str, Node] = field(default_factory=dict)
     value: np.ndarray | StoredArray | None = None
 
     def __getitem__(self, path: str) -> Node:
-        """Return the node below, by a path such as "packs/0/axes"; KeyError where there is none."""
+        """Return the node below, by a path such as "packs/0/axes"; KeyError if there is none."""
         node = self
         for name in path.split("/"):
             node = node.children[name]
@@ -46,21 +46,21 @@ class Node:
 
     @property
     def array(self) -> np.ndarray:
-        """The data set's values; TypeError for a group, and for values that are left in their file."""
+        """Values of the data set; TypeError for a group, and for values that stay in their file."""
         if not isinstance(self.value, np.ndarray):
             raise TypeError("a group where values are expected")
         return self.value
 
     @property
     def in_blocks(self) -> bool:
-        """True if these are values that are written and read block by block."""
+        """True for values that are written and read block by block."""
         return self.value is not None and _IN_BLOCKS in self.attributes
 
 
 def mapping_node(values: Mapping[str, Any], copy: bool = True) -> Node:
-    """Text as attributes, numbers and arrays (float, int, bool) as data sets, large ones as groups, under their names.
+    """Make the node of a mapping: text as attributes, numbers and arrays as data sets, large ones as groups.
 
-    copy : whether an array that lies in a file already is written; otherwise its file, place and digests are.
+    copy : write arrays that are already in a file; otherwise their file, place and digests.
 
     "/" would be a path in HDF5: "/" is written "%2F" and "%" is written "%25".
     """
@@ -120,8 +120,7 @@ def _large_from(node: Node) -> StoredArray:
 
 
 def mapping_from(node: Node) -> dict[str, Any]:
-    """Return the mapping that `mapping_node` wrote: an array without axes as a number, a large one as a
-    `StoredArray`."""
+    """Return the mapping of `mapping_node`: an array without axes as a number, a large one as a `StoredArray`."""
     found = dict(node.attributes)
     for key, child in node.children.items():
         if child.value is None:
@@ -132,9 +131,7 @@ def mapping_from(node: Node) -> dict[str, Any]:
 
 
 def form_node(values: Mapping[str, Any]) -> Node:
-    """Return the node of a fast form: text, numbers and booleans as attributes, arrays as data sets, mappings as
-    groups.
-    """
+    """Make the node of a fast form: text, numbers, booleans as attributes, arrays as data sets, mappings as groups."""
     node = Node()
     for name, value in values.items():
         if isinstance(value, Mapping):
@@ -180,7 +177,7 @@ def _checked_text(name: str, text: str) -> str:
 def write_tree(group: Any, node: Node, written: Callable[[], None] = lambda: None) -> None:
     """Write `node` into an open h5py group; all but short arrays are compressed without loss.
 
-    written : called after each block of a large array; what it raises ends the writing.
+    written : called after each block of a large array; its exceptions end the writing.
     """
     group.attrs.update(node.attributes)
     for name, child in node.children.items():
@@ -207,9 +204,9 @@ def _write_blocks(group: Any, name: str, array: Any, written: Callable[[], None]
 
 
 def read_tree(group: Any, path: Path) -> Node:
-    """Everything in an open h5py group of the file at `path` but large arrays, which are read when they are asked for.
+    """Read everything in an open h5py group of the file at `path`; large arrays are read on demand.
 
-    KeyError where a link leads nowhere.
+    KeyError for a dangling link.
     """
     if group is None:
         raise KeyError("a link that leads nowhere")
@@ -224,8 +221,11 @@ def read_tree(group: Any, path: Path) -> Node:
 
 
 def tree_text(node: Node) -> bytes:
-    """Return a tree without blocks as JSON: `attributes` and `children` by their names, an array as its `dtype`,
-    `shape` and `values` in C order, a table as its `columns`. Python's numbers come back to the last bit."""
+    """Encode a tree without blocks as JSON.
+
+    `attributes` and `children` by their names, an array as its `dtype`, `shape` and `values` in C order, a table as its
+    `columns`. Python's numbers round-trip to the last bit.
+    """
     return json.dumps(_plain_node(node), ensure_ascii=False, separators=(",", ":")).encode()
 
 
@@ -248,7 +248,7 @@ def _plain_array(array: np.ndarray) -> dict[str, Any]:
 
 
 def tree_from_text(text: Any) -> Node:
-    """Return the tree that `tree_text` wrote; raises ValueError for what it did not."""
+    """Decode the tree of `tree_text`; raises ValueError for other text."""
     try:
         return _node_from(json.loads(bytes(text)))
     except (KeyError, TypeError, AttributeError, OverflowError, RecursionError) as reason:
@@ -275,11 +275,11 @@ def _array_from(plain: Mapping[str, Any]) -> np.ndarray:
 
 
 def tree_checksum(root: Node) -> str:
-    """SHA-256 of every attribute and every value in the order of their paths; independent of HDF5's own layout.
+    """Compute the SHA-256 of every attribute and every value in the order of their paths, independent of HDF5's layout.
 
-    Of values in blocks it takes the digests, which stand beside them.
+    Values in blocks enter by their stored digests.
 
-    The root's attribute `checksum` is left out: it is where this goes.
+    The root's attribute `checksum`, which holds the result, is left out.
     """
     digest = hashlib.sha256()
     for path, node in sorted(_walk("", root), key=lambda item: item[0]):

@@ -1,4 +1,4 @@
-"""A material as a catalogue holds it: the measurement, its factors, their error, and where it all comes from."""
+"""Record of a catalogue's material: the measurement, its fast form, their difference, and its provenance."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 class Provenance:
     """Provenance of a material's numbers.
 
-    kind : "measured" (the directional data were), "analytic" (a model carries published spectra or optical constants)
-    or "uplifted(METHOD)" (spectra were made up from tristimulus values: never colour-critical), or
-    "reconstructed(METHOD)" (directions were made up from readings at some).
+    kind : "measured" (the directional data were), "analytic" (a model with published spectra or optical constants),
+    "uplifted(METHOD)" (spectra were synthesised from tristimulus values: never colour-critical), or
+    "reconstructed(METHOD)" (directions were interpolated from readings at some).
     geometry : of the measurement, such as "45:0"; "" where it does not apply or is not stated.
     """
 
@@ -50,7 +50,7 @@ class Provenance:
 
     @property
     def standing(self) -> str:
-        """The kind in one word, as stands beside every picture of the material."""
+        """Kind in one word, as shown beside every picture of the material."""
         return standing_of(self.kind)
 
 
@@ -61,15 +61,15 @@ class MaterialRecord:
     Attributes
     ----------
     id : "family/name" in lower case, the file's path in its catalogue.
-    model : NAME of the original BRDF's class; `parameters` is what it is rebuilt from (arrays, numbers, text), with
-        `wavelengths_nm` among them. Or "emission", "transmittance", "radiance_factor": a spectrum without a surface,
-        whose samples are `wavelengths_nm` (L,) and `values` (L,) of `original`.
+    model : NAME of the original BRDF's class, rebuilt from `parameters` (arrays, numbers, text), `wavelengths_nm` among
+        them. Or "emission", "transmittance", "radiance_factor": a spectrum without a surface, whose samples are
+        `wavelengths_nm` (L,) and `values` (L,) of `original`.
     fast : the form that renderers draw, in the basis "sampled" on the working wavelengths (nothing spectral is lost),
         with the measured difference between the two; None for a spectrum without a surface.
     source_hash : SHA-256 of the source data and of the settings of the fit; a re-import compares it.
-    original : the measurement as it came, beside what was fitted, so that it can be fitted again: arrays of any shape
-        (float, int, bool), numbers and text. "wavelengths_nm", "values", "quantity", "stated.N.space", "details.*"...
-    trials : what the fit tried, in the order in which it did: speed against error.
+    original : the imported measurement, so that it can be fitted again: arrays of any shape (float, int, bool), numbers
+        and text. "wavelengths_nm", "values", "quantity", "stated.N.space", "details.*"...
+    trials : attempts of the fit, in order: speed against error.
     """
 
     id: str
@@ -84,12 +84,12 @@ class MaterialRecord:
 
     @property
     def error(self) -> FitError | None:
-        """Error of the fast form against the original; None where there is none, or where nobody measured it."""
+        """Error of the fast form against the original; None if there is none, or if it was not measured."""
         return None if self.fast is None else self.fast.error
 
     @property
     def environment_error(self) -> FitError | None:
-        """Error of the stored environment form against the original (`slices.error`); None where none is stored."""
+        """Error of the stored environment form against the original (`slices.error`); None if none is stored."""
         return self.fast.environment_error if self.fast is not None else None
 
     def drawn(self) -> Fast:
@@ -118,11 +118,11 @@ class MaterialRecord:
 
     @property
     def is_surface(self) -> bool:
-        """False for a spectrum that no part of a scene can be made of."""
+        """False for a spectrum that cannot be part of a scene."""
         return self.model not in SPECTRA
 
     def surface(self) -> Surface:
-        """Return the original, at every wavelength: the truth that `fast` stands for.
+        """Rebuild the original, at every wavelength: the reference of `fast`.
 
         Raises
         ------
@@ -133,11 +133,11 @@ class MaterialRecord:
         return rebuild(self.model, self.parameters)
 
     def brdf(self) -> Brdf:
-        """Return the original as one BRDF: of a texture, its average.
+        """Rebuild the original as one BRDF: for a texture, its average.
 
         Raises
         ------
-        InputError : as `surface`, and where there is no such average.
+        InputError : as `surface`, and if there is no such average.
         """
         average = self.surface().average()
         if isinstance(average, Brdf):
@@ -145,7 +145,7 @@ class MaterialRecord:
         raise InputError("not one BRDF", field=self.id, found=self.model, expected="a material with an average")
 
     def measured_spectrum(self) -> Spectrum | None:
-        """Return the one spectrum that was measured, at its own wavelengths; None where there is none, or several."""
+        """Return the one measured spectrum, at its own wavelengths; None if there is none, or several."""
         for kept in (self.original, self.parameters):
             nm, values = kept.get("wavelengths_nm"), kept.get("values")
             if nm is not None and values is not None and np.shape(nm) == np.shape(values):

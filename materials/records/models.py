@@ -1,6 +1,6 @@
-"""The models that a record may name, one row each, and rebuilding a BRDF from its parameters.
+"""Models that a record may name, one row each, and rebuilding a BRDF from its parameters.
 
-Formulas are listed in `analytic.MODELS`; here are the measured ones, and the spectra that make no surface.
+Formulas are listed in `analytic.MODELS`; here are the measured ones, and the spectra without a surface.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Measured:
-    """A model that is no formula: the class `name` in `module` of materials, with `from_parameters(parameters)`.
+    """Model without a formula: the class `name` in `module` of materials, with `from_parameters(parameters)`.
 
-    reads_files : it takes a `StoredArray` as it is; others are given the whole array in its place.
+    reads_files : it accepts a `StoredArray`; others receive the whole array in its place.
     """
 
     module: str
@@ -36,7 +36,7 @@ class Measured:
 
 @dataclass(frozen=True)
 class SpectrumOnly:
-    """A spectrum without a surface: what it is, for a sentence, and what to do with it instead of shading."""
+    """Spectrum without a surface: its description for a sentence, and an alternative to shading."""
 
     quantity: str
     words: str
@@ -83,7 +83,7 @@ def quantity_of(model: str) -> str:
 
 
 def no_surface(model: str, material_id: str | None = None) -> InputError:
-    """Return the refusal of a spectrum where a surface is needed."""
+    """Return the error for a spectrum where a surface is needed."""
     row = SPECTRA[model]
     return InputError(
         f"{row.words}, not a surface that can be shaded",
@@ -95,7 +95,7 @@ def no_surface(model: str, material_id: str | None = None) -> InputError:
 
 
 def model_named(name: str, file: Path | None = None, field: str | None = "model") -> type[AnalyticBrdf]:
-    """Return the analytic model of that NAME; raises `UnknownNameError` where this version has none."""
+    """Return the analytic model of that NAME; raises `UnknownNameError` if this version has none."""
     from ..analytic import MODELS
 
     models = {model.NAME: model for model in MODELS}
@@ -105,9 +105,7 @@ def model_named(name: str, file: Path | None = None, field: str | None = "model"
 
 
 def rebuild(model: str, parameters: Mapping[str, Any]) -> Surface:
-    """Return the original that a record's `model` and `parameters` stand for; InputError for a spectrum without a
-    surface.
-    """
+    """Rebuild the original from a record's `model` and `parameters`; InputError for a spectrum without a surface."""
     if model in SPECTRA:
         raise no_surface(model)
     row = MEASURED.get(model)

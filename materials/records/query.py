@@ -1,4 +1,4 @@
-"""Finding materials by what the heads of their files say: no file is opened further than its first page."""
+"""Queries for materials by the heads of their files: only the first page of each is read."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ class Summary:
     ----------
     kind : of the provenance; quantity : "reflectance", "bispectral", "emission", "transmittance", "radiance factor".
     terms : (number of terms, frame) of each pack; precision : "single", "half" or "" without packs.
-    mean, p95, p99, maximum : measured ΔE94 of the packs, under `light` for `observer`; None where there is none.
-    where : directions of light and view at the maximum, in words; None where nobody noted them.
-    lab, xyz : colour at 45:0 under D65, 1931 2 degrees (XYZ: Y of the perfect diffuser = 1); None where there is none.
-    budget, score, more_terms, more_score : of the fit, see `FitError`; None where there is none.
-    bytes : of the arrays before compression. distance : from the colour that was asked for.
+    mean, p95, p99, maximum : measured ΔE94 of the packs, under `light` for `observer`; None without any.
+    where : directions of light and view at the maximum, in words; None if they were not recorded.
+    lab, xyz : colour at 45:0 under D65, 1931 2 degrees (XYZ: Y of the perfect diffuser = 1); None without one.
+    budget, score, more_terms, more_score : of the fit, see `FitError`; None without one.
+    bytes : of the arrays before compression. distance : from the requested colour.
     """
 
     id: str
@@ -92,7 +92,7 @@ class Summary:
 
 @dataclass(frozen=True)
 class Heads:
-    """Heads of a catalogue's files, each of which was read; `unusable` has an error for each that says nothing."""
+    """Heads of a catalogue's files, all read; `unusable` has an error for each unreadable one."""
 
     summaries: tuple[Summary, ...]
     unusable: tuple[InputError, ...] = ()
@@ -105,7 +105,7 @@ class Heads:
         return query.of(self.summaries)
 
     def words(self, name: str) -> frozenset[str]:
-        """Return the families, models, kinds or quantities that there are."""
+        """Return the existing families, models, kinds or quantities."""
         return frozenset(getattr(one, name) for one in self.summaries)
 
 
@@ -124,8 +124,10 @@ def read_heads(folder: Path, suffix: str) -> Heads:
 def summaries(
     folder: Path, suffix: str, wanted: Collection[str] | None = None
 ) -> Iterator[tuple[str, Summary | InputError]]:
-    """Yield the id and the summary of every material below `folder`, or of those `wanted`, or what is wrong with its
-    head; behind a URL, heads are asked for many at once."""
+    """Yield the id and the summary, or the error, of every material below `folder`, or of those `wanted`.
+
+    Behind a URL, many heads are requested at once.
+    """
     if isinstance(folder, RemotePath):
         files = [file for file in folder.files() if _is_material(file.name, suffix)]
         names = None if wanted is None else {f"{material_id}{suffix}" for material_id in wanted}
@@ -163,10 +165,9 @@ def _is_material(name: str, suffix: str) -> bool:
 
 
 def summary(material_id: str, file: str | Path, begins: bytes | Exception | None = None) -> Summary:
-    """Return the summary of one file; raises `InputError` where it has no head that can be used, or is another
-    material.
+    """Read the summary of one file; raises `InputError` for an unusable head, or one of another material.
 
-    begins : its first bytes, or what reading them met; None: they are read.
+    begins : its first bytes, or the error in reading them; None: they are read.
     """
     if isinstance(begins, Exception):
         raise no_such_file(file) if isinstance(begins, FileNotFoundError) else begins
@@ -218,18 +219,19 @@ def _three(values: Any) -> tuple[float, float, float] | None:
 
 @dataclass(frozen=True)
 class Query:
-    """Query of materials, with their order. Words may hold * and ?, capitals do not count, and any of several will do.
+    """Query of materials, with their order. Patterns may contain * and ?; case is ignored; any of several may match.
 
     Parameters
     ----------
-    ids, families, models, kinds, quantities : patterns, one or several; nothing asked, everything fits. The kind
-        "uplifted" fits every method of uplifting.
-    max_error : largest ΔE94 p99; what has no measured error does not fit. coloured : whether CIELAB at 45:0 is known.
+    ids, families, models, kinds, quantities : patterns, one or several; everything matches without any. The kind
+        "uplifted" matches every method of uplifting.
+    max_error : largest ΔE94 p99; materials without a measured error do not match. coloured : True if CIELAB at 45:0 is
+        known.
     near, within : CIELAB at 45:0 under D65, and the largest ΔE from it; `near` is the reference. Alone, `near` sorts.
     formula : of that ΔE, "CIE 1976", "CIE 1994" or "CIE 2000".
     sort : "error" by ΔE94 p99, "near" by the distance from `near` (the default where it is given, else the id).
-        What has no value to sort by comes last, also when reversed.
-    limit : at most so many, after sorting.
+        Materials without a value to sort by come last, also when reversed.
+    limit : largest number, after sorting.
     """
 
     ids: str | Sequence[str] = ()
@@ -281,12 +283,12 @@ class Query:
         )
 
     def takes(self, name: str, word: str) -> bool:
-        """Return whether a family, model, kind or quantity (`name`) is one of those that are asked for."""
+        """Return whether a family, model, kind or quantity (`name`) matches."""
         patterns = getattr(self, WORDS[name])
         return _any_fits(word, patterns) or (name == "kind" and _any_fits(word.partition("(")[0], patterns))
 
     def _measured(self, found: list[Summary], near: tuple[float, float, float]) -> list[Summary]:
-        """Return the materials with their distance; only those within the limit, where there is one."""
+        """Attach the distances; only materials within the limit, if there is one."""
         import numpy as np
 
         from ...spectral.difference import delta_e_lab

@@ -86,7 +86,7 @@ def write_marker(folder: Path) -> None:
 
 
 def check_marker(folder: Path) -> None:
-    """Raises `InputError` where the catalogue in `folder` is of a schema that this version does not know."""
+    """Raise `InputError` if the catalogue in `folder` has a schema that this version does not know."""
     try:
         schema = tomllib.loads((folder / MARKER).read_text(encoding="utf-8")).get("schema")
     except FileNotFoundError:
@@ -107,10 +107,9 @@ def check_marker(folder: Path) -> None:
 
 
 def write_record(record: MaterialRecord, path: Path, *, copy: bool = True) -> None:
-    """Write `record` beside `path`, flush it to the disk and rename it: a reader never meets half a file.
+    """Write `record` beside `path`, flush it to the disk and rename it, so that readers never see half a file.
 
-    copy : whether large arrays that lie in other files (`StoredArray`) are written, too; else they stay where they
-        are, and the record knows them by place and digests.
+    copy : write large arrays of other files (`StoredArray`), too; else the record refers to them by place and digests.
 
     Raises
     ------
@@ -131,12 +130,11 @@ def write_record(record: MaterialRecord, path: Path, *, copy: bool = True) -> No
 
 
 def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
-    """Return the record in `path`; raises `InputError` naming a file that is not one, is damaged or is of another
-    version.
+    """Return the record in `path`; raises `InputError` naming a file that is none, is damaged or of another version.
 
     Large arrays are left where they are, as `StoredArray`: each block is checked when it is read.
 
-    `check_colour`: also work out the colour that the head gives, which takes longer than all else.
+    check_colour : also verify the colour in the head, which takes longer than all else.
     """
     try:
         tree = read_behind(path, partial(_check_version, path=path))
@@ -151,15 +149,15 @@ def read_record(path: Path, *, check_colour: bool = False) -> MaterialRecord:
 
 
 def stored_arrays(record: MaterialRecord) -> tuple[StoredArray, ...]:
-    """Return the large arrays of a record, which reading it leaves where they are."""
+    """Return the large arrays of a record, which stay in their files on reading."""
     values = (*record.parameters.values(), *record.original.values())
     return tuple(value for value in values if isinstance(value, StoredArray))
 
 
 def check_large(record: MaterialRecord, path: Path, heard: Callable[[int], None] = lambda read: None) -> None:
-    """Read the large arrays in a record's own file, `path`, and look for the files that others were left in.
+    """Verify the large arrays in a record's own file, `path`, and the existence of other files with such arrays.
 
-    Raises `InputError` where a block is not what was written, or a file is gone. heard : hears of the bytes read.
+    Raises `InputError` for a changed block, or a missing file. heard : receives the bytes read.
     """
     for array in stored_arrays(record):
         if array.file == path.absolute():

@@ -1,4 +1,4 @@
-"""The one colour that a list shows of a material: what a 45:0 instrument would read of it under D65."""
+"""Colour of a material for lists: the reading of a 45:0 instrument under D65."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _COSINE = np.sqrt(0.5)
 
 
 def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
-    """XYZ, Lab and their conditions, rounded to four decimals, for the head; None where there is nothing to look at."""
+    """Compute XYZ, Lab and their conditions, rounded to four decimals, for the head; None without any colour."""
     light, eye = _conditions()
     if record.fast is not None:
         mean = from_afar(record.fast, record.surface)
@@ -59,8 +59,9 @@ def record_colour(record: MaterialRecord) -> dict[str, Any] | None:
 
 
 def from_afar(fast: Fast, original: Callable[[], Surface]) -> Surface | None:
-    """Average a form as an instrument sees it, whose aperture is wider than a texel: the mean of a fast form, or that
-    of the original where the form knows none; None where neither does.
+    """Average a form as an instrument with an aperture wider than a texel does.
+
+    Return the mean of a fast form, or that of the original if the form has none; None without either.
     """
     average = fast.average()
     if not average.uses_uv:
@@ -76,16 +77,16 @@ def colour_folding() -> Folding:
 
 
 def xyz_at_45_0(fast: Fast, light: Spectrum, eye: Observer) -> Float[np.ndarray, "3"]:
-    """XYZ of a fast form lit annularly at 45 degrees and seen along the normal; the perfect diffuser has Y = 1."""
+    """Compute XYZ of a fast form at annular 45:0; the perfect diffuser has Y = 1."""
     wi, wo = annular_45_0()
     xyz = fast.shaded_xyz(Points(wi, wo), Folding(eye, [light]))
     return np.pi * xyz.mean(axis=0) / _COSINE
 
 
 def annular_45_0() -> tuple[Float[np.ndarray, "8 3"], Float[np.ndarray, "8 3"]]:
-    """Directions to the light and to the viewer: lit at 45 degrees from eight sides, seen along the normal.
+    """Return directions to the light and to the viewer: lit at 45 degrees from eight sides, viewed along the normal.
 
-    Eight, so that an anisotropic material has one reading however the sample was turned.
+    Eight, so that an anisotropic material has one reading for any rotation of the sample.
     """
     azimuths = np.arange(8) * np.pi / 4
     wi = spherical(np.full(azimuths.shape, np.pi / 4), azimuths)
@@ -93,7 +94,7 @@ def annular_45_0() -> tuple[Float[np.ndarray, "8 3"], Float[np.ndarray, "8 3"]]:
 
 
 def radiance_factor_45_0(brdf: Brdf) -> Float[np.ndarray, " L"]:
-    """pi f_r (L,) as an annular 45:0 instrument reads it, at the BRDF's own wavelengths; the perfect diffuser has 1."""
+    """Compute pi f_r (L,) of an annular 45:0 reading, at the BRDF's own wavelengths; the perfect diffuser has 1."""
     return np.pi * np.asarray(brdf.eval(*annular_45_0()), dtype=np.float64).mean(axis=0)
 
 

@@ -1,7 +1,7 @@
-"""The head of a material file: what a list needs to know of it, as JSON up to the file's first line feed.
+"""Head of a material file: the summary for lists, as JSON up to the file's first line feed.
 
-The block, of 512 bytes, 1024, 2048 or 4096, lies before the HDF5 content (HDF5 calls it a user block and skips it). It
-is read without HDF5 and says nothing that the content does not say: reading a record works it out again and compares.
+The block, of 512 bytes, 1024, 2048 or 4096, precedes the HDF5 content (HDF5 calls it a user block and skips it). It is
+read without HDF5 and is derived from the content: reading a record recomputes it and compares.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _LONGEST_TEXT = 300
 
 
 def head_of(record: MaterialRecord, checksum: str, *, colour: bool = True) -> dict[str, Any]:
-    """Make the head of a record whose content has that checksum, `colour` only where it is asked for.
+    """Make the head of a record whose content has that checksum; with its colour if `colour`.
 
     `colour`: XYZ (Y of the perfect diffuser = 1) and CIELAB at 45 degrees annular : 0 under D65, 1931 2 degrees, as the
     packs have it, or of a spectrum without a surface itself. An emission has a chromaticity (XYZ with Y = 1) alone.
@@ -70,7 +70,7 @@ def head_of(record: MaterialRecord, checksum: str, *, colour: bool = True) -> di
 
 
 def head_bytes(head: dict[str, Any], path: Path) -> bytes:
-    """Return the head as it lies in the file: JSON, spaces, a line feed."""
+    """Format the head for the file: JSON, spaces, a line feed."""
     text = json.dumps(head, ensure_ascii=False, separators=(",", ":")).encode("utf-8")
     if len(text) >= HEAD_BYTES:
         problem = "what the file says of itself is too long"
@@ -105,7 +105,7 @@ def read_head(path: str | Path) -> dict[str, Any]:
 
 
 def head_from(block: bytes, path: str | Path) -> dict[str, Any]:
-    """Return the head that a file begins with; raises `InputError` as of `read_head`. block : its first bytes."""
+    """Parse the head at the beginning of a file; raises `InputError` as `read_head` does. block : its first bytes."""
     try:
         head = json.loads(block.partition(b"\n")[0])
         if head["format"] != FORMAT:
@@ -139,7 +139,7 @@ def no_such_file(path: str | Path) -> InputError:
 
 
 def other_material(path: str | Path, found: object, expected: str) -> InputError:
-    """Return the refusal of a file whose id is not the one that its place in the catalogue gives."""
+    """Return the error for a file whose id differs from its place in the catalogue."""
     hint = "material files are renamed by importing them again"
     return InputError("file holds another material", file=path, field="id", found=found, expected=expected, hint=hint)
 
@@ -153,7 +153,7 @@ def other_schema(path: str | Path, schema: object) -> InputError:
 
 
 def check_head(head: dict[str, Any], record: MaterialRecord, checksum: str, path: Path, colour: bool = False) -> None:
-    """Raise an `InputError` where the head is not what the content says; its colour only where `colour` is true."""
+    """Raise an `InputError` if the head does not match the content; its colour is compared only if `colour` is true."""
     expected = head_of(record, checksum, colour=colour)
     for name in sorted(expected.keys() | head.keys()):
         found, true = head.get(name), expected.get(name)
@@ -177,7 +177,7 @@ def _colour(record: MaterialRecord) -> dict[str, Any] | None:
 
 
 def _same_colour(found: Any, true: Any) -> bool:
-    """Equal words, and numbers within what another machine's rounding may do to the last digit."""
+    """Return whether words are equal, and numbers within the rounding differences between machines."""
     if isinstance(true, dict):
         return (
             isinstance(found, dict)

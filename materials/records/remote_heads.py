@@ -1,10 +1,10 @@
-"""Heads of files behind a URL that were read before, in the user's cache: a file that is the same is not asked again.
+"""Cache of the heads of files behind a URL, in the user's cache directory: unchanged files are not requested again.
 
     metamer/remote-heads/DIGEST    SHA-256 of the rest, line feed; a line a file: JSON of its name, size and version,
                                    a tab, its head
 
-A head is believed where the store lists the file with the size and version at which it was read: content's (an ETag or
-a checksum), or a time that was long past then. The file may be deleted at any time, and a damaged one is read anew.
+A head is valid while the store lists the file with the recorded size and version: of the content (an ETag or a
+checksum), or a time that was long past then. The cache may be deleted at any time, and a damaged one is rebuilt.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _FOLDER = "remote-heads"
 def remote_heads(
     folder: RemotePath, files: Sequence[RemoteFile], wanted: Collection[str] | None = None
 ) -> Iterator[tuple[RemoteFile, bytes | Exception]]:
-    """Yield the beginning of each file, with its whole head, or what reading it met; those that are known first.
+    """Yield the beginning of each file, with its whole head, or the error in reading it; cached ones first.
 
-    files : all that are listed. wanted : names of those that are asked for; None: all.
+    files : all listed ones. wanted : names of those requested; None: all.
     """
     path = cache_folder(_FOLDER) / hashlib.sha256(str(folder).encode()).hexdigest()
     before = _read(path)

@@ -1,4 +1,4 @@
-"""Sources of materials before their fit, as every format gives them, and rejected ones."""
+"""Material sources before their fit, as yielded by every format, and rejected ones."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .stored_array import StoredArray, raw
 
 @dataclass(frozen=True)
 class MaterialSource:
-    """One material before its fit: what a `MaterialRecord` says but the packs; `file` is for messages.
+    """Material before its fit: the content of a `MaterialRecord` except the packs; `file` is for messages.
 
-    What is too large for memory stays in its file, as a `StoredArray`, which whoever works with it opens.
+    Data too large for memory stay in their file, as a `StoredArray`, which its users open.
 
-    taken : which quantity and scale it was taken for, and by which signs, for a plan; "" where its format says so.
+    taken : assumed quantity and scale, and the evidence, for a plan; "" if its format states them.
     """
 
     id: str
@@ -35,13 +35,13 @@ class MaterialSource:
 
     @property
     def content_hash(self) -> str:
-        """SHA-256 of everything that the record would take from here, in memory or in a file."""
+        """Compute the SHA-256 of everything that enters the record, in memory or in a file."""
         return self.sealed()[1]
 
     def sealed(self, heard: Callable[[int], None] = lambda read: None) -> tuple[MaterialSource, str]:
-        """This source with the digests of its stored arrays, so that a file that changes is noticed; its content hash.
+        """Return this source with the digests of its stored arrays, which reveal changed files; and its content hash.
 
-        heard : hears of the bytes that are read.
+        heard : receives the bytes read.
         """
         digest = hashlib.sha256(f"{self.id}|{self.family}|{self.model}|{self.provenance}".encode())
         parts = {}
@@ -59,7 +59,7 @@ class MaterialSource:
         return (replace(self, **parts) if self.stored else self), digest.hexdigest()
 
     def heard(self, heard: Callable[[int], None]) -> MaterialSource:
-        """This source, whose stored arrays tell `heard` of the bytes that are read of them."""
+        """Return this source with stored arrays that report the bytes read to `heard`."""
         if not self.stored:
             return self
         parts = [
@@ -88,7 +88,7 @@ class MaterialSource:
 
 @dataclass(frozen=True)
 class Rejected:
-    """A source, or one material of it, that cannot be used."""
+    """Unusable source, or material of one."""
 
     name: str
     reason: InputError

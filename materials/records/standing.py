@@ -6,7 +6,7 @@ from typing import Protocol
 
 
 class Aimed(Protocol):
-    """A fit's budget, the score held against it, and what one more step would have led to (`FitError`)."""
+    """Fit's budget, its score, and the estimated result of one more step (`FitError`)."""
 
     @property
     def budget(self) -> float | None:
@@ -35,7 +35,7 @@ def misses_budget(fit: Aimed) -> bool:
 
 
 def missed_figures(fit: Aimed) -> str:
-    """Put `missed_words` as figures for a table; "" where the budget is not missed.
+    """Format `missed_words` as figures for a table; "" if the budget is not missed.
 
     >>> from types import SimpleNamespace
     >>> missed_figures(SimpleNamespace(budget=0.5, score=0.84, more_terms=16, more_score=0.77))
@@ -48,7 +48,7 @@ def missed_figures(fit: Aimed) -> str:
 
 
 def missed_words(fit: Aimed) -> str:
-    """Say that a fit misses its budget, and what one more step of terms would have paid; "" where it does not miss it.
+    """State by how much a fit misses its budget, and the estimated gain of one more step; "" if it does not.
 
     >>> from types import SimpleNamespace
     >>> missed_words(SimpleNamespace(budget=0.5, score=0.84, more_terms=16, more_score=0.77))

@@ -1,8 +1,8 @@
-"""An array that stays in its file: read in blocks, each held to its digest, by whoever needs it.
+"""Array that stays in its file: read in blocks, each verified by its digest.
 
-It is a few numbers and words, so that it goes to a worker process, which opens the file itself. One type serves numbers
-in a file that a person named and numbers in a material's own file: both are read block by block, and a block that is
-not what was first read is refused by the name of its file, never passed on.
+It consists of a few numbers and words, so that it can be sent to a worker process, which opens the file itself. One
+type serves arrays in a user's file and in a material's own file: both are read block by block, and a block that has
+changed since it was first read is refused by the name of its file.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ class StoredArray:
 
     Attributes
     ----------
-    file : where it lies.
-    place : the name of the data set in an HDF5 file; or where the numbers begin, bytes from the start of any other
-        file, in C order.
+    file : that contains it.
+    place : the name of the data set in an HDF5 file; or the offset of the numbers in any other file, in bytes, in C
+        order.
     shape, dtype : as of numpy; one axis or more.
     digests : the SHA-256 of each block (`blocks_of`), 32 bytes each, one behind the other; b"" before `sealed`.
-    file_size : bytes of the whole file when it was sealed; 0 where that is not known.
-    heard : hears of every block that is read, in bytes; a `StoredArray` that hears goes to no other process.
+    file_size : bytes of the whole file when it was sealed; 0 if unknown.
+    heard : callback for every block read, in bytes; a `StoredArray` with one is not sent to other processes.
     """
 
     file: Path
@@ -85,14 +85,14 @@ class StoredArray:
         return np.asarray(self.read(), dtype=dtype)
 
     def blocks(self) -> list[Block]:
-        """Blocks that are read and checked at once: see `blocks_of`."""
+        """Blocks that are read and checked as a whole: see `blocks_of`."""
         return blocks_of(self.shape, self.dtype)
 
     def read(self, rows: slice = slice(None)) -> np.ndarray:
-        """Rows of the first axis, all by default, as an array of their own; raises what `chunks` does.
+        """Read rows of the first axis, all by default, as an array of their own; raises as `chunks` does.
 
-        A block of which only some rows were asked for is kept: the next ones are asked for soon, and to unpack and
-        check a block takes far longer than to copy some rows.
+        A partially requested block is cached: the next rows are usually requested soon, and unpacking and checking a
+        block takes far longer than copying some rows.
         """
         first, last, step = rows.indices(len(self))
         if step != 1:
@@ -110,15 +110,15 @@ class StoredArray:
         return found
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what another process needs: blocks are read there."""
+        """Return the state for another process, where blocks are read."""
         return self.__dict__ | {"_kept": []}
 
     def chunks(self, rows: slice = slice(None)) -> Iterator[tuple[Block, np.ndarray]]:
-        """Yield every block that has some of these rows of the first axis, in C order: where it lies, and its numbers.
+        """Yield every block with some of these rows of the first axis, in C order: its place, and its numbers.
 
         Raises
         ------
-        InputError : the file is gone or cannot be read; it, or a block, is not what it was when it was sealed.
+        InputError : the file is missing or unreadable; it, or a block, has changed since it was sealed.
         """
         first, last, _ = rows.indices(len(self))
         with ExitStack() as stack:
@@ -134,9 +134,9 @@ class StoredArray:
                 yield where, block
 
     def sealed(self, also: Callable[[memoryview], None] = lambda data: None) -> StoredArray:
-        """This array with its digests, from reading all of it once; one that has them is compared with them.
+        """Return this array with its digests, computed by reading all of it once, or compared if it has some.
 
-        also : is given the bytes of each block, in order: together they are the array's own.
+        also : receives the bytes of each block, in order: together they are the array's own.
         """
         size = _size_of(self.file)
         found = bytearray()
@@ -147,21 +147,21 @@ class StoredArray:
 
     @property
     def is_there(self) -> bool:
-        """True if there is such a file at all, that this user may look for."""
+        """True if the file exists, as far as this user may know."""
         return _size_of(self.file) > 0
 
     def check_is_there(self) -> None:
-        """Raises `InputError` where the file is gone or has another size."""
+        """Raise `InputError` if the file is missing or has another size."""
         with ExitStack() as stack:
             self._opened(stack)
 
     def check(self) -> None:
-        """Read all of it; raises `InputError`, as `chunks` does, where it is not what it was."""
+        """Read and verify all of it; raises `InputError` as `chunks` does."""
         for _ in self.chunks():
             pass
 
     def _opened(self, stack: ExitStack) -> Callable[[Block], np.ndarray]:
-        """Return what reads a block; the file is closed with `stack`."""
+        """Return the reader of blocks; the file is closed with `stack`."""
         try:
             self._check_size()
             if isinstance(self.place, int):
@@ -178,7 +178,7 @@ class StoredArray:
             raise self._unreadable(reason) from None
 
     def _check_size(self) -> None:
-        """Raises `InputError` where the file has another size than when it was sealed, or is gone."""
+        """Raise `InputError` if the file is missing or has another size than when it was sealed."""
         try:
             if self.file_size and (found := self.file.stat().st_size) != self.file_size:
                 raise self._changed(f"{found} bytes", f"{self.file_size} bytes")
@@ -209,7 +209,7 @@ class StoredArray:
         return np.frombuffer(data, self.dtype).reshape(shape)
 
     def _touched(self, first: int, last: int) -> Iterator[tuple[int, Block]]:
-        """Yield the blocks that have some of these rows of the first axis, with their numbers."""
+        """Yield the blocks with some of these rows, with their numbers."""
         for number, where in enumerate(self.blocks()):
             if where[0].start < last and where[0].stop > first:
                 yield number, where
@@ -240,8 +240,7 @@ class StoredArray:
 
 @contextmanager
 def hdf5_content(path: Path) -> Iterator[Any]:
-    """Open an HDF5 file to be read; of one behind a URL, what the store answered is raised, not what HDF5 makes of
-    it."""
+    """Open an HDF5 file for reading; behind a URL, errors of the store are raised, not those of HDF5."""
     import h5py
 
     if not is_remote(path):
@@ -259,8 +258,7 @@ def hdf5_content(path: Path) -> Iterator[Any]:
 
 
 def blocks_of(shape: tuple[int, ...], dtype: np.dtype) -> list[Block]:
-    """Return the blocks of an array in C order: whole along its last axes, at most `BLOCK_BYTES` each where a number is
-    less.
+    """Return the blocks of an array in C order: whole along its last axes, at most `BLOCK_BYTES` each.
 
     >>> blocks_of((2, 3), np.dtype("f8"))
     [(slice(0, 2, None), slice(0, 3, None))]
@@ -311,5 +309,5 @@ def _digest(block: np.ndarray) -> bytes:
 
 
 def _words(where: Block) -> str:
-    """Return a block for a person: `[0:4, 0:256]`."""
+    """Format a block for messages: `[0:4, 0:256]`."""
     return "[" + ", ".join(f"{along.start}:{along.stop}" for along in where) + "]"

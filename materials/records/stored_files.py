@@ -1,4 +1,4 @@
-"""Many files that stay where they are, as one array of bytes: the images of a set, one behind the other."""
+"""Many files in place as one array of bytes: the concatenated images of a set."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .stored_array import Block, StoredArray, blocks_of
 
 @dataclass(frozen=True)
 class StoredFiles(StoredArray):
-    """The bytes of files of one folder, one behind the other; a file is a block, and has a digest of its own.
+    """Concatenated bytes of the files of one folder; each file is a block with a digest of its own.
 
     `file` is the folder, `place` 0, `shape` the number of all bytes, `dtype` uint8.
 
@@ -30,22 +30,21 @@ class StoredFiles(StoredArray):
 
     @classmethod
     def of(cls, folder: Path, names: tuple[str, ...], digests: bytes = b"", sizes: tuple[int, ...] = ()) -> StoredFiles:
-        """Return the files of these names, as large as they are now unless `sizes` says it; OSError where one is
-        gone."""
+        """Return the files of these names, with current sizes unless `sizes` is given; OSError if one is missing."""
         sizes = sizes or tuple((folder / name).stat().st_size for name in names)
         return cls(folder, 0, (sum(sizes),), np.dtype(np.uint8), digests, 0, names=names, sizes=sizes)
 
     def blocks(self) -> list[Block]:
-        """Return a block a file."""
+        """One block per file."""
         return [(slice(int(last) - size, int(last)),) for last, size in zip(self._ends, self.sizes, strict=True)]
 
     @property
     def is_there(self) -> bool:
-        """True if there are all these files."""
+        """True if all these files exist."""
         return all((self.file / name).is_file() for name in self.names)
 
     def _touched(self, first: int, last: int) -> Iterator[tuple[int, Block]]:
-        """Yield the files that are touched as `StoredArray` has it, without looking at the other thousands."""
+        """Yield the touched files as `StoredArray` does, without examining the thousands of others."""
         begin = int(np.searchsorted(self._ends, first, side="right"))
         for number in range(begin, len(self.sizes)):
             end = int(self._ends[number])
@@ -90,13 +89,13 @@ class StoredFiles(StoredArray):
                 raise self._changed(f"{found} bytes", f"{size} bytes").at(file=path)
 
     def joined(self) -> StoredArray:
-        """Return the same bytes in blocks like those of any other array: what a copy of them in a record is made of."""
+        """Return the same bytes in blocks like those of any other array, for copying them into a record."""
         return _Joined(self.file, 0, self.shape, self.dtype, heard=self.heard, parts=self)
 
 
 @dataclass(frozen=True)
 class _Joined(StoredArray):
-    """Bytes of files, read file by file and given block by block."""
+    """Bytes of files, read file by file and returned block by block."""
 
     parts: StoredFiles | None = None
 

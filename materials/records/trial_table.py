@@ -1,4 +1,4 @@
-"""Table of a fit's trials: a table of a row a trial or a light, a column a field; fields may come and go."""
+"""Tables of a fit's trials and lights: one row each, one column per field; fields may be added or removed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PLAIN = (bool, int, float, str, type(None))
 
 
 def trial_table(trials: Sequence[Trial | LightError]) -> np.ndarray:
-    """Structured array (N,): a column a field, "error.mean" and so on for those of the error; text is UTF-8.
+    """Make a structured array (N,): a column per field, "error.mean" and so on for those of the error; text is UTF-8.
 
     Missing numbers (None) are NaN; tuples of plain values are JSON text. Anything else is left out.
     """
@@ -32,10 +32,9 @@ def trial_table(trials: Sequence[Trial | LightError]) -> np.ndarray:
 
 
 def trials_from(table: np.ndarray) -> tuple[Trial, ...]:
-    """Return the trials of a table. A column that this version does not know is left out, a field without one has its
-    default.
+    """Return the trials of a table. Unknown columns are ignored, fields without a column have their defaults.
 
-    Raises TypeError where a field without a default has no column.
+    Raises TypeError if a field without a default has no column.
     """
     # Imported here, so that a look into a catalogue does not wait for the fit.
     from ..fitting.candidate_scoring import Trial

@@ -1,8 +1,8 @@
-"""Is a catalogue what it says? Checksums, heads, and every declared error measured again.
+"""Verification of a catalogue: checksums, heads, and a new measurement of every declared error.
 
-A material holds where its file is as it was written, and where its packs, looked at on the sphere of `protocol`
-against its own data, are as far off as its error says, to within `TOLERANCE` ΔE94 in mean, 95th and 99th percentile and
-maximum; and its environment form likewise, by the protocol of `slices.error`.
+A material passes if its file is as it was written, and if the error of its packs, measured on the sphere of `protocol`
+against its own data, is as declared, to within `TOLERANCE` ΔE94 in mean, 95th and 99th percentile and maximum; and its
+environment form likewise, by the protocol of `slices.error`.
 """
 
 from __future__ import annotations
@@ -55,13 +55,13 @@ _SAME = 1e-6
 
 @dataclass(frozen=True)
 class Verified:
-    """One material: what is wrong with it, or None; the error that it declares and the one measured now.
+    """Verification of one material: its defect, or None; the declared error and the measured one.
 
-    declared_environment, measured_environment : those of its environment form, where it stores one.
+    declared_environment, measured_environment : those of its environment form, if it stores one.
     declared_texels, measured_texels : those of single texels of a BTF.
 
-    note : why the error was not measured, where it was not.
-    missing : a file outside of the catalogue that large arrays were left in, and that is not there any more.
+    note : why the error was not measured, if it was not.
+    missing : an absent file outside of the catalogue that holds large arrays.
     """
 
     id: str
@@ -78,7 +78,7 @@ class Verified:
 
 @dataclass(frozen=True)
 class CatalogueVerification:
-    """All materials, sorted by id, and what half-written files an import that was killed has left behind."""
+    """All materials, sorted by id, and half-written leftovers of killed imports."""
 
     folder: Path
     results: tuple[Verified, ...]
@@ -91,7 +91,7 @@ class CatalogueVerification:
 
     @property
     def incomplete(self) -> tuple[Verified, ...]:
-        """Records that are whole but refer to a file that is gone."""
+        """Intact records that refer to a missing file."""
         return tuple(one for one in self.results if one.problem is None and one.missing is not None)
 
     @property
@@ -112,7 +112,7 @@ def verify_catalogue(
 
     Parameters
     ----------
-    quick : checksums and heads (but for their colour) only; errors are not measured again.
+    quick : checksums and heads (except their colour) only; errors are not measured again.
     jobs : processes; default one a core.
     scheduler : address of a Dask scheduler whose workers verify instead; they find the files where they are here.
     progress : called with (done, total, id) after each material; while large arrays are read, also with the bytes.
@@ -158,7 +158,7 @@ def _each_on_cluster(files: list[tuple[str, Path]], quick: bool, scheduler: str)
 
 
 def _code() -> str:
-    """Hash the code that has to be equal here and there."""
+    """Hash the code that must be equal on both sides."""
     return product_hash(("runtime", "spectral", "materials"))
 
 
@@ -173,7 +173,7 @@ def _found(results: Generator[tuple[str, Any], None, None]) -> Iterator[Verified
 
 
 def _state(path: Path) -> tuple[int, int]:
-    """Return size and time of a file, by which a worker knows that it reads the one that is here."""
+    """Return size and time of a file, by which a worker recognises the caller's file."""
     try:
         found = path.stat()
     except OSError as reason:
@@ -182,7 +182,7 @@ def _state(path: Path) -> tuple[int, int]:
 
 
 def _verify_the_same(material_id: str, path: Path, quick: bool, state: tuple[int, int]) -> Verified:
-    """Verify a file on a worker, where it has to be what it is for whoever asked."""
+    """Verify a file on a worker, where it must equal the caller's."""
     if not path.is_file() or _state(path) != state:
         raise InputError(
             "a worker does not find the file that is here",
@@ -196,7 +196,7 @@ def _verify_the_same(material_id: str, path: Path, quick: bool, state: tuple[int
 def verify_material(
     material_id: str, path: Path, quick: bool = False, say: Callable[[int], None] = lambda read: None
 ) -> Verified:
-    """Verify one file; what is wrong comes back in `problem`. say : hears of the bytes of large arrays as they come."""
+    """Verify one file; defects are returned in `problem`. say : receives the bytes of large arrays as they are read."""
     try:
         record = read_record(path, check_colour=not quick)
         if record.id != material_id:
@@ -232,9 +232,7 @@ def verify_material(
 
 
 def measured_again(record: MaterialRecord) -> FitError | None:
-    """Return the error of a record's packs, measured as its `error` says; None where it says what this version does not
-    do.
-    """
+    """Measure the error of a record's packs as its `error` describes; None if this version cannot."""
     declared = record.error
     size = None if declared is None else re.match(r"sphere (\d+) x \1,", declared.protocol)
     if declared is None or size is None or record.fast is None:
@@ -251,8 +249,7 @@ def measured_again(record: MaterialRecord) -> FitError | None:
 
 
 def environment_measured_again(record: MaterialRecord) -> FitError | None:
-    """Return the error of a record's environment form, measured again; None where it has none, or by another
-    protocol."""
+    """Measure the error of a record's environment form; None if there is none, or by another protocol."""
     declared = record.environment_error
     if declared is None or not isinstance(record.fast, FactoredBrdf) or record.fast.slices is None:
         return None
@@ -283,7 +280,7 @@ def _mismatch(declared: FitError, measured: FitError, path: Path, field: str = "
 
 
 def check_decodes(record: MaterialRecord) -> None:
-    """Decode texels all over the sample, in every view and light; nothing where there is no fast form of a BTF.
+    """Decode texels all over the sample, in every view and light; nothing without a fast form of a BTF.
 
     Raises
     ------
@@ -304,10 +301,10 @@ def check_decodes(record: MaterialRecord) -> None:
 
 
 def texels_measured_again(record: MaterialRecord) -> FitError | None:
-    """Return the error of texels as `btf_form` measures it, with the texels that it draws.
+    """Measure the error of texels as `btf_form` does, on the texels that it draws.
 
-    None where none is declared, or where it was measured otherwise: by another protocol, or in a basis of few
-    coefficients that is found here with other vectors.
+    None if none is declared, or if it was measured differently: by another protocol, or in a basis of few coefficients
+    whose vectors are found otherwise here.
     """
     fast, declared = record.fast, None if record.fast is None else record.fast.texel_error
     if declared is None or not isinstance(fast, BtfForm | FieldForm):
@@ -324,7 +321,7 @@ def texels_measured_again(record: MaterialRecord) -> FitError | None:
 
 
 def gone_words(gone: Sequence[StoredArray]) -> str:
-    """Describe what is gone, and where it was; of images, how many of how many."""
+    """Describe missing files, and their place; for images, the count and the total."""
     first = gone[0]
     if not isinstance(first, StoredFiles):
         return f"large arrays were left in a file that is gone: {first.file}"

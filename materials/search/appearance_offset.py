@@ -1,4 +1,4 @@
-"""Wishes about a material in words, "warmer, glossier": directions and lengths between how materials look."""
+"""Appearance offsets in words, "warmer, glossier": directions and amounts in a space of colour and gloss."""
 
 from __future__ import annotations
 
@@ -61,9 +61,9 @@ WORDS = tuple(word for first, second, _ in PAIRS for word in (first, second))
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """A place to go from how a material looks.
+    """Target relative to the appearance of a material.
 
-    start : from where. amounts : of each word, in CIELAB, of gloss in stops. to : where that leads.
+    start : its appearance. amounts : along each word, in CIELAB, of gloss in stops. to : the target.
     directions : (K,4) of each word, of unit length.
     """
 
@@ -73,12 +73,12 @@ class Wish:
     directions: Float[np.ndarray, "K 4"]
 
     def got(self, look: Appearance) -> dict[str, float]:
-        """Measure another appearance along each word, in its own unit; below zero: the other way."""
+        """Measure another appearance along each word, in its own unit; negative in the opposite direction."""
         moved = self.directions @ (look.point - self.start.point)
         return {word: float(length) for word, length in zip(self.amounts, moved, strict=True)}
 
     def besides(self, look: Appearance) -> dict[str, float]:
-        """Describe what else changes: what no mixture of the wish's directions explains, as lengths above 0."""
+        """Describe the other changes: the part outside the span of the wish's directions, as lengths above 0."""
         moved = look.point - self.start.point
         if len(self.directions):
             moved = moved - self.directions.T @ np.linalg.lstsq(self.directions.T, moved, rcond=None)[0]
@@ -91,14 +91,13 @@ class Wish:
 
 
 def wished(start: Appearance, amounts: Mapping[str, float | int]) -> Wish:
-    """Find the appearance that a wish leads to from `start`: {"warmer": 10, "glossier": 1}; nothing asked, it stays
-    there.
+    """Compute the target of a wish from `start`: {"warmer": 10, "glossier": 1}; without amounts it is `start`.
 
     Raises
     ------
     UnknownNameError : a word that is not one of `WORDS`.
-    InputError : an amount that is no length, a word beside its opposite, or a place that no material can have: below
-        black, duller than matt, greyer than grey, stronger in no hue.
+    InputError : an invalid amount, a word beside its opposite, or an impossible target: below black, duller than matt,
+        greyer than grey, stronger without a hue.
     """
     for word in amounts:
         if word not in WORDS:

@@ -1,4 +1,4 @@
-"""Materials that are in no file: one of a catalogue with other parameters, fitted anew, and a catalogue that has it."""
+"""Edited materials without a file: a catalogued one with other parameters, refitted, and a catalogue with it."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ BUDGET = 1.0
 
 @dataclass(frozen=True)
 class VariedCatalogue(Catalogue):
-    """A catalogue that has some more materials, which lie in no file: `made`, by id."""
+    """Catalogue with additional materials without files: `made`, by id."""
 
     made: Mapping[str, Material] = field(default_factory=dict)
 
     @classmethod
     def of(cls, catalogue: Catalogue, made: Iterable[Material]) -> VariedCatalogue:
-        """Return a catalogue with more materials; those that it has had stay."""
+        """Return a catalogue with more materials; earlier additions stay."""
         before = catalogue.made if isinstance(catalogue, VariedCatalogue) else {}
         return cls(catalogue.folder, {**before, **{one.id: one for one in made}})
 
@@ -40,9 +40,9 @@ class VariedCatalogue(Catalogue):
 
 
 def varied(material: Material, values: Mapping[str, float | int], budget: float = BUDGET) -> Material:
-    """Return a material with other parameters, its fast form fitted anew: about a second.
+    """Edit a material's parameters and refit its fast form: about a second.
 
-    Its id says what was changed; its error is measured; its provenance is that of the material, with a note.
+    Its id states the changes; its error is measured; its provenance is that of the material, with a note.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def varied(material: Material, values: Mapping[str, float | int], budget: float 
 
     Raises
     ------
-    UnknownNameError, InputError : what `sliders.changed` raises; a material that could not be fitted.
+    UnknownNameError, InputError : as `sliders.changed`; a material that could not be fitted.
     """
     source = _source(material, values)
     return _made(source, fit_material(source, budget))
@@ -63,7 +63,7 @@ def varied_along(
     budget: float = BUDGET,
     jobs: int = 1,
 ) -> Iterator[Material]:
-    """`varied` at so many steps, two at least, of sliders that move together from the first value to the second.
+    """Apply `varied` at `count` steps, two at least, of sliders that move together from the first value to the second.
 
     All steps are checked before the first is fitted. jobs : processes that fit; with 1 it is done in this one.
 

@@ -11,7 +11,7 @@ from ..records.record_colour import colour_folding, from_afar
 
 
 def record_gloss(record: MaterialRecord, body: float) -> Gloss | str:
-    """Measure the gloss of a material's fast form, or say why it has none to measure; `body` as of `gloss_of`."""
+    """Measure the gloss of a material's fast form, or return why that is impossible; `body` as of `gloss_of`."""
     if record.fast is None:
         return "no colour is known of it"
     if record.fast.cutout is not None:
@@ -23,6 +23,6 @@ def record_gloss(record: MaterialRecord, body: float) -> Gloss | str:
 
 
 def shown_gloss(record: MaterialRecord, colour: Mapping[str, Any]) -> str:
-    """Put the gloss of a record into words, beside its `record_colour`; "" where it has none to measure."""
+    """Describe the gloss of a record, with its `record_colour`; "" if it has none to measure."""
     found = record_gloss(record, colour["XYZ"][1])
     return "" if isinstance(found, str) else f"{found.units:.1f} gloss units at 60°, {found.stops:.1f} stops (ISO 2813)"

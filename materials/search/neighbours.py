@@ -1,12 +1,12 @@
-"""Neighbours of a material in a catalogue: what looks like it, or like it but warmer and glossier.
+"""Neighbours of a material in a catalogue by appearance, or after an offset such as warmer and glossier.
 
-A material is a point: CIELAB at 45:0, as its head has it, and gloss (`gloss`), for which its file has to be read. How
-far a neighbour is from the point asked for, which is the reference:
+A material is a point: CIELAB at 45:0, from its head, and gloss (`gloss`), for which its file is read. The distance of a
+neighbour from the requested point, the reference, is
 
     distance^2 = ΔE94^2 + (stop x difference of gloss in stops)^2
 
-Colour alone is a bound from below: candidates are read from the nearest in colour on, and no further than where colour
-alone is farther off than the last that is kept. So that nothing is missed, and few files are read.
+The distance in colour alone is a lower bound: candidates are read in its order, until it exceeds the distance of the
+last neighbour kept. The search is exact, and reads few files.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _FIRST = 64
 
 @dataclass(frozen=True, eq=False)
 class Neighbour:
-    """A material, how it looks, and how far that is from what was asked for."""
+    """A material, its appearance, and its distance from the requested one."""
 
     summary: Summary
     look: Appearance
@@ -44,10 +44,10 @@ class Neighbour:
 class Neighbours:
     """Result of `like`.
 
-    of : the material that was asked about. wish : from how it looks to where. own_distance : how far itself is from
-    there. found : the nearest first; with a wish, only those that are nearer to it than the material itself.
-    looked_at : how many had to be read. left_out : ids with the reason why they cannot be compared, of all heads, and
-    of the files that were read. unusable : an error for each file that could not be read.
+    of : the queried material. wish : from its appearance to the target. own_distance : its own distance from the
+    target. found : nearest first; with a wish, only those nearer than the material itself.
+    looked_at : number of files read. left_out : ids of incomparable materials with the reason, by all heads, and by the
+    files read. unusable : an error for each unreadable file.
     """
 
     of: Summary
@@ -67,18 +67,18 @@ def like(
     stop: float = STOP,
     say: Callable[[str], None] = lambda line: None,
 ) -> Neighbours:
-    """Materials of the catalogue that look like one of them, but for what is wished.
+    """Find materials of the catalogue that look like one of them, offset by a wish.
 
     Parameters
     ----------
     wish : amounts by words of `appearance_offset.WORDS`, in CIELAB, of gloss in stops. None or nothing: its neighbours
         as it is.
-    limit : at most so many. stop : what a stop of gloss counts, in units of CIELAB. say : see `Catalogue.heads`.
+    limit : largest number. stop : weight of a stop of gloss, in units of CIELAB. say : see `Catalogue.heads`.
 
     Raises
     ------
-    UnknownNameError : no such material, no such word. InputError : a material that has no look to start from, what
-        `wished` refuses, a stop below 0.
+    UnknownNameError : no such material, no such word. InputError : a material without an appearance to start from,
+        errors of `wished`, a stop below 0.
     """
     if not (np.isfinite(stop) and stop >= 0):
         raise InputError("unusable weight of gloss", field="stop", found=stop, expected="0 or more, in units of CIELAB")
@@ -129,7 +129,7 @@ def _without_look(heads: Heads | HeadIndex) -> tuple[Summary, ...]:
 
 
 def _by_colour(heads: Heads | HeadIndex, lab: tuple[float, float, float]) -> Iterator[Summary]:
-    """Yield what has a colour, the nearest to `lab` first: few are asked for, and more as long as somebody goes on."""
+    """Yield materials with a colour, nearest to `lab` first: a few are queried, and more on demand."""
     given, limit = 0, _FIRST
     while given < limit:
         nearest = heads.select(Query(near=lab, coloured=True, limit=limit))
@@ -138,7 +138,7 @@ def _by_colour(heads: Heads | HeadIndex, lab: tuple[float, float, float]) -> Ite
 
 
 def unlike(one: Summary) -> str | None:
-    """Why a material cannot be compared by its look, as far as the head of its file says; None where it can."""
+    """Return why a material cannot be compared by appearance, judging by its head; None if it can."""
     if one.model in SPECTRA:
         return f"{SPECTRA[one.model].words}, not a surface"
     if one.quantity == "bispectral":
@@ -149,7 +149,7 @@ def unlike(one: Summary) -> str | None:
 
 
 def look_of(record: MaterialRecord, one: Summary) -> Appearance | str:
-    """Return the appearance of a material, its colour as the head of its file has it; or why it cannot be said."""
+    """Return the appearance of a material, with the colour from its head; or the reason why it has none."""
     if one.lab is None or one.xyz is None:
         return "no colour is known of it"
     gloss = record_gloss(record, one.xyz[1])

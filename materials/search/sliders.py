@@ -1,7 +1,7 @@
-"""Sliders of a material: the parameters of its formula, each with its range, and the same material with one changed.
+"""Sliders of a material: the parameters of its formula, with their ranges, and edited copies.
 
-What the parameters are and may be is read from the formula's own class (`AnalyticBrdf.domains`); a spectrum of
-reflectance has a slider of its scale. No files, no pictures: what a window shows, and what it asks for when one moves.
+Parameters and domains are read from the formula's own class (`AnalyticBrdf.domains`); a reflectance spectrum has a
+slider for its scale. This module handles no files and no pictures: it serves the window's controls.
 """
 
 from __future__ import annotations
@@ -26,9 +26,8 @@ class Slider:
     """One parameter of a material.
 
     name : the field of the model, or that of a spectrum and "_scale": a factor, 1 as it is now.
-    value : as it is now. domain : which numbers it may be.
-    shown : ends for a slider: the domain's, where it has such, else as far as the model's own examples go, and in
-    any case the value. logarithmic : its steps are ratios.
+    value : current value. domain : allowed numbers. shown : ends of the slider: the domain's if it has some, else those
+    of the model's examples, extended to the value. logarithmic : its steps are ratios.
     """
 
     name: str
@@ -47,7 +46,7 @@ class Slider:
 
         Raises
         ------
-        InputError : the value is out of the domain; it is never brought back into it.
+        InputError : the value is out of the domain; it is never clamped.
         """
         if not self.domain.holds(float(value)):
             found, expected = f"{value:g}", self.domain.words
@@ -109,7 +108,7 @@ def changed(surface: Surface, values: Mapping[str, float | int], name: str | Non
 
 
 def slider(surface: Surface, parameter: str, name: str | None = None) -> Slider:
-    """One of `sliders`; raises `UnknownNameError` with those that there are."""
+    """Return one of `sliders`; raises `UnknownNameError` with the existing ones."""
     there = {one.name: one for one in sliders(surface, name)}
     if parameter not in there:
         raise UnknownNameError(f"parameter of {name or 'the material'}", parameter, there, field=parameter)
@@ -125,7 +124,7 @@ def _of_number(surface: AnalyticBrdf, name: str, domain: Domain) -> Slider:
 
 
 def _of_scale(surface: AnalyticBrdf, name: str) -> list[Slider]:
-    """None for black, which nothing scales."""
+    """Return the slider of the scale; None for black, which cannot be scaled."""
     top = float(getattr(surface, name).samples.max())
     if not top > 0.0:
         return []
