@@ -1,4 +1,4 @@
-"""OpenGL back end: context, shaders, passes, and canvases that stay on the GPU.
+"""OpenGL back end: context, shaders, passes, and canvases in GPU memory.
 
-Begin with `backend.py`; `passes.py` draws, `shaders/` holds GLSL, `side.py` is one side of a live comparison.
+Begin with `backend.py`; `passes.py` draws, `shaders/` is the GLSL, `side.py` one side of a live comparison.
 """

@@ -1,4 +1,4 @@
-"""OpenGL back end of render sessions, without a window; sessions on it, and the choice between it and numpy."""
+"""Headless OpenGL back end of render sessions, and the choice between it and numpy."""
 
 from __future__ import annotations
 
@@ -43,7 +43,9 @@ Uploaded = tuple[TermShader, "dict[str, moderngl.Texture]"]
 
 
 def create_session(filtering: Filtering = "linear", keeps_terms: bool = True) -> tuple[RenderSession, NoGL | None]:
-    """Make a session on OpenGL, or on numpy and the reason why there is no OpenGL here; see `RenderSettings`."""
+    """Make a session on OpenGL, or on numpy together with the reason why OpenGL is unavailable; see
+    `RenderSettings`.
+    """
     try:
         return gl_session(filtering=filtering, keeps_terms=keeps_terms), None
     except NoGL as reason:
@@ -67,7 +69,7 @@ class GLBackend(Backend):
 
     Parameters
     ----------
-    context : a context to share; without it one is made, and released with the back end.
+    context : a context to share; by default one is created, and released with the back end.
 
     Raises
     ------
@@ -85,11 +87,11 @@ class GLBackend(Backend):
         self._gathering = GLGathering(self.context, self.passes)
 
     def make_current(self) -> None:
-        """Make its context current on this thread."""
+        """Make the back end's context current on this thread."""
         make_current(self.context)
 
     def close(self) -> None:
-        """Release all programs and (if it made it) the context; do not use it afterwards."""
+        """Release all programs, and the context if it was created here; do not use the back end afterwards."""
         self.make_current()
         self._gathering.release()
         self.passes.release()
@@ -102,7 +104,7 @@ class GLBackend(Backend):
         self.passes.keep_shadows(list(lights))
 
     def tile(self, view: View, window: TileWindow, triangles: WindowTriangles, needs: Needs) -> GLTile:
-        """Draw what the window's samples see into textures."""
+        """Draw the visible geometry at a window's samples into textures."""
         scene = view.scene
         if max(len(triangles.parent), len(scene.faces)) >= MOST_TRIANGLES:
             raise InputError("too many triangles", found=len(scene.faces), expected=f"below {MOST_TRIANGLES}")
@@ -145,8 +147,8 @@ class GLBackend(Backend):
     def _standing(
         self, owner: Owner, view: View, seen: moderngl.Texture, tables: TriangleTables, triangles: WindowTriangles
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """Return the weights of the second and third corner at every sample; each triangle's number + 1, negative where
-        its back is seen, and its normal on the viewer's side.
+        """Return textures of the barycentric weights of the second and third corner at every sample, and of each
+        triangle's index + 1, negative if its back is seen, with its normal on the viewer's side.
         """
         scratch = Owner(self.context)
         try:
@@ -162,7 +164,7 @@ class GLBackend(Backend):
         return kept, owner.table(faces, ROW_LENGTH)
 
     def discard(self, kept: Any) -> None:
-        """Free textures."""
+        """Free the textures of a tile or of terms."""
         kept.owner.release()
 
     def _uploaded(self, owner: Owner, summand: Summand, mipmapped: bool) -> Uploaded:
@@ -183,7 +185,7 @@ class GLBackend(Backend):
         values: Mapping[str, object],
         palette: Mapping[str, moderngl.Texture] | None = None,
     ) -> None:
-        """A layer under each of its lights: folded with `palette` where there is one, else its terms."""
+        """Add a layer under each of its lights: folded with `palette` if given, else its terms."""
         place = tile.parts[layer.part]
         assert place is not None
         numbers, box = place
@@ -199,7 +201,7 @@ class GLBackend(Backend):
             self.passes.shade(target, None if palette is None else box, written, made, samplers, given)
 
     def terms(self, tile: GLTile, layer: AnyLayer) -> GLTerms | None:
-        """Draw a layer's terms into textures, four a texel."""
+        """Draw a layer's terms into textures, four per texel."""
         if isinstance(layer, SpreadLayer):
             return self._gathered_terms(tile, layer)
         place = tile.parts[layer.part]
@@ -243,7 +245,7 @@ class GLBackend(Backend):
         self, piece: Piece, layers: Sequence[AnyLayer], columns: slice, keep: bool, count: int
     ) -> Iterator[Sequence[moderngl.Texture]]:
         """Add up layers into textures RGBA32F; see `Backend.added_up`."""
-        # Terms that serve one draw call are folded in it; more calls look factors up once.
+        # Terms of a single draw call are folded in it; with more calls factors are looked up only once.
         kept, direct = split_by_terms(layers, keep or count > MOST_SPECTRA)
         piece.keep_terms({layer.terms_key for layer in kept})
         folded = ((layer, terms, (0, 0)) for layer, terms in piece.with_terms(kept, True))
@@ -258,10 +260,10 @@ class GLBackend(Backend):
         folded: Iterable[tuple[AnyLayer, GLTerms, tuple[int, int]]],
         columns: slice,
     ) -> Iterator[Sequence[moderngl.Texture]]:
-        """Add up layers in a window, those drawn at once and those of which there are terms, into textures RGBA32F that
-        are valid within the context.
+        """Add up layers in a window, drawn directly or folded from terms, into textures RGBA32F that are valid within
+        the context.
 
-        folded : layers with their terms, and the window's first pixel in the picture that the terms' box is in.
+        folded : layers with their terms, and the window's first pixel in the image that the terms' box refers to.
         """
         owner = Owner(self.context)
         try:
@@ -287,8 +289,8 @@ class GLBackend(Backend):
         layers: Sequence[AnyLayer],
         columns: slice,
     ) -> None:
-        """Add layers to a target without keeping their terms."""
-        # Parts share materials: each summand is laid out and uploaded once.
+        """Add layers to a target without caching their terms."""
+        # Parts share materials, so each summand is uploaded once.
         known: dict[int, Uploaded] = {}
         for layer in layers:
             tile = piece.worked_out()
@@ -315,7 +317,7 @@ class GLBackend(Backend):
         columns: slice,
         corner: tuple[int, int] = (0, 0),
     ) -> None:
-        """Fold terms and add them to a target, whose first pixel is `corner` of the picture that their box is in."""
+        """Fold terms and add them to a target, whose first pixel is `corner` of the image that their box refers to."""
         left, top = terms.box[0] - corner[0], terms.box[1] - corner[1]
         low = max(left, 0), max(top, 0)
         high = min(left + terms.box[2], target.width), min(top + terms.box[3], target.height)
@@ -332,6 +334,6 @@ class GLBackend(Backend):
 
 
 def _palette_of(owner: Owner, layer: AnyLayer, columns: slice) -> tuple[moderngl.Texture, tuple[int, int]]:
-    """Upload some columns of a layer's colours as `fold.glsl` reads them, and return them with their shape there."""
+    """Upload some columns of a layer's colours for `fold.glsl`; return the texture and its layout."""
     texels, shape = palette_texels(layer.colours[..., columns])
     return owner.texels(texels), shape

@@ -1,4 +1,4 @@
-"""The GL context: made here and nowhere else."""
+"""Creation of headless GL contexts."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ REQUIRED_VERSION = 410
 DISABLE_VARIABLE = "METAMER_NO_GL"
 SYSTEM_PACKAGES = ("libegl1", "libgl1-mesa-dri")
 
-# Contexts that were made here; whatever hosts a window makes its own ones current.
+# Contexts created here; window toolkits make their own current.
 _made: WeakSet[moderngl.Context] = WeakSet()
 
 
 class NoGL(MetamerError):
-    """No OpenGL 4.10 context can be had; the message says what was tried and what to install.
+    """Error for an unavailable OpenGL 4.10 context; the message lists the attempts and packages to install.
 
-    `attempts` holds a (back end, reason) pair for every way that was tried.
+    `attempts` has a (back end, reason) pair for each.
     """
 
     def __init__(self, attempts: tuple[tuple[str, str], ...], hint: str | None = None) -> None:
@@ -39,14 +39,14 @@ class NoGL(MetamerError):
 
 
 def create_context() -> moderngl.Context:
-    """Return a new headless OpenGL context of at least version 4.10.
+    """Create a headless OpenGL context of at least version 4.10.
 
-    EGL is tried first, because it needs neither a display nor a window, then the platform's default back end.
-    The environment variable `METAMER_NO_GL=1` refuses GL, so that callers take the software path.
+    EGL is tried first, since it needs neither display nor window, then the platform's default back end. The environment
+    variable `METAMER_NO_GL=1` disables GL, so that callers use numpy.
 
     Raises
     ------
-    NoGL : neither back end gives a context; the message names the system packages.
+    NoGL : neither succeeds; the message names the system packages.
     """
     if os.environ.get(DISABLE_VARIABLE, "0") not in ("", "0"):
         raise NoGL((("environment", f"{DISABLE_VARIABLE} is set, which asks for the software path"),))
@@ -62,25 +62,25 @@ def create_context() -> moderngl.Context:
             context = moderngl.create_context(standalone=True, require=REQUIRED_VERSION, **options)
             _made.add(context)
             return context
-        except Exception as reason:  # a loader raises whatever it likes: all of it means "not this way"
+        except Exception as reason:  # loaders raise arbitrary exceptions, which all mean failure
             first_line = (str(reason).strip().splitlines() or [""])[0]
             attempts.append((label, first_line or type(reason).__name__))
     raise NoGL(tuple(attempts))
 
 
 def make_current(context: moderngl.Context) -> None:
-    """Make a context of `create_context` current: what is drawn goes to the newest one otherwise, and is lost."""
+    """Make a context of `create_context` current; otherwise drawing would go to the newest one."""
     if context in _made:
         context.__enter__()
 
 
 def release_context(context: moderngl.Context) -> None:
-    """Release a context of `create_context`, with everything that was made in it."""
+    """Release a context of `create_context` and all its objects."""
     _made.discard(context)
     context.release()
 
 
 def describe(context: moderngl.Context) -> str:
-    """Return one line that names version and device, such as 'OpenGL 4.5 llvmpipe (LLVM 19.1.7)'."""
+    """Name version and device, such as 'OpenGL 4.5 llvmpipe (LLVM 19.1.7)'."""
     version = context.version_code
     return f"OpenGL {version // 100}.{version % 100 // 10} {context.info['GL_RENDERER']}"

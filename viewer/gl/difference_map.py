@@ -1,4 +1,4 @@
-"""ΔE maps of pictures that are on the GPU."""
+"""ΔE maps of images on the GPU."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from .tile import read
 if TYPE_CHECKING:
     import moderngl
 
-#: The formulas, as `difference.frag` numbers them.
+#: Formulas by their numbers in `difference.frag`.
 FORMULAS: dict[ImageFormula, int] = {"CIE 1994": 1994, "CIE 2000": 2000, "CAM16-UCS": 16}
 
 
 class DifferencePass:
-    """Compares two canvases (`Canvas`) pixel by pixel; twin of `image_delta_e`."""
+    """Pass that compares two canvases (`Canvas`) pixel by pixel; twin of `image_delta_e`."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self._context = context
@@ -37,7 +37,7 @@ class DifferencePass:
 
     @property
     def all_programs(self) -> list[Programs]:
-        """Programs that it draws with."""
+        """Return the programs that it draws with."""
         return [one.programs for one in self._passes.values()]
 
     def draw(
@@ -47,10 +47,10 @@ class DifferencePass:
         whites: tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]],
         method: ImageFormula = "CIE 1994",
     ) -> None:
-        """Write ΔE of reference and sample to a texture (R32F): -1 where `compared_pixels` does not compare, infinity
-        where a pixel holds no number or single precision does not do, which `whole` mends.
+        """Write ΔE of reference and sample to a texture (R32F): -1 for pixels excluded by `compared_pixels`, infinity
+        for invalid pixels and where single precision is insufficient, to be completed by `whole`.
 
-        whites : of each, Y = 1. The sample is taken to the white of the reference (Bradford) where they differ.
+        whites : of each, Y = 1. If they differ, the sample is adapted to the white of the reference (Bradford).
         """
         if method not in self._passes:
             self._passes[method] = FullScreen(self._context, "difference.frag", {"FORMULA": FORMULAS[method]})
@@ -71,9 +71,9 @@ class DifferencePass:
         whites: tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]],
         method: ImageFormula = "CIE 1994",
     ) -> Float[np.ndarray, "h w"]:
-        """Read what `draw` drew, with what is infinite there worked out in double precision, and put back.
+        """Read the result of `draw`, recompute infinite values in double precision, and write them back.
 
-        As `delta_e_map` has it: NaN where nothing is compared, infinity where a pixel holds no number.
+        As from `delta_e_map`: NaN for pixels that are not compared, infinity for invalid pixels.
         """
         found = read(drawn)[..., 0].copy()
         again = np.isinf(found)
@@ -86,7 +86,7 @@ class DifferencePass:
 
 
 def column_major(matrix: Float[np.ndarray, "3 3"]) -> tuple[float, ...]:
-    """Return a matrix as GLSL takes it, column by column."""
+    """Return a matrix in GLSL's column-major order."""
     return tuple(float(one) for one in np.asarray(matrix).T.reshape(-1))
 
 

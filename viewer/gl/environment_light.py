@@ -1,4 +1,4 @@
-"""Lights that spread on the GPU: what of them is kept there, and the draw calls that gather them."""
+"""Area, environment and indirect light on the GPU: cached tables, and the draw calls that gather light."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ from .resources import Owner
 if TYPE_CHECKING:
     import moderngl
 
-#: The samplers of a tile's frames, in the order of its textures.
+#: Samplers of a tile's frames, in the order of its textures.
 FRAMES = ("tangent", "bitangent", "normal", "position", "standing", "faces")
 
 
-# Tables that stay on the GPU, some 20 MB each.
+# Number of cached tables on the GPU, some 20 MB each.
 _MOST_TABLES = 12
 
 
 class Draw(NamedTuple):
-    """A draw call: where to, which sizes of the shader say what is written, and the first of the rows of four terms.
+    """Draw call: its target, the shader's sizes for its output, and the first of its rows of four terms.
 
-    Rows are those of one field: a call writes the same ones of every field.
+    Rows are counted within a field; a call writes the same ones of every field.
     """
 
     target: moderngl.Framebuffer
@@ -44,7 +44,7 @@ class Draw(NamedTuple):
 
 
 class GLGathering:
-    """Gathers light for environment forms; the tables of the last few lights stay on the GPU."""
+    """Gathering of light for environment forms, with cached tables of the last few lights."""
 
     def __init__(self, context: moderngl.Context, passes: Passes) -> None:
         self.context, self.passes = context, passes
@@ -64,7 +64,7 @@ class GLGathering:
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
-        """Write a layer's terms, four to each texture. samplers, values : what `gather.frag` reads of a tile."""
+        """Write a layer's terms, four per texture. samplers, values : a tile's inputs of `gather.frag`."""
         owner, draws = Owner(self.context), []
         try:
             for some in _shared(layer, MOST_QUADS):
@@ -85,7 +85,7 @@ class GLGathering:
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
-        """Add a layer, folded, to a picture of each spectrum; the palette and its shape are among what is given."""
+        """Add a folded layer to an image of each spectrum. samplers, values : including the palette and its shape."""
         spectra = len(target.color_attachments)
         draws = [
             Draw(target, box, {"ROWS_A_CALL": len(some), "SPECTRA": spectra}, some.start)
@@ -109,7 +109,7 @@ class GLGathering:
         given = {
             **made.uniforms,
             **values,
-            # Row by row what GL takes column by column: its transpose.
+            # Row-major data read as column-major by GL: the transpose.
             "map_from_world": tuple(layer.world_from_map.reshape(-1)),
             "scale": layer.scale,
             "lobes": sizes["LOBES"],
@@ -145,9 +145,9 @@ class GLGathering:
             scratch.release()
 
     def _kept(self, of: object, which: int, made: Callable[[], LightTables]) -> LightTables:
-        """Return the tables of something, made when first asked for."""
+        """Return the cached tables of an object, made on first use."""
         key = id(of), which
-        # The table used last moves to the end: a light that is turned and turned does not drive its own map out.
+        # The last used table moves to the end, so that repeated rotations of a light do not evict its own map.
         found = self._tables.pop(key, None)
         if found is None:
             if len(self._tables) >= _MOST_TABLES:
@@ -158,16 +158,16 @@ class GLGathering:
 
 
 def _fields(layer: SpreadLayer) -> int:
-    """Count the fields of a light that a layer is of."""
+    """Count the fields of a layer's light."""
     return layer.fields.stop - layer.fields.start
 
 
 def _rows(layer: SpreadLayer) -> int:
-    """Rows of four terms that it has of each field."""
+    """Count the rows of four terms per field."""
     return layer.rank // 4 // _fields(layer)
 
 
 def _shared(layer: SpreadLayer, most: int) -> list[range]:
-    """Share those rows among draw calls of at most `most` rows of all fields together."""
+    """Distribute these rows among draw calls of at most `most` rows of all fields together."""
     rows, a_call = _rows(layer), max(1, most // _fields(layer))
     return [range(start, min(start + a_call, rows)) for start in range(0, rows, a_call)]

@@ -1,4 +1,4 @@
-"""Programs that run at every pixel of a target; and how any program is given its values and textures."""
+"""Full-screen programs, and setting of uniforms and textures."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 
 class FullScreen:
-    """A fragment shader at every pixel of what it is drawn onto.
+    """Program that runs a fragment shader at every pixel of a target.
 
     Raises
     ------
-    ShaderError : this machine's compiler refuses it.
+    ShaderError : the shader does not compile on this machine.
     """
 
     def __init__(
@@ -55,8 +55,8 @@ class FullScreen:
 def set_values(
     made: moderngl.Program, values: Mapping[str, object], samplers: Mapping[str, moderngl.Texture] | None = None
 ) -> None:
-    """Set uniforms and bind textures; a compiler may have dropped what it found unused."""
-    # To ask whether a program has a name goes through all of its names; to ask for it does not.
+    """Set uniforms and bind textures; names that the compiler has optimised away are ignored."""
+    # Testing whether a program has a name is linear in its names; looking it up is not.
     for unit, (name, texture) in enumerate((samplers or {}).items()):
         if made.get(name, None) is not None:
             texture.use(unit)

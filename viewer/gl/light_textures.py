@@ -1,5 +1,5 @@
-"""Lights that spread, and what hides them, as textures and numbers for `environment.glsl`, `panel.glsl`,
-`indirect.glsl` and `hidden.glsl`.
+"""Area, environment and indirect light, and their occlusion, as textures and uniforms for `environment.glsl`,
+`panel.glsl`, `indirect.glsl` and `hidden.glsl`.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class LightTables:
-    """Tables of a light for a shader: `#define`s, numbers and textures by name, and who frees those."""
+    """Tables of a light for a shader: `#define`s, uniforms and textures by name, and the textures' owner."""
 
     sizes: dict[str, int | float]
     uniforms: dict[str, object]
@@ -39,7 +39,9 @@ class LightTables:
 
 
 def light_tables(context: moderngl.Context, gathered: GatheredLight, fields: slice) -> LightTables:
-    """Upload at most four fields: levels one below the other, each with a border of one texel."""
+    """Upload at most four fields of a prefiltered environment: levels one below the other, each with a border of one
+    texel.
+    """
     pyramid, owner = gathered.pyramid, Owner(context)
     padded = [_bordered(level[..., fields]) for level in pyramid.levels]
     rows = np.cumsum([0, *(len(level) for level in padded)])
@@ -61,7 +63,7 @@ def light_tables(context: moderngl.Context, gathered: GatheredLight, fields: sli
 
 
 def panel_tables(context: moderngl.Context, panel: GatheredPanel) -> LightTables:
-    """Return a softbox: numbers alone."""
+    """Return the tables of a softbox: uniforms alone."""
     nodes = [(float(at), float(weight)) for at, weight in zip(polygon.AT, polygon.WEIGHTS, strict=True)]
     return LightTables(
         {"PANEL": 1, "PANEL_CELLS": len(panel.cells), "PANEL_NODES": len(nodes)},
@@ -84,7 +86,7 @@ def _bordered(level: Float[np.ndarray, "side side K"]) -> Float[np.ndarray, "pad
 
 
 def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice) -> LightTables:
-    """Return the bright parts of at most four fields."""
+    """Upload the bright parts of at most four fields."""
     parts, owner = bright.parts, Owner(context)
     count = len(parts.axis)
     axes, amplitudes = np.zeros((max(count, 1), 4)), np.zeros((max(count, 1), 4))
@@ -99,7 +101,7 @@ def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice)
         {
             "bright": count,
             "narrow": bright.narrow,
-            # GL takes an array of one for the one.
+            # GL treats an array of length one as a scalar.
             "bright_axes": tuple(axes[0]) if one else [tuple(axis) for axis in axes],
             "bright_amplitudes": tuple(amplitudes[0]) if one else [tuple(each) for each in amplitudes],
         },
@@ -109,9 +111,9 @@ def bright_tables(context: moderngl.Context, bright: BrightLight, fields: slice)
 
 
 def visibility_tables(context: moderngl.Context, visibility: SceneVisibility) -> LightTables:
-    """Sites, and the axes that their codes are of; a row of the table of sites holds whole sites."""
+    """Upload the codes of sites and their axes; each row of the table of sites has complete sites."""
     owner, side = Owner(context), round(len(visibility.mean) ** 0.5)
-    # GL has no arrays of nothing; what all sites have alike needs no codes.
+    # GL has no empty arrays; identical sites need no codes.
     quads = max(1, len(visibility.steps) // 4)
     planes = np.zeros((side, side, quads + 1, 4), dtype=np.float32)
     axes = visibility.axes * visibility.steps
@@ -140,7 +142,9 @@ def visibility_tables(context: moderngl.Context, visibility: SceneVisibility) ->
 def hidden_tables(
     context: moderngl.Context, hidden: HiddenLight, visibility: SceneVisibility, fields: slice
 ) -> LightTables:
-    """Make tables of what sites lose of at most four fields, and where bright parts are on the sites' maps."""
+    """Upload the occluded light of sites for at most four fields, and the axes of maps in the directions of bright
+    parts.
+    """
     owner, quads = Owner(context), max(1, len(visibility.steps) // 4)
     sites, moments, _ = hidden.lost.shape
     held = np.zeros((sites, moments + 1, 4), dtype=np.float32)
@@ -156,7 +160,7 @@ def hidden_tables(
 
 
 def indirect_tables(context: moderngl.Context, light: IndirectLight, fields: slice) -> LightTables:
-    """At most four fields of light by way of other surfaces."""
+    """Upload at most four fields of indirect light."""
     owner, (sites, values) = Owner(context), light.at_sites.shape[:2]
     sites_of = np.stack([light.fronts, light.backs], axis=1).astype(np.int32)
     sizes: dict[str, int | float] = {
@@ -192,15 +196,15 @@ def indirect_tables(context: moderngl.Context, light: IndirectLight, fields: sli
 
 
 def _four(values: Float[np.ndarray, "n T F"], dtype: type) -> Float[np.ndarray, "n T 4"]:
-    """Pad to as many fields as a texel has numbers."""
+    """Pad to four fields, the channels of a texel."""
     held = np.zeros((*values.shape[:2], 4), dtype=dtype)
     held[..., : values.shape[2]] = values
     return held
 
 
 def _nodes(refinement: Halving) -> np.ndarray:
-    """Four numbers of each triangle: its vertices, and where in this table its first cut stands, -1 where it is whole;
-    then of each cut its corner, its middle, and where the next ones stand (`Halving`).
+    """Encode a `Halving` with four numbers per triangle, its vertices and the row of its first cut, -1 for none,
+    followed by four per cut: its corner, its midpoint and the rows of the next cuts.
     """
     count = len(refinement.corners)
     following = np.where(refinement.next >= 0, count + refinement.next, -1)

@@ -1,4 +1,4 @@
-"""Pictures that stay on the GPU: several sides of a comparison at once, a window of the picture at a time."""
+"""Live rendering on the GPU: several sides of a comparison at once, one window of the image at a time."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     import moderngl
 
 
-#: Pixels of a picture: left, top, width and height.
+#: Box of pixels: left, top, width and height.
 Box = tuple[int, int, int, int]
-# Columns of a layer's colours: those of its one spectrum.
+# Columns of a layer's colours for one spectrum.
 _XYZ = slice(0, 3)
-# States whose indirect light is kept: a part as it is and black, of two sides.
+# Number of states with cached indirect light: of two sides, a part as is and black.
 _KEPT_STATES = 4
 
 
 class Canvas(Target):
-    """A texture on the GPU to draw onto: RGBA32F, XYZ premultiplied by coverage and coverage, row 0 on top."""
+    """Texture to draw onto: RGBA32F, XYZ premultiplied by coverage and coverage, row 0 on top."""
 
     count = 1
 
@@ -45,7 +45,7 @@ class Canvas(Target):
         self._put = FullScreen(texture.ctx, "put.frag", {"PICTURE": 1, "COVERAGE": 1})
 
     def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[moderngl.Texture]) -> None:
-        """Copy a window's image to its place."""
+        """Copy a window's image to its place on the canvas."""
         owner = Owner(self.texture.ctx)
         try:
             covered = owner.texture(piece.size, 1, piece.coverage.tobytes())
@@ -54,7 +54,7 @@ class Canvas(Target):
             owner.release()
 
     def release(self) -> None:
-        """Free its program; the texture stays."""
+        """Free the program; the texture is kept."""
         self._put.release()
 
 
@@ -67,15 +67,15 @@ def _put_window(
 
 
 class LiveSession:
-    """A render session of sides of a comparison, drawn onto canvases in steps.
+    """Render session for the sides of a comparison, drawn onto canvases in steps.
 
-    Canvases are textures as of `Canvas`. `sides` prepares what is drawn.
+    Canvases are textures as in `Canvas`. `sides` prepares the layers.
     """
 
     def __init__(self, backend: GLBackend, settings: RenderSettings, like: LiveSession | None = None) -> None:
-        """Make one on a back end, which is closed with it.
+        """Create a session on a back end, which is closed with it.
 
-        like : another one of the same context, whose programs and caches of light are used; it is closed after this.
+        like : another session of the same context, whose programs and light caches are shared; it must be closed later.
         """
         if like is None:
             layers = LayerBuilder(bounces=IndirectCache(_KEPT_STATES))
@@ -84,11 +84,11 @@ class LiveSession:
             layers = LayerBuilder(like.session.layers.lights, like.session.layers.bounces)
         self.session = RenderSession(backend, settings, layers)
         self.sides = SideLayers(self.session)
-        #: Bytes of terms that are kept of a picture.
+        #: Limit of cached terms of an image, bytes.
         self.most_terms = 2 * KEPT_TERMS
         self._backend, self._cache = backend, self.session.cache
         self._context = backend.context
-        # Terms and coverage of the whole picture, valid while its view is kept.
+        # Terms and coverage of the whole image, valid while its view is cached.
         self._whole: dict[tuple, GLTerms] = {}
         self._covered: tuple[Owner, moderngl.Texture] | None = None
         self._cache.on_forget_view = self._forget_whole
@@ -100,12 +100,12 @@ class LiveSession:
 
     @property
     def all_programs(self) -> list[Programs]:
-        """Programs that are drawn with."""
+        """Return the programs that it draws with."""
         screens = (self._put, self._place, self._cover, self._covering, *self._enlarge)
         return [self._backend.passes.programs, *(one.programs for one in screens)]
 
     def knows(self, prepared: PreparedSide) -> bool:
-        """Return True if all of its terms are kept, so that `drawing` it is a fold."""
+        """Return whether all of its terms are cached, so that `drawing` it only folds."""
         view, geometry = self._cache.view, self._cache.geometry
         if view is None or view_key(prepared.camera) != view_key(view.camera):
             return False
@@ -114,7 +114,7 @@ class LiveSession:
         return prepared.keys <= self._whole.keys() and not any(direct for _, direct in prepared.layers)
 
     def beginning(self, prepared: PreparedSide) -> Iterator[None]:
-        """Do in steps what `drawing` would begin with: the view, then each light's tables on the GPU."""
+        """Perform the preparations of `drawing` in steps: the view, then each light's tables on the GPU."""
         if self.knows(prepared):
             return
         self._cache.needs = prepared.needs
@@ -127,17 +127,17 @@ class LiveSession:
             yield
 
     def drawing(self, prepared: PreparedSide, onto: Sequence[moderngl.Texture]) -> Iterator[tuple[int, int, Box]]:
-        """Draw each side onto its canvas, of the camera's size; yields after each window how many are done, how many
-        there are, and its pixels.
+        """Draw each side onto its canvas, of the camera's size; after each window yield the number done, the total, and
+        its pixels.
 
-        Terms are kept for the whole picture once all of it is drawn: then they are folded at once.
+        Terms of the whole image are cached once all of it is drawn, and later only folded.
         """
         if self.knows(prepared):
             self._cache.needs = prepared.needs
             self._fold(prepared, onto)
             yield 1, 1, (0, 0, *onto[0].size)
             return
-        # Room is made once the view is the camera's: with the first window.
+        # Textures are allocated with the first window, once the view is the camera's.
         filled: dict[tuple, GLTerms] | None = None
         box: Box = (0, 0, 0, 0)
 
@@ -158,9 +158,7 @@ class LiveSession:
                 terms.owner.release()
 
     def _room(self, prepared: PreparedSide) -> dict[tuple, GLTerms]:
-        """Make empty textures for the terms of the whole picture that are not kept, as far as there is room, and forget
-        those that are not asked for any more.
-        """
+        """Allocate textures for missing terms of the whole image, within the limit, and free those no longer needed."""
         for key in self._whole.keys() - prepared.keys:
             self._whole.pop(key).owner.release()
         used, found = sum(terms.nbytes for terms in self._whole.values()), {}
@@ -173,14 +171,14 @@ class LiveSession:
             size = 16 * box[2] * box[3] * count
             if used + size <= self.most_terms:
                 owner = Owner(self._context)
-                # Windows copy the pixels that their part may touch: around those, nothing is written.
+                # Windows copy only the pixels that their part may touch.
                 quads = tuple(owner.cleared(box[2:], 4) for _ in range(count))
                 found[key] = GLTerms(layer, size, box, quads, owner)
                 used += size
         return found
 
     def _box(self, part: int) -> Box:
-        """Return the pixels that a part may touch, one at least."""
+        """Return the box of pixels that a part may touch, at least one."""
         view = self._cache.view
         assert view is not None
         faces = slice(*view.scene.first_face[part : part + 2])
@@ -193,7 +191,7 @@ class LiveSession:
     def _draw_piece(
         self, prepared: PreparedSide, onto: Sequence[moderngl.Texture], filled: Mapping[tuple, GLTerms], piece: Piece
     ) -> None:
-        # Terms of this window: what is kept is copied to its place in the whole.
+        # Terms of this window; cached ones are copied to their place in the whole.
         made: dict[tuple, GLTerms | None] = {}
         try:
             for (kept, direct), texture in zip(prepared.layers, onto, strict=True):
@@ -212,7 +210,7 @@ class LiveSession:
         made: dict[tuple, GLTerms | None],
         piece: Piece,
     ) -> Iterator[tuple[AnyLayer, GLTerms, tuple[int, int]]]:
-        """Iterate over the layers that show in a window as `GLBackend.summed` takes them folded."""
+        """Yield the layers visible in a window, with terms, for `GLBackend.summed`."""
         for layer in layers:
             key = layer.terms_key
             if key not in made and key not in self._whole:
@@ -223,7 +221,7 @@ class LiveSession:
                 yield layer, terms, (0, 0) if terms is made.get(key) else (piece.left, piece.top)
 
     def _copy(self, made: GLTerms | None, whole: GLTerms | None, piece: Piece) -> None:
-        """Copy terms of a window to their place in those of the whole picture."""
+        """Copy terms of a window to their place in those of the whole image."""
         if made is None or whole is None:
             return
         corner = piece.left + made.box[0] - whole.box[0], piece.top + made.box[1] - whole.box[1]
@@ -231,7 +229,7 @@ class LiveSession:
             self._place.draw(large, {"picture": small}, {"corner": corner}, (*corner, *made.box[2:]))
 
     def _fold(self, prepared: PreparedSide, onto: Sequence[moderngl.Texture]) -> None:
-        """Fold the kept terms of the whole picture."""
+        """Fold the cached terms of the whole image."""
         owner = Owner(self._context)
         try:
             coverage = self._whole_coverage(prepared)
@@ -244,14 +242,14 @@ class LiveSession:
             owner.release()
 
     def _keep_coverage(self, canvas: moderngl.Texture) -> None:
-        """Keep the coverage of a picture that is drawn, for folds onto other canvases."""
+        """Store the coverage of a finished image, for folding onto other canvases."""
         if self._covered is None and self._whole:
             owner = Owner(self._context)
             self._covered = owner, owner.texture(canvas.size, 1)
             self._covering.draw(self._covered[1], {"picture": canvas}, {"corner": (0, 0)})
 
     def _whole_coverage(self, prepared: PreparedSide) -> moderngl.Texture:
-        """Return the coverage of all windows, which are drawn already."""
+        """Return the coverage of all windows, which must have been drawn."""
         if self._covered is None:
             found = self.session.coverage(prepared.scene, prepared.camera)
             owner = Owner(self._context)
@@ -271,7 +269,7 @@ class LiveSession:
             pass
 
     def enlarge(self, small: moderngl.Texture, onto: moderngl.Texture) -> None:
-        """Fill one canvas with another of fewer pixels, cubic between these."""
+        """Enlarge a canvas to another one, with cubic interpolation."""
         owner = Owner(self._context)
         try:
             wide = owner.texture((onto.width, small.height), 4)

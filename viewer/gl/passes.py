@@ -1,7 +1,7 @@
-"""The passes of the GL renderer: what is seen, what light arrives, what leaves; and texture coordinates.
+"""Passes of the GL renderer: visibility, incident light, shading, and texture coordinates.
 
-`PROGRAMS` lists every pair of shader files with the sizes that are written into them, all but `shade.frag`, which each
-fast form completes; a test compiles them all.
+`PROGRAMS` lists every pair of shader files with its `#define`d sizes, except `shade.frag`, which each fast form
+completes; a test compiles them all.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from .shaders import ShaderError
 if TYPE_CHECKING:
     import moderngl
 
-# Spectra that one draw call writes: OpenGL 4.1 promises eight targets, four keep the shader's registers.
+# Spectra per draw call: OpenGL 4.1 guarantees eight targets, but with four the shader stays in registers.
 MOST_SPECTRA = 4
-# Four terms each that one draw call writes, for the same reason.
+# Targets of four terms per draw call, for the same reason.
 MOST_QUADS = 4
-# Four terms each that one draw call gathers where it folds them itself: a local array.
+# Rows of four terms per draw call if folded in the shader, in a local array.
 MOST_FOLDED = 16
-# Rounds of all loops of one run of a shader: Mesa's llvmpipe ends it after 65,535, and the picture is too dark.
+# Limit of loop iterations of a shader: Mesa's llvmpipe aborts after 65,535, and the image is too dark.
 _MOST_STEPS = 40_000
-# Rounds per sample for area or environment light.
+# Loop iterations per sample for area or environment light.
 _STEPS_OF_LIGHT = 1500
 
 _GEOMETRY_SIZES: dict[str, int | float] = {
@@ -72,14 +72,14 @@ PROGRAMS: tuple[tuple[str, str, dict[str, int | float]], ...] = (
 
 
 def _shared_samples(samples: object, steps: int) -> list[tuple[int, int]]:
-    """Share the samples of a pixel among draw calls, so that none has too many rounds: (first, one past the last)."""
+    """Distribute the samples of a pixel among draw calls within the limit of iterations: (first, one past the last)."""
     assert isinstance(samples, int)
     count, some = samples**2, max(1, _MOST_STEPS // steps)
     return [(first, min(first + some, count)) for first in range(0, count, some)]
 
 
 class Passes:
-    """The programs, compiled when first used."""
+    """Passes and their programs, compiled on first use."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
@@ -88,23 +88,23 @@ class Passes:
         self.programs = Programs(context)
         self._own = self.programs
         self._named: set[tuple[Path, tuple[str, ...]]] = set()
-        # Positions of the scene drawn last, and the textures of its corners.
+        # Positions of the last scene, and the textures of its corners.
         self._corners: tuple[np.ndarray, resources.Owner, moderngl.Texture] | None = None
         self._shadows: dict[int, tuple[LightGeometry, resources.Owner, dict[str, moderngl.Texture]]] = {}
 
     def use_programs_of(self, other: Passes) -> None:
-        """Compile nothing that the other has; it lives longer."""
+        """Share the programs of another instance, which must live longer."""
         self.programs = other.programs
 
     def release(self) -> None:
-        """Free the programs, where they are its own."""
+        """Free the programs unless they are shared."""
         self._own.release()
         self.keep_shadows(())
         self._release_corners()
         self.owner.release()
 
     def triangles(self, owner: resources.Owner, view: View, triangles: WindowTriangles) -> resources.TriangleTables:
-        """Put triangles on the GPU, kept by `owner`; what does not change with the view is there already."""
+        """Upload triangles, owned by `owner`; data that is independent of the view is reused."""
         scene = view.scene
         if self._corners is None or self._corners[0] is not scene.positions:
             self._release_corners()
@@ -124,7 +124,7 @@ class Passes:
     def visibility(
         self, owner: resources.Owner, window: TileWindow, triangles: resources.TriangleTables
     ) -> moderngl.Texture:
-        """Draw the number + 1 of the triangle at each sample (R32F), rows from the top; kept by `owner`."""
+        """Draw the index + 1 of the triangle at each sample (R32F), rows from the top; owned by `owner`."""
         context, size = self.context, (window.width, window.height)
         seen = owner.texture(size, 1)
         scratch = resources.Owner(context)
@@ -145,7 +145,7 @@ class Passes:
         return seen
 
     def coverage(self, owner: resources.Owner, seen: moderngl.Texture, samples: int) -> moderngl.Texture:
-        """Draw the share of each pixel's samples that see something (R32F), kept by `owner`.
+        """Draw the share of each pixel's samples that see a surface (R32F), owned by `owner`.
 
         samples : along a side of a pixel.
         """
@@ -169,9 +169,9 @@ class Passes:
         mipmapped: bool = False,
         free: moderngl.Texture | None = None,
     ) -> tuple[moderngl.Texture, ...]:
-        """Angles and irradiance of one light at every sample (io, hd, azimuths), kept by `owner`.
+        """Draw angles and irradiance of one light at every sample (io, hd, azimuths), owned by `owner`.
 
-        `mipmapped` adds what samples span of the angles (io, hd). `free` : what reaches each sample, where it is known.
+        `mipmapped` adds the spans of samples in the angles (io, hd). `free` : visibility at each sample, if known.
         """
         made_of = (4, 4, 2, 4, 4) if mipmapped else (4, 4, 2)
         outputs = tuple(owner.texture(seen.size, components) for components in made_of)
@@ -185,7 +185,7 @@ class Passes:
                 "eye": tuple(view.eye),
                 "perspective": view.perspective,
                 "resolution": light.shadows.resolution,
-                # Column by column.
+                # Column-major.
                 "view_from_world": tuple(light.shadows.basis.T.reshape(-1)),
                 "view_origin": tuple(light.shadows.origin),
                 "convergence": light.shadows.convergence,
@@ -205,11 +205,10 @@ class Passes:
         seen: moderngl.Texture,
         triangles: resources.TriangleTables,
     ) -> tuple[moderngl.Texture, moderngl.Texture]:
-        """Texture coordinates (RG32F) and what samples span of them (RGBA32F: their change to the next column of
-        samples, then to the next row) at every sample, kept by `owner`; 0 where nothing is seen or a part has none.
-        For materials that vary with them: no other pass needs it.
+        """Draw texture coordinates (RG32F) and footprints (RGBA32F: change to the next column of samples, then to the
+        next row) at every sample, owned by `owner`; 0 without a surface or without uv. Only textured materials need it.
 
-        corners : of the window's triangles, whatever is linear on them.
+        corners : of the window's triangles, any linear attribute.
         """
         outputs = owner.texture(seen.size, 2), owner.texture(seen.size, 4)
         scratch = resources.Owner(self.context)
@@ -223,8 +222,8 @@ class Passes:
     def frames(
         self, owner: resources.Owner, view: View, seen: moderngl.Texture, triangles: resources.TriangleTables
     ) -> tuple[moderngl.Texture, ...]:
-        """Tangent, bitangent and normal at every sample (RGBA32F), each with a component of the local direction to the
-        viewer, and its position; kept by `owner`. For lights that spread: no other pass needs it.
+        """Draw tangent, bitangent and normal at every sample (RGBA32F), each with a component of the local direction to
+        the viewer, and the position; owned by `owner`. Only area, environment and indirect light need it.
         """
         outputs = tuple(owner.texture(seen.size, 4) for _ in range(4))
         values = {"eye": tuple(view.eye), "perspective": view.perspective}
@@ -241,8 +240,8 @@ class Passes:
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
-        """Add what a material gathers of a light that spreads to `target`, whose attachments are folded pictures where
-        `sizes` have SPECTRA, else four terms each (ROWS_A_CALL of each of FIELDS).
+        """Add the area, environment or indirect light gathered by a material to `target`, whose attachments are folded
+        images if `sizes` has SPECTRA, else four terms each (ROWS_A_CALL for each of FIELDS).
         """
         self._check_names(terms)
         whole = {**sizes, "ROW_LENGTH": resources.ROW_LENGTH}
@@ -264,8 +263,8 @@ class Passes:
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
-        """Add one summand under one light to `target`, whose attachments are, as `written` says, {"SPECTRA": n}
-        pictures or {"QUADS": n} times four terms.
+        """Add one summand under one light to `target`, whose attachments are, according to `written`, {"SPECTRA": n}
+        images or {"QUADS": n} times four terms.
         """
         self._check_names(terms)
         made, everywhere = self._full_screen("shade.frag", terms.file, **terms.sizes, **written)
@@ -274,7 +273,7 @@ class Passes:
             self.draw_layer(made, everywhere, target, scissor, samplers, given)
 
     def _check_names(self, terms: TermShader) -> None:
-        """A name that the file does not have would be no error of GL's, and a wrong picture."""
+        """Check that a form's GLSL has all names set for it, since GL would silently ignore unknown ones."""
         names = (*terms.uniforms, *terms.textures)
         if (terms.file, names) in self._named:
             return
@@ -293,10 +292,9 @@ class Passes:
         weights: Float[np.ndarray, "Q S3 4"],
         origin: tuple[int, int],
     ) -> None:
-        """Add some kept terms of a box, folded, to `target`, whose attachments are a picture each.
+        """Fold cached terms of a box and add them to `target`, whose attachments are one image each.
 
-        weights : what the terms of each quad are worth in X, Y and Z of each spectrum. origin : where the terms' first
-        pixel is.
+        weights : X, Y and Z of the terms of each quad for each spectrum. origin : of the terms' first pixel.
         """
         made, everywhere = self._full_screen("fold.frag", QUADS=len(quads), SPECTRA=spectra)
         for unit, quad in enumerate(quads, 1):
@@ -314,7 +312,7 @@ class Passes:
         samplers: Mapping[str, moderngl.Texture],
         values: Mapping[str, object],
     ) -> None:
-        """Run a full-screen program that adds to what is in `target`."""
+        """Run a full-screen program with additive blending."""
         context = self.context
         self._begin(target, target.size)
         context.enable_only(context.BLEND)
@@ -333,7 +331,7 @@ class Passes:
         samplers: Mapping[str, moderngl.Texture],
         **kind: int,
     ) -> None:
-        """Write every pixel of textures of one size with a shader of `PROGRAMS`."""
+        """Fill textures of one size with a shader of `PROGRAMS`."""
         target = self.context.framebuffer(outputs)
         try:
             self._begin(target, target.size)
@@ -360,11 +358,11 @@ class Passes:
             self._shadows.pop(key)[1].release()
 
     def upload_shadows(self, light: LightGeometry) -> None:
-        """Put a light's shadow tables on the GPU, where `light` would."""
+        """Upload a light's shadow tables, as `light` would."""
         self._shadow_tables(light)
 
     def _shadow_tables(self, light: LightGeometry) -> dict[str, moderngl.Texture]:
-        """Return the tables that `shadows.glsl` reads, kept for other cameras."""
+        """Return the tables of `shadows.glsl`, cached for other cameras."""
         if id(light) not in self._shadows:
             grid, owner = light.shadows, resources.Owner(self.context)
             starts = grid.starts.astype(np.float32).view(np.int32)
@@ -380,13 +378,13 @@ class Passes:
     def _full_screen(
         self, fragment: str, terms: Path | None = None, /, **sizes: int | float
     ) -> tuple[moderngl.Program, moderngl.VertexArray]:
-        """Return a program that runs at every pixel of its target, and its vertex array without buffers."""
+        """Return a full-screen program, and its vertex array without buffers."""
         return self._made("fullscreen.vert", fragment, terms, **sizes)
 
     def _made(self, vertex: str, fragment: str, terms: Path | None = None, **sizes: int | float) -> CachedProgram:
         if terms is not None:
             return self.programs.of((vertex, fragment, tuple(sizes.items()), terms))
-        # Linear programs come first, so that they are found if mip-mapping is not mentioned.
+        # Linear programs come first, as the default without mip-mapping.
         for names in PROGRAMS:
             if names[:2] == (vertex, fragment) and sizes.items() <= names[2].items():
                 return self.programs.of((vertex, fragment, tuple(names[2].items()), None))
@@ -394,7 +392,7 @@ class Passes:
 
 
 def _words(file: Path) -> set[str]:
-    """Collect the words of a form's GLSL, and of what it includes that lies beside it."""
+    """Collect the identifiers of a form's GLSL, and of its includes in the same folder."""
     text = file.read_text("utf-8")
     beside = [file.with_name(name) for name in re.findall(r'#include "([^"]+)"', text)]
     return set(re.findall(r"\w+", text)).union(*(_words(one) for one in beside if one.is_file()))

@@ -1,4 +1,4 @@
-"""Compiled programs, kept by what they were made of; read again from their files all together, or not at all."""
+"""Cache of compiled programs by their sources; reloaded from files all together, or not at all."""
 
 from __future__ import annotations
 
@@ -11,46 +11,46 @@ from .shaders import program
 if TYPE_CHECKING:
     import moderngl
 
-#: Vertex and fragment file, sizes written into them, and the file of a form's terms.
+#: Vertex and fragment file, `#define`d sizes, and the file of a form's terms.
 Key = tuple[str, str, tuple[tuple[str, int | float], ...], Path | None]
 
 
 class CachedProgram(NamedTuple):
-    """A program, and its vertex array without buffers."""
+    """Program with its vertex array without buffers."""
 
     program: moderngl.Program
     everywhere: moderngl.VertexArray
 
     def release(self) -> None:
-        """Free both."""
+        """Free program and vertex array."""
         self.everywhere.release()
         self.program.release()
 
 
 class Programs:
-    """Programs of one context, compiled when first asked for."""
+    """Programs of one context, compiled on first use."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self._made: dict[Key, CachedProgram] = {}
 
     def of(self, key: Key) -> CachedProgram:
-        """Raises `ShaderError` where this machine's compiler refuses it."""
+        """Return a program; raises `ShaderError` if it does not compile on this machine."""
         if key not in self._made:
             self._made[key] = self._compiled(key)
         return self._made[key]
 
     def release(self) -> None:
-        """Free them all."""
+        """Free all programs."""
         while self._made:
             self._made.popitem()[1].release()
 
     def compiled_again(self) -> Callable[[], None]:
-        """Return all of them from their files as those are now; to call what comes back puts them in place.
+        """Recompile all programs from their current files; calling the result installs them.
 
         Raises
         ------
-        ShaderError : one does not compile; those that are there stay.
+        ShaderError : one does not compile; the existing ones stay.
         """
         fresh: dict[Key, CachedProgram] = {}
         try:
@@ -74,11 +74,11 @@ class Programs:
 
 
 def read_again(all_of_them: Iterable[Programs]) -> None:
-    """Compile several sets of programs from their files; either all are put in place, or none is.
+    """Recompile several sets of programs from their files; either all are installed, or none.
 
     Raises
     ------
-    ShaderError : as of `Programs.compiled_again`.
+    ShaderError : see `Programs.compiled_again`.
     """
     ready = [one.compiled_again() for one in dict.fromkeys(all_of_them)]
     for put in ready:

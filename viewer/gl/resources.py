@@ -1,4 +1,4 @@
-"""Resources of the GPU: triangles and palettes as texels, and who gives them back."""
+"""GPU resources: triangles and palettes as texels, and ownership of GL objects."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..render.raster import WindowTriangles
 if TYPE_CHECKING:
     import moderngl
 
-# Tables without a shape of their own are laid out in rows of this many texels.
+# Texels per row of tables without a natural shape.
 ROW_LENGTH = 4096
 TRIANGLE_TEXELS = 5
 TRIANGLES_A_ROW = ROW_LENGTH // TRIANGLE_TEXELS
@@ -26,27 +26,27 @@ CORNERS_A_ROW = ROW_LENGTH // CORNER_TEXELS
 UV_TEXELS = 2
 UVS_A_ROW = ROW_LENGTH // UV_TEXELS
 OCCLUDERS_A_ROW = ROW_LENGTH // 3
-# Triangle numbers travel as float32.
+# Triangle indices are passed as float32.
 MOST_TRIANGLES = 1 << 24
 
-#: Bytes of a context's textures that are kept for the next that ask for such, and how many at most: drivers take long
-#: to make large ones, and a moving picture has some twenty.
+#: Limit in bytes of a context's pool of free textures, and its largest number: drivers are slow to allocate large ones,
+#: and an animation needs some twenty.
 MOST_SPARE, MOST_SPARES = 1 << 28, 64
 
 Releasable = TypeVar("Releasable")
-# Width, height, components and type of a texture.
+# Size, components and type of a texture.
 _Kind = tuple[int, int, int, str]
 
 
 class _Spares:
-    """Textures of a context that nobody uses, by kind; those of kinds that were not asked for lately go first."""
+    """Pool of free textures of a context, by kind; least recently used kinds are evicted first."""
 
     def __init__(self) -> None:
         self._kept: dict[_Kind, list[moderngl.Texture]] = {}
         self._bytes = self._count = 0
 
     def take(self, kind: _Kind) -> moderngl.Texture | None:
-        """Return one of a kind, with whatever it holds; None where there is none."""
+        """Take a texture of a kind, with undefined content; None if there is none."""
         kept = self._kept.pop(kind, [])
         found = kept.pop() if kept else None
         if kept:
@@ -57,7 +57,7 @@ class _Spares:
         return found
 
     def give(self, texture: moderngl.Texture) -> None:
-        """Keep a texture, and free others where there is no room for all."""
+        """Add a texture, and evict others beyond the limits."""
         kind = (*texture.size, texture.components, texture.dtype)
         self._kept[kind] = [*self._kept.pop(kind, []), texture]
         self._bytes += _bytes_of(kind)
@@ -87,13 +87,13 @@ _spares: WeakKeyDictionary[moderngl.Context, _Spares] = WeakKeyDictionary()
 
 
 def release_spares(context: moderngl.Context) -> None:
-    """Free a context's textures that nobody uses."""
+    """Free the pool of a context."""
     if context in _spares:
         _spares[context].release()
 
 
 class Owner:
-    """Keeps GL objects that live and die together."""
+    """Owner of GL objects with a common lifetime."""
 
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
@@ -102,12 +102,12 @@ class Owner:
         self._spares = _spares.setdefault(context, _Spares())
 
     def keep(self, thing: Releasable) -> Releasable:
-        """Remember `thing`, which has a `release` method; returns it."""
+        """Take ownership of `thing`, which has a `release` method, and return it."""
         self._kept.append(thing)
         return thing
 
     def release(self) -> None:
-        """Release everything kept, newest first; textures of `texture` are used again."""
+        """Release all objects, newest first; textures of `texture` return to the pool."""
         if any(thing is self.context.fbo for thing in self._kept):
             _bind_another(self.context)
         while self._kept:
@@ -128,7 +128,7 @@ class Owner:
         return made
 
     def cleared(self, size: tuple[int, int], components: int) -> moderngl.Texture:
-        """Make a texture of zeros: a new one holds whatever was in its memory."""
+        """Return a texture of zeros."""
         made = self.texture(size, components)
         target = self.context.framebuffer([made])
         target.clear()
@@ -136,18 +136,18 @@ class Owner:
         return made
 
     def texels(self, values: Float[np.ndarray, "h w 4"]) -> moderngl.Texture:
-        """Return an array as a texture, in its own precision."""
+        """Upload an array as a texture, in its own precision."""
         dtype = "f2" if values.dtype == np.float16 else "f4"
         return self.texture(values.shape[1::-1], values.shape[2], values.tobytes(), dtype)
 
     def table(self, values: np.ndarray, items_a_row: int, texels: int = 1) -> moderngl.Texture:
-        """Items of `texels` texels each, (n, texels, components), laid out in rows of `items_a_row` items."""
+        """Upload items of `texels` texels each, (n, texels, components), in rows of `items_a_row` items."""
         dtype = {"int32": "i4", "float16": "f2"}.get(values.dtype.name, "f4")
         components = values.shape[-1] if values.ndim > 1 else 1
         values = np.ascontiguousarray(values).reshape(-1, texels * components)
         whole, rest = divmod(len(values), items_a_row)
         made = self.texture((items_a_row * texels, max(1, whole + (rest > 0))), components, None, dtype)
-        # Texels after the last item stay as they are: nothing reads them.
+        # Texels after the last item are undefined and never read.
         if whole:
             made.write(values[: whole * items_a_row], viewport=(0, 0, items_a_row * texels, whole))
         if rest:
@@ -156,16 +156,14 @@ class Owner:
 
 
 def release_target(target: moderngl.Framebuffer) -> None:
-    """Free a framebuffer, which may be the one that is drawn to: moderngl would bind its number again, an error of GL's
-    that hides others.
-    """
+    """Free a framebuffer that may be bound: moderngl would bind its name again, a GL error that masks others."""
     if target is target.ctx.fbo:
         _bind_another(target.ctx)
     target.release()
 
 
 def _bind_another(context: moderngl.Context) -> None:
-    """Draw to the screen, or where there is none to a texel that stays as long as the context."""
+    """Bind the screen, or without one a framebuffer of one texel with the lifetime of the context."""
     if context.screen is not None:
         context.screen.use()
         return
@@ -178,7 +176,7 @@ def _bind_another(context: moderngl.Context) -> None:
 class TriangleTables:
     """Triangles of a window on the GPU.
 
-    triangles : `triangle_texels`. corners : `SceneGeometry.corner_texels`. pieces : the same of clipped triangles.
+    triangles : `triangle_texels`. corners : `SceneGeometry.corner_texels`. pieces : the same for clipped triangles.
     numbers (T,), key_base, key_shift : `parent` and the depth keys of `WindowTriangles`.
     """
 
@@ -191,23 +189,23 @@ class TriangleTables:
 
     @property
     def samplers(self) -> dict[str, moderngl.Texture]:
-        """Textures by their names in `surface.glsl`."""
+        """Return textures by their names in `surface.glsl`."""
         return {"triangles": self.triangles, "corners": self.corners, "pieces": self.pieces}
 
 
 def triangle_texels(
     triangles: WindowTriangles, side: Float[np.ndarray, " F"], handedness: Float[np.ndarray, " F"]
 ) -> Float[np.ndarray, "T 5 4"]:
-    """Return what changes with the view, per triangle: corners (x0 y0 x1 y1, x2 y2), number in the scene, and where the
-    rest is: that number, or -1 less the number of a piece; 1/w of the corners, and handedness, times 2 where the back
-    is seen; plane of nearness: its slopes, its value, and the column and row of the sample where it has it, its lowest
-    and highest value. Float32; corners in 1/256 sample, exact below 2^24.
+    """Encode view-dependent data per triangle: corners (x0 y0 x1 y1, x2 y2), index in the scene, and row of its
+    attributes (that index, or -1 minus the index of a piece); 1/w of the corners, and handedness, doubled if the back
+    is seen; plane of nearness: its slopes, its value and the column and row of the sample where it is attained, its
+    lowest and highest value. Float32; corners in 1/256 sample, exact below 2^24.
 
-    side, handedness : of the scene's triangles, as of `View`.
+    side, handedness : of the scene's triangles, see `View`.
     """
     texels = np.empty((len(triangles.parent), TRIANGLE_TEXELS, 4), dtype=np.float32)
     reference, planes = triangles.depth_planes()
-    # Column by column: numpy is slow where rows are short.
+    # Column by column, since numpy is slow for short rows.
     for column, one in enumerate(triangles.corners.reshape(-1, 6).T):
         texels[:, column // 4, column % 4] = one
     texels[:, 1, 2] = texels[:, 1, 3] = triangles.parent
@@ -222,7 +220,7 @@ def triangle_texels(
 
 
 def piece_texels(scene: SceneGeometry, triangles: WindowTriangles) -> Float[np.ndarray, "C 9 4"]:
-    """Return positions, normals and tangents at the corners of clipped triangles, as `SceneGeometry.corner_texels`."""
+    """Encode positions, normals and tangents at the corners of clipped triangles, as `SceneGeometry.corner_texels`."""
     texels = np.zeros((len(triangles.cut), CORNER_TEXELS, 4), dtype=np.float32)
     parent = triangles.parent[triangles.cut]
     for start, corners in ((0, scene.positions), (3, scene.normals), (6, scene.tangents)):
@@ -231,19 +229,19 @@ def piece_texels(scene: SceneGeometry, triangles: WindowTriangles) -> Float[np.n
 
 
 def uv_texels(corners: Float[np.ndarray, "T 3 2"]) -> Float[np.ndarray, "T 2 4"]:
-    """Per triangle the texture coordinates of its corners: u0 v0 u1 v1, u2 v2 0 0. Float32; all 0 on parts without."""
+    """Encode texture coordinates per triangle: u0 v0 u1 v1, u2 v2 0 0. Float32; all 0 on parts without."""
     texels = np.zeros((len(corners), UV_TEXELS, 4), dtype=np.float32)
     texels.reshape(-1, 8)[:, :6] = corners.reshape(-1, 6)
     return texels
 
 
 def palette_texels(colours: Float[np.ndarray, "P R M3"]) -> tuple[Float[np.ndarray, "h w 4"], tuple[int, int]]:
-    """Return a folded palette four terms a texel, as `fold.glsl` reads it: a column for X, Y and Z of each spectrum of
-    each entry; and how many entries stand side by side, and the rows of one.
+    """Lay out a folded palette for `fold.glsl`, four terms per texel, a column for X, Y and Z of each spectrum of each
+    entry; return it with the number of entries side by side, and the rows of one.
 
     Raises
     ------
-    InputError : more entries than a texture has room for.
+    InputError : more entries than fit into a texture.
     """
     entries, rank, columns = colours.shape
     rows = -(-rank // 4)

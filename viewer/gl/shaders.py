@@ -1,4 +1,4 @@
-"""Shaders are files: `#include` with errors mapped back to the file and line, and sizes given as `#define`s."""
+"""Shader files: `#include`, `#define`d sizes, and compiler errors mapped back to file and line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import moderngl
 
 GLSL_VERSION = "#version 410 core"
-#: Placeholder for the terms of the render form that is drawn.
+#: Placeholder for the terms of the render form.
 TERMS = "terms.glsl"
 _INCLUDE = re.compile(r'^\s*#include\s+"([^"]+)"\s*$')
 # Mesa: `2:17(5): error`; Nvidia: `2(17) : error`; AMD and macOS: `ERROR: 2:17:`. The first number is the source string.
@@ -22,21 +22,21 @@ _PLACE = re.compile(r"(?m)^(\s*(?:ERROR:\s*|WARNING:\s*)?)(\d+)(?::(\d+)|\((\d+)
 
 
 class ShaderError(MetamerError):
-    """A shader that this machine's compiler refuses; the message names files and lines, not source numbers."""
+    """Error of a shader that does not compile on this machine; the message names files and lines."""
 
 
 def source(
     name: str, defines: Mapping[str, int | float] | None = None, terms: Path | None = None
 ) -> tuple[str, tuple[str, ...]]:
-    """Text of shader file `name`, includes put in, and the file names that its `#line` numbers refer to.
+    """Return the text of shader file `name` with includes resolved, and the file names that its `#line` numbers refer
+    to.
 
-    Each file is included once, the first time it is asked for. `defines` come right after the version. `terms` is what
-    `#include "terms.glsl"` includes: the terms of a fast form, whose file lies beside it; what that includes may lie
-    beside itself.
+    Each file is included once, at its first `#include`. `defines` follow the version. `terms` is the file included by
+    `#include "terms.glsl"`: the terms of a fast form, which may include files of its own folder.
 
     Raises
     ------
-    ShaderError : an include that is not there; names the file and line that asks for it.
+    ShaderError : a missing include, with the file and line of the directive.
     """
     seen: list[str] = []
     names: list[str] = []
@@ -77,7 +77,7 @@ def program(
 
     Raises
     ------
-    ShaderError : the compiler's or linker's words, with `number:line` replaced by `file:line`.
+    ShaderError : the compiler's or linker's message, with `number:line` replaced by `file:line`.
     """
     import moderngl
 
@@ -87,18 +87,18 @@ def program(
         return context.program(vertex_shader=vertex_source, fragment_shader=fragment_source)
     except moderngl.Error as reason:
         message = str(reason)
-        # moderngl heads its message with the stage; a linker's message has no places to map.
+        # moderngl's message starts with the stage; a linker's message has no positions to map.
         names = vertex_files if "vertex_shader" in message.replace(" ", "_").lower() else fragment_files
         raise ShaderError(f"{vertex} + {fragment}: {with_file_names(message, names)}") from reason
 
 
 def shader_folder() -> Path:
-    """Return the folder of the shaders; those of surfaces lie beside their classes."""
+    """Return the folder of the shaders; those of surfaces are next to their classes."""
     return Path(str(files(__package__ or "").joinpath("shaders")))
 
 
 def with_file_names(message: str, names: tuple[str, ...]) -> str:
-    """Return a compiler's message with source string numbers replaced by the files they stand for."""
+    """Replace source string numbers in a compiler's message by file names."""
 
     def replaced(match: re.Match[str]) -> str:
         number = int(match[2])

@@ -1,4 +1,4 @@
-"""One side of a comparison: a scene in the light that it is shown in, and how its picture is made."""
+"""One side of a comparison: a scene with its illuminant, and the method of its rendering."""
 
 from __future__ import annotations
 
@@ -21,9 +21,10 @@ from ...spectral.spectrum import Spectrum
 class CanvasSide:
     """One side of a comparison.
 
-    illuminant : in place of the lights' own spectra; None is theirs. dimming : of all lights; the white stays.
-    influence : the part whose light on all others is shown alone: what they would lack if it were black. None: all.
-    made : "fast" is drawn; of others `still` is the picture, or none is there yet. Their scene is what they show.
+    illuminant : replaces the lights' own spectra; None keeps them. dimming : factor on all lights, not on the white.
+    influence : part of which only the light reflected onto all others is shown, the difference to it being black. None:
+        all light.
+    made : "fast" is rendered live; others show `still`, or nothing yet, and their scene is that of the image.
     """
 
     scene: Scene
@@ -36,18 +37,18 @@ class CanvasSide:
 
     @cached_property
     def white(self) -> Float[np.ndarray, "3"]:
-        """XYZ, Y = 1, of the perfect diffuser in these lights."""
+        """XYZ, Y = 1, of the perfect diffuser under this side's lights."""
         return self.lit.adopted_white() if self.still is None else self.still.white_xyz
 
     @cached_property
     def lit(self) -> Scene:
-        """The scene under its lights as they are shown, but for their dimming."""
+        """Scene with the illuminant, without dimming."""
         return self.scene if self.illuminant is None else self.scene.with_illuminant(self.illuminant)
 
     @cached_property
     def drawn(self) -> tuple[Scene, tuple[Spectrum, ...]]:
-        """The scene that renderers draw, and the spectra in place of its lights' own, which where surfaces that
-        fluoresce pass light on are its lights' own.
+        """Scene to render, and the spectra that replace its lights' own; with fluorescent interreflection the scene's
+        lights have them instead.
         """
         if self.illuminant is None or self.scene.bounces == 0:
             return self.scene, () if self.illuminant is None else (self.illuminant,)

@@ -1,6 +1,6 @@
-"""Sides of a comparison as layers: materials and lights of each, found before anything is drawn.
+"""Layers of the sides of a comparison, prepared before drawing.
 
-The light of a side that shows an influence is that which a part gives all others: with the part, less with it black.
+The influence of a part on all others is the light with the part minus the light with the part black.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from ..render.scene_layers import Colours
 from ..render.session import RenderSession
 from .side import CanvasSide
 
-# Id of the black material of a part whose influence is shown: ids in catalogues have no capitals.
+# Id of the black material for influences; ids in catalogues have no capitals.
 _BLACK = "the part without its light/BLACK"
 
 
@@ -41,13 +41,13 @@ def _blackened(side: CanvasSide, scene: Scene) -> Scene:
     return scene.with_material(side.influence, _BLACK)
 
 
-# Layers that are drawn from terms, and others.
+# Layers drawn from terms, and others.
 Split = tuple[list[AnyLayer], list[AnyLayer]]
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedSide:
-    """All sides of a comparison as they are drawn: the layers of each; `scene` has the geometry of all."""
+    """Sides of a comparison prepared for drawing: the layers of each; `scene` has their common geometry."""
 
     scene: Scene
     camera: Camera
@@ -56,26 +56,26 @@ class PreparedSide:
 
     @cached_property
     def keys(self) -> set[tuple]:
-        """Keys of all terms that may be kept."""
+        """Return the keys of all terms that can be cached."""
         return {layer.terms_key for kept, _ in self.layers for layer in kept}
 
 
 class SideLayers:
-    """Prepares sides of a comparison for a session: their layers, and light that takes long.
+    """Preparation of the sides of a comparison: their layers, and expensive light.
 
-    whole : whether what is missing and takes long is worked out, as shadows of area and environment lights and indirect
-    light; else pictures are without it.
+    whole : whether missing shadows of area and environment lights and indirect light, which take long, are computed;
+    else images lack them.
     """
 
     def __init__(self, session: RenderSession) -> None:
         self.session, self.whole = session, True
 
     def prepared(self, sides: Sequence[CanvasSide], camera: Camera) -> PreparedSide:
-        """Build each side's layers; caches serve all: their scenes differ in materials, spectra and observers alone.
+        """Build each side's layers with shared caches: scenes may differ only in materials, spectra and observers.
 
         Raises
         ------
-        InputError : the sides' meshes or the places of their lights differ; whatever `LayerBuilder.build` raises.
+        InputError : the sides' meshes or the positions of their lights differ; errors of `LayerBuilder.build`.
         """
         scenes: list[Scene] = []
         layers: list[Split] = []
@@ -92,7 +92,7 @@ class SideLayers:
         return PreparedSide(scenes[0], camera, tuple(layers), needs)
 
     def work_out(self, sides: Sequence[CanvasSide]) -> None:
-        """Work out all that takes long before anything is drawn, without the GPU: another thread may do it."""
+        """Compute everything expensive before drawing, without the GPU, possibly on another thread."""
         layers, settings, cache = self.session.layers, self.session.settings, self.session.cache
         cache.geometry = scene_geometry(sides[0].scene.cut(sides[0].surfaces), cache.geometry)
         for side in sides:
@@ -107,7 +107,7 @@ class SideLayers:
                 layers.indirect(settings, *one, shown_in, self.whole)
 
     def has_worked_out(self, sides: Sequence[CanvasSide]) -> bool:
-        """Return True if `work_out` has nothing to do."""
+        """Return whether `work_out` has nothing to do."""
         layers = self.session.layers
         if not knows_geometry(sides[0].scene.cut(sides[0].surfaces), self.session.cache.geometry):
             return False
@@ -121,14 +121,14 @@ class SideLayers:
         return True
 
     def bounces_of(self, side: CanvasSide) -> int:
-        """Return the number of bounces in what was drawn of a side."""
+        """Return the number of bounces in a side's rendering."""
         scene, shown_in = side.drawn
         layers, settings = self.session.layers, self.session.settings
         light = layers.indirect(settings, scene.cut(side.surfaces), side.surfaces, shown_in, self.whole)
         return 0 if light is None else light.bounces
 
     def _states(self, side: CanvasSide, scene: Scene) -> list[tuple[Scene, Mapping[str, Fast]]]:
-        """Return the states whose indirect light a side shows: of an influence two, with the part as is and black."""
+        """Return the states whose indirect light a side shows: two for an influence, with the part as is and black."""
         if side.influence is None:
             return [(scene, side.surfaces)]
         return [(scene, side.surfaces), (_blackened(side, scene), {**side.surfaces, _BLACK: _black()})]

@@ -1,4 +1,4 @@
-"""Tiles of the GL renderer: textures of what its samples see."""
+"""Tiles of the GL renderer: textures of visible geometry."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from .resources import Owner
 if TYPE_CHECKING:
     import moderngl
 
-# The numbers of a part's first and last triangle, and its box of pixels.
+# Indices of a part's first and last triangle, and its box of pixels.
 Place = tuple[tuple[int, int], tuple[int, int, int, int]]
 
 
 @dataclass(eq=False)
 class GLTile(Tile):
-    """A tile on the GPU.
+    """Tile on the GPU.
 
-    covered : the share of each pixel's samples where something is seen.
-    seen : triangle number + 1 at each sample, 0 where there is none.
-    parts : of each part the first and last of those numbers + 1 and the pixels that it can touch (x, y, width, height);
-    None where there are none.
-    uv : texture coordinates and footprints, where they were asked for.
-    frames : of lights that spread, where there are any.
+    covered : share of each pixel's samples that see a surface.
+    seen : triangle index + 1 at each sample, 0 for none.
+    parts : for each part its first and last triangle index + 1 and the pixels that it may touch (x, y, width, height);
+    None if it has none.
+    uv : texture coordinates and footprints, if requested.
+    frames : for area, environment and indirect light, if there is any.
     lights : per light the textures of io angles, hd angles and azimuths, and (mip-mapped) of io spans and hd spans.
     """
 
@@ -46,13 +46,13 @@ class GLTile(Tile):
 
     @cached_property
     def coverage(self) -> Float[np.ndarray, "h w"]:
-        """Coverage of its pixels, float32, read back when first asked for."""
+        """Coverage of its pixels, float32, read back on first use."""
         return read(self.covered)[..., 0]
 
 
 @dataclass(eq=False)
 class GLTerms(KeptTerms):
-    """Terms on the GPU: a texture for every four of them, of the pixels of `box` (x, y, width, height)."""
+    """Terms on the GPU: a texture for every four terms, for the pixels of `box` (x, y, width, height)."""
 
     box: tuple[int, int, int, int]
     quads: tuple[moderngl.Texture, ...]
@@ -60,7 +60,7 @@ class GLTerms(KeptTerms):
 
 
 def area_light_textures(tile: GLTile, layer: SpreadLayer) -> dict[str, moderngl.Texture]:
-    """Return the textures of a tile that area lights read."""
+    """Return a tile's textures for area, environment and indirect light."""
     uv = dict(zip(("uv", "footprint"), tile.uv, strict=False)) if layer.form.uses_uv else {}
     return {"seen": tile.seen, **dict(zip(FRAMES, tile.frames, strict=True)), **uv}
 
@@ -87,6 +87,6 @@ def part_places(
 
 
 def read(texture: moderngl.Texture) -> np.ndarray:
-    """Return a texture of floats, row by row."""
+    """Read back a texture of floats, row by row."""
     width, height = texture.size
     return np.frombuffer(texture.read(), dtype=np.float32).reshape(height, width, texture.components)

@@ -1,6 +1,7 @@
-"""Back ends of a session, and the cache of what they work out: geometry, tiles and terms of the last picture.
+"""Interface of back ends, and the cache of geometry, tiles and terms of the last image.
 
-Each outlives what it does not depend on: geometry another camera, tiles other materials, terms other spectra.
+Each is reused as long as its inputs are unchanged: geometry for other cameras, tiles for other materials, terms for
+other spectra.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from .layers import AnyLayer
 from .raster import TileWindow, WindowTriangles
 from .view import View, view_key, view_of
 
-# Samples times lights of which angles are kept between calls; larger pictures work them out again, tile by tile.
+# Limit of samples times lights with cached angles; larger images recompute them tile by tile.
 KEPT_SAMPLES = 8_000_000
-# Bytes of terms that are kept between calls: beyond, they are worked out for each picture.
+# Limit of cached terms, bytes; beyond, they are recomputed for each image.
 KEPT_TERMS = 1 << 28
 
 
 @dataclass(frozen=True)
 class Needs:
-    """Optional contents of tiles, which cost time: nobody pays for those that no layer reads.
+    """Optional contents of tiles, computed only if a layer reads them.
 
     uv : texture coordinates. frames : shading frames, for area, environment and indirect light. mipmapped : spans of
     samples on factors and textures (`RenderSettings.filtering`).
@@ -44,22 +45,22 @@ class Needs:
         return Needs(self.uv or other.uv, self.frames or other.frames, self.mipmapped or other.mipmapped)
 
     def met_by(self, there: Needs) -> bool:
-        """True if a tile with the contents `there` serves."""
+        """Return whether a tile with the contents `there` suffices."""
         return self.uv <= there.uv and self.frames <= there.frames and self.mipmapped == there.mipmapped
 
 
 @dataclass(eq=False)
 class Tile:
-    """Samples of a window of the picture, as a back end keeps them; all have `coverage` (h, w) float32, by pixel."""
+    """Samples of a window of the image, in a back end's form; all have `coverage` (h, w) float32, by pixel."""
 
     needs: Needs
 
 
 @dataclass(eq=False)
 class KeptTerms:
-    """Terms of a layer at every pixel, light and visibility included: all of a picture but its spectra.
+    """Terms of a layer at every pixel, including light and visibility: everything but spectra.
 
-    of : their layer, kept alive with them. nbytes : memory in bytes.
+    of : their layer, kept alive by the reference. nbytes : memory in bytes.
     """
 
     of: AnyLayer
@@ -67,9 +68,9 @@ class KeptTerms:
 
 
 class Backend(ABC):
-    """Working out of tiles, terms and sums; it keeps nothing of a scene but what is uploaded of its lights.
+    """Base class of back ends, which compute tiles, terms and sums; of a scene they cache only uploaded light tables.
 
-    name : of the device, for pictures' headers. chunk : pictures that are added up at once.
+    name : of the device, for images' headers. chunk : number of images added up at once.
     """
 
     name: str
@@ -77,20 +78,20 @@ class Backend(ABC):
 
     @abstractmethod
     def tile(self, view: View, window: TileWindow, triangles: WindowTriangles, needs: Needs) -> Any:
-        """Work out what a window shows that does not depend on materials and spectra, as a kind of `Tile`."""
+        """Compute the `Tile` of a window, which is independent of materials and spectra."""
 
     @abstractmethod
     def terms(self, tile: Any, layer: AnyLayer) -> Any:
-        """Work out a layer's terms at every pixel, as a kind of `KeptTerms`; None if the tile does not show it."""
+        """Compute a layer's terms at every pixel, as `KeptTerms`; None if the tile does not show it."""
 
     @abstractmethod
     def added_up(
         self, piece: Piece, layers: Sequence[AnyLayer], columns: slice, keep: bool, count: int
     ) -> AbstractContextManager[Sequence[Any]]:
-        """Add up layers in a window under the spectra that `columns` of their colours belong to, of `count` in all.
+        """Add up layers in a window under the spectra of `columns` of their colours, of `count` in total.
 
-        Gives images, valid within the context: numpy arrays (h, w, 3), or textures of a GPU.
-        keep : whether layers' terms stay for the next call.
+        Returns images that are valid within the context: numpy arrays (h, w, 3), or GPU textures.
+        keep : whether layers' terms are cached for the next call.
         """
 
     def pixels(self, image: Any) -> Float[np.ndarray, "h w 3"]:
@@ -98,23 +99,23 @@ class Backend(ABC):
         return image
 
     def make_current(self) -> None:  # noqa: B027
-        """Select the back end's device for the calls that follow on this thread."""
+        """Select the back end's device for subsequent calls on this thread."""
 
     def discard(self, kept: Any) -> None:  # noqa: B027
         """Free device memory of a tile or of terms."""
 
     def keep_lights(self, lights: Collection[LightGeometry]) -> None:  # noqa: B027
-        """Free what is uploaded of all lights but these."""
+        """Free the uploaded tables of all lights but these."""
 
     def close(self) -> None:  # noqa: B027
         """Release the device; the back end cannot be used afterwards."""
 
 
 class Piece:
-    """Window of a picture with its tile and terms, worked out when they are asked for.
+    """Window of an image with its tile and terms, computed on demand.
 
-    left, top : its first pixel. size : its width and height in pixels. tile : None where there was no room to keep it.
-    terms : of the layers drawn last; None for those that do not show here.
+    left, top : first pixel. size : width and height in pixels. tile : None if there was no room for it.
+    terms : of the last drawn layers; None for those not visible here.
     """
 
     def __init__(self, cache: RenderCache, window: TileWindow, samples: int) -> None:
@@ -127,19 +128,19 @@ class Piece:
 
     @property
     def coverage(self) -> Float[np.ndarray, "h w"]:
-        """Coverage of its pixels, float32; stays known when the tile is forgotten."""
+        """Coverage of its pixels, float32; kept when the tile is freed."""
         found = self.worked_out().coverage if self._coverage is None else self._coverage
         self._coverage = found
         return found
 
     @property
     def place(self) -> tuple[slice, slice]:
-        """Rows and columns of the picture that it fills."""
+        """Rows and columns of the image that it fills."""
         width, height = self.size
         return slice(self.top, self.top + height), slice(self.left, self.left + width)
 
     def worked_out(self) -> Any:
-        """Return the tile, with all that the cache's needs ask for."""
+        """Return the tile, with all contents that the cache needs."""
         cache = self._cache
         if self.tile is not None and not cache.needs.met_by(self.tile.needs):
             self.forget_tile()
@@ -150,7 +151,7 @@ class Piece:
         return self.tile
 
     def with_terms(self, layers: Sequence[AnyLayer], keep: bool) -> Iterator[tuple[AnyLayer, Any]]:
-        """Iterate over the layers that show here and their terms, which with `keep` stay where there is room."""
+        """Yield the layers visible here with their terms, which `keep` caches if there is room."""
         cache = self._cache
         for layer in layers:
             key = layer.terms_key
@@ -168,30 +169,30 @@ class Piece:
                     cache.backend.discard(terms)
 
     def keep_terms(self, keys: Collection[tuple]) -> None:
-        """Forget all kept terms but these."""
+        """Free all cached terms but these."""
         for key in [key for key in self.terms if key not in keys]:
             if (terms := self.terms.pop(key)) is not None:
                 self._cache.terms_bytes -= terms.nbytes
                 self._cache.backend.discard(terms)
 
     def forget_tile(self) -> None:
-        """Free the tile; coverage that was asked for stays known."""
+        """Free the tile; coverage that was read is kept."""
         if self.tile is not None:
             self._cache.backend.discard(self.tile)
             self.tile = None
 
 
 class RenderCache:
-    """Geometry of a scene, one camera's view of it and the windows of its picture.
+    """Cache of a scene's geometry, one camera's view of it and the windows of its image.
 
-    needs : contents of the tiles that are worked out from now on. one_sided : meshes, by identity, whose triangles are
-    not drawn from behind. terms_bytes : memory of all kept terms.
+    needs : contents of tiles computed from now on. one_sided : meshes, by identity, with backface culling. terms_bytes
+    : memory of all cached terms.
     """
 
     def __init__(self, backend: Backend) -> None:
         self.backend, self.needs = backend, Needs()
         self.one_sided: frozenset[int] = frozenset()
-        #: Called when what is kept of a view is forgotten, by those who keep more of it.
+        #: Callback when a view is discarded, for owners of more data of it.
         self.on_forget_view: Callable[[], object] = lambda: None
         self.geometry: SceneGeometry | None = None
         self.view: View | None = None
@@ -200,9 +201,9 @@ class RenderCache:
         self.terms_bytes = 0
 
     def turned_to(self, scene: Scene, camera: Camera, tile_samples: int | None = None) -> View:
-        """Set the view to a camera's, and forget what is kept of another one.
+        """Set the view to a camera's, and discard that of another one.
 
-        tile_samples : samples along a window's side; None is the default.
+        tile_samples : samples along a window's side; None for the default.
         """
         geometry = scene_geometry(scene, self.geometry)
         if self.view is None or geometry is not self.view.scene or view_key(camera) != view_key(self.view.camera):
@@ -216,7 +217,7 @@ class RenderCache:
         return self.view
 
     def seen(self, geometry: SceneGeometry, camera: Camera) -> View:
-        """Return a camera's view of the geometry, without the backs of one-sided meshes."""
+        """Return a camera's view of the geometry, with backface culling of one-sided meshes."""
         view = view_of(geometry, camera)
         solid = [id(mesh) in self.one_sided for mesh in geometry.meshes]
         if not any(solid):
@@ -224,7 +225,7 @@ class RenderCache:
         return replace(view, left_out=np.repeat(solid, np.diff(geometry.first_face)) & (view.side < 0.0))
 
     def windows(self, scene: Scene, camera: Camera, tile_samples: int | None = None) -> Iterator[Piece]:
-        """Iterate over the picture's windows; a tile is valid for one turn, and stays where there is room."""
+        """Iterate over the image's windows; a tile is valid for one iteration, and cached if there is room."""
         self.backend.make_current()
         view = self.turned_to(scene, camera, tile_samples)
         samples = view.size[0] * view.size[1] * (len(view.scene.lights) + len(scene.spread_lights))
@@ -234,12 +235,12 @@ class RenderCache:
                 yield piece
                 whole = True
             finally:
-                # A caller that stops half way may have stopped in the middle of anything.
+                # An interrupted caller may leave a tile incomplete.
                 if not (whole and samples <= KEPT_SAMPLES):
                     piece.forget_tile()
 
     def forget_view(self) -> None:
-        """Forget what is kept of the last camera's view."""
+        """Discard the last camera's view and its data."""
         self.on_forget_view()
         self._forget_pieces()
         self.view = None
@@ -251,7 +252,7 @@ class RenderCache:
         self.pieces = []
 
     def release(self) -> None:
-        """Forget everything and free what it holds on a device."""
+        """Discard everything and free device memory."""
         self.backend.make_current()
         self.forget_view()
         self.backend.keep_lights(())

@@ -1,12 +1,13 @@
-"""Footprints of samples in each angle, over which mip-mapped factors are averaged.
+"""Footprints of samples in each angle, for averaging mip-mapped factors.
 
-The angles at the middle of a sample's four sides, less one another. The surface there is that of the sample's own
-triangle, which goes on beyond its edges: no other part, silhouette, crease or shadow comes in, and what lies beside a
-sample need not be seen. Where the triangle's plane ends within the sample (a horizon) the other side is taken twice.
+They are differences of the angles at the midpoints of a sample's four sides. The surface there is the unbounded plane
+of the sample's own triangle: no other part, silhouette, crease or shadow affects them, and neighbouring samples need
+not be visible. Where the plane's horizon is within the sample the other side is used twice.
 
 A polar angle has a kink at its pole, where the differences of a highlight's theta_h across a pixel cancel. There the
-span is that of the direction itself: how far the one of two directions moves from the other. Azimuths change by up to
-half a turn, whichever way is shorter. Both axes of the picture add up as squares, as the variances of two boxes do.
+span is that of the direction itself: the distance that one of the two directions moves relative to the other. Azimuths
+change by up to half a turn, the shorter way. Spans of both image axes are added in squares, like the variances of two
+boxes.
 
 Twin of `footprint.glsl`.
 """
@@ -26,7 +27,7 @@ from .raster import SUBSTEPS, WindowTriangles
 from .surfaces import SurfaceSamples, interpolated
 from .view import View
 
-# A side of a sample is used where the depth there is less than this many times that of the middle.
+# Largest ratio of depth at a side of a sample to that at its centre for the side to be used.
 DEEPEST = 10.0
 # |l + v|^2 below which the half vector has no direction.
 LEAST_HALF = 1e-12
@@ -34,11 +35,11 @@ LEAST_HALF = 1e-12
 
 @dataclass(frozen=True, eq=False)
 class _Directions:
-    """Angles and directions of K points.
+    """Angles and directions at K points.
 
     theta (K, 4) : theta_i, theta_o, theta_h, theta_d. azimuth (K, 4) : phi, phi_i, phi_d, phi_h.
-    apart (K, 4, 3) : light, viewer and half vector less the normal, and light less half vector: unit vectors all.
-    whole (K,) : see `surfaces.Interpolated`. met (K,) : whether the half vector has a direction.
+    apart (K, 4, 3) : light, viewer and half vector minus the normal, and light minus half vector, all unit vectors.
+    whole (K,) : see `surfaces.Interpolated`. met (K,) : mask of points whose half vector has a direction.
     """
 
     theta: Float[np.ndarray, "K 4"]
@@ -55,7 +56,7 @@ def footprints(
     surface: SurfaceSamples,
     which: Int[np.ndarray, " K"],
 ) -> dict[Frame, Float[np.ndarray, "K 4"]]:
-    """Compute by frame the spans of the samples `which` of a surface in each angle in `axes.AXIS_NAMES`, radians."""
+    """Compute the spans of samples `which` in each angle of `axes.AXIS_NAMES`, by frame, radians."""
     number, point = surface.number[which], surface.point[which]
     here = _directions(view, light, triangles, number, point)
     along, apart, around = np.zeros((3, len(which), 4))
@@ -64,7 +65,7 @@ def footprints(
         step[axis] = SUBSTEPS // 2
         ends = [_directions(view, light, triangles, number, point + side * step) for side in (1, -1)]
         usable = [(DEEPEST * end.whole * here.whole > here.whole**2) & end.met for end in ends]
-        # One side alone counts twice; where there is neither, the differences are zero.
+        # A single side counts twice; without any, the differences are zero.
         scale = np.where(usable[0] & usable[1], 1.0, 2.0)[:, None]
 
         def difference(name: str, ends: list = ends, usable: list = usable) -> np.ndarray:
@@ -82,7 +83,7 @@ def footprints(
         around += (scale * (turned - TAU * np.floor(turned / TAU + 0.5))) ** 2
     squared = here.theta**2
     total = squared + apart
-    # Far from the pole what theta changes by, on it what the direction does.
+    # Change of theta far from the pole, of the direction at the pole.
     share = np.divide(squared, total, out=np.ones_like(total), where=total > 0.0)
     polar = np.sqrt(share * along + (1.0 - share) * apart)
     azimuth = np.minimum(np.sqrt(around), TAU)

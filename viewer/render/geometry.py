@@ -1,8 +1,9 @@
-"""A scene as both renderers take it, whatever the camera: triangles about its centre, and what each light meets.
+"""Camera-independent geometry of a scene for both renderers: triangles about its centre, and the lights' relation to
+them.
 
-What outlives a camera is here, and what a light's place decides is kept while only other lights move; what one camera
-sees of it is `view.View`. Everything that is decided once a triangle is decided in float64, so that the two renderers
-cannot differ on it. Lengths are in radii of the scene. The policy is that of `lighting.reference.geometry`.
+Data of a light are cached while only other lights move; a camera's view is `view.View`. Decisions per triangle are made
+in float64, so that both renderers agree. Lengths are in radii of the scene. Conventions are those of
+`lighting.reference.geometry`.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from .shadows import ShadowGrid, SortedTriangles, shadow_grid, sorted_triangles
 
 @dataclass(frozen=True, eq=False)
 class LightGeometry:
-    """A light without its spectrum.
+    """Geometry of a light, without its spectrum.
 
     vector (4,) : homogeneous, in radii about the scene's centre (`Light.homogeneous`).
-    irradiance : pi E / E_ref on a surface that faces it at unit length of vector[:3] - vector[3] position.
-    above (F,) : positive where it stands above a triangle's horizon, on the side of the triangle's own normal.
+    irradiance : pi E / E_ref on a surface facing it at unit length of vector[:3] - vector[3] position.
+    above (F,) : positive if the light is above the triangle's horizon, on the side of the triangle's normal.
     """
 
     vector: Float[np.ndarray, "4"]
@@ -37,20 +38,20 @@ class LightGeometry:
     shadows: ShadowGrid
 
     def towards(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Compute vectors from points to the light, of the length that irradiance falls with."""
+        """Compute vectors from points to the light; irradiance falls with their squared length."""
         return self.vector[:3] - self.vector[3] * points
 
 
 @dataclass(frozen=True, eq=False)
 class SceneGeometry:
-    """Triangles by their corners, and lights; good for all cameras, materials and spectra.
+    """Triangles by their corners, and lights, valid for all cameras, materials and spectra.
 
-    centre (3,), radius : world, of what is seen; scale of all that follows but `points`.
-    points (V, 3) : vertices, world. faces (F, 3) : which of them are a triangle's corners.
+    centre (3,), radius : world, of the scene; origin and unit of all coordinates below but `points`.
+    points (V, 3) : vertices, world. faces (F, 3) : vertex indices of corners.
     face_normals (F, 3) : unit. positions, normals, tangents (F, 3, 3) : rounded to float32.
     handedness (F,) : 1 or -1, of the tangents (`lighting.mesh.tangents`).
-    first_face (parts + 1,) : where each part's triangles begin.
-    cutouts : by part, its material's holes. tracer : rays that go on through those; None where there are none.
+    first_face (parts + 1,) : first triangle of each part.
+    cutouts : holes of each part's material. tracer : ray tracer through holes; None without holes.
     """
 
     meshes: tuple[Mesh, ...]
@@ -71,19 +72,17 @@ class SceneGeometry:
 
     @property
     def has_uv(self) -> tuple[bool, ...]:
-        """True by part if it has texture coordinates."""
+        """True for each part with texture coordinates."""
         return tuple(mesh.uv is not None for mesh in self.meshes)
 
     @cached_property
     def first_corners(self) -> Float[np.ndarray, "F 3"]:
-        """The first corner of each triangle, world: all that is asked of it when the camera moves."""
+        """First corner of each triangle, world, needed when the camera moves."""
         return self.points.take(self.faces[:, 0], axis=0)
 
     @cached_property
     def corner_texels(self) -> Float[np.ndarray, "F 9 4"]:
-        """Positions, normals and tangents as GPUs take them, float32 with a fourth number that is 0; put together when
-        first asked for.
-        """
+        """Positions, normals and tangents for GPUs, float32 padded by 0 to four numbers."""
         texels = np.zeros((len(self.faces), 9, 4), dtype=np.float32)
         for start, corners in ((0, self.positions), (3, self.normals), (6, self.tangents)):
             texels[:, start : start + 3, :3] = corners
@@ -91,9 +90,7 @@ class SceneGeometry:
 
     @cached_property
     def uv(self) -> Float[np.ndarray, "F 3 2"] | None:
-        """Texture coordinates rounded to float32, 0 on parts without; None where no part has any. Put together when
-        first asked for.
-        """
+        """Texture coordinates rounded to float32, 0 on parts without; None if no part has any."""
         if not any(self.has_uv):
             return None
         parts = [np.zeros((len(m.faces), 3, 2)) if m.uv is None else m.uv[m.faces] for m in self.meshes]
@@ -101,7 +98,7 @@ class SceneGeometry:
 
 
 def knows_geometry(scene: Scene, known: SceneGeometry | None) -> bool:
-    """Return whether `scene_geometry` would give back `known`."""
+    """Return whether `scene_geometry` would return `known`."""
     if known is None or not _same_meshes(scene, known) or len(scene.delta_lights) != len(known.lights):
         return False
     pairs = zip(scene.delta_lights, known.lights, strict=True)
@@ -109,8 +106,8 @@ def knows_geometry(scene: Scene, known: SceneGeometry | None) -> bool:
 
 
 def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeometry:
-    """Return a scene prepared for any camera; what `known` has of the same meshes and lights is taken over, and `known`
-    itself given back where nothing has changed.
+    """Prepare a scene for any camera; data of the same meshes and lights are taken from `known`, which is returned
+    itself if nothing has changed.
     """
     same = known is not None and _same_meshes(scene, known)
     bare = known if known is not None and same else _triangles(scene)
@@ -121,7 +118,7 @@ def scene_geometry(scene: Scene, known: SceneGeometry | None = None) -> SceneGeo
 
 
 def same_geometry(scene: Scene, other: Scene) -> bool:
-    """Return whether two scenes differ in materials without holes, spectra and observers at most."""
+    """Return whether two scenes differ at most in materials without holes, spectra and observers."""
     low, high = scene.bounds
     centre, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     lux = scene.viewing.reference_illuminance_lux, other.viewing.reference_illuminance_lux
@@ -139,7 +136,7 @@ def same_geometry(scene: Scene, other: Scene) -> bool:
 
 
 def _same_meshes(scene: Scene, known: SceneGeometry) -> bool:
-    """Told apart by identity, which is theirs while `known` keeps them alive."""
+    """Compare meshes by identity, which is valid while `known` keeps them alive."""
     return len(scene.parts) == len(known.meshes) and all(
         part.mesh is mesh and part.cutout is cutout
         for part, mesh, cutout in zip(scene.parts, known.meshes, known.cutouts, strict=True)

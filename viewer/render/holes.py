@@ -1,8 +1,8 @@
-"""Light from one direction at samples of a scene whose materials have holes, for both renderers.
+"""Visibility of delta lights in scenes whose materials have holes, for both renderers.
 
-What a sample sees through a hole is decided in float64 (`surfaces.seen_in`), before a GPU draws anything, so that both
-renderers see the same. Shadows are then asked of the reference's own rays, which go on through holes: cells of
-triangles know none. Light that spreads is taken to be hidden by holes as well.
+Visibility through holes is decided in float64 (`surfaces.seen_in`) before a GPU draws anything, so that both renderers
+agree. Shadows are ray traced as in the reference, through holes, since shadow grids do not know holes. For area and
+environment lights holes are treated as opaque.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from .view import View
 def reaching(
     view: View, light: LightGeometry, position: Float[np.ndarray, "n 3"], face: Int[np.ndarray, " n"]
 ) -> Float[np.ndarray, " n"]:
-    """Share of a light that reaches points on triangles that face it, positions in radii; see `shadows.visibility`."""
+    """Return the share of a light that reaches points on triangles facing it, positions in radii; see
+    `shadows.visibility`.
+    """
     scene, tracer = view.scene, view.scene.tracer
     if tracer is None:
         return visibility(light.shadows, position, face)
@@ -34,14 +36,14 @@ def reaching(
 
 
 def seen_texels(surface: SurfaceSamples, window: TileWindow) -> Float[np.ndarray, "h w"]:
-    """Number + 1 of the window's triangle at each sample, 0 where there is none, float32."""
+    """Return the index + 1 of the window's triangle at each sample, 0 for none, float32."""
     return _texels(window, surface.point, surface.number + 1.0)
 
 
 def reaching_texels(
     view: View, light: LightGeometry, surface: SurfaceSamples, window: TileWindow
 ) -> Float[np.ndarray, "h w"]:
-    """`reaching` at each sample, 0 where the light stands below the triangle's horizon, float32."""
+    """Return `reaching` at each sample, 0 if the light is below the triangle's horizon, float32."""
     lit = np.flatnonzero(view.lit(light)[surface.face])
     return _texels(window, surface.point[lit], reaching(view, light, surface.position[lit], surface.face[lit]))
 

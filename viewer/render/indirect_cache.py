@@ -1,4 +1,4 @@
-"""Light that comes by way of other surfaces, for renderers: found once for a scene, kept, and drawn in layers."""
+"""Cache of indirect light, and its layers."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ Progress = Callable[[int, int, str], None]
 
 
 class IndirectCache:
-    """Keeps the rays of the last scene while its meshes are the same, and its last few states' indirect light.
+    """Cache of the last scene's rays while its meshes are the same, and of the indirect light of its last states.
 
-    keeps : states. Good for several renderers and threads: who works something out holds `lock`.
+    keeps : number of states. It can be shared by renderers and threads; computations hold `lock`.
     """
 
     def __init__(self, keeps: int = 1) -> None:
@@ -37,13 +37,13 @@ class IndirectCache:
         self._lights: list[tuple[tuple[object, ...], IndirectLight]] = []
 
     def release(self) -> None:
-        """Forget both."""
+        """Discard rays and states."""
         with self.lock:
             self._transport = None
             self._lights.clear()
 
     def knows(self, scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> bool:
-        """Return whether `light` has nothing to work out."""
+        """Return whether `light` has nothing to compute."""
         if scene.bounces == 0:
             return True
         if not self.lock.acquire(blocking=False):
@@ -64,14 +64,14 @@ class IndirectCache:
         say: Callable[[str], object] = lambda words: None,
         rays: int = RAYS,
     ) -> IndirectLight | None:
-        """Return the scene's indirect light; None where it is not asked for, or where nothing of it could be seen.
+        """Return the scene's indirect light; None if it is disabled or there can be none.
 
-        folder : rays of the geometry are taken from there, or traced and kept there; None keeps them in memory alone.
-        jobs, say : see `kept_hits`. rays : of each site.
+        folder : cache of rays on disk; None caches them in memory only.
+        jobs, say : see `kept_hits`. rays : per site.
 
         Raises
         ------
-        InputError : what `indirect_light` and `kept_hits` raise.
+        InputError : see `indirect_light` and `kept_hits`.
         """
         if scene.bounces == 0 or needs_none(scene):
             return None
@@ -96,7 +96,7 @@ class IndirectCache:
 
 
 def with_counted_bounces(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum] = ()) -> Scene:
-    """Return the scene with a number of bounces in place of "auto": as many as its picture has."""
+    """Replace "auto" by the number of bounces in the scene's image."""
     if scene.bounces != "auto":
         return scene
     light = IndirectCache().light(scene, surfaces, shown_in, lambda done, total, what: None, transfer_folder())
@@ -110,8 +110,8 @@ def indirect_layers(
     surfaces: Mapping[str, Fast],
     colours: Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]],
 ) -> Iterator[SpreadLayer]:
-    """Four fields a layer. A field's light is a spectrum times a function of the basis: its palette is the part's own
-    times that function, under that spectrum, whatever it is folded with (`IndirectLight.coloured`).
+    """Yield layers of four fields each. A field's light is a spectrum times a function of the basis, so that its
+    palette is the part's own times that function, under that spectrum (`IndirectLight.coloured`).
     """
     scale = np.pi / scene.viewing.reference_illuminance_lux / camera.samples**2
     for number, part in enumerate(scene.parts):
@@ -124,7 +124,7 @@ def indirect_layers(
 
 
 def _key(scene: Scene, surfaces: Mapping[str, Fast], shown_in: Sequence[Spectrum]) -> tuple[object, ...]:
-    """Objects, not their numbers: what is kept keeps them alive."""
+    """Return a key of objects, not of their ids, so that the cache keeps them alive."""
     meshes, worn = (part.mesh for part in scene.parts), (surfaces[part.material] for part in scene.parts)
     return (*meshes, *worn, *scene.lights, scene.observer, scene.viewing, *shown_in)
 

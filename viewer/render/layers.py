@@ -1,4 +1,4 @@
-"""Layers: the parts of a picture that renderers add up, each terms at every pixel times colours."""
+"""Layers: summands of an image, each terms at every pixel times colours."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .light_cache import Shadows
 @dataclass(frozen=True, eq=False)
 class Layer:
     """One summand of one part's material under all lights of one spectrum: `colours` (P, R, 3 M) are its palette's XYZ
-    under M spectra in its place.
+    under M spectra that replace it.
     """
 
     part: int
@@ -29,27 +29,27 @@ class Layer:
 
     @property
     def terms_key(self) -> tuple:
-        """Key of its terms, the same for all spectra; valid while the summand lives."""
+        """Key of its terms, independent of spectra; valid while the summand is alive."""
         return self.part, self.lights, self.summand.key
 
     @property
     def rank(self) -> int:
-        """Number of terms a pixel."""
+        """Number of terms per pixel."""
         return self.summand.rank
 
     @property
     def foldable(self) -> bool:
-        """True if its terms can be kept for a pixel: a summand that mixes entries of its palette has none."""
+        """True if its terms can be cached per pixel, which is impossible if the summand mixes palette entries."""
         return self.summand.palette.entries == self.summand.mixed == 1
 
 
 @dataclass(frozen=True, eq=False)
 class SpreadLayer:
-    """One part's material under some of the fields of an area or environment light, at most four.
+    """One part's material under at most four fields of an area, environment or indirect light.
 
     fields : slice of its fields. gathered : their light. world_from_map (3, 3) : its rotation.
-    scale : pi / E_ref, of a sample's share. colours (1, F R, 3 M) : for each field, the form's palette in XYZ under M
-    spectra in place of the field's, R rounded up to fours.
+    scale : pi / E_ref over the samples of a pixel. colours (1, F R, 3 M) : for each field, the form's palette in XYZ
+    under M spectra that replace the field's, R rounded up to a multiple of four.
     """
 
     part: int
@@ -63,7 +63,7 @@ class SpreadLayer:
 
     @property
     def terms_key(self) -> tuple:
-        """Key of terms as of `Layer`: maps, places and occlusion, never a spectrum."""
+        """Key of its terms, as in `Layer`: maps, positions and occlusion, never a spectrum."""
         gathered, shadows = self.gathered, self.shadows
         near = isinstance(gathered, GatheredPanel)
         sent = (gathered.corners.tobytes(), gathered.luminance) if near else (id(gathered),)
@@ -73,18 +73,18 @@ class SpreadLayer:
 
     @property
     def rank(self) -> int:
-        """F R."""
+        """Number of terms per pixel, F R."""
         return self.colours.shape[1]
 
     @property
     def foldable(self) -> bool:
-        """True: see `Layer.foldable`."""
+        """True; see `Layer.foldable`."""
         return True
 
 
 AnyLayer = Layer | SpreadLayer
 
-# Fields of a light that are looked up at once: a texel holds four.
+# Fields of a light looked up at once, the channels of a texel.
 _MOST_FIELDS = 4
 
 
@@ -105,6 +105,6 @@ def layers_of_fields(
 
 
 def split_by_terms(layers: Sequence[AnyLayer], keep: bool) -> tuple[list[AnyLayer], list[AnyLayer]]:
-    """Divide layers into those drawn from kept terms and those drawn at once; without `keep` all are the latter."""
+    """Split layers into those drawn from cached terms and those drawn directly; without `keep` all are the latter."""
     kept = [one for one in layers if keep and one.foldable]
     return kept, [one for one in layers if one not in kept]

@@ -1,4 +1,4 @@
-"""Cache of area and environment lights: what they send, what hides them, their bright parts."""
+"""Cache of area and environment lights: prefiltered light, occlusion and bright parts."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from ...lighting.visibility.precompute import SECONDS_A_VERTEX, SeenPoints, visi
 from ...lighting.visibility.sites import nothing_hides, pieces_of
 from ...lighting.visibility.visibility import SceneVisibility
 
-# Prefiltered environments, some 20 MB each.
+# Number of cached prefiltered environments, some 20 MB each.
 KEPT_ENVIRONMENTS = 4
-#: CPU seconds of work on visibility, at most, that nobody needs a first picture for.
+#: Largest CPU seconds of visibility for which no preliminary image is needed.
 SOON_SECONDS = 4.0
 Progress = Callable[[int, int, str], None]
 
@@ -41,28 +41,28 @@ class Shadows:
 
     @cached_property
     def hidden(self) -> HiddenLight:
-        """Loss of the light at the scene's vertices."""
+        """Occluded light at the scene's vertices."""
         assert self.bright is not None
         return HiddenLight.of(self.visibility, self.bright)
 
 
 class LightCache:
-    """Good for several renderers, and for several threads one after the other: who works something out holds `lock`.
+    """Cache that can be shared by renderers and threads; computations hold `lock`.
 
-    Visibility is kept while the meshes are the same, a light's parts while its map is, however it is turned.
+    Visibility is valid while meshes are unchanged, a light's bright parts while its map is, for any rotation.
     """
 
     def __init__(self) -> None:
-        # Two locks: lights are gathered while another thread works on shadows for tens of seconds.
+        # Two locks, so that lights can be prefiltered while another thread computes shadows for tens of seconds.
         self.lock, self._gathering = threading.RLock(), threading.RLock()
-        # Points whose shadows are found first, and these, by light.
+        # Points whose shadows are computed first, and these shadows, by light.
         self._seen: SeenPoints | None = None
         self._seen_shadows: dict[tuple, Shadows] = {}
         self._gathered: dict[int, tuple[np.ndarray, GatheredLight]] = {}
         self._shaded: tuple[Mesh, ...] | None = None
         self._visibility: dict[tuple | None, SceneVisibility | None] = {}
         self._bright: dict[int, tuple[np.ndarray, BrightLight]] = {}
-        # As they are turned, by the same key and the rotation.
+        # Rotated bright parts, by the same key and the rotation.
         self._turned: dict[tuple[int, bytes], BrightLight] = {}
         self._hiding: dict[tuple[int, int], Shadows] = {}
 
@@ -74,7 +74,7 @@ class LightCache:
             self._shaded, self._seen, self._seen_shadows = None, None, {}
 
     def knows(self, light: SpreadLight, scene: Scene) -> bool:
-        """Return whether `gathered` and `shadows` take no time worth the name."""
+        """Return whether `gathered` and `shadows` take negligible time."""
         if not self.lock.acquire(blocking=False):
             return False
         try:
@@ -91,15 +91,15 @@ class LightCache:
             self.lock.release()
 
     def find_first(self, points: SeenPoints | None) -> None:
-        """Have the shadows around some points found before all others, by `shadows` that begins from now on.
+        """Set points whose shadows future calls of `shadows` compute first.
 
-        None: no points; what has been found so is forgotten. Call it when the camera moves.
+        None removes them and the preliminary shadows. Call it when the camera moves.
         """
         with self._gathering:
             self._seen, self._seen_shadows = points, {}
 
     def seen_shadows(self, light: SpreadLight, scene: Scene) -> Shadows | None:
-        """Return shadows around the points of `find_first`, anywhere else all is dark; None before they are found."""
+        """Return shadows around the points of `find_first`, dark elsewhere; None before they are computed."""
         return self._seen_shadows.get(self._light_key(light, scene))
 
     def _keep_seen(
@@ -114,33 +114,31 @@ class LightCache:
                 self._seen_shadows = {**self._seen_shadows, self._light_key(light, scene): shadows}
 
     def _light_key(self, light: SpreadLight, scene: Scene) -> tuple:
-        """Return the key of a light: by what casts shadows and by the light as it is turned."""
+        """Return the key of a light's shadows: occluders, and the rotated light."""
         turned = (id(light.maps.maps), light.world_from_map.tobytes()) if isinstance(light, EnvironmentLight) else ()
         return _key(light, scene), turned, *(id(part.mesh) for part in scene.parts)
 
     def soon_has(self, light: SpreadLight, scene: Scene) -> bool:
-        """Return True if `shadows` takes little time: they are kept here or on disk, nothing casts any, or the scene is
-        small.
-        """
+        """Return whether `shadows` takes little time: cached here or on disk, no occluders, or a small scene."""
         if self.knows(light, scene):
             return True
         if is_kept(scene, visibility_folder(), _before(light, scene)):
             return True
         if len(scene.parts) == 1 and nothing_hides(pieces_of(scene)):
             return True
-        # Large triangles are cut, which adds vertices: not asked where there are many anyhow.
+        # Refinement adds vertices; it is skipped if there are many anyhow.
         least = SECONDS_A_VERTEX * sum(len(part.mesh.vertices) for part in scene.parts)
         return least < SOON_SECONDS and visibility_cost(scene).cpu_seconds < SOON_SECONDS
 
     def gathered(self, light: SpreadLight, scene: Scene) -> tuple[GatheredLight | GatheredPanel, np.ndarray]:
-        """Return the prefiltered light of an area light or environment, and how it is turned; of an environment what
-        its maps are without weights.
+        """Return the prefiltered light of an area light or environment, the latter with unweighted maps, and its
+        rotation.
 
-        Kept for other rotations, spectra, observers and strengths.
+        Cached for other rotations, spectra, observers and strengths.
         """
         if isinstance(light, SoftboxLight):
             low, high = scene.bounds
-            # As geometry is scaled, see `SceneGeometry`.
+            # Scaled like `SceneGeometry`.
             return GatheredPanel.of(light, 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))), np.eye(3)
         if not isinstance(light, EnvironmentLight):
             raise TypeError(f"no renderer knows how to gather a {type(light).__name__}")
@@ -155,7 +153,7 @@ class LightCache:
     def shadows(
         self, light: SpreadLight, scene: Scene, jobs: int, progress: Progress, say: Callable[[str], object]
     ) -> Shadows | None:
-        """Return the occlusion of a light; None where nothing hides anything."""
+        """Return the occlusion of a light; None if nothing occludes anything."""
         with self.lock:
             if not self._same_meshes(scene):
                 self._shaded, self._visibility, self._hiding = tuple(part.mesh for part in scene.parts), {}, {}
@@ -182,7 +180,7 @@ class LightCache:
         return self._shaded is not None and [*map(id, self._shaded)] == [id(part.mesh) for part in scene.parts]
 
     def _bright_light(self, environment: EnvironmentLight) -> BrightLight:
-        """Return the bright parts of a light as it is turned; found once for its map, and the same object while it
+        """Return the bright parts of a rotated light; cached for its map, and the same object while the rotation
         stays.
         """
         key, rotation = id(environment.maps.maps), environment.world_from_map
@@ -206,16 +204,16 @@ def visibilities(scene: Scene) -> int:
 
 
 def _key(light: SpreadLight, scene: Scene) -> tuple | None:
-    """Return a key by the place of a light that only some of the scene can hide."""
+    """Return a key by the position of a light that only part of the scene can occlude; None for others."""
     before = _before(light, scene)
     return None if before is None else (before.point.tobytes(), before.facing.tobytes())
 
 
 def _before(light: SpreadLight, scene: Scene) -> Before | None:
-    """Return the parts of a scene that may hide a light; None where all of it may.
+    """Return the half space of occluders of a light; None if the whole scene may occlude it.
 
-    Nothing of the scene is behind a softbox that stands wholly outside of its bounding box: any ray through it goes on
-    outwards. It then shares the visibility of lights from all around.
+    A softbox entirely outside of the scene's bounding box has nothing behind it that matters, since rays through it
+    leave the box. It then shares the visibility of environment lights.
     """
     if not isinstance(light, SoftboxLight):
         return None

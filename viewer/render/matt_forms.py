@@ -1,4 +1,4 @@
-"""Forms of one term, as matt materials have: pictures of those with one shape differ in colour alone."""
+"""Forms of one term, as of diffuse materials: images of forms with the same shape differ only in colour."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from ...runtime.fingerprint import fingerprint
 
 @dataclass(frozen=True, eq=False)
 class MattForm:
-    """Form with the key of its shape, and the largest value of its environment form, which the key leaves out.
+    """Form with the key of its shape, and the largest value of its environment form, which is not part of the key.
 
-    Two forms of one key differ in their spectra and in that value, up to single precision.
+    Two forms with the same key differ only in their spectra and in that value, up to single precision.
     """
 
     form: FactoredBrdf
@@ -25,7 +25,7 @@ class MattForm:
 
 
 def matt_form(form: Fast) -> MattForm | None:
-    """Return a form as one of one term; None where it has more, or lobes that mirror what is around."""
+    """Return a form as a form of one term; None if it has more, or glossy lobes."""
     if not isinstance(form, FactoredBrdf) or len(form.packs) != 1 or form.packs[0].rank != 1:
         return None
     one, around = form.packs[0], form.environment_form()
@@ -38,7 +38,7 @@ def matt_form(form: Fast) -> MattForm | None:
 
 
 def by_shape(forms: Sequence[tuple[int, MattForm]]) -> list[list[tuple[int, MattForm]]]:
-    """Group numbered forms of one shape."""
+    """Group numbered forms by shape."""
     groups: dict[str, list[tuple[int, MattForm]]] = {}
     for number, one in forms:
         groups.setdefault(one.key, []).append((number, one))

@@ -1,7 +1,7 @@
-"""Cost of a picture before it is drawn: memory at the peak, and time; what cannot fit is refused in numbers.
+"""Estimated cost of an image: peak memory and time; images that do not fit are refused.
 
-The bytes are those of the arrays that are there at once, and tests hold them to what is measured. The seconds are
-those of one core of a small machine, to tell seconds from hours.
+Bytes are those of simultaneously live arrays, tested against measurements. Seconds are those of one core of a small
+machine, to distinguish seconds from hours.
 """
 
 from __future__ import annotations
@@ -24,51 +24,52 @@ from .view import TILE_SAMPLES
 
 Kind = Literal["picture", "spectra", "reference", "review"]
 
-# Bytes at the peak: a triangle for the scene's geometry and for a light's shadows, or for rays; a sample point that is
-# worked on and, by light, one that is kept; a pixel of XYZ and coverage with what encodes or writes it.
+# Peak bytes: per triangle for the scene's geometry and for a light's shadows, or for rays; per sample in work and, by
+# light, per cached sample; per pixel of XYZ and coverage including encoding or writing.
 _TRIANGLE, _TRIANGLE_AND_LIGHT, _TRIANGLE_IN_RAYS = 1100, 400, 700
-# A vertex, where something may hide a light that spreads: its visibility on its way to the GPU.
+# Per vertex, for visibility of area and environment lights on the way to the GPU.
 _VERTEX_HIDDEN = 700
 _SAMPLE, _SAMPLE_KEPT, _SAMPLE_AND_LIGHT_KEPT = 560, 70, 120
 _PIXEL = {".png": 84, ".exr": 36}
 _PIXEL_AND_WAVELENGTH = 32
 _SEEN, _SEEN_AND_LIGHT = 80, 30
-# A light that spreads: what is gathered of it by pictures, and what a reference draws from and works on.
+# Per area or environment light: prefiltered for fast images, and sampling tables and work space of a reference.
 _SPREAD, _SPREAD_TRACED = 75_000_000, 32_000_000
-# Samples of a reference under lights that spread, and pixels by spectrum, in two halves and what is made of them.
+# Per sample of a reference under area and environment lights, and per pixel and spectrum, for two halves and their
+# results.
 _SAMPLE_SPREAD, _PIXEL_AND_SPECTRUM_SPREAD = 130, 240
-# Seconds: a triangle and light, a sample and light drawn, and one of the reference, at every wavelength.
+# Seconds: per triangle and light, per sample and light when drawn, and in the reference, at every wavelength.
 _TRIANGLE_SECONDS, _DRAWN_SECONDS, _REFERENCE_SECONDS = 9e-6, 3e-6, 2.5e-5
-# The same of a review, which traces no rays, for a formula; a scattered measurement takes fifty times as long.
+# The same for an analytic material in a review, without ray tracing; a scattered measurement takes fifty times as long.
 _REVIEWED_SECONDS = 5e-7
-# Seconds for an area or environment light: to gather it, for a sample drawn, and for a pixel of a reference of a gloss
-# paint in a booth; a third for a matt one, three to ten times as much for metals and measurements.
+# Seconds for an area or environment light: for prefiltering, per drawn sample, and per pixel of a reference of a gloss
+# paint in a booth; a third for a diffuse one, three to ten times as much for metals and measurements.
 _SPREAD_SECONDS, _SPREAD_DRAWN_SECONDS, _SPREAD_REFERENCE_SECONDS = 1.0, 6e-6, 4e-4
 
-# Paths: seconds for a pixel and bounce of matt surfaces, and bytes of work space.
+# Path tracing: seconds per pixel and bounce on diffuse surfaces, and bytes of work space.
 _BOUNCE_SECONDS, _PATHS_TRACED = 4e-3, 100_000_000
 
-# Number of bounces that "auto" counts as here.
+# Assumed number of bounces for "auto".
 _AUTO_BOUNCES = 8
-# Bytes of a site in a fast picture with bounces, for its rays with what is worked on and where they end; seconds to
-# trace these, and to follow light along them.
+# Bytes per site of a fast image with bounces, for rays, hits and work space; seconds per site to trace them, and to
+# solve interreflection.
 _SITE, _SITE_TRACED_SECONDS, _SITE_SECONDS = 9_000, 1e-4, 7e-4
 
-# Wavelengths that are drawn in the time of a picture in XYZ.
+# Number of wavelengths drawn in the time of one XYZ image.
 _COLUMNS = 12
 
-# Share of the most seconds that visibility takes as a rule: sites are shut, or foretold from those beside them.
+# Typical share of the upper bound of seconds for visibility, since sites are blocked or interpolated.
 _AS_A_RULE = 0.25
 
-#: Pictures that take less time than this are made without a word.
+#: Seconds of rendering above which it is announced.
 SAID_FROM_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
 class PictureCost:
-    """Memory at the peak and time of one picture, and what they are of, in words.
+    """Peak memory and time of one image, with a description.
 
-    stages : the names of its work as progress has it, in their order, and the seconds that each takes on all cores.
+    stages : names of its work as in progress, in order, and the seconds of each on all cores.
     """
 
     what: str
@@ -78,11 +79,11 @@ class PictureCost:
 
     @property
     def words(self) -> str:
-        """Cost in words."""
+        """Description of the cost."""
         return f"{self.what}: about {gigabytes(self.memory_bytes)} of memory and {_duration(self.seconds)}"
 
     def check_room(self, scene: Scene, camera: Camera) -> None:
-        """Raise `InputError` where this does not fit into the memory that there is."""
+        """Raise `InputError` if this does not fit into free memory."""
         check_room(
             self.memory_bytes,
             "the picture does not fit into memory",
@@ -101,18 +102,18 @@ def picture_cost(
     spectra: int = 1,
     jobs: int = 1,
 ) -> PictureCost:
-    """Return the cost of one picture of a scene, or of one material of a review under `spectra` illuminants.
+    """Estimate the cost of one image of a scene, or of one material of a review under `spectra` illuminants.
 
-    suffix : of the file: a PNG is encoded for a display first, which takes more.
-    jobs : processes of a review; each holds what the camera sees, and its own pictures.
+    suffix : of the file; a PNG costs more, since it is encoded for a display.
+    jobs : processes of a review; each holds the visible geometry and its own images.
     """
     triangles = sum(len(part.mesh.faces) for part in scene.parts)
-    # The number of bounces with "auto" is known after the work; a reference draws bounces as it does area light.
+    # The number of bounces with "auto" is not known beforehand; a reference samples bounces like area lights.
     bounces = _AUTO_BOUNCES if scene.bounces == "auto" else int(scene.bounces)
     lights, spread, pixels = len(scene.delta_lights), len(scene.spread_lights), camera.width * camera.height_px
     samples = pixels * camera.samples**2
     tile = min(samples, TILE_SAMPLES**2)
-    # Lights of both kinds keep about the same.
+    # Both kinds of light need about the same memory.
     both = lights + spread
     kept = samples if samples * both <= KEPT_SAMPLES else 0
     drawn = triangles * (_TRIANGLE + _TRIANGLE_AND_LIGHT * both) + tile * _SAMPLE
@@ -131,7 +132,7 @@ def picture_cost(
         drawing += samples * _SPREAD_DRAWN_SECONDS
     followed = sites * (_SITE_TRACED_SECONDS + _SITE_SECONDS)
     drawn += _SPREAD * spread
-    # Directions are the same for all lights' spectra; only their sums are not.
+    # Directions are shared by all spectra; only sums are separate.
     drawn_directions = pixels * spread * _SPREAD_REFERENCE_SECONDS
     sums = spread * _SPREAD_TRACED
     if bounces:
@@ -166,7 +167,7 @@ def picture_cost(
 
 
 def _duration(seconds: float) -> str:
-    """Seconds for a person, no finer than they are known.
+    """Format seconds with the precision of the estimate.
 
     >>> _duration(0.3), _duration(42.0), _duration(400.0), _duration(20000.0)
     ('1 s', '42 s', '7 minutes', '6 hours')

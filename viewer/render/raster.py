@@ -1,9 +1,8 @@
-"""Rasteriser in integers, which finds the triangle that a sample sees, equal to OpenGL's bit for bit.
+"""Integer rasteriser that finds the visible triangle at each sample, bit-identical to OpenGL.
 
-Vertices are put on a grid of 1/256 of a sample's spacing here, in float64 and before any GL call, so that OpenGL's own
-snapping finds nothing left to round. What covers a sample is then a matter of integers: three edge functions and the
-top-left rule. Which of two triangles is nearer is decided on an integer key as well, made by the same float32
-multiplications and additions, in the same order, as in `visibility.frag`.
+Vertices are snapped to a grid of 1/256 sample in float64, before any GL call, so that OpenGL's own snapping changes
+nothing. Coverage is then decided in integers: three edge functions and the top-left rule. Depth is compared by an
+integer key, computed with the same float32 multiplications and additions, in the same order, as in `visibility.frag`.
 """
 
 from __future__ import annotations
@@ -14,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-# Steps of the vertex grid between neighbouring samples: the eight sub-pixel bits that OpenGL implementations have.
+# Grid steps between neighbouring samples: the eight sub-pixel bits of OpenGL implementations.
 SUBSTEPS = 256
-# A 24-bit depth buffer holds keys of 22 bits a quarter of a step away from any rounding (see `visibility.frag`).
+# Bits of keys, which a 24-bit depth buffer stores a quarter of a step away from any rounding (see `visibility.frag`).
 DEPTH_BITS = 22
 # Samples tested at once by the numpy rasteriser.
 _BATCH = 1 << 21
@@ -24,7 +23,7 @@ _BATCH = 1 << 21
 
 @dataclass(frozen=True)
 class TileWindow:
-    """A rectangle of samples: its size and the position of its top left corner in the whole picture, in samples."""
+    """Rectangle of samples: its size and the position of its top left corner in the whole image, in samples."""
 
     left: int
     top: int
@@ -41,10 +40,10 @@ class WindowTriangles:
     corners : (T, 3, 2) x to the right and y down from the window's top left corner, in 1/256 of a sample.
     nearness : (T, 3) in (0, 1], affine in the window and larger nearer; 1/w up to a factor in a perspective view.
     inverse_w : (T, 3) weights for perspective-correct interpolation, largest 1.
-    parent : (T,) number of the triangle that each one was cut from; non-decreasing.
-    cut : (C,) which of them are pieces of clipped triangles; increasing.
-    weights : (C, 3, 3) corners of these pieces as barycentric coordinates of the parent.
-    key_base, key_shift : how float32 nearness becomes a depth key (`depth_keys`).
+    parent : (T,) index of the triangle that each one was clipped from; non-decreasing.
+    cut : (C,) indices of pieces of clipped triangles; increasing.
+    weights : (C, 3, 3) barycentric coordinates of these pieces' corners in the parent.
+    key_base, key_shift : parameters of depth keys from float32 nearness (`depth_keys`).
     """
 
     corners: Int[np.ndarray, "T 3 2"]
@@ -57,13 +56,13 @@ class WindowTriangles:
     key_shift: int
 
     def at_corners(self, values: Float[np.ndarray, "F 3 c"]) -> Float[np.ndarray, "T 3 c"]:
-        """Return what is linear on the scene's triangles at the corners of these."""
+        """Interpolate attributes that are linear on the scene's triangles to the corners of these."""
         found = values[self.parent]
         found[self.cut] = self.weights @ found[self.cut]
         return found
 
     def of_parents(self, number: Int[np.ndarray, " n"], weights: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
-        """Turn barycentric coordinates of triangles `number` into those of their parents."""
+        """Convert barycentric coordinates in triangles `number` to those in their parents."""
         if not len(self.cut):
             return weights
         at = np.minimum(np.searchsorted(self.cut, number), len(self.cut) - 1)
@@ -73,7 +72,8 @@ class WindowTriangles:
         return weights
 
     def depth_planes(self) -> tuple[Int[np.ndarray, "T 2"], Float[np.ndarray, "T 5"]]:
-        """Reference sample (x, y) and float32 (d/dx, d/dy, value, lowest, highest) of every triangle's nearness.
+        """Compute a reference sample (x, y) and float32 (d/dx, d/dy, value, lowest, highest) of every triangle's
+        nearness.
 
         The plane is evaluated at a sample (x, y) as `(d/dx (x - x0) + d/dy (y - y0)) + value`, every operation in
         float32, then clamped: thin triangles have steep planes.
@@ -94,15 +94,15 @@ class WindowTriangles:
 
 
 def _sides(corners: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return x and y (T,) of the ways from the first corner (T, 3, 2) to the second, and then to the third: column by
-    column, since numpy is slow where rows are short.
+    """Return x and y (T,) of the vectors from the first corner (T, 3, 2) to the second and third, by columns, since
+    numpy is slow for short rows.
     """
     (x0, y0), (x1, y1), (x2, y2) = corners.transpose(1, 2, 0)
     return x1 - x0, y1 - y0, x2 - x0, y2 - y0
 
 
 def least_of(corners: Float[np.ndarray, "T 3 *c"]) -> Float[np.ndarray, "T *c"]:
-    """Return the least value of three corners: several times sooner than numpy's reduction over so few."""
+    """Return the least value of three corners, several times faster than numpy's reduction."""
     return np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
 
 
@@ -112,7 +112,9 @@ def most_of(corners: Float[np.ndarray, "T 3 *c"]) -> Float[np.ndarray, "T *c"]:
 
 
 def depth_keys(nearness: Float[np.ndarray, " n"], key_base: int, key_shift: int) -> Int[np.ndarray, " n"]:
-    """Integers that order float32 `nearness`, larger is nearer: its bits counted from `key_base`, less the last few."""
+    """Compute integers that order float32 `nearness`, larger is nearer: its bits relative to `key_base`, without the
+    last few.
+    """
     return (nearness.view(np.int32).astype(np.int64) - key_base) >> key_shift
 
 
@@ -125,23 +127,23 @@ def window_triangles(
     window: TileWindow,
     farthest: float | None = None,
 ) -> WindowTriangles:
-    """Clip triangles to the part of space in front of the camera and behind `window`, and put them on the grid.
+    """Clip triangles to the frustum of `window`, and snap them to the grid.
 
     Parameters
     ----------
     clip : (V, 3) x, y and w of every vertex in clip space, y up.
-    depth : (V,) distances along the view; what is nearer than 1e-5 of the farthest is cut away (perspective), or what
-        is behind the camera (orthographic).
-    faces : (F, 3) which vertices are a triangle's corners.
-    size : width and height of the whole picture in samples.
-    farthest : the largest `depth` of the scene, where these are only some of its vertices.
+    depth : (V,) distances along the viewing direction; clipped below 1e-5 of the farthest (perspective), or behind the
+        camera (orthographic).
+    faces : (F, 3) vertex indices of corners.
+    size : width and height of the whole image in samples.
+    farthest : largest `depth` of the scene, if these are only some of its vertices.
 
-    Triangles that have no area left on the grid are dropped: they cover no sample.
+    Triangles without area on the grid are dropped, since they cover no sample.
     """
     farthest = float(depth.max(initial=0.0)) if farthest is None else farthest
     least = 1e-5 * max(farthest, 1e-30) if perspective else 0.0
     x, y, w = clip.T
-    # Homogeneous window coordinates, so that cutting is linear: x/w and y/w are in samples from the window's corner.
+    # Homogeneous window coordinates, so that clipping is linear: x/w and y/w are in samples from the window's corner.
     across = (0.5 * (x + w)) * size[0] - window.left * w
     down = (0.5 * (w - y)) * size[1] - window.top * w
     points = np.stack([across, down, w, depth], axis=-1)
@@ -154,7 +156,7 @@ def window_triangles(
     )
     beyond = _beyond(points, planes)
     whole, cut = _whole_and_cut(beyond.take(faces))
-    # Once a vertex, and not once a corner; vertices that are beyond a plane are corners of no whole triangle.
+    # Once per vertex instead of per corner; vertices beyond a plane are corners of no unclipped triangle.
     places, inside = np.empty((len(points), 2), dtype=np.int64), beyond == 0
     divisor = np.where(inside, w, 1.0)
     for axis, one in enumerate((across, down)):
@@ -162,7 +164,7 @@ def window_triangles(
     ends = faces if len(whole) == len(faces) else faces.take(whole, axis=0)
     corners, depth, parent = places.take(ends, axis=0), depth.take(ends), whole
     pieces, weights, which = _cut_by_all(points[faces[cut]], planes)
-    # Pieces stand where their triangles would.
+    # Pieces take the position of their triangles.
     order = np.argsort(which, kind="stable")
     pieces, weights, which = pieces[order], weights[order], cut[which[order]]
     at = np.searchsorted(whole, which)
@@ -204,10 +206,11 @@ _Planes = Sequence[Callable[[np.ndarray], np.ndarray]]
 def cut_triangles(
     points: Float[np.ndarray, "F 3 c"], planes: _Planes
 ) -> tuple[Float[np.ndarray, "T 3 c"], Float[np.ndarray, "T 3 3"], Int[np.ndarray, " T"]]:
-    """Keep what lies where the signed distance from every plane, linear in the c coordinates, is not negative.
+    """Clip triangles to the region where the signed distances from all planes, linear in the c coordinates, are not
+    negative.
 
-    Returns the pieces, their corners as barycentric coordinates of the triangle they were cut from, and its number,
-    non-decreasing. Triangles that no plane cuts stay as they are.
+    Returns the pieces, their corners as barycentric coordinates in the original triangle, and its index,
+    non-decreasing. Triangles that no plane intersects are unchanged.
     """
     whole, cut = _whole_and_cut(_beyond(points, planes))
     eye = np.broadcast_to(np.eye(3), (len(whole), 3, 3))
@@ -221,7 +224,7 @@ def cut_triangles(
 
 
 def _beyond(points: Float[np.ndarray, "*n c"], planes: _Planes) -> Int[np.ndarray, "*n"]:
-    """Return a bit of each point for each plane that it is beyond."""
+    """Return a bit mask per point of the planes that it is beyond."""
     found = np.zeros(points.shape[:-1], dtype=np.uint8)
     for number, plane in enumerate(planes):
         found |= (plane(points) < 0.0).view(np.uint8) << np.uint8(number)
@@ -229,7 +232,7 @@ def _beyond(points: Float[np.ndarray, "*n c"], planes: _Planes) -> Int[np.ndarra
 
 
 def _whole_and_cut(beyond: Int[np.ndarray, "F 3"]) -> tuple[Int[np.ndarray, " W"], Int[np.ndarray, " C"]]:
-    """Tell triangles that no plane cuts from those that some do, and leave out what is beyond one."""
+    """Separate triangles inside all planes from intersected ones, and omit those beyond a plane."""
     first, second, third = beyond.T
     crossing, outside = (first | second | third) != 0, (first & second & third) != 0
     return np.flatnonzero(~crossing), np.flatnonzero(crossing & ~outside)
@@ -238,7 +241,7 @@ def _whole_and_cut(beyond: Int[np.ndarray, "F 3"]) -> tuple[Int[np.ndarray, " W"
 def _cut_by_all(
     points: Float[np.ndarray, "C 3 c"], planes: _Planes
 ) -> tuple[Float[np.ndarray, "T 3 c"], Float[np.ndarray, "T 3 3"], Int[np.ndarray, " T"]]:
-    """Cut triangles by one plane after another; see `cut_triangles`."""
+    """Clip triangles by one plane after another; see `cut_triangles`."""
     weights, parent = np.broadcast_to(np.eye(3), (len(points), 3, 3)), np.arange(len(points))
     for plane in planes:
         points, weights, parent = _cut(points, weights, parent, plane)
@@ -246,10 +249,10 @@ def _cut_by_all(
 
 
 def _cut(points, weights, parent, plane):
-    """Keep the part of each triangle where `plane` is not negative: none, one or two triangles for each.
+    """Clip each triangle to where `plane` is not negative: zero, one or two triangles.
 
-    A new corner is computed from the inner to the outer end of its edge, so that two triangles that share an edge get
-    the same one.
+    A new corner is computed from the inner to the outer end of its edge, so that triangles sharing an edge get the same
+    one.
     """
     distance = plane(points)
     inside = distance >= 0.0
@@ -287,17 +290,17 @@ def rasterise(
     height: int,
     there: Callable[[np.ndarray, np.ndarray], Bool[np.ndarray, " n"]] | None = None,
 ) -> Int[np.ndarray, "height width"]:
-    """Number of the triangle that every sample sees, -1 where none is; row 0 on top.
+    """Find the visible triangle at every sample, -1 for none; row 0 on top.
 
-    there : of triangles (n,) at samples (n, 2), column and row, whether they are seen there at all; None is always.
+    there : returns whether triangles (n,) exist at samples (n, 2), column and row; None is always.
 
-    Of two triangles with the same depth key the one that is drawn first stays, as with OpenGL's strict comparison.
+    Of two triangles with the same depth key the first drawn is kept, as with OpenGL's strict comparison.
     """
     corners = triangles.corners
     reference, planes = triangles.depth_planes()
     x1, y1, x2, y2 = _sides(corners)
     area = x1 * y2 - y1 * x2
-    # With y down, a positive area is clockwise on the screen; the others are turned round.
+    # With y down, a positive area is clockwise on the screen; others are reversed.
     ring = np.where(area[:, None, None] > 0, corners, corners[:, [0, 2, 1]])
     half = SUBSTEPS // 2
     # First and last sample whose centre is inside the bounding box.
@@ -307,7 +310,7 @@ def rasterise(
     far = np.int64(1) << 62
     nearest = np.full(width * height, far, dtype=np.int64)
     seen = np.flatnonzero((extent > 0).all(axis=1))
-    # Triangles whose boxes are alike go together: classes are powers of two in width and height.
+    # Triangles with similar boxes are processed together, in classes of powers of two in width and height.
     classes = np.ceil(np.log2(np.maximum(extent[seen], 1))).astype(np.int64)
     code = classes[:, 0] * 64 + classes[:, 1]
     for kind in np.unique(code):
@@ -322,7 +325,7 @@ def rasterise(
             for k in range(3):
                 a, b = ring[chosen, k], ring[chosen, (k + 1) % 3]
                 dx, dy = (b - a).T[..., None]
-                # An edge owns its samples where it is a top edge (horizontal, going right) or a left one (going up).
+                # An edge owns its samples if it is a top edge (horizontal, going right) or a left one (going up).
                 owner = (dy < 0) | ((dy == 0) & (dx > 0))
                 offset = dx * (half - a[:, 1, None]) - dy * (half - a[:, 0, None]) - ~owner
                 covered &= (dx * SUBSTEPS) * y - (dy * SUBSTEPS) * x + offset >= 0

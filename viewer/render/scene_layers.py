@@ -1,4 +1,4 @@
-"""Layers of a picture from a scene, its materials and colours; light that takes long is kept."""
+"""Construction of an image's layers from a scene, its materials and colours, with cached light."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from .indirect_cache import IndirectCache, indirect_layers
 from .layers import AnyLayer, Layer, SpreadLayer, layers_of_fields
 from .light_cache import LightCache, Shadows
 
-#: Look-up of factors between samples: as they are, or averaged over what a sample spans.
+#: Filtering of factors: point sampled, or averaged over a sample's footprint.
 Filtering = Literal["linear", "mipmapped"]
-# Lights with their observer whose folded bases are kept: each costs an integral over the observer's wavelengths.
+# Number of cached foldings by light and observer; each costs an integral over the observer's wavelengths.
 _KEPT_FOLDINGS = 64
-#: Names of work as progress has it: on rays from one part to another and the light along them, on shadows of area and
-#: environment lights, and on the picture itself.
+#: Names of work in progress reports: rays between parts, light along them, shadows of area and environment lights, and
+#: the image itself.
 INTERREFLECTION, BOUNCES, VISIBILITY, DRAWING = "interreflection", "bounces", "visibility", "drawing"
 Colours = Callable[[Spectrum, Palette], Float[np.ndarray, "P R M3"]]
 
@@ -45,18 +45,18 @@ class RenderSettings:
 
     Parameters
     ----------
-    filtering : "linear" reads factors off at each sample. "mipmapped" takes each factor's mean over what the sample
-        spans (`pyramids`): a highlight that is smaller than a sample neither sparkles nor is missed, at the price of a
-        product of means in place of a mean of products.
-    keeps_terms : materials' terms at every pixel are kept, too: the same scene in other spectra (`render_many`,
-        `Scene.with_illuminant`, lights of other spectra, another observer, an environment's strength) costs a fold.
-        For windows and many illuminants; a single picture is some tenths slower.
-    jobs : processes for the visibility of large scenes; None: one a core.
-    tile_samples : samples along a side of the windows that are drawn at once; None: as memory allows.
-    rays : rays from each vertex, for indirect light. rays_folder : where they are kept, as by `metamer transfer build`;
-        None: in the user's cache.
-    on_progress : called with (steps done, steps in all, name of the work); large pictures take minutes.
-    on_message : called with a line when a long step begins, and why something kept is worked out again.
+    filtering : "linear" samples factors at each sample. "mipmapped" averages each factor over the sample's footprint
+        (`pyramids`): highlights smaller than a sample neither alias nor are missed, but a mean of products is replaced
+        by a product of means.
+    keeps_terms : cache materials' terms at every pixel, so that other spectra in the same scene (`render_many`,
+        `Scene.with_illuminant`, lights of other spectra, another observer, an environment's strength) cost only a fold.
+        For windows and many illuminants; a single image is some tenths slower.
+    jobs : processes for the visibility of large scenes; None: one per core.
+    tile_samples : samples along a side of the windows drawn at once; None: as memory allows.
+    rays : rays per vertex for indirect light. rays_folder : their cache, as by `metamer transfer build`; None: the
+        user's cache.
+    on_progress : called with (steps done, number of steps, name of the work); large images take minutes.
+    on_message : called with a message when a long step begins, or a cache entry is recomputed.
     """
 
     filtering: Filtering = "linear"
@@ -69,21 +69,21 @@ class RenderSettings:
     on_message: Callable[[str], object] = lambda words: None
 
     def __post_init__(self) -> None:
-        """Refuse filtering of another name: `UnknownNameError`."""
+        """Check the name of the filtering; raises `UnknownNameError`."""
         if self.filtering not in get_args(Filtering):
             raise UnknownNameError("filtering", self.filtering, get_args(Filtering))
 
     def report(self, done: int, total: int, work: str) -> None:
-        """Pass progress on."""
+        """Report progress."""
         if self.on_progress is not None:
             self.on_progress(done, total, work)
 
 
 @dataclass(frozen=True, eq=False)
 class SceneLayers:
-    """Layers of a picture: `scene` with its materials' holes cut, and the contents of tiles that the layers need.
+    """Layers of an image, `scene` with its materials' holes cut, and the contents of tiles that the layers need.
 
-    bounced : indirect light among them; None without.
+    bounced : their indirect light, or None.
     """
 
     scene: Scene
@@ -93,9 +93,9 @@ class SceneLayers:
 
 
 class LayerBuilder:
-    """Builds layers, and keeps foldings, area and environment light, its shadows, and indirect light.
+    """Builder of layers, with caches of foldings, area and environment light, its shadows, and indirect light.
 
-    lights, bounces : caches of light, good for several builders and threads.
+    lights, bounces : caches of light, shared by builders and threads.
     """
 
     def __init__(self, lights: LightCache | None = None, bounces: IndirectCache | None = None) -> None:
@@ -121,10 +121,10 @@ class LayerBuilder:
         shown_in: Sequence[Spectrum] = (),
         whole: bool = True,
     ) -> SceneLayers:
-        """Build all layers of a picture; `colours` gives (P, R, 3 M) of a palette under a light's spectrum.
+        """Build all layers of an image; `colours` returns (P, R, 3 M) for a palette under a light's spectrum.
 
-        shown_in : spectra in place of the lights' own. whole : False leaves out shadows of area and environment lights
-        and indirect light that are not kept, instead of working them out.
+        shown_in : spectra that replace the lights' own. whole : False omits shadows of area and environment lights and
+        indirect light that are not cached, instead of computing them.
 
         Raises
         ------
@@ -157,7 +157,7 @@ class LayerBuilder:
         shown_in: Sequence[Spectrum] = (),
         whole: bool = True,
     ) -> IndirectLight | None:
-        """Return the scene's indirect light; None if there is none, or (not `whole`) none is kept."""
+        """Return the scene's indirect light; None if there is none, or (not `whole`) none is cached."""
         if not whole and not self.bounces.knows(scene, surfaces, shown_in):
             return None
         folder, jobs = settings.rays_folder or transfer_folder(), settings.jobs or usable_cores()
@@ -166,7 +166,9 @@ class LayerBuilder:
         )
 
     def shadows(self, settings: RenderSettings, light: SpreadLight, scene: Scene, whole: bool = True) -> Shadows | None:
-        """Return shadows of an area or environment light; None if nothing casts any, or (not `whole`) none is kept."""
+        """Return shadows of an area or environment light; None if nothing casts any, or (not `whole`) none is
+        cached.
+        """
         if not whole and not self.lights.knows(light, scene):
             return self.lights.seen_shadows(light, scene)
         jobs = settings.jobs or usable_cores()
@@ -175,8 +177,8 @@ class LayerBuilder:
     def folded(
         self, scene: Scene, illuminants: Sequence[Spectrum | None], spectrum: Spectrum, palette: Palette
     ) -> Float[np.ndarray, "P R M3"]:
-        """Fold a palette to XYZ under each illuminant, None being the light's own spectrum; foldings are kept, because
-        one basis serves every material of a review.
+        """Fold a palette to XYZ under each illuminant, None being the light's own spectrum; foldings are cached, since
+        all materials of a review share a basis.
         """
         spectra = tuple(spectrum if other is None else other for other in illuminants)
         key = (id(scene.observer), *(id(spectrum) for spectrum in spectra))
@@ -187,13 +189,14 @@ class LayerBuilder:
         return palette.folded(self._foldings[key])
 
     def colours(self, scene: Scene, illuminants: Sequence[Spectrum | None]) -> Colours:
-        """Return `folded` of a scene and illuminants, as `build` takes it."""
+        """Return `folded` bound to a scene and illuminants, for `build`."""
         return partial(self.folded, scene, illuminants)
 
     def _light_groups(self, lights: Sequence[Light], keeps_terms: bool) -> list[tuple[int, ...]]:
-        """Group lights that are folded together: those of one spectrum.
+        """Group lights of the same spectrum, which are folded together.
 
-        Lights that had two are told apart from then on: terms that are kept stay good when their spectra change again.
+        Lights that once had different spectra stay separate, so that cached terms remain valid when their spectra
+        change again.
         """
         groups = _by_spectrum(lights)
         if keeps_terms and sum(map(len, self._groups)) == len(lights):
@@ -211,7 +214,7 @@ class LayerBuilder:
         colours: Colours,
         whole: bool,
     ) -> Iterator[SpreadLayer]:
-        """Iterate over the layers of area and environment lights, four of a light's fields each."""
+        """Yield the layers of area and environment lights, four fields of a light each."""
         scale = np.pi / scene.viewing.reference_illuminance_lux / camera.samples**2
         for light in scene.spread_lights:
             gathered, world_from_map = self.lights.gathered(light, scene)
@@ -226,7 +229,7 @@ class LayerBuilder:
 
 
 def _by_spectrum(lights: Sequence[Light]) -> list[tuple[int, ...]]:
-    """Group the numbers of lights by spectrum."""
+    """Group the indices of lights by spectrum."""
     groups: dict[tuple[bytes, bytes], list[int]] = {}
     for number, light in enumerate(lights):
         groups.setdefault(light.spectrum.key, []).append(number)

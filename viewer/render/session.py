@@ -1,4 +1,4 @@
-"""Render session: a scene, a camera and materials that change one at a time, drawn by a back end."""
+"""Render sessions: a scene, a camera and materials that change one at a time, drawn by a back end."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ from .view import window_count
 
 #: XYZ (H, W, 3) and coverage (H, W), float32, row 0 on top.
 XyzPicture = tuple[Float[np.ndarray, "H W 3"], Float[np.ndarray, "H W"]]
-# Wavelengths that are drawn at once, a multiple of three: bounds the memory of spectral pictures.
+# Wavelengths drawn at once, a multiple of three, which bounds the memory of spectral images.
 _SPECTRAL_CHUNK = 24
 
 
 class Target(ABC):
-    """Pictures of one size that are drawn window by window, one for each of `count` spectra."""
+    """Images of one size that are drawn window by window, one for each of `count` spectra."""
 
     count: int
 
     @abstractmethod
     def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[Any]) -> None:
-        """Take a window's images of the spectra from `first` on, as `Backend.added_up` gives them."""
+        """Store a window's images of the spectra from `first` on, as returned by `Backend.added_up`."""
 
 
 class ReadPictures(Target):
-    """Pictures read back into memory: xyz (M, H, W, 3) and coverage (H, W), float32."""
+    """Images read back into memory: xyz (M, H, W, 3) and coverage (H, W), float32."""
 
     def __init__(self, camera: Camera, count: int = 1) -> None:
         self.count = count
@@ -59,7 +59,7 @@ class ReadPictures(Target):
         self.coverage[piece.place] = piece.coverage
 
     def read(self, number: int = 0) -> XyzPicture:
-        """Return one picture and the coverage."""
+        """Return one image and the coverage."""
         return self.xyz[number], self.coverage
 
 
@@ -67,26 +67,26 @@ SomeTarget = TypeVar("SomeTarget", bound=Target)
 
 
 class RenderSession:
-    """Session that draws a scene whose materials are fast forms: settings, a cache and a back end.
+    """Session that renders a scene with fast forms: settings, a cache and a back end.
 
-    `set_scene` and `set_camera` begin it; each further `set_...` changes one thing, and `draw` works out what that
-    invalidates: another camera keeps the geometry, another material the view; another illuminant or observer costs a
-    fold where terms are kept (`RenderSettings.keeps_terms`). `render` does all in one call.
+    It begins with `set_scene` and `set_camera`; each further `set_...` changes one thing, and `draw` recomputes only
+    what that invalidates: another camera keeps the geometry, another material the view; another illuminant or observer
+    costs only a fold if terms are cached (`RenderSettings.keeps_terms`). `render` does all in one call.
 
-    A picture is (xyz, coverage): float32 XYZ (H, W, 3), row 0 on top, Y = 1 for a perfect diffuser that receives the
-    scene's reference illuminance, premultiplied by coverage; coverage float32 (H, W) is the share of a pixel's sample
-    points that meet a surface. Nothing is clipped: a fit that is negative somewhere shows as negative XYZ.
+    An image is (xyz, coverage): float32 XYZ (H, W, 3), row 0 on top, Y = 1 for a perfect diffuser under the scene's
+    reference illuminance, premultiplied by coverage; coverage float32 (H, W) is the share of a pixel's sample points
+    that see a surface. Nothing is clipped: negative values of a fit give negative XYZ.
 
     Use it as a context manager, or call `close`.
 
     Parameters
     ----------
     backend : `GLBackend` or `NumpyBackend`; closed with the session.
-    layers : to share caches of light with another session.
+    layers : builder that shares light caches with another session.
 
     Attributes
     ----------
-    bounced : indirect light of the last picture; None without.
+    bounced : indirect light of the last image, or None.
     """
 
     def __init__(
@@ -100,26 +100,26 @@ class RenderSession:
         self._camera: Camera | None = None
         self._surfaces: dict[str, Fast] = {}
         self._illuminant: Spectrum | None = None
-        # Forms of a catalogue's materials with the state of the files that they were read from.
+        # Forms of a catalogue's materials with the state of their files.
         self._forms: dict[str, tuple[tuple, Fast]] = {}
 
     @property
     def name(self) -> str:
-        """Back end and device, in words."""
+        """Description of back end and device."""
         return self.backend.name
 
     @property
     def made_by(self) -> str:
-        """Back end and, unless it is the default, filtering: for the headers of pictures."""
+        """Back end and, unless it is the default, filtering, for image headers."""
         filtering = self.settings.filtering
         return self.name if filtering == "linear" else f"{self.name}, {filtering} factors"
 
     def configure(self, **changes: Any) -> None:
-        """Change settings, by the names of `RenderSettings`; other filtering forgets the view, which holds spans.
+        """Change settings, by the names of `RenderSettings`; other filtering discards the view with its footprints.
 
         Raises
         ------
-        UnknownNameError : filtering of another name.
+        UnknownNameError : unknown filtering.
         """
         settings = replace(self.settings, **changes)
         if settings.filtering != self.settings.filtering:
@@ -129,7 +129,7 @@ class RenderSession:
 
     @property
     def scene(self) -> Scene:
-        """Scene that is drawn.
+        """Scene to be rendered.
 
         Raises
         ------
@@ -141,7 +141,7 @@ class RenderSession:
 
     @property
     def camera(self) -> Camera:
-        """Camera that is drawn from: the one that was set, or the scene's first."""
+        """Camera of the rendering: the one that was set, or the scene's first."""
         return self.scene.camera() if self._camera is None else self._camera
 
     def set_scene(self, scene: Scene, surfaces: Mapping[str, Fast]) -> None:
@@ -159,11 +159,11 @@ class RenderSession:
         self._camera = camera
 
     def set_illuminant(self, spectrum: Spectrum | None) -> None:
-        """Set a spectrum in place of that of every light, at the same strength; None is the lights' own."""
+        """Replace the spectrum of every light at the same strength; None restores the lights' own."""
         self._illuminant = spectrum
 
     def set_observer(self, observer: Observer) -> None:
-        """Set the observer whose XYZ is drawn."""
+        """Set the observer for XYZ."""
         self._scene = replace(self.scene, observer=observer)
 
     def set_material(self, part: str, material_id: str, form: Fast) -> None:
@@ -177,16 +177,16 @@ class RenderSession:
         self._scene, self._surfaces = scene, {**self._surfaces, material_id: form}
 
     def draw(self, target: SomeTarget) -> SomeTarget:
-        """Draw what is set onto a target of the camera's size, and return it."""
+        """Render onto a target of the camera's size, and return it."""
         self._draw(target, [self._illuminant])
         return target
 
     def picture(self) -> XyzPicture:
-        """Draw what is set and read it back."""
+        """Render and read the image back."""
         return self.draw(ReadPictures(self.camera)).read()
 
     def render(self, scene: Scene, camera: Camera | None, surfaces: Mapping[str, Fast]) -> XyzPicture:
-        """Set a scene and a camera (None: the scene's first) under the lights' own spectra, draw, and read back.
+        """Set a scene and a camera (None: the scene's first) with the lights' own spectra, render, and read back.
 
         Raises
         ------
@@ -201,9 +201,9 @@ class RenderSession:
         surfaces: Mapping[str, Fast],
         illuminants: Sequence[Spectrum | None] = (None,),
     ) -> list[XyzPicture]:
-        """Render one picture for each illuminant, for little more than the cost of one; None: the lights' own spectra.
+        """Render one image for each illuminant, at little more than the cost of one; None: the lights' own spectra.
 
-        Where fluorescent surfaces pass light on, each illuminant costs a picture.
+        With fluorescent interreflection, each illuminant costs a full image.
         """
         self.set_scene(scene, surfaces)
         self.set_camera(camera)
@@ -213,12 +213,12 @@ class RenderSession:
         return [target.read(number) for number in range(target.count)]
 
     def render_matt(self, scene: Scene, part: str, forms: Sequence[MattForm]) -> list[XyzPicture]:
-        """Render one picture for each form on a part, for little more than the cost of one: all of one shape.
+        """Render one image for each form on a part, all of one shape, at little more than the cost of one.
 
         Raises
         ------
         UnknownNameError : the scene has no part of that name.
-        InputError : the scene has light between surfaces, which hangs on the colour of each.
+        InputError : a scene with interreflection, which depends on the colour of each form.
         """
         if scene.bounces != 0:
             raise InputError("light between surfaces", field="bounces", found=str(scene.bounces), expected="none")
@@ -228,7 +228,7 @@ class RenderSession:
             colours = self.layers.colours(self.scene, (None,))
             built.append(self.layers.build(self.settings, self.scene, self.camera, self._surfaces, colours))
         layers = [
-            # The shape leaves a factor out of light from all around.
+            # The shape excludes a factor of the environment form.
             replace(
                 same[0],
                 colours=np.concatenate(
@@ -256,10 +256,10 @@ class RenderSession:
     ) -> Float[np.ndarray, "H W L"]:
         """Render relative spectral radiance at `wavelengths_nm`, float32, premultiplied by coverage.
 
-        1 is the perfect diffuser that receives the reference illuminance from a light of equal energy. Under every
-        light that diffuser has Y = 1, where XYZ is the integral of v times the colour-matching functions over that of
-        y-bar, v linear between `wavelengths_nm` (`radiance_weights`). Lights that are finer are averaged there
-        (`Spectrum.averaged`), so that no line is missed.
+        1 is a perfect diffuser under the reference illuminance from an equal-energy light. Under every light that
+        diffuser has Y = 1, where XYZ is the integral of v times the colour-matching functions over that of y-bar, v
+        linear between `wavelengths_nm` (`radiance_weights`). Finer lights are averaged (`Spectrum.averaged`), so that
+        no line is missed.
 
         Raises
         ------
@@ -292,7 +292,7 @@ class RenderSession:
                 radiance = palette.radiance(spectrum, wavelengths_nm)[..., chosen] / power_of(spectrum)
                 return np.pad(radiance, ((0, 0), (0, 0), (0, 3 * count - radiance.shape[2])))
 
-            # Three wavelengths take the places of X, Y and Z.
+            # Three wavelengths are rendered as X, Y and Z.
             step = start // _SPECTRAL_CHUNK, -(-len(wavelengths_nm) // _SPECTRAL_CHUNK)
             target = ReadPictures(camera, count)
             self._draw_layers(target, scene, sent, step)
@@ -301,20 +301,20 @@ class RenderSession:
         return values
 
     def coverage(self, scene: Scene, camera: Camera) -> Float[np.ndarray, "H W"]:
-        """Return the share of each pixel's sample points that meet a surface, float32."""
+        """Return the share of each pixel's sample points that see a surface, float32."""
         target = ReadPictures(camera, 0)
         for piece in self.windows(scene, camera):
             target.put(self.backend, piece, 0, ())
         return target.coverage
 
     def windows(self, scene: Scene, camera: Camera) -> Iterator[Piece]:
-        """Iterate over the windows of a camera's picture (`RenderCache.windows`)."""
+        """Iterate over the windows of a camera's image (`RenderCache.windows`)."""
         return self.cache.windows(scene, camera, self.settings.tile_samples)
 
     def in_windows(
         self, scene: Scene, camera: Camera, needs: Needs, draw: Callable[[Piece], object]
     ) -> Iterator[tuple[int, int]]:
-        """Draw a camera's picture window by window; yields windows done and windows in all after each.
+        """Draw a camera's image window by window; yields the numbers of finished windows and of all after each.
 
         needs : contents of the windows' tiles.
         """
@@ -325,12 +325,12 @@ class RenderSession:
             yield number, total
 
     def forms(self, catalogue: Catalogue, scene: Scene) -> dict[str, Fast]:
-        """Return fast forms of a scene's materials; each file is read once, and again when it has changed.
+        """Return fast forms of a scene's materials; files are read once, and again after changes.
 
         Raises
         ------
-        UnknownNameError : a material that the catalogue does not have.
-        InputError : a file that is damaged; a material without a surface or without a fast form.
+        UnknownNameError : a material that is not in the catalogue.
+        InputError : a damaged file; a material without a surface or without a fast form.
         """
         kept = {}
         for name in scene.material_ids:
@@ -351,7 +351,7 @@ class RenderSession:
         self.close()
 
     def release(self) -> None:
-        """Forget everything that is kept and free what it holds on a GPU."""
+        """Discard all caches and free GPU memory."""
         self.cache.release()
         self.layers.release()
         self._forms = {}
@@ -374,9 +374,9 @@ class RenderSession:
         step: tuple[int, int] = (0, 1),
         shown_in: Sequence[Spectrum] = (),
     ) -> None:
-        """Draw a scene; `colours` gives (P, R, 3 count) of a palette under a spectrum.
+        """Draw a scene; `colours` returns (P, R, 3 count) for a palette under a spectrum.
 
-        step : number of this round and of all, for progress. shown_in : spectra in place of the lights' own.
+        step : index of this round and number of rounds, for progress. shown_in : spectra that replace the lights' own.
         """
         settings, camera = self.settings, self.camera
         built = self.layers.build(settings, scene, camera, self._surfaces, colours, shown_in)
@@ -399,18 +399,18 @@ class RenderSession:
 
 
 class _Part(Target):
-    """One picture of a target's."""
+    """One image of a target."""
 
     def __init__(self, whole: Target, number: int) -> None:
         self.count, self._whole, self._number = 1, whole, number
 
     def put(self, backend: Backend, piece: Piece, first: int, images: Sequence[Any]) -> None:
-        """Take an image as that of the picture's number."""
+        """Store an image under the target's index."""
         self._whole.put(backend, piece, first + self._number, images)
 
 
 def radiance_weights(observer: Observer, wavelengths_nm: Float[np.ndarray, "L"]) -> Float[np.ndarray, "3 L"]:
-    """Return the weights of XYZ = weights @ radiance as `render_spectra` makes it; equal energy of 1 has Y = 1."""
+    """Return the weights in XYZ = weights @ radiance of `render_spectra`; equal energy of 1 has Y = 1."""
     linear = interpolation_matrix(wavelengths_nm, observer.wavelengths_nm, "hold", "linear")
     weights = np.trapezoid(observer.cmfs[:, :, None] * linear[:, None], observer.wavelengths_nm, axis=0)
     return weights / weights[1].sum()

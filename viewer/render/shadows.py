@@ -1,13 +1,12 @@
-"""Shadows with sharp, true edges: rays to the light against the few triangles that lie in the way.
+"""Exact shadows: shadow rays against the few triangles in a cell of the light's view.
 
-A shadow map answers with the nearest depth at fixed points, so its edges wander by a texel. Here the light's view is
-divided into cells, a cell lists the triangles that reach into it, nearest to the light first, and a sample is tested
-against those of its own cell that begin before it: exact where a shadow map is approximate, for a few triangles each.
+A shadow map stores the nearest depth at fixed points, so that its edges are off by up to a texel. Here each cell of the
+light's view lists the triangles that overlap it, nearest to the light first, and a sample is tested exactly against
+those of its own cell that begin before it.
 
-Two renderers of different precision must agree on every pixel, so nothing flips. Across an edge that two triangles
-share the test is decided by one number that both compute alike, and either answer is shadow; across an outline, and
-with growing distance from the surface, the answer changes on a ramp that is far below a pixel and far above float32's
-rounding. The tests are those of `shadows.glsl`.
+Two renderers of different precision must agree on every pixel, so tests are continuous. At an edge shared by two
+triangles both compute the same number, and either result is shadow; across an outline, and with the distance from the
+surface, the result changes on a ramp far below a pixel and far above float32's rounding. The twin is `shadows.glsl`.
 """
 
 from __future__ import annotations
@@ -22,22 +21,22 @@ from .raster import cut_triangles
 
 # Width of the ramp across an outline, in radii of the scene.
 OUTLINE_RAMP = 1e-4
-# An occluder nearer than this along the ray casts no shadow; at twice the distance it casts a full one. On a surface
-# that light grazes the distance grows by `ROUNDING` over the cosine: what float32 may put a neighbour above it.
+# Distance along the ray below which an occluder casts no shadow; at twice the distance it casts a full one. At grazing
+# incidence it grows by `ROUNDING` over the cosine, the float32 error of a neighbour's height.
 CONTACT = 2e-5
 ROUNDING = 1e-6
-# Point lights see nothing nearer than this.
+# Near plane of point lights.
 LEAST_DISTANCE = 1e-3
-# Distance of a point light, in radii of the scene, beyond which float32 would soon be too coarse for `CONTACT` and the
-# scene too small for the cells of a cube: see `ShadowGrid.parallel`.
+# Distance of a point light, in radii of the scene, beyond which float32 is too coarse for `CONTACT` and the scene too
+# small for the cells of a cube: see `ShadowGrid.parallel`.
 FAR = 20.0
-# Rays handled at once: their arrays stay in the second-level cache.
+# Rays per block, sized for the second-level cache.
 _BLOCK = 16384
 
 
 @dataclass(frozen=True, eq=False)
 class SortedTriangles:
-    """Triangles whose corners are in the order of their welded numbers, so that a shared edge is the same to both.
+    """Triangles with corners sorted by welded vertex index, so that both triangles of an edge evaluate it identically.
 
     corners (F, 3, 3) rounded to float32; edges (F, 3, 2) : welded ends of the edges 01, 12 and 02; normals (F, 3) by
     the order of the corners, of any length.
@@ -50,21 +49,21 @@ class SortedTriangles:
 
 @dataclass(frozen=True, eq=False)
 class ShadowGrid:
-    """Grid of the triangles that a light sees in each cell of its view.
+    """Grid over a light's view with the triangles in each cell.
 
-    parallel : whether the light's rays run side by side in its view: of directional lights, and of point lights beyond
-        `FAR`, whose rays a projective map about the scene's centre makes parallel without bending any line.
+    parallel : whether the light's rays are parallel in its view: for directional lights, and for point lights beyond
+        `FAR`, whose rays a projective map about the scene's centre makes parallel.
     basis : (3, 3) rows u, v and w, the last towards a light with a parallel view, which is the square u, v in [-1, 1].
         Else it is the identity, and the view is a cube with faces +x, -x, +y, -y, +z, -z, on each of which u
         and v are the next two coordinates over the depth.
-    origin : (3,) what view coordinates `(p - origin) @ basis.T` count from: zero, or the point light.
+    origin : (3,) of view coordinates `(p - origin) @ basis.T`: zero, or the point light.
     convergence : 1 / distance of a far point light, else 0; view coordinates are divided by 1 - convergence w.
     corners : (F, 3, 3) of the sorted triangles in view coordinates, rounded to float32.
     resolution : cells along a side of a face.
-    first : (faces * resolution^2 + 1,) where each cell's entries begin, row by row of v.
-    entries : (E,) triangle << 4 | facing << 3 | outlines: whether its corners run anticlockwise as the light sees them,
-        and which of its edges 01, 12 and 02 (bits 0, 1 and 2) are outlines.
-    starts : (E,) how far from the light each entry's triangle begins: -w, or the depth before the cube's face.
+    first : (faces * resolution^2 + 1,) offset of each cell's entries, by rows of v.
+    entries : (E,) triangle << 4 | facing << 3 | outlines: whether its corners are anticlockwise seen from the light,
+        and bits 0, 1 and 2 for edges 01, 12 and 02 that are outlines.
+    starts : (E,) least distance of each entry's triangle from the light: -w, or the depth along the cube's face.
     """
 
     parallel: bool
@@ -78,7 +77,7 @@ class ShadowGrid:
     starts: Float[np.ndarray, " E"]
 
     def view(self, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
-        """Points of the scene in view coordinates."""
+        """Transform points of the scene to view coordinates."""
         turned = (points - self.origin) @ self.basis.T
         return turned / (1.0 - self.convergence * turned[..., 2:]) if self.convergence else turned
 
@@ -142,8 +141,8 @@ def shadow_grid(triangles: SortedTriangles, vector: Float[np.ndarray, "4"]) -> S
 
 
 def _outlines(edges: Int[np.ndarray, "F 3 2"], facing: Int[np.ndarray, " F"]) -> Int[np.ndarray, " F"]:
-    """Bits of the edges that do not have exactly one triangle on either side, as the light sees them."""
-    # An anticlockwise triangle lies left of its edges 01 and 12 and right of 02.
+    """Return bits of the edges without exactly one triangle on either side, seen from the light."""
+    # An anticlockwise triangle is left of its edges 01 and 12 and right of 02.
     side = (facing[:, None] * np.array([1, 1, -1])).reshape(-1)
     keys = edges[..., 0].reshape(-1) * (edges.max() + 1) + edges[..., 1].reshape(-1)
     _, edge = np.unique(keys, return_inverse=True)
@@ -159,13 +158,15 @@ def _basis(direction: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
 
 
 def _cube_view(offsets: Float[np.ndarray, "*n 3"], face: int) -> Float[np.ndarray, "*n 3"]:
-    """u, v (times depth) and depth before a face of the cube."""
+    """Return u, v (times depth) and depth along a face of the cube."""
     axis, sign = face // 2, 1.0 - 2.0 * (face % 2)
     return np.stack([offsets[..., (axis + 1) % 3], offsets[..., (axis + 2) % 3], sign * offsets[..., axis]], axis=-1)
 
 
 def _before_the_face(view, owner):
-    """Triangles cut to a cube face's pyramid: (n, 3, 2) u and v, the least depth (n,), and whose they are."""
+    """Clip triangles to a cube face's pyramid: return u and v (n, 3, 2), the least depth (n,), and the original
+    triangles.
+    """
     near = LEAST_DISTANCE / np.sqrt(3.0)
     wide = 1.0 + OUTLINE_RAMP / near
     planes = (
@@ -180,7 +181,9 @@ def _before_the_face(view, owner):
 
 
 def _cells(flat, margin, resolution):
-    """Every (cell, triangle) pair where triangle `flat` (n, 3, 2), widened by `margin` (n,), meets the cell."""
+    """Return all (cell, triangle) pairs where triangle `flat` (n, 3, 2), widened by `margin` (n,), overlaps the
+    cell.
+    """
     scale = 0.5 * resolution
     low = np.clip(np.floor((flat.min(axis=1) - margin[:, None] + 1.0) * scale), 0, resolution - 1).astype(np.int64)
     high = np.clip(np.floor((flat.max(axis=1) + margin[:, None] + 1.0) * scale), 0, resolution - 1).astype(np.int64)
@@ -189,7 +192,7 @@ def _cells(flat, margin, resolution):
     which = np.repeat(np.arange(len(flat)), counts)
     within = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
     x, y = low[which, 0] + within % columns[which], low[which, 1] + within // columns[which]
-    # A cell that lies wholly outside one edge does not meet the triangle.
+    # A cell entirely outside one edge does not overlap the triangle.
     edges = flat[:, [1, 2, 0]] - flat
     (ax, ay), (bx, by) = edges[:, 0].T, edges[:, 1].T
     inward = np.stack([-edges[..., 1], edges[..., 0]], axis=-1) * np.sign(ax * by - ay * bx)[:, None, None]
@@ -206,8 +209,9 @@ def _cells(flat, margin, resolution):
 def visibility(
     grid: ShadowGrid, points: Float[np.ndarray, "n 3"], own: Int[np.ndarray, " n"]
 ) -> Float[np.ndarray, " n"]:
-    """Share of a light that reaches each point, 0 to 1; `own` is the triangle it lies on, which never shades it; -1
-    for a point in the air."""
+    """Return the share of a light that reaches each point, 0 to 1; `own` is the point's triangle, which never occludes
+    it, or -1 for a point in space.
+    """
     normals = np.cross(grid.corners[:, 1] - grid.corners[:, 0], grid.corners[:, 2] - grid.corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-30)[:, None]
     out = np.empty(len(points))
@@ -218,7 +222,7 @@ def visibility(
 
 
 def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """`visibility` of points in view coordinates, with the normals of their own triangles."""
+    """Return `visibility` of points in view coordinates, with the normals of their own triangles."""
     size, row = grid.resolution, np.arange(len(points))
     if grid.parallel:
         flat, face, depth = points[:, :2], 0, -points[:, 2]
@@ -248,7 +252,7 @@ def _visibility(grid: ShadowGrid, points: np.ndarray, own: np.ndarray, normals: 
 
 
 def _shade(grid: ShadowGrid, code: np.ndarray, points: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Compute how much of the ray from each point to the light one triangle each stops."""
+    """Compute the occlusion of the ray from each point to the light by one triangle each."""
     corners = grid.corners[code >> 4]
     to_light = reach = None
     if not grid.parallel:
@@ -258,7 +262,7 @@ def _shade(grid: ShadowGrid, code: np.ndarray, points: np.ndarray, contact: np.n
     inside = np.ones(len(points), dtype=bool)
     cover = np.ones(len(points))
     sides = []
-    # Ends of each edge, and the sense in which it runs about the triangle.
+    # Ends of each edge, and its orientation in the triangle.
     for k, (a, b, sense) in enumerate(((0, 1, 1.0), (1, 2, 1.0), (0, 2, -1.0))):
         edge = corners[:, b] - corners[:, a]
         side = sense * sign * _area(edge, points - corners[:, a], to_light)
@@ -270,7 +274,7 @@ def _shade(grid: ShadowGrid, code: np.ndarray, points: np.ndarray, contact: np.n
             width = np.maximum(np.linalg.norm(span, axis=1), 1e-12) * OUTLINE_RAMP
             cover[soft] = np.minimum(cover[soft], np.clip(side[soft] / width + 0.5, 0.0, 1.0))
         sides.append(np.maximum(side, 0.0))
-    # The weight of a corner is the side of the edge that it is not on.
+    # The weight of a corner is the edge function of the opposite edge.
     weights = np.stack([sides[1], sides[2], sides[0]], axis=1)
     weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-30)
     ahead = _along(np.einsum("nk,nki->ni", weights, corners) - points, to_light)
@@ -279,12 +283,12 @@ def _shade(grid: ShadowGrid, code: np.ndarray, points: np.ndarray, contact: np.n
 
 
 def _along(vectors: np.ndarray, to_light: np.ndarray | None) -> np.ndarray:
-    """Component towards the light; without `to_light` that is the third."""
+    """Return the component towards the light; without `to_light` the third one."""
     return vectors[:, 2] if to_light is None else np.einsum("ni,ni->n", vectors, to_light)
 
 
 def _area(a: np.ndarray, b: np.ndarray, to_light: np.ndarray | None) -> np.ndarray:
-    """Return the area that a and b span as the light sees it."""
+    """Return the area spanned by a and b, seen from the light."""
     if to_light is None:
         return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return np.einsum("ni,ni->n", _cross(a, b), to_light)

@@ -1,5 +1,5 @@
-"""Surface points that samples see: position, shading frame, direction to the viewer and, where they are asked for,
-texture coordinates; twin of `surface.glsl` and `uv.frag`.
+"""Visible surface points at samples: position, shading frame, direction to the viewer and, on request, texture
+coordinates; twin of `surface.glsl` and `uv.frag`.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from .view import View
 
 @dataclass(frozen=True, eq=False)
 class SurfaceSamples:
-    """The N samples of a window that meet a surface, sorted by pixel.
+    """The N samples of a window that see a surface, sorted by pixel.
 
     pixel (N,) : row * width + column in the window. number (N,) : triangle of the window. point (N, 2) : column and row
-    of the sample, in 1/256. face (N,) : triangle of the scene.
+    of the sample, in 1/256 sample. face (N,) : triangle of the scene.
     position (N, 3) : in radii about the scene's centre. to_viewer (N, 3) : unit. frame (N, 3, 3) : rows tangent,
-    bitangent (along increasing v) and shading normal. weights (N, 3) : barycentric, of the triangle's corners.
+    bitangent (along increasing v) and shading normal. weights (N, 3) : barycentric.
     uv (N, 2), footprint (N, 2, 2) : see `lighting.reference.geometry`; 0 on parts without uv
-    (`SceneGeometry.has_uv`), None where they were not asked for or no part has any.
+    (`SceneGeometry.has_uv`), None if not requested or if no part has uv.
     """
 
     pixel: Int[np.ndarray, " N"]
@@ -40,7 +40,9 @@ class SurfaceSamples:
 
 @dataclass(frozen=True, eq=False)
 class Interpolated:
-    """`SurfaceSamples` at N points of triangles; `whole` (N,): a depth's inverse up to a factor of the triangle."""
+    """Attributes of `SurfaceSamples` at N points of triangles; `whole` (N,): inverse depth up to a factor per
+    triangle.
+    """
 
     position: Float[np.ndarray, "N 3"]
     to_viewer: Float[np.ndarray, "N 3"]
@@ -52,7 +54,7 @@ class Interpolated:
 def surface_samples(
     view: View, window: TileWindow, triangles: WindowTriangles, with_uv: bool = False
 ) -> SurfaceSamples:
-    """Rasterise one window and interpolate to its samples; texture coordinates only where `with_uv` asks for them."""
+    """Rasterise one window and interpolate to its samples; texture coordinates only with `with_uv`."""
     side = view.camera.samples
     seen = seen_in(view, window, triangles)
     blocks = (window.height // side, side, window.width // side, side)
@@ -71,7 +73,7 @@ def surface_samples(
 
 
 def seen_in(view: View, window: TileWindow, triangles: WindowTriangles) -> Int[np.ndarray, "h w"]:
-    """`rasterise`, through the holes of what is seen."""
+    """Rasterise a window, seeing through holes."""
     tracer = view.scene.tracer
     if tracer is None:
         return rasterise(triangles, window.width, window.height)
@@ -89,7 +91,7 @@ def interpolated(
     number: Int[np.ndarray, " N"],
     point: Int[np.ndarray, "N 2"],
 ) -> Interpolated:
-    """Interpolate triangles `number` at `point`, in 1/256 sample; the plane of a triangle goes on beyond its edges."""
+    """Interpolate triangles `number` at `point`, in 1/256 sample, also beyond their edges."""
     weights, whole = _corner_weights(triangles, number, point)
     face = triangles.parent[number]
     position, normal, tangent = (
@@ -105,7 +107,7 @@ def interpolated(
 def _corner_weights(
     triangles: WindowTriangles, number: Int[np.ndarray, " N"], point: Int[np.ndarray, "N 2"]
 ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-    """`Interpolated.weights` and `whole`."""
+    """Return `Interpolated.weights` and `whole`."""
     weights = _areas(triangles, number, point) * triangles.inverse_w[number]
     whole = weights.sum(axis=1, keepdims=True)
     weights /= np.where(whole == 0.0, 1.0, whole)
@@ -118,9 +120,9 @@ def uv_at(
     number: Int[np.ndarray, " N"],
     point: Int[np.ndarray, "N 2"],
 ) -> tuple[Float[np.ndarray, "N 2"], Float[np.ndarray, "N 2 2"]]:
-    """Texture coordinates and footprints of triangles `number` at `point`, as `SurfaceSamples` has them."""
+    """Return texture coordinates and footprints of triangles `number` at `point`, as in `SurfaceSamples`."""
     inverse_w = triangles.inverse_w
-    # The areas are linear in the point: how they change with a step of one sample to the right, and downwards.
+    # Areas are linear in the point; changes for a step of one sample to the right, and downwards.
     opposite = np.roll(triangles.corners, -2, axis=1) - np.roll(triangles.corners, -1, axis=1)
     slopes = SUBSTEPS * np.stack([-opposite[..., 1], opposite[..., 0]], axis=1) * inverse_w[:, None]
     corners = view.uv(triangles)[number]
@@ -135,7 +137,7 @@ def uv_at(
 def _areas(
     triangles: WindowTriangles, number: Int[np.ndarray, " N"], point: Int[np.ndarray, "N 2"]
 ) -> Int[np.ndarray, "N 3"]:
-    """Twice the signed areas that `point`, in 1/256 sample, makes with the sides opposite to each corner."""
+    """Return twice the signed areas of `point`, in 1/256 sample, with the sides opposite to each corner."""
     offsets = triangles.corners[number] - point[:, None]
     following, last = offsets[:, [1, 2, 0]], offsets[:, [2, 0, 1]]
     return following[..., 0] * last[..., 1] - following[..., 1] * last[..., 0]

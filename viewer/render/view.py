@@ -1,4 +1,4 @@
-"""View of a scene's triangles by one camera: which side of each, where on the picture, and the picture in tiles."""
+"""View of a scene's triangles by one camera: visible sides, projection, and division of the image into windows."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ from ...lighting.vectors import dot
 from .geometry import LightGeometry, SceneGeometry
 from .raster import TileWindow, WindowTriangles, least_of, most_of, window_triangles
 
-# Samples along a side of what is rendered at once, at most: bounds memory, keeps positions on the vertex grid exact,
-# and lets a large picture say how far it is.
+# Largest number of samples along a side of a window: bounds memory, keeps positions on the vertex grid exact, and
+# allows progress reports.
 TILE_SAMPLES = 1024
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A camera's view of a scene; good for all materials and all spectra.
+    """Camera's view of a scene, valid for all materials and spectra.
 
-    side (F,) : 1 or -1, whether a triangle's own normal is on the viewer's side.
+    side (F,) : 1 if a triangle's normal is on the viewer's side, else -1.
     handedness (F,) : 1 or -1, of the shading frames on that side (`lighting.mesh.tangents.seen_handedness`).
-    perspective, eye (3,) : the pin-hole, or the unit direction to the viewer of an orthographic camera.
-    clip (V, 3), depth (V,) : vertices in clip space without its third coordinate, and how far off they are.
-    left_out (F,) : triangles that are not drawn; None draws all.
+    perspective, eye (3,) : position of a perspective camera, or unit direction to an orthographic one.
+    clip (V, 3), depth (V,) : vertices in clip space without its third coordinate, and their distances along the viewing
+        direction.
+    left_out (F,) : mask of culled triangles; None for none.
     """
 
     scene: SceneGeometry
@@ -43,21 +44,21 @@ class View:
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height of the picture in samples."""
+        """Width and height of the image in samples."""
         return self.camera.width * self.camera.samples, self.camera.height_px * self.camera.samples
 
     @cached_property
     def normals(self) -> Float[np.ndarray, "F 3 3"]:
-        """Normals of the scene's corners, turned to the viewer's side of their triangle."""
+        """Return normals at corners, flipped to the viewer's side of their triangle."""
         return self.scene.normals * self.side[:, None, None]
 
     def lit(self, light: LightGeometry) -> Bool[np.ndarray, " F"]:
-        """Triangles that a light stands above, on the viewer's side."""
+        """Return a mask of triangles with the light above their horizon, on the viewer's side."""
         return self.side * light.above > 0.0
 
     def windows(self, side: int | None = None) -> Iterator[TileWindow]:
-        """Iterate over windows of whole pixels from the middle of the picture outwards, of at most `side` samples along
-        a side; None is `TILE_SAMPLES`.
+        """Yield windows of whole pixels from the centre of the image outwards, of at most `side` samples along a side;
+        None is `TILE_SAMPLES`.
         """
         width, height = self.size
         across, down = _steps(self.camera, side)
@@ -71,7 +72,7 @@ class View:
             yield TileWindow(left, top, min(across, width - left), min(down, height - top))
 
     def triangles(self, window: TileWindow) -> WindowTriangles:
-        """Return the triangles in one of the windows."""
+        """Return the triangles in a window."""
         faces, farthest = self.scene.faces, float(self.depth.max(initial=0.0))
         clip, depth, near = self.clip, self.depth, None if self.left_out is None else np.flatnonzero(~self.left_out)
         if (window.width, window.height) != self.size:
@@ -80,7 +81,7 @@ class View:
             there = (high[:, 0] >= window.left) & (low[:, 0] <= ends[0])
             there &= (high[:, 1] >= window.top) & (low[:, 1] <= ends[1])
             near = np.flatnonzero(there if self.left_out is None else there & ~self.left_out)
-            # Vertices of these alone, once for each corner.
+            # Vertices of these triangles only, once per corner.
             corners = faces[near].ravel()
             clip, depth, faces = clip[corners], depth[corners], np.arange(len(corners)).reshape(-1, 3)
         elif near is not None:
@@ -90,8 +91,8 @@ class View:
 
     @cached_property
     def boxes(self) -> tuple[Float[np.ndarray, "F 2"], Float[np.ndarray, "F 2"]]:
-        """Lowest and highest column and row of samples that each triangle may touch, and a sample more either way;
-        all of the picture where a corner is not in front of the camera.
+        """Bounding boxes, lowest and highest column and row of samples, of each triangle, enlarged by one sample; the
+        whole image if a corner is not in front of the camera.
         """
         ahead = self.clip[:, 2] > 0.0
         flat = self.clip[:, :2] / np.where(ahead, self.clip[:, 2], 1.0)[:, None]
@@ -102,19 +103,19 @@ class View:
         return low, high
 
     def uv(self, triangles: WindowTriangles) -> Float[np.ndarray, "T 3 2"]:
-        """Texture coordinates at the corners of a window's triangles, 0 on parts without."""
+        """Return texture coordinates at the corners of a window's triangles, 0 on parts without."""
         if self.scene.uv is None:
             return np.zeros((len(triangles.parent), 3, 2))
         return triangles.at_corners(self.scene.uv)
 
 
 def view_of(scene: SceneGeometry, camera: Camera) -> View:
-    """Prepare a scene for rasterising from a camera."""
+    """Prepare a scene for rasterisation from a camera."""
     perspective = camera.projection == "perspective"
     first = scene.first_corners
     to_viewer = camera.position - first if perspective else np.broadcast_to(camera.axes[2], first.shape)
     side = np.where(dot(scene.face_normals, to_viewer) < 0.0, -1.0, 1.0)
-    # One product of two matrices: numpy would multiply vertex by vertex.
+    # A single matrix product, since numpy would multiply vertex by vertex.
     clip = scene.points @ camera.clip_from_world()[[0, 1, 3], :3].T + camera.clip_from_world()[[0, 1, 3], 3]
     view = camera.view_from_world()
     has_uv = np.repeat(scene.has_uv, np.diff(scene.first_face))
@@ -132,20 +133,20 @@ def view_of(scene: SceneGeometry, camera: Camera) -> View:
 
 @lru_cache(maxsize=16)
 def view_key(camera: Camera) -> tuple:
-    """Equal for two cameras that see the same."""
+    """Return a key that is equal for cameras with the same view."""
     size = (camera.width, camera.height_px, camera.samples)
     return camera.projection, camera.clip_from_world().tobytes(), camera.position.tobytes(), size
 
 
 def window_count(camera: Camera, side: int | None = None) -> int:
-    """Count the windows of a camera's picture; `side` as of `View.windows`."""
+    """Count the windows of a camera's image; `side`: see `View.windows`."""
     across, down = _steps(camera, side)
     return -(-camera.width * camera.samples // across) * -(-camera.height_px * camera.samples // down)
 
 
 def _steps(camera: Camera, side: int | None) -> tuple[int, int]:
-    """Samples along the sides of windows of whole pixels: at most `side`; where that is None, all windows are about
-    alike and take about as long.
+    """Return the samples along the sides of windows of whole pixels: at most `side`, or if None such that windows have
+    similar sizes and costs.
     """
     most = max(1, (TILE_SAMPLES if side is None else side) // camera.samples)
     if side is not None:

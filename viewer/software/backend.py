@@ -1,4 +1,4 @@
-"""The numpy renderer: the same geometry and terms as `gl.backend`, without OpenGL."""
+"""Numpy renderer with the same geometry and terms as `gl.backend`, without OpenGL."""
 
 from __future__ import annotations
 
@@ -27,18 +27,18 @@ from .environment_light import TileSamples, gathered_terms
 
 @dataclass(eq=False)
 class SoftwareTerms(KeptTerms):
-    """Terms as numbers; places are the tile's pixels, row by row."""
+    """Terms in memory; places are the tile's pixels, row by row."""
 
     terms: Terms
 
 
 @dataclass(eq=False)
 class SoftwareTile(Tile):
-    """A tile and what numpy needs of it.
+    """Tile in memory.
 
-    lit : by part and light, the samples that are lit: the pixel (K,) of each, and what is shaded there. What arrives at
-    a point is pi E / E_ref on a surface that faces the light, times visibility, over the samples of a pixel.
-    seen : by part, all samples, for lights that spread.
+    lit : by part and light, the lit samples: the pixel (K,) of each, and its points. Incident light is pi E / E_ref on
+    a surface facing the light, times visibility, over the samples of a pixel.
+    seen : by part, all samples, for area, environment and indirect light.
     """
 
     coverage: Float[np.ndarray, "h w"]
@@ -52,13 +52,13 @@ def software_session(filtering: Filtering = "linear", keeps_terms: bool = False)
 
 
 class NumpyBackend(Backend):
-    """Back end in numpy, on any machine."""
+    """Back end in numpy, for any machine."""
 
     name = "software (numpy)"
     chunk = 1 << 20
 
     def tile(self, view: View, window: TileWindow, triangles: WindowTriangles, needs: Needs) -> SoftwareTile:
-        """Work out what the window's samples see."""
+        """Compute visible geometry and lit samples of a window."""
         side, first_face = view.camera.samples, view.scene.first_face
         height, width = window.height // side, window.width // side
         surface = surface_samples(view, window, triangles, needs.uv)
@@ -110,11 +110,11 @@ class NumpyBackend(Backend):
 
 
 def _seen(view: View, surface: SurfaceSamples, mipmapped: bool) -> Iterator[TileSamples]:
-    """Iterate over samples of area and environment light, part by part."""
+    """Yield samples for area, environment and indirect light, part by part."""
     first_face, face = view.scene.first_face, surface.face
     part_of = np.searchsorted(first_face, surface.face, side="right") - 1
     wo = np.einsum("nij,nj->ni", surface.frame, surface.to_viewer)
-    # Textures are filtered where there are spans, whatever of.
+    # Textures are filtered only if footprints are present.
     spans = {} if mipmapped else None
     points = Points(wo, wo, surface.uv, surface.footprint, None, spans)
     side = view.side[face]
@@ -127,7 +127,7 @@ def _seen(view: View, surface: SurfaceSamples, mipmapped: bool) -> Iterator[Tile
 
 
 def _reached(view: View, light: LightGeometry, surface: SurfaceSamples):
-    """Return the samples that a light reaches, local directions to it, and irradiance there (`SoftwareTile`)."""
+    """Return the samples reached by a light, local directions to it, and irradiance there (`SoftwareTile`)."""
     above = np.flatnonzero(view.lit(light)[surface.face])
     position = surface.position[above]
     offset = light.towards(position)

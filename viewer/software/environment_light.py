@@ -1,4 +1,4 @@
-"""Area and environment light gathered at samples, in numpy; twin of `gather.frag`."""
+"""Area, environment and indirect light gathered at samples, in numpy; twin of `gather.frag`."""
 
 from __future__ import annotations
 
@@ -20,20 +20,19 @@ from ...materials.core.terms import Terms
 from ..render.layers import SpreadLayer
 from ..render.light_cache import Shadows
 
-# Samples at once: their lobes and what those see take some 30 MB.
+# Samples per block: their lobes and gathered light take some 30 MB.
 _BLOCK = 1 << 13
 _Gathered = tuple[Float[np.ndarray, "N B K"], Float[np.ndarray, "N Q K"]]
 
 
 @dataclass(frozen=True, eq=False)
 class TileSamples:
-    """N samples of one part, wherever light comes from.
+    """N samples of one part, independent of a light's direction.
 
-    pixel (N,) : in a tile. points : as a material is asked, where the light stands left out. frame (N, 3, 3) : rows
-    tangent, bitangent and normal, world. face (N,) : triangle of the scene; weights (N, 3) : of its corners.
-    back (N,) : where its normals look away from the viewer. facet (N, 3) : unit normal of that triangle, world, on the
-    viewer's side. position (N, 3) : in radii about the scene's centre; needed
-    for lights that are near.
+    pixel (N,) : in a tile. points : for evaluating materials, without a light direction. frame (N, 3, 3) : rows
+    tangent, bitangent and normal, world. face (N,) : triangle of the scene; weights (N, 3) : barycentric.
+    back (N,) : True where the triangle's normal faces away from the viewer. facet (N, 3) : unit normal of the triangle,
+    world, on the viewer's side. position (N, 3) : in radii about the scene's centre, for lights at a finite distance.
     """
 
     pixel: Int[np.ndarray, " N"]
@@ -46,17 +45,18 @@ class TileSamples:
     position: Float[np.ndarray, "N 3"] | None = None
 
     def chosen(self, which: Int[np.ndarray, " K"] | slice) -> TileSamples:
-        """Some of them."""
+        """Select samples by index."""
         arrays = (self.frame[which], self.face[which], self.weights[which], self.back[which], self.facet[which])
         position = None if self.position is None else self.position[which]
         return TileSamples(self.pixel[which], self.points.chosen(which), *arrays, position)
 
 
 def gathered_terms(layer: SpreadLayer, samples: TileSamples) -> Terms:
-    """Terms of a layer at N samples: for each of its fields the form's, rounded up to fours.
+    """Compute the terms of a layer at N samples: for each of its fields those of the form, padded to a multiple of
+    four.
 
-    XYZ = pi / E_ref sum over lobes of the integral of f_r cos(theta_i) times the mean luminance under the lobe (Wang et
-    al. 2009, eq. 41), and for the cosine its integral times E / pi.
+    XYZ = pi / E_ref times the sum over lobes of the integral of f_r cos(theta_i) times the mean luminance under the
+    lobe (Wang et al. 2009, eq. 41); for the cosine lobe its integral times E / pi.
     """
     width = layer.rank // (layer.fields.stop - layer.fields.start)
     value = np.zeros((len(samples.pixel), layer.fields.stop - layer.fields.start, width))
@@ -82,7 +82,9 @@ def gathered_terms(layer: SpreadLayer, samples: TileSamples) -> Terms:
 def _of_surfaces(
     light: IndirectLight, fields: slice, samples: TileSamples, lobes: Lobes, smooth: Float[np.ndarray, "N 3"]
 ) -> _Gathered:
-    """Return the same of what comes by way of other surfaces. `smooth` : normals before a texture's own."""
+    """Gather indirect light: moments of illuminance, and mean luminance under each lobe. `smooth` : normals without
+    normal mapping.
+    """
     sites, shares = light.near(samples.face, samples.weights, samples.back)
     at = np.einsum("nc,ncvf->nvf", shares, light.at_sites[..., fields][sites])
     moments, radiance = light_at(at, smooth, samples.frame[:, 2])
@@ -95,9 +97,9 @@ def _of_surfaces(
 
 
 def _of_environment(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _Gathered:
-    """Illuminance with its moments, and mean luminance under each lobe, by the layer's fields."""
+    """Gather an environment: moments of illuminance, and mean luminance under each lobe, by the layer's fields."""
     assert isinstance(layer.gathered, GatheredLight)
-    # From the slices' frame to the world, and on to the map.
+    # From the local frame via the world to the map.
     to_map = np.einsum("nij,jk->nik", samples.frame, layer.world_from_map)
     lux = layer.gathered.by_frames(to_map, lobes.matt.shape[1])[..., layer.fields]
     directions = np.einsum("nqi,nij->nqj", lobes.directions, to_map)
@@ -109,10 +111,11 @@ def _of_environment(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _
 
 
 def _of_panel(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _Gathered:
-    """Return the same of a light that is near, cell by cell where the scene stands in its way.
+    """Gather a softbox, with occlusion by cells.
 
-    Of illuminance and moments is taken what hidden cells give; of what a lobe sees the hidden share of the cells, by
-    how much of each lies under the lobe, the angle to the nearest boundary between both as in `_left`.
+    The light of hidden cells is subtracted from illuminance and moments. A lobe's luminance is multiplied by the free
+    share of cells, weighted by the lobe; the angle to the nearest boundary between both axes is interpolated as in
+    `_left`.
     """
     panel, position = layer.gathered, samples.position
     assert isinstance(panel, GatheredPanel) and position is not None
@@ -138,7 +141,7 @@ def _of_panel(layer: SpreadLayer, samples: TileSamples, lobes: Lobes) -> _Gather
     whole = given.sum(axis=1)
     lost = np.einsum("np,npb->nb", hidden * given, bends(local)[..., : lux.shape[1]])
     left = lux - lost * (lux[:, 0] / np.where(whole > 0.0, whole, 1.0))[:, None]
-    # A panel just above the horizon may have the middle of every cell below it.
+    # A panel just above the horizon may have all cell centres below it.
     lux = np.where((whole > 0.0)[:, None], left, lux * (1.0 - hidden.mean(axis=1))[:, None])
 
     other_sharpness, own_sharpness = sharpness[:, None], lobes.sharpness[..., None]
@@ -162,13 +165,13 @@ def _left(
     lux: Float[np.ndarray, "N B K"],
     seen: Float[np.ndarray, "N Q K"],
 ) -> _Gathered:
-    """Return the rest of `lux` and `seen` where the scene stands in the light's way.
+    """Apply occlusion by the scene to the gathered `lux` and `seen`.
 
-    What lobes see: of each bright part the share that is free about the axis of their product (Wang et al. 2009,
-    eq. 5), whose angle to the nearest boundary is taken as linear between both axes; of all else what lies where the
-    lobe is free (`cut_lobe`). What surfaces receive: of each narrow bright part the share that is free about its axis;
-    of all else what the vertices around lose, as a share of what they would have, since pixels may have other normals.
-    Of all bright parts what the triangle's own plane hides is taken off too (`share_above`).
+    For lobes: each bright part is multiplied by the free share about the axis of its product with the lobe (Wang et al.
+    2009, eq. 5), with the angle to the nearest boundary interpolated linearly between both axes; the rest is gathered
+    over the free part of the lobe (`cut_lobe`). For illuminance: each narrow bright part is multiplied by the free
+    share about its axis; of all other light the relative loss at the surrounding vertices is subtracted, since pixels
+    may have other normals. Occlusion of bright parts by the triangle's own plane is subtracted too (`share_above`).
     """
     assert isinstance(layer.gathered, GatheredLight)
     visibility, frame = shadows.visibility, samples.frame
@@ -179,7 +182,7 @@ def _left(
     bent_distances = codes @ hidden.axes.T + hidden.mean
     other = straight(np.where(dark[:, None] > 0.0, -1.0, bent_distances))
 
-    # Each part's irradiance, its direction, and the share of it that is free: the higher of two horizons counts.
+    # Each part's irradiance, moments, and free share, limited by the higher of two horizons.
     given = bright.on_surfaces(frame[:, 2])[..., None] * amplitude
     bent = bends(axis @ np.swapaxes(frame, 1, 2))[..., : lux.shape[1]].swapaxes(1, 2)
     above = share_above(samples.facet @ axis.T, frame[:, 2] @ axis.T, sharpness)
@@ -192,7 +195,7 @@ def _left(
     share = np.maximum(others[:, 0], 0.0) * some / np.where(some, np.maximum(whole, lost[:, 0]), 1.0)
     lost = (lost if lux.shape[1] == 1 else rotate_moments(lost, frame)) * (share * (1.0 - dark[:, None]))[:, None]
     others = others - lost - others * dark[:, None, None]
-    # Vertices do not know of the triangle's own plane what it hides of the wider parts; there is no more than is left.
+    # Occlusion of wider parts by the triangle's own plane, unknown at vertices, is limited to the remaining light.
     below = bent[..., narrow:] @ ((free - left)[..., None] * given)[:, narrow:]
     most = np.minimum(np.maximum(others[:, 0], 0.0), below[:, 0])
     below *= np.where(most > 0.0, most / np.where(most > 0.0, below[:, 0], 1.0), 0.0)[:, None]
@@ -207,7 +210,7 @@ def _left(
     free = free_share(between, np.broadcast_to(sharpness + lobes.sharpness[..., None], between.shape))
     parts = bright.by_lobes(to_world, lobes.sharpness)
     rest = seen - parts @ amplitude
-    # Other light: a lobe sees what lies in its free range, about the middle of that.
+    # Other light: gathered over the free part of the lobe, about its mean direction.
     steep = np.linalg.norm(slopes, axis=-1)
     cut = cut_lobe(own, np.minimum(steep, 1.0), lobes.sharpness)
     some = np.nonzero(cut.turn)

@@ -1,10 +1,11 @@
 // Angles of a direction pair in the io and hd frames; twin of materials/core/directions.py.
-// GLSL's own atan may be off by 4096 units in the last place, and Mesa's is by thousands: sharp lobes would show it.
+// GLSL's atan may be off by 4096 units in the last place, and Mesa's is by thousands, which would be visible in sharp
+// lobes.
 
 const float TAU = 6.28318530717958648;
 
 // atan2 to about one unit in the last place: reduced to [0, tan(pi/8)], then the polynomial of Cephes' atanf (Moshier).
-// 0 at the origin, where an azimuth means nothing.
+// 0 at the origin, where the azimuth is undefined.
 float arc(float y, float x) {
     float larger = max(abs(x), abs(y));
     float smaller = min(abs(x), abs(y));
@@ -19,7 +20,7 @@ float arc(float y, float x) {
     return y < 0.0 ? -r : r;
 }
 
-// An angle of arc() in [0, 2 pi).
+// Map an angle of arc() to [0, 2 pi).
 float turn(float phi) {
     return phi < 0.0 ? phi + TAU : phi;
 }
@@ -46,7 +47,7 @@ vec3 hd_angles(vec3 wi, vec3 wo) {
     return vec3(arc(sine, h.z), arc(length(d), length(h)), turn(phi_d));
 }
 
-// phi_i and phi_h in [0, 2 pi): what anisotropic materials need beside the above.
+// phi_i and phi_h in [0, 2 pi), for anisotropic materials.
 vec2 azimuths(vec3 wi, vec3 wo) {
     vec3 h = wi + wo;
     return vec2(turn(arc(wi.y, wi.x)), turn(arc(h.y, h.x)));

@@ -1,4 +1,4 @@
-// The spectrum carried to the pixel and folded there: COEFFICIENTS of a basis, or samples. For comparison only.
+// Spectrum of a pixel as COEFFICIENTS of a basis, or samples, folded per pixel. For comparison only.
 
 #include "sample.glsl"
 #include "terms.glsl"

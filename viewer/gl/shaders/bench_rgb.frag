@@ -1,4 +1,4 @@
-// An RGB renderer with the same factors: three numbers a term, one picture. For comparison only.
+// RGB renderer with the same factors: three numbers per term, one image. For comparison only.
 
 #include "sample.glsl"
 #include "terms.glsl"

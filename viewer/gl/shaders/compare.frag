@@ -1,10 +1,10 @@
-// Two pictures as they are compared, over their surround, in XYZ of the display's white: ONE of them, parts of TWO, or
-// the MAP of their differences. Software GL works out all branches of a program at every pixel.
+// Comparison of two images over their surround, in XYZ adapted to the display's white: ONE of them, parts of TWO, or
+// the MAP of their differences. These are separate programs, since software GL evaluates all branches at every pixel.
 
-uniform sampler2D first;        // XYZ and coverage of A, or of the only one
+uniform sampler2D first;        // XYZ and coverage of A, or of the only image
 uniform sampler2D second;       // of B
-uniform sampler2D differences;  // ΔE; -1 where nothing is compared, infinite where there is no number
-uniform sampler2D scale;        // XYZ of the steps of ΔE, of what is beyond them, and of what holds no number
+uniform sampler2D differences;  // ΔE; -1 if not compared, infinite if invalid
+uniform sampler2D scale;        // XYZ of the steps of ΔE, of larger values, and of invalid ones
 uniform mat3 adapt_first, adapt_second;
 uniform float exposure;
 uniform vec3 surround;
@@ -12,7 +12,7 @@ uniform int mode;               // of two
 uniform float position;         // of the wipe, pixels
 uniform int cell;               // of the checkerboard, pixels
 uniform float largest;          // ΔE at the end of the scale
-uniform float tolerance;        // where the contour runs; negative where there is none
+uniform float tolerance;        // ΔE of the contour; negative for none
 uniform vec3 contour;
 
 layout(location = 0) out vec4 xyz_d65;
@@ -51,7 +51,7 @@ void main() {
 #ifdef TWO
     if (mode == 2) b = gl_FragCoord.x >= position;
     if (mode == 3) {
-        // Both sides show the middle of the picture.
+        // Both sides show the centre of the image.
         int width = textureSize(first, 0).x, half_width = width / 2;
         b = at.x >= half_width;
         at.x += (b ? -half_width : 0) + (width - half_width) / 2;

@@ -1,7 +1,7 @@
-// The share of each pixel's samples where something is seen: looked up, since GPUs do not divide exactly.
+// Share of each pixel's samples that see a surface, from a table, since GPUs do not divide exactly.
 
-uniform sampler2D seen;         // triangle number + 1 at every sample, 0 where there is none
-uniform sampler2D shares;       // by the number of samples that see something
+uniform sampler2D seen;         // triangle index + 1 at every sample, 0 for none
+uniform sampler2D shares;       // by the number of samples that see a surface
 uniform int samples;            // along a side of a pixel
 
 layout(location = 0) out float coverage;

@@ -1,4 +1,4 @@
-// ΔE of two pictures under one white, where both are covered wholly and one of them is lit; -1 elsewhere.
+// ΔE of two images under one white, for pixels fully covered in both and lit in one; -1 elsewhere.
 
 #include "differences.glsl"
 

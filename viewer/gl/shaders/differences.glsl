@@ -1,5 +1,5 @@
-// Colour differences without angles, in single precision; twin of spectral.image_difference and spectral.image_cam16. What
-// single precision has no number for is infinite.
+// Colour differences without angles, in single precision; twin of spectral.image_difference and spectral.image_cam16.
+// Values beyond single precision are infinite.
 
 const float NO_NUMBER = uintBitsToFloat(0x7f800000u);
 
@@ -13,13 +13,13 @@ float saturation(float chroma) {
     return sqrt(power / (power + 6103515625.0));
 }
 
-// One step of Newton's brings what the hardware's powers are off by to a rounding.
+// One Newton step reduces the error of the hardware's powers to rounding.
 float cube_root(float x) {
     float root = pow(x, 1.0 / 3.0);
     return root - (root * root * root - x) / (3.0 * root * root);
 }
 
-// CIELAB of shares of the white (CIE 015:2018 eq. 8.3-8.5).
+// CIELAB from XYZ relative to the white (CIE 015:2018 eq. 8.3-8.5).
 vec3 lab_from_shares(vec3 share) {
     vec3 f;
     for (int k = 0; k < 3; ++k)
@@ -27,7 +27,7 @@ vec3 lab_from_shares(vec3 share) {
     return vec3(116.0 * f.y - 16.0, 500.0 * (f.x - f.y), 200.0 * (f.y - f.z));
 }
 
-// CIE 116-1995. The hue by the cross product, where the difference of chromas would leave nothing but rounding.
+// CIE 116-1995. The hue difference is computed from the cross product, to avoid cancellation.
 float difference_1994(vec3 reference, vec3 sampled) {
     vec2 a = reference.yz, b = sampled.yz;
     float lightness = sampled.x - reference.x, chroma = length(a), other = length(b);
@@ -47,7 +47,7 @@ float difference_2000(vec3 reference, vec3 sampled) {
     float chroma_1 = length(a), chroma_2 = length(b);
     float product = chroma_1 * chroma_2, inner = dot(a, b), turned = a.x * b.y - a.y * b.x;
     bool beyond = inner < 0.0;
-    // Hues so nearly opposite have no mean in single precision.
+    // The mean of nearly opposite hues is undefined in single precision.
     if (beyond && abs(turned) < 2e-2 * product) return NO_NUMBER;
     float hue = beyond ? sqrt(2.0 * (product - inner)) * (turned < 0.0 ? -1.0 : 1.0)
         : turned * sqrt(2.0 / max(product + inner, 1e-30));
@@ -63,7 +63,7 @@ float difference_2000(vec3 reference, vec3 sampled) {
         + 0.32 * (c3 * cos(radians(6.0)) - s3 * sin(radians(6.0)))
         - 0.20 * (c4 * cos(radians(63.0)) + s4 * sin(radians(63.0)));
 
-    // The square of the angle to 275 degrees, by its series in 1 - cosine; beyond a right angle all of it is far off.
+    // Squared angle to 275 degrees, by its series in 1 - cosine; beyond a right angle its effect is negligible.
     float x = 1.0 - (c * cos(radians(275.0)) + s * sin(radians(275.0)));
     float squared = ((((16.0 / 1575.0 * x + 1.0 / 35.0) * x + 4.0 / 45.0) * x + 1.0 / 3.0) * x + 2.0) * x;
     float blue = exp(-squared * degrees(1.0) * degrees(1.0) / 625.0);
@@ -90,7 +90,7 @@ float achromatic(vec3 response) { return 2.0 * response.x + response.y + 0.05 * 
 
 vec3 signed_power(vec3 x, float power) { return sign(x) * pow(abs(x), vec3(power)); }
 
-// J', a', b'; infinite where single precision does not do.
+// J', a', b'; infinite where single precision is insufficient.
 vec3 appearance(vec3 share) {
     vec3 cones = cones_from_share * share;
     vec3 power = pow(abs(cones), vec3(0.42));
@@ -105,7 +105,7 @@ vec3 appearance(vec3 share) {
     float log_chroma = log_of_one_and(0.0228 * chroma);
     float j = 1.7 * 100.0 * lightness / (1.0 + 0.7 * lightness);
     if (!(abs(log_chroma) <= (abs(j) < 1.0 ? 0.0228 * 10.0 : 0.0228 * 100.0))) return vec3(NO_NUMBER);
-    // Without a length there is no hue, and no chroma either.
+    // Without length, hue and chroma are zero.
     return vec3(j, log_chroma / (0.0228 * max(size, 1e-30)) * opponent);
 }
 

@@ -1,8 +1,8 @@
-// A picture of fewer pixels along one axis, across or DOWN: cubic between the middles of pixels, with slopes by which
-// nothing overshoots (van Leer 1977), so that edges stay without rims. By hand: hardware filters have 8 bits of fraction.
+// Enlargement of an image along one axis, across or DOWN: cubic between pixel centres, with slopes that avoid overshoot
+// (van Leer 1977), so that edges have no halos. Computed in the shader, since hardware filters have 8 fractional bits.
 
 uniform sampler2D small;
-uniform float scale;    // its pixels for each of these
+uniform float scale;    // its pixels per target pixel
 
 layout(location = 0) out vec4 canvas;
 
@@ -24,7 +24,7 @@ void main() {
     float at = gl_FragCoord.ALONG * scale - 0.5, t = fract(at);
     int first = int(floor(at));
     vec4 b = texelFetch(small, PLACE(first), 0), c = texelFetch(small, PLACE(first + 1), 0), rise = c - b;
-    // Beyond the border it goes on as before it.
+    // The slope beyond the border is that inside.
     vec4 leaving = slope(first < 1 ? rise : b - texelFetch(small, PLACE(first - 1), 0), rise);
     vec4 arriving = slope(rise, first + 2 > last ? rise : texelFetch(small, PLACE(first + 2), 0) - c);
     canvas = b + t * (leaving + t * (3.0 * rise - 2.0 * leaving - arriving + t * (leaving + arriving - 2.0 * rise)));

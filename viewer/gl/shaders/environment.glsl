@@ -1,11 +1,11 @@
-// Area and environment light prepared for look-up; twin of lighting.environment.prefiltering. Octahedral maps with a border
-// of one texel, one below the other; up to four fields a texel.
+// Prefiltered environment light; twin of lighting.environment.prefiltering. Octahedral maps with a border of one texel,
+// one below the other; up to four fields a texel.
 
-uniform sampler2D pyramid;          // levels of rising sharpness
-uniform sampler2D irradiance;       // lux by normals, and its moments, one map beside the other
+uniform sampler2D pyramid;          // levels of ascending sharpness
+uniform sampler2D irradiance;       // lux by normal, and its moments, side by side
 uniform sampler2D fields;           // the map itself, latitude-longitude
-uniform vec2 environment_levels[ENVIRONMENT_LEVELS];        // of each level, its first row and its side
-uniform float environment_sharpness[ENVIRONMENT_LEVELS];    // rising; the first is 0
+uniform vec2 environment_levels[ENVIRONMENT_LEVELS];        // first row and side of each level
+uniform float environment_sharpness[ENVIRONMENT_LEVELS];    // ascending; the first is 0
 
 vec4 between_octahedral(sampler2D map, vec2 place, int first_row, int side) {
     vec2 at = 0.5 * (place + 1.0) * float(side) + 0.5;
@@ -21,7 +21,7 @@ vec4 pyramid_at(vec2 place, int level) {
     return between_octahedral(pyramid, place, int(environment_levels[level].x), int(environment_levels[level].y));
 }
 
-// The map itself, linear between the middles of texels.
+// The map itself, linear between texel centres.
 vec4 map_at(vec3 to) {
     ivec2 size = textureSize(fields, 0);
     float row = clamp(atan(length(to.xz), to.y) / PI * float(size.y) - 0.5, 0.0, float(size.y - 1));
@@ -66,6 +66,6 @@ void on_surface(mat3 frame, out vec4 found[BENT]) {
     turned(frame, m, found);
 }
 
-// It is the same everywhere.
+// Independent of position.
 void stand_at(int number, ivec2 at, vec3 normal) {
 }

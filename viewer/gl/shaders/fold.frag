@@ -1,6 +1,6 @@
-// Kept terms at every pixel of a box, folded.
+// Folding of cached terms at every pixel of a box.
 
-uniform sampler2D terms[QUADS];     // four terms each, as `shade.frag` kept them
+uniform sampler2D terms[QUADS];     // four terms each, written by `shade.frag`
 uniform ivec2 origin;               // of the box, pixels of the tile
 uniform vec4 weights[QUADS * SPECTRA * 3];  // X, Y, Z of every four terms for each spectrum
 

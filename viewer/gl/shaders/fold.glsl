@@ -1,4 +1,4 @@
-// Folding, the only place where light meets colour: four terms of an entry times their worth in XYZ under a spectrum.
+// Folding: four terms of a palette entry times their XYZ under a spectrum.
 
 uniform sampler2D palette;      // X, Y, Z of every four terms for each spectrum: entries side by side, a row for four terms
 uniform ivec2 palette_shape;    // entries in a row of the texture; rows of an entry

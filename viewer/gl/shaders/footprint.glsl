@@ -1,6 +1,6 @@
-// Footprint of a sample in each angle, over which mip-mapped factors are averaged; twin of footprints.py.
+// Footprint of a sample in each angle, for averaging mip-mapped factors; twin of footprints.py.
 
-// A side of a sample is used where the depth there is less than this many times that of the middle.
+// Largest ratio of depth at a side of a sample to that at its centre for the side to be used.
 const float DEEPEST = 10.0;
 // |l + v|^2 below which the half vector has no direction.
 const float LEAST_HALF = 1e-12;
@@ -8,7 +8,7 @@ const float LEAST_HALF = 1e-12;
 struct Directions {
     vec4 theta;         // theta_i, theta_o, theta_h, theta_d
     vec4 azimuth;       // phi, phi_i, phi_d, phi_h
-    vec3 apart[4];      // light, viewer and half vector less the normal, and light less half vector: unit vectors all
+    vec3 apart[4];      // light, viewer and half vector minus the normal, and light minus half vector, all unit
     float whole;        // see surface.glsl
     bool met;           // whether the half vector has a direction
 };
@@ -47,7 +47,7 @@ void footprint(int number, Surface at, vec3 to_light, vec3 wi, vec3 wo, out vec4
         Directions second = directions_at(number, gl_FragCoord.xy * SUBSTEPS - step_to);
         bool one = first.met && DEEPEST * first.whole * here.whole > here.whole * here.whole;
         bool other = second.met && DEEPEST * second.whole * here.whole > here.whole * here.whole;
-        // One side alone counts twice; where there is neither, the differences are zero.
+        // A single side counts twice; without any, the differences are zero.
         float scale = one && other ? 1.0 : 2.0;
         if (!one) first = here;
         if (!other) second = here;
@@ -61,7 +61,7 @@ void footprint(int number, Surface at, vec3 to_light, vec3 wi, vec3 wo, out vec4
         turned = scale * (turned - TAU * floor(turned / TAU + 0.5));
         around += turned * turned;
     }
-    // Far from the pole what theta changes by, on it what the direction does.
+    // Change of theta far from the pole, of the direction at the pole.
     vec4 squared = here.theta * here.theta;
     vec4 total = squared + apart;
     vec4 share = vec4(1.0);

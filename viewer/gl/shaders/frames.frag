@@ -1,4 +1,5 @@
-// The place and frame of every sample and the direction to its viewer, for lights that spread; kept for all of them.
+// Position and frame of every sample and the direction to the viewer, shared by all area, environment and indirect
+// light.
 
 #include "surface.glsl"
 

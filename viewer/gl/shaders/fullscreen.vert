@@ -1,4 +1,4 @@
-// One triangle that covers the target; no buffers.
+// One triangle that covers the target, without buffers.
 
 void main() {
     vec2 corner = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0;

@@ -1,8 +1,8 @@
-// Area or environment light gathered by one part's material at every pixel of a box: terms, for each field of the light
-// those of the form; four a target for `fold.frag`, or folded here into the pictures of SPECTRA spectra. Twin of
-// `software/environment_light.py`.
-// A draw call is for ROWS_A_CALL rows of four terms of each of FIELDS fields: numbers that compilers know, so that the
-// sums are registers. An array that is indexed by what only comes with the call is memory, and costs more than look-ups.
+// Area, environment or indirect light gathered by one part's material at every pixel of a box: the form's terms for
+// each field of the light, four per target for `fold.frag`, or folded here into images of SPECTRA spectra. Twin of
+// `software/environment_light.py`. A draw call computes ROWS_A_CALL rows of four terms for each of FIELDS fields,
+// compile-time constants so that sums stay in registers. An array with dynamic indices would be in memory and cost more
+// than look-ups.
 
 #include "octahedral.glsl"
 #ifndef PANEL
@@ -27,7 +27,7 @@
 #endif
 #endif
 
-uniform sampler2D seen;         // triangle number + 1 at every sample
+uniform sampler2D seen;         // triangle index + 1 at every sample
 uniform sampler2D tangent, bitangent, normal;   // with the direction to the viewer, see frames.frag
 #ifdef USES_UV
 uniform sampler2D uv;
@@ -35,23 +35,23 @@ uniform sampler2D footprint;
 #endif
 uniform mat3 map_from_world;
 uniform float scale;
-uniform ivec2 part;             // first and last triangle number + 1 of the part
+uniform ivec2 part;             // first and last triangle index + 1 of the part
 uniform int samples;            // along a side of a pixel
-uniform ivec2 some_samples;     // of a pixel's: the first, and one past the last
+uniform ivec2 some_samples;     // range of a pixel's samples: first, and one past the last
 uniform ivec2 origin;           // of the box, pixels of the tile
 uniform int first_row;          // of the rows of four terms of a field
-uniform int lobes;              // LOBES, as a number that compilers do not unroll
-uniform int moments;            // BENT, as well
+uniform int lobes;              // LOBES, as a uniform to prevent unrolling
+uniform int moments;            // BENT, likewise
 
 #ifdef SPECTRA
 #include "fold.glsl"
-uniform int rows;               // of a field, in all
+uniform int rows;               // number of a field's rows
 layout(location = 0) out vec4 pictures[SPECTRA];
 #else
 layout(location = 0) out vec4 terms[FIELDS * ROWS_A_CALL];
 #endif
 
-// A lobe's terms are the same for all fields: looked up once.
+// A lobe's terms are shared by all fields, so they are looked up once.
 void add(Here here, int number, vec4 light, inout vec4 total[FIELDS * ROWS_A_CALL]) {
     for (int row = 0; row < ROWS_A_CALL; ++row) {
         vec4 found = value(here, number, first_row + row);
@@ -93,7 +93,7 @@ void main() {
         for (int j = 0; j < bright; ++j) {
             float above = share_above(dot(hiding.facet, bright_axes[j].xyz), dot(to_world[2], bright_axes[j].xyz),
                 bright_axes[j].w);
-            // A wider part is looked up where the triangle's own plane hides some of it, or lobes ask for it.
+            // A wider part is needed if the triangle's own plane hides some of it, or for lobes.
             if (j >= narrow && above >= 1.0 && lobes == 0) continue;
             angles[j] = part_distance(hiding, j);
             vec4 given = bright_on(to_world[2], j) * bright_amplitudes[j];

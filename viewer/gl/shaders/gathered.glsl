@@ -4,6 +4,6 @@ struct Gathered {
     vec3 wo;            // local direction to the viewer
 #ifdef USES_UV
     vec2 uv;
-    mat2 footprint;     // of a sample: how far uv go across a column of samples, and across a row
+    mat2 footprint;     // of a sample: change of uv to the next column of samples, and to the next row
 #endif
 };

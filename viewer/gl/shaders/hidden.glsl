@@ -1,16 +1,16 @@
 // Occlusion of an area or environment light at a sample; twin of environment_light._left, lighting.visibility and
 // lighting.environment.bright_light. Needs octahedral.glsl and located.glsl.
 
-uniform sampler2D sites;        // of every site: codes of its map, four a texel
-uniform sampler2D map_axes;     // octahedral, with a border: four axes of maps a texel, one four beside the other; mean last
-uniform int map_quads;          // fours of codes: a number that compilers do not unroll
+uniform sampler2D sites;        // codes of each site's map, four per texel
+uniform sampler2D map_axes;     // octahedral, with a border: four axes of maps per texel, side by side; mean last
+uniform int map_quads;          // number of fours of codes, a uniform to prevent unrolling
 #ifndef PANEL
-// For environments alone: softboxes have cells, see panel_hidden.glsl.
-uniform sampler2D site_light;   // of every site: what it loses of all but narrow parts, 9 moments, and the whole of it
-uniform int bright;             // parts of a light, and the narrow among them: not to be unrolled either
+// Only for environments; softboxes have cells, see panel_hidden.glsl.
+uniform sampler2D site_light;   // of each site, except narrow parts: 9 moments of occluded light, unoccluded lux
+uniform int bright;             // number of bright parts, and of narrow ones, likewise
 uniform int narrow;
-uniform sampler2D bright_maps;  // rows: of each bright part the axes of maps in its direction, and the mean
-uniform sampler2D bright_lux;   // rows: what each bright part of amplitude 1 gives a surface, by the cosine to it
+uniform sampler2D bright_maps;  // rows: axes of maps in the direction of each bright part, and the mean
+uniform sampler2D bright_lux;   // rows: illuminance by each bright part at amplitude 1, by the cosine to its axis
 uniform vec4 bright_axes[MOST_BRIGHT];      // world, and lambda
 uniform vec4 bright_amplitudes[MOST_BRIGHT];// of up to four fields
 
@@ -20,11 +20,11 @@ const int LIGHT_TEXELS = 10;
 struct Hiding {
     vec4 codes[MAP_QUADS];
 #ifndef PANEL
-    vec4 lost[BENT];            // of all light but the narrow parts', lux and its moments in axes of the world
-    vec4 whole;                 // all of that, lux
+    vec4 lost[BENT];            // occluded light except narrow parts: lux and its moments, world axes
+    vec4 whole;                 // its unoccluded illuminance, lux
 #endif
-    vec3 facet;                 // the triangle's own normal
-    float dark;                 // weight of the corners that lie in a solid: nothing is free
+    vec3 facet;                 // triangle normal
+    float dark;                 // weight of the corners inside a solid, which are fully hidden
 };
 
 Hiding hiding_at(int number, ivec2 sample_at) {
@@ -64,14 +64,14 @@ float map_texel(Hiding at, ivec2 texel) {
     return found;
 }
 
-// The signed angle of a bent distance.
+// Signed angle of a compressed distance.
 float straight(float value) {
     float held = clamp(value, -MOST_BENT, MOST_BENT);
     return clamp(MAP_SOFT * 0.5 * log((1.0 + held) / (1.0 - held)), -0.5 * PI, 0.5 * PI);
 }
 
-// The signed angle to the nearest boundary of what is hidden, of a unit direction of the world, and how it changes with
-// that: a vector across it that points away from what is hidden.
+// Signed angle from a unit world direction to the nearest occlusion boundary, and its gradient: a vector across the
+// direction that points away from the occluder.
 float boundary(Hiding at, vec3 to, out vec3 slope) {
     slope = vec3(0.0);
     if (at.dark > 0.0) return -0.5 * PI;
@@ -82,7 +82,7 @@ float boundary(Hiding at, vec3 to, out vec3 slope) {
     float c = map_texel(at, corner + ivec2(0, 1)), d = map_texel(at, corner + ivec2(1, 1));
     float bent = mix(mix(a, b, part.x), mix(c, d, part.x), part.y);
     if (abs(bent) < MOST_BENT) {
-        // Derivative of the place in the map by the direction: octahedral.slopes.
+        // Derivative of the position in the map with respect to the direction: octahedral.slopes.
         float length = abs(to.x) + abs(to.y) + abs(to.z);
         vec3 signs = vec3(to.x < 0.0 ? -1.0 : 1.0, to.y < 0.0 ? -1.0 : 1.0, to.z < 0.0 ? -1.0 : 1.0), on = to / length;
         vec3 of_x = (vec3(1.0, 0.0, 0.0) - on.x * signs) / length, of_z = (vec3(0.0, 0.0, 1.0) - on.z * signs) / length;
@@ -111,15 +111,15 @@ vec2 steepness(float lambda) {
     return vec2(sqrt(0.5 * lambda * (lambda + 0.2098) / (lambda + 1.2041)), -lambda / (24.0 * (lambda + 0.3460)));
 }
 
-// The share of a Gaussian that is free.
+// Free share of a Gaussian.
 float free_share(float angle, float lambda) {
     vec2 of = steepness(lambda);
     float theta = clamp(angle, -0.5 * PI, 0.5 * PI);
     return 0.5 + 0.5 * error_function(theta, of.x, of.y) / error_function(0.5 * PI, of.x, of.y);
 }
 
-// A Gaussian cut by a boundary, lighting.visibility.cut_lobe: the share left, the turn of its middle towards the free
-// side, and its sharpness.
+// Gaussian cut by a boundary, see lighting.visibility.cut_lobe: remaining share, angle of its mean direction towards
+// the free side, and sharpness.
 vec3 cut_lobe(float angle, float slope, float lambda) {
     vec2 of = steepness(lambda);
     float k = of.x, c = of.y, right = 0.5 * PI;
@@ -139,7 +139,7 @@ float sent_above(float to, float axis) {
     return exp(-0.5 * to * to) / sqrt(2.0 * PI) + axis * (0.5 + 0.5 * error_function(to * sqrt(0.5), 1.0, 0.0));
 }
 
-// The share of a Gaussian's light that comes from above the triangle's plane, lighting.visibility.free_share.
+// Share of a Gaussian's light from above the triangle's plane, see lighting.visibility.free_share.
 float share_above(float facet, float shading, float lambda) {
     float axis = max(shading * sqrt(lambda), -2.0), edge = axis + min((facet - shading) * sqrt(lambda), 0.0);
     return clamp(sent_above(edge, axis) / sent_above(axis, axis), 0.0, 1.0);
@@ -154,7 +154,7 @@ float part_distance(Hiding at, int part) {
     return straight(found);
 }
 
-// The light left without the narrow parts: the share lost is that at the vertices.
+// Light except the narrow parts after occlusion, with the relative loss at the vertices.
 void left_of(vec4 others[BENT], Hiding at, mat3 to_world, out vec4 left[BENT]) {
     vec4 lost[BENT], share = vec4(0.0);
     turned(to_world, at.lost, lost);

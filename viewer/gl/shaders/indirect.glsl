@@ -1,17 +1,16 @@
-// Light by way of other surfaces, linear between sites; twin of lighting.transfer.indirect. Needs located.glsl and
-// turned.glsl.
+// Indirect light, linear between sites; twin of lighting.transfer.indirect. Needs located.glsl and turned.glsl.
 
 uniform sampler2D indirect;         // of every site: nine moments, three of the flux, nine of the radiance
 
 const int INDIRECT_TEXELS = 21;
 
 vec4 moments_here[9], flux_here[3], radiance_here[9];
-vec3 smooth_normal;                 // before a texture's own
+vec3 smooth_normal;                 // without normal mapping
 
 #ifdef MAP_LEVELS
-// Radiance seen by sites of glossy parts, by direction; twin of lighting.transfer.radiance_maps.
-uniform sampler2D radiance_maps;    // all levels of a site one after the other
-uniform sampler2D map_of_site;      // of every site: the normal and the number of its map, -1 where it has none
+// Incident radiance maps at sites of glossy parts; twin of lighting.transfer.radiance_maps.
+uniform sampler2D radiance_maps;    // all levels of a site, one after the other
+uniform sampler2D map_of_site;      // of each site: normal and index of its map, -1 for none
 uniform vec3 map_levels[MAP_LEVELS];    // sharpness, first texel and side
 uniform vec4 map_scale;
 
@@ -46,7 +45,7 @@ vec4 map_at(int number, int level, vec2 place) {
     return map_scale * mix(above, below, part.y);
 }
 
-// The mean radiance under a Gaussian, of which `blunt` is what polynomials tell.
+// Mean radiance under a Gaussian; `blunt` is that of the polynomials.
 vec4 in_maps(vec3 to, float lambda, vec4 blunt) {
     if (lambda <= BLUNT) return blunt;
     float wanted = 1.0 / (min(lambda, map_levels[MAP_LEVELS - 1].x) + SOFTENING);

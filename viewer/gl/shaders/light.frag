@@ -1,18 +1,18 @@
-// One light at every sample: the angles that materials are looked up at, and the irradiance that arrives. Kept for all
-// materials and all spectra; twin of software._reached and materials.factored.pack.frame_angles. Where factors are mip-mapped,
-// what the sample spans of each angle too.
+// One light at every sample: angles for look-ups of materials, and irradiance, shared by all materials and spectra;
+// twin of software.backend._reached and materials.factored.pack.frame_angles. With mip-mapped factors, also the
+// sample's span in each angle.
 
 #include "angles.glsl"
 #include "surface.glsl"
 #ifdef FREE
-uniform sampler2D free;         // what of the light reaches each sample
+uniform sampler2D free;         // share of the light that reaches each sample
 #else
 #include "shadows.glsl"
 #endif
 
-uniform sampler2D lit;          // 1 where the light stands above a triangle's horizon
-uniform vec4 light;             // homogeneous: direction to it and 0, or where it stands and 1
-uniform float irradiance;       // pi E / E_ref over the samples of a pixel, where `offset_at` has length 1
+uniform sampler2D lit;          // 1 if the light is above a triangle's horizon
+uniform vec4 light;             // homogeneous: direction to it and 0, or position and 1
+uniform float irradiance;       // pi E / E_ref over the samples of a pixel, at length 1 of `offset_at`
 
 vec3 offset_at(Surface at) {
     return light.xyz - light.w * at.position;
@@ -44,7 +44,7 @@ void main() {
     vec3 to_light = offset / sqrt(squared);
     float arriving = irradiance / squared;
     vec3 wi = to_local(at, to_light);
-    if (!(wi.z > 0.0)) return;  // nor where the light stands on the very sample
+    if (!(wi.z > 0.0)) return;  // nor at the light's own position
 #ifdef FREE
     arriving *= texelFetch(free, ivec2(gl_FragCoord.xy), 0).x;
 #else

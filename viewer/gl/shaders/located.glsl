@@ -1,14 +1,14 @@
 // Position of a sample among the vertices of its part, as triangles were subdivided; twin of Halving.located.
 
-uniform sampler2D standing;     // of every sample: the weights of its triangle's second and third corner
-uniform sampler2D faces;        // of every triangle of the window: its number in the scene + 1, negative where its back
+uniform sampler2D standing;     // of each sample: weights of its triangle's second and third corner
+uniform sampler2D faces;        // of each triangle of the window: index in the scene + 1, negative if its back
                                 // is seen, and its normal on the viewer's side
-uniform isampler2D nodes;       // of every triangle of the scene, then of every cut: what light_textures._nodes says
-uniform isampler2D sites_of;    // of every vertex its site in front and behind, -1 inside of solids
+uniform isampler2D nodes;       // of each triangle of the scene, then of each cut: see light_textures._nodes
+uniform isampler2D sites_of;    // of each vertex: site in front and behind, -1 inside solids
 
 ivec4 node(int number) { return texelFetch(nodes, ivec2(number % ROW_LENGTH, number / ROW_LENGTH), 0); }
 
-// Three vertices near a point, by the weights of its triangle's second and third corner.
+// The three vertices around a point, given the weights of its triangle's second and third corner.
 void locate(int triangle, vec2 place, out int corners[3], out float weights[3]) {
     ivec4 whole = node(triangle);
     corners = int[3](whole.x, whole.y, whole.z);
@@ -25,7 +25,7 @@ void locate(int triangle, vec2 place, out int corners[3], out float weights[3]) 
     }
 }
 
-// The three sites near a sample, on the side that is seen, and their weights; -1 inside of solids.
+// The three sites around a sample, on the visible side, and their weights; -1 inside solids.
 void sites_near(int number, ivec2 sample_at, out vec4 face, out int near[3], out float weights[3]) {
     face = texelFetch(faces, ivec2((number - 1) % ROW_LENGTH, (number - 1) / ROW_LENGTH), 0);
     locate(int(abs(face.x)) - 1, texelFetch(standing, sample_at, 0).xy, near, weights);

@@ -1,12 +1,12 @@
-// Codes that the display is sent, striped where a display cannot show them: red above its range, blue outside its gamut,
-// green darker than its black.
+// Display codes, striped where the display cannot show the colour: red above its range, blue outside its gamut, green
+// below its black.
 
 uniform sampler2D sent;       // codes of this display
-uniform sampler2D limited;    // codes of the display that is asked, as they are before it clips them
-uniform sampler2D beyond;     // of a display whose codes end at its gamut: 1 below its range, 2 above, of 255
-uniform bool tabled;          // whether `beyond` counts in place of codes
+uniform sampler2D limited;    // codes of the tested display before clipping
+uniform sampler2D beyond;     // for displays with codes limited to the gamut: 1 below the range, 2 above, of 255
+uniform bool tabled;          // whether to use `beyond` instead of codes
 uniform sampler2D xyz;        // XYZ of the same
-uniform float black;          // luminance of that display's black, far below zero where it has no light
+uniform float black;          // luminance of the tested display's black, far below zero without light
 uniform float tolerance;
 uniform int stripe;           // pixels
 

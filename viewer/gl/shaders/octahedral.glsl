@@ -1,4 +1,4 @@
-// Directions as places on a square: up in the middle, corners of [-1, 1] by [-1, 1] down; twin of
+// Octahedral mapping of directions to [-1, 1]^2, up at the centre, down at the corners; twin of
 // lighting.environment.octahedral.
 
 const float PI = 3.14159265358979;

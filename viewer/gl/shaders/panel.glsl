@@ -1,4 +1,4 @@
-// A softbox, seen from where each sample is; twin of lighting.environment.panel and polygon, whose names these are.
+// Softbox seen from each sample; twin of lighting.environment.panel and polygon, with the same names.
 
 uniform sampler2D position;         // of every sample
 uniform vec3 panel_corners[4];
@@ -6,10 +6,10 @@ uniform vec3 panel_cells[PANEL_CELLS];
 uniform vec3 panel_facing;
 uniform float panel_luminance;
 uniform float panel_cell_area;
-uniform vec2 panel_nodes[PANEL_NODES];      // of edges: place from -1 to 1, and weight
+uniform vec2 panel_nodes[PANEL_NODES];      // quadrature on edges: node from -1 to 1, and weight
 
-vec3 panel_from;                    // where the sample is
-vec3 towards[4];                    // the corners from there
+vec3 panel_from;                    // position of the sample
+vec3 towards[4];                    // corners relative to it
 bool in_front;
 float omega;                        // solid angle
 
@@ -26,7 +26,7 @@ void stand_at(int number, ivec2 at, vec3 normal) {
     omega = solid_angle(towards[0], towards[1], towards[2]) + solid_angle(towards[0], towards[2], towards[3]);
 }
 
-// h(c) / (1 - c^2) by y = 1 - c.
+// h(c) / (1 - c^2) at y = 1 - c.
 float smooth_edge(float y, float lambda, float whole) {
     float x = lambda * y;
     float fall = x > 0.03 ? (1.0 - exp(-x)) / y : lambda * (1.0 - x * (0.5 - x * (1.0 / 6.0 - x / 24.0)));

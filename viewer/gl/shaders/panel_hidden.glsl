@@ -1,10 +1,9 @@
-// Occlusion of a softbox at a sample, cell by cell; twin of environment_light._left_of_panel. Needs panel.glsl,
-// hidden.glsl.
+// Occlusion of a softbox at a sample, cell by cell; twin of environment_light._of_panel. Needs panel.glsl, hidden.glsl.
 
 vec3 cell_to[PANEL_CELLS];
 float cell_angle[PANEL_CELLS];      // solid angle
 float cell_sharpness[PANEL_CELLS];
-float cell_distance[PANEL_CELLS];   // signed, to the nearest boundary of what is hidden
+float cell_distance[PANEL_CELLS];   // signed, to the nearest occlusion boundary
 
 void look_at_cells(Hiding hiding) {
     for (int j = 0; j < PANEL_CELLS; ++j) {
@@ -17,7 +16,7 @@ void look_at_cells(Hiding hiding) {
     }
 }
 
-// Takes off illuminance and its moments what is hidden of them.
+// Subtract the occluded light from illuminance and its moments.
 void hide_cells(Hiding hiding, mat3 to_world, inout vec4 lux[BENT]) {
     float given = 0.0, hidden[BENT], free = 0.0;
     for (int b = 0; b < BENT; ++b) hidden[b] = 0.0;
@@ -36,7 +35,7 @@ void hide_cells(Hiding hiding, mat3 to_world, inout vec4 lux[BENT]) {
     for (int b = 0; b < BENT; ++b) lux[b].x = given > 0.0 ? lux[b].x - whole / given * hidden[b] : free * lux[b].x;
 }
 
-// The share of what a lobe sees of the panel that is free; `angle` is the signed distance about its own axis.
+// Free share of a lobe's light from the panel; `angle` is the signed distance at its axis.
 float free_of_cells(vec3 to, float lambda, float angle) {
     float least = 1e30, seen = 0.0, free = 0.0;
     for (int j = 0; j < PANEL_CELLS; ++j) {

@@ -1,4 +1,4 @@
-// A window of a picture put in its place: as it is, with its coverage, or the coverage alone (of a picture: ALPHA).
+// Copy of a window to its place in the image: unchanged, with its coverage, or the coverage alone (of an image: ALPHA).
 
 #ifdef PICTURE
 uniform sampler2D picture;

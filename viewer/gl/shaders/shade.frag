@@ -1,6 +1,6 @@
-// One summand of one part's material under one light, at every pixel: the sum over its samples, the entries that are
-// mixed there and terms. With QUADS the terms of a box of pixels are kept, four a target, for `fold.frag`; else they are
-// folded at once. Four spectra cost little more than one: a spectrum is three numbers a term.
+// One summand of one part's material under one light at every pixel: sum over samples, mixed palette entries and terms.
+// With QUADS the terms of a box of pixels are written, four per target, for `fold.frag`; else they are folded directly.
+// Four spectra cost little more than one, since a spectrum adds three numbers per term.
 
 #include "sample.glsl"
 #include "terms.glsl"
@@ -8,19 +8,19 @@
 #include "fold.glsl"
 #endif
 
-uniform sampler2D seen;         // triangle number + 1 at every sample
-uniform sampler2D angles;       // io or hd, with what the terms are multiplied by
+uniform sampler2D seen;         // triangle index + 1 at every sample
+uniform sampler2D angles;       // io or hd, with the factor of the terms
 uniform sampler2D azimuth;
 #ifdef MIPMAPPED
-uniform sampler2D spans;        // radians of each angle that a sample stands for
+uniform sampler2D spans;        // footprint of a sample in each angle, radians
 #endif
 #ifdef USES_UV
 uniform sampler2D uv;
 uniform sampler2D footprint;
 #endif
-uniform ivec2 part;             // first and last triangle number + 1 of the part
+uniform ivec2 part;             // first and last triangle index + 1 of the part
 uniform int samples;            // along a side of a pixel
-uniform ivec2 some_samples;     // of a pixel's: the first, and one past the last
+uniform ivec2 some_samples;     // range of a pixel's samples: first, and one past the last
 #ifdef QUADS
 uniform ivec2 origin;           // of the box, pixels of the tile
 uniform int first_row;          // of the rows of four terms

@@ -1,12 +1,12 @@
-// Share of a light that reaches a point: rays against the triangles of one cell of the light's view. Twin of
-// shadows.py, which gives the reasons.
+// Share of a light that reaches a point: shadow rays against the triangles of one cell of the light's view. Twin of
+// shadows.py, which explains it.
 
-uniform sampler2D occluders;    // three texels a triangle: sorted corners in the light's view coordinates
-uniform isampler2D cells;       // where each cell's entries begin
-uniform isampler2D entries;     // triangle << 4 | facing << 3 | outlines, and the bits of where it starts
+uniform sampler2D occluders;    // three texels per triangle: sorted corners in the light's view coordinates
+uniform isampler2D cells;       // offset of each cell's entries
+uniform isampler2D entries;     // triangle << 4 | facing << 3 | outlines, and the bits of its start
 uniform mat3 view_from_world;
 uniform vec3 view_origin;
-uniform float convergence;      // 1 / distance of a point light whose view is made parallel, else 0
+uniform float convergence;      // 1 / distance of a point light with parallel view, else 0
 uniform int resolution;         // cells along a side of a face of the light's view
 
 int cell_begin(int cell) {
@@ -17,7 +17,7 @@ vec3 occluder(int number, int corner) {
     return texelFetch(occluders, ivec2((number % OCCLUDERS_A_ROW) * 3 + corner, number / OCCLUDERS_A_ROW), 0).xyz;
 }
 
-// Area that a and b span as the light sees it, without fusing: the same bits for both triangles of an edge.
+// Area spanned by a and b, seen from the light, without fused operations: bit-identical for both triangles of an edge.
 float area(vec3 a, vec3 b, vec3 to_light) {
     precise float z = a.x * b.y - a.y * b.x;
 #if PARALLEL
@@ -47,7 +47,7 @@ float outline_ramp(float side, vec3 edge, vec3 to_light) {
     return clamp(side / (max(span, 1e-12) * OUTLINE_RAMP) + 0.5, 0.0, 1.0);
 }
 
-// Share of the ray from a point to the light that one triangle stops.
+// Occlusion of the ray from a point to the light by one triangle.
 float shade_of(int code, vec3 point, vec3 to_light, float reach, float contact) {
     int number = code >> 4;
     vec3 a = occluder(number, 0), b = occluder(number, 1), c = occluder(number, 2);
@@ -63,14 +63,14 @@ float shade_of(int code, vec3 point, vec3 to_light, float reach, float contact) 
     if ((code & 4) != 0) cover = min(cover, outline_ramp(side.z, c - a, to_light));
     else if (side.z < 0.0) return 0.0;
     if (cover == 0.0) return 0.0;
-    // The weight of a corner is the side of the edge that it is not on.
+    // The weight of a corner is the edge function of the opposite edge.
     vec3 weights = max(side.yzx, 0.0);
     weights /= max(weights.x + weights.y + weights.z, 1e-30);
     float ahead = along(weights.x * (a - point) + weights.y * (b - point) + weights.z * (c - point), to_light);
     return ahead < reach ? cover * clamp(ahead / contact - 1.0, 0.0, 1.0) : 0.0;
 }
 
-// Distance below which nothing casts a shadow on a point of triangle `number`.
+// Distance below which occluders cast no shadow on a point of triangle `number`.
 float contact_on(int number, vec3 to_light) {
     vec3 a = occluder(number, 0), b = occluder(number, 1), c = occluder(number, 2);
     vec3 normal = cross(b - a, c - a);

@@ -2,10 +2,10 @@
 
 #include "triangles.glsl"
 
-uniform sampler2D seen;         // triangle number + 1 at every sample, 0 where there is none
+uniform sampler2D seen;         // triangle index + 1 at every sample, 0 for none
 uniform sampler2D corners;      // of the scene's triangles: three positions, normals and tangents
 uniform sampler2D pieces;       // the same of triangles that were clipped
-uniform vec3 eye;               // pin-hole, or direction to the viewer of a parallel view
+uniform vec3 eye;               // position of a perspective camera, or direction to an orthographic one
 uniform bool perspective;
 
 const float LEAST_COSINE = 1e-3;
@@ -14,8 +14,8 @@ struct Surface {
     int face;           // triangle of the scene
     vec3 position;      // in radii about the scene's centre
     vec3 to_viewer;
-    vec3 tangent, bitangent, normal;    // left-handed where a texture is seen mirrored
-    float whole;        // a depth's inverse, up to a factor of the triangle
+    vec3 tangent, bitangent, normal;    // left-handed for mirrored textures
+    float whole;        // inverse depth, up to a factor per triangle
 };
 
 vec3 corner_texel(int row, int index) {
@@ -24,7 +24,7 @@ vec3 corner_texel(int row, int index) {
     return row < 0 ? texelFetch(pieces, place, 0).xyz : texelFetch(corners, place, 0).xyz;
 }
 
-// Interpolation between the corners of a triangle, three texels from `first`, with these weights.
+// Interpolate between the corners of a triangle, three texels from `first`.
 vec3 mixed(int row, int first, vec3 weights) {
     return weights.x * corner_texel(row, first) + weights.y * corner_texel(row, first + 1)
         + weights.z * corner_texel(row, first + 2);
@@ -46,12 +46,12 @@ vec3 level(vec3 direction, vec3 normal) {
     return direction - dot(direction, normal) * normal;
 }
 
-// Twice the signed areas that a point, in 1/256 sample, makes with the sides opposite to each corner.
+// Twice the signed areas of a point, in 1/256 sample, with the sides opposite to each corner.
 vec3 areas(vec2 a, vec2 b, vec2 c) {
     return vec3(cross_product(b, c), cross_product(c, a), cross_product(a, b));
 }
 
-// At a point of the picture, in 1/256 sample; the plane of a triangle goes on beyond its edges.
+// At a point of the image, in 1/256 sample, also beyond a triangle's edges.
 Surface surface_at(int number, vec2 point) {
     vec4 first = triangle_texel(number, 0), rest = triangle_texel(number, 1), turn = triangle_texel(number, 2);
     vec3 weights = areas(first.xy - point, first.zw - point, rest.xy - point) * turn.xyz;
@@ -70,7 +70,7 @@ Surface surface_at(int number, vec2 point) {
         tangent = length(normal.xz) < 1e-6 ? vec3(1.0, 0.0, 0.0) : vec3(normal.z, 0.0, -normal.x);
         tangent = level(tangent, normal);
     }
-    // Once more at full length: what rounding left along the normal would turn sharp highlights.
+    // Repeated at full precision, since a rounding error along the normal would rotate sharp highlights.
     tangent = normalize(level(normalize(tangent), normal));
     at.normal = normal;
     at.tangent = tangent;

@@ -1,4 +1,4 @@
-// Triangles of a window, clipped and on the grid; see resources.triangle_texels.
+// Triangles of a window, clipped and snapped to the grid; see resources.triangle_texels.
 
 uniform sampler2D triangles;
 

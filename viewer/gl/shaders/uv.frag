@@ -1,4 +1,4 @@
-// Texture coordinates at every sample, and what the sample spans of them; twin of surfaces.uv_at.
+// Texture coordinates and footprints at every sample; twin of surfaces.uv_at.
 
 #include "surface.glsl"
 
@@ -11,7 +11,7 @@ vec4 uv_texel(int number, int index) {
     return texelFetch(uvs, ivec2((number % UVS_A_ROW) * UV_TEXELS + index, number / UVS_A_ROW), 0);
 }
 
-// Derivatives of the areas by a step of one sample along x, the heights of the sides; along y, less their widths.
+// Derivatives of the areas for a step of one sample: along x the heights of the sides, along y minus their widths.
 vec3 slopes(vec3 from, vec3 to, vec3 inverse_w) {
     return SUBSTEPS * (from - to) * inverse_w;
 }

@@ -1,4 +1,4 @@
-// The number of the nearest triangle at each sample; twin of raster.rasterise.
+// Index of the nearest triangle at each sample; twin of raster.rasterise.
 
 uniform int key_base;
 uniform int key_shift;
@@ -11,7 +11,7 @@ flat in float triangle;
 out float seen;
 
 void main() {
-    // One multiplication or addition at a time, never fused: the same bits as numpy's float32.
+    // One multiplication or addition at a time, never fused, bit-identical to numpy's float32.
     vec2 offset = vec2(ivec2(gl_FragCoord.xy) - plane_reference);
     precise float along_x = plane.x * offset.x;
     precise float along_y = plane.y * offset.y;
@@ -19,7 +19,7 @@ void main() {
     precise float nearness = slope + plane.z;
     nearness = min(max(nearness, plane_range.x), plane_range.y);
     int key = (floatBitsToInt(nearness) - key_base) >> key_shift;
-    // A quarter of the 24-bit buffer's steps, in the middle of one: neither rounding nor truncation can move it.
+    // Offset by a quarter of a step of the 24-bit buffer, so that neither rounding nor truncation changes the key.
     gl_FragDepth = (float(key) * 4.0 + 1.5) / 16777216.0;
     seen = triangle;
 }

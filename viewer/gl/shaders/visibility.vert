@@ -1,4 +1,4 @@
-// Triangles that are clipped and snapped already: positions land on the grid of 1/256 sample that they were put on.
+// Clipped and snapped triangles: positions are exact on the grid of 1/256 sample.
 
 #include "triangles.glsl"
 
@@ -17,6 +17,6 @@ void main() {
     plane = place.xyz;
     plane_range = range.xy;
     triangle = float(number + 1);
-    // The target's rows are the picture's rows: row 0 on top, so y runs down in clip space too.
+    // The target's rows are the image's rows: row 0 on top, so that y points down in clip space too.
     gl_Position = vec4(at / half_size - 1.0, 0.0, 1.0);
 }
