@@ -1,4 +1,5 @@
-"""Samples against their standard: differences, tolerances, uncertainty, metamerism, and the page that is signed.
+"""Samples against their standard: differences, tolerances, uncertainty, metamerism, and the page for signature.
 
-Begin with `pairs.py`. `spectral/measurement.py` says which readings may be compared, `tolerance.py` when a pair passes.
+Begin with `pairs.py`. `spectral/measurement.py` decides which readings are comparable, `tolerance.py` when a pair
+passes.
 """

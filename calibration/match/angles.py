@@ -1,4 +1,4 @@
-"""Samples that were read at several angles: which angles all sides have, and figures over them."""
+"""Samples read at several angles: the angles common to all sides, and figures over them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SCATTER = 1.0
 class OverAngles:
     """Figures of one sample over its angles, by the first formula, of each angle the worst light.
 
-    worst : the angle at which it is farthest off. mean, largest : ΔE over the angles. standard_flop, sample_flop : flop
+    worst : the angle of the largest difference. mean, largest : ΔE over the angles. standard_flop, sample_flop : flop
     index of each; None where 45as15, 45as45 or 45as110 is missing. by_formula : mean and largest of each formula.
     """
 
@@ -42,11 +42,11 @@ class OverAngles:
 def shared_angles(
     standard: Sample, samples: Sequence[Sample], wanted: Sequence[str] = ()
 ) -> tuple[tuple[Geometry, ...], tuple[str, ...]]:
-    """Pair angles by their numbers: those to compare at, and notes on what some side lacks; none of single geometries.
+    """Pair angles by their numbers: those to compare at, and notes on missing ones; none for single geometries.
 
     Parameters
     ----------
-    wanted : aspecular angles of light at 45 degrees, such as "15", or notations; none: all that the sides share.
+    wanted : aspecular angles of light at 45 degrees, such as "15", or notations; none: all common ones.
 
     Raises
     ------
@@ -99,7 +99,7 @@ def shared_angles(
 
 
 def _scattered(side: Sample) -> list[str]:
-    """Say at which angles repeated readings, which count by their mean, differ by more than `_SCATTER`."""
+    """State at which angles repeated readings, which are averaged, differ by more than `_SCATTER`."""
     notes = []
     for geometry, part in zip(side.geometries, side.angles, strict=True):
         if len(part.readings) < 2:
@@ -115,7 +115,7 @@ def _scattered(side: Sample) -> list[str]:
 
 
 def _check_none_is_spared(standard: Sample, samples: Sequence[Sample], shared: Sequence[Geometry]) -> None:
-    """Refuse to leave out an angle of one sample because another sample lacks it: the first might fail there alone."""
+    """Refuse to omit an angle of one sample because another sample lacks it: the first might fail only there."""
     anywhere = standard.angled is not None and not standard.made_up
     for side in samples:
         spared = [
@@ -137,7 +137,7 @@ def _check_none_is_spared(standard: Sample, samples: Sequence[Sample], shared: S
 def over_angles(
     standard: Sample, sample: Sample, by_angle: Sequence[tuple[str, Mapping[str, float]]]
 ) -> OverAngles | None:
-    """Figures over angles of pairs of a notation and its ΔE by formula; None where there are none."""
+    """Compute figures over angles from pairs of a notation and its ΔE by formula; None without any."""
     worst: dict[str, dict[str, float]] = {}
     for angle, delta_e in by_angle:
         for name, value in delta_e.items():

@@ -1,4 +1,4 @@
-"""A batch beside its standard: where its mean lies, how far its samples scatter, and whether it drifts."""
+"""Statistics of a batch relative to its standard: mean offset, scatter, and drift."""
 
 from __future__ import annotations
 
@@ -18,11 +18,10 @@ FEWEST = 5
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Under one illuminant for one observer.
+    """Statistics of a batch under one illuminant for one observer.
 
     mean, deviation (3,) : of sample minus standard, in L*, a* and b*. scatter : mean ΔE of the samples from their mean.
-    per_sample, uncertain (3,) : change from each sample to the next, and what it is known to (95 %); None where there
-    are fewer than `FEWEST`.
+    per_sample, uncertain (3,) : trend per sample, and its uncertainty (95 %); None for fewer than `FEWEST` samples.
     """
 
     count: int
@@ -34,7 +33,7 @@ class Batch:
 
     @property
     def drifts(self) -> tuple[str, ...]:
-        """The axes along which the batch drifts by more than is known of it."""
+        """Axes along which the trend exceeds its uncertainty."""
         if self.per_sample is None or self.uncertain is None:
             return ()
         return tuple(
@@ -45,9 +44,7 @@ class Batch:
 
 
 def batch(found: Sequence[PairDifference], formula: Formula) -> Batch | None:
-    """Describe a batch of samples in the order in which they were made, under the same conditions; None of fewer than
-    two.
-    """
+    """Compute statistics of samples in order of production, under the same conditions; None for fewer than two."""
     if len(found) < 2:
         return None
     labs = np.array([one.sample_lab for one in found])
@@ -61,7 +58,7 @@ def batch(found: Sequence[PairDifference], formula: Formula) -> Batch | None:
 
 
 def _trend(values: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Slopes of straight lines through values in a row, and half the width of their 95 % intervals."""
+    """Fit slopes of straight lines to values in a row, and half the width of their 95 % intervals."""
     from scipy.stats import t
 
     count = len(values)

@@ -1,4 +1,4 @@
-"""A match for other programs: every figure as JSON; JUnit XML, a test case a sample; a few lines of Markdown."""
+"""Machine-readable outputs of a match: JSON with every figure; JUnit XML, a test case per sample; Markdown."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def _case(report: MatchReport, one: MatchedPairs) -> ElementTree.Element:
 
 
 def as_markdown(report: MatchReport) -> str:
-    """Return the sentence of the page, and the worst samples, each under the light that decides."""
+    """Write the sentence of the page, and the worst samples, each under its deciding light."""
     name = report.asked.judging.name
     lines = ["### " + f"{_SIGNS[report.verdict]} {escaped(report.standard.name)}".strip(), ""]
     lines += [f"{escaped(report.summary)}.", "", escaped(report.facts), ""]

@@ -1,4 +1,4 @@
-"""The page of a match: what a supplier signs, then every figure behind it."""
+"""Page of a match: a sheet for the supplier's signature, then every figure behind it."""
 
 from __future__ import annotations
 
@@ -73,9 +73,9 @@ _AB_ENDS, _LC_ENDS = ("greener", "redder", "bluer", "yellower"), ("greyer", "str
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MatchReport:
-    """All that the page, the table and the JSON say.
+    """Content of the page, the table and the JSON.
 
-    batches : by conditions, in their order; none of a single sample. title : of the page. signed : by `SIGNED`.
+    batches : by conditions, in their order; none for a single sample. title : of the page. signed : by `SIGNED`.
     """
 
     standard: Sample
@@ -90,7 +90,7 @@ class MatchReport:
         return data_frame(headings(self), lines(self))
 
     def plot(self, axes: Any = None) -> Any:
-        """Draw where samples lie about their standard, as of `table.plot`."""
+        """Draw samples around their standard, as `table.plot` does."""
         return plot(self, axes)
 
     def _repr_html_(self) -> str:
@@ -101,7 +101,7 @@ class MatchReport:
 
     @property
     def verdict(self) -> Verdict:
-        """Verdict of the sample that decides for all."""
+        """Verdict of the deciding sample."""
         return next(iter(self.counts))
 
     @property
@@ -112,12 +112,12 @@ class MatchReport:
 
     @property
     def worst_first(self) -> list[MatchedPairs]:
-        """Samples as they are read: failures first, those first that are farthest off."""
+        """Samples in order of reading: failures first, with the largest differences first."""
         return sorted(self.samples, key=lambda one: (WORST_FIRST.index(one.verdict), -_largest(one.worst)))
 
     @property
     def summary(self) -> str:
-        """The sentence of the page, the paper and the terminal: which samples fail, under which lights, and which pass.
+        """State which samples fail, under which lights, and which pass, for page, print and terminal.
 
         Such as "lot 3 fails under tungsten lamp A (redder) but passes under daylight D65; 2 of 3 pass under every
         light".
@@ -142,7 +142,7 @@ class MatchReport:
 
     @property
     def facts(self) -> str:
-        """The line under the verdict: by what samples are judged, under which lights and for which observer."""
+        """State the tolerance, the lights and the observer of the verdict, below it on the page."""
         asked = self.asked
         lights = _listed(list(dict.fromkeys(light_words(where.illuminant) for where in asked.conditions)))
         eyes = _listed(list(dict.fromkeys(short_observer(observer(where.observer).name) for where in asked.conditions)))
@@ -153,7 +153,7 @@ class MatchReport:
         return f"{judged}, under {lights}, {eyes} observer.{several}"
 
     def _named(self, verdict: Verdict, one_does: str, several_do: str) -> list[str]:
-        """Samples of a verdict, those together that have it under the same conditions."""
+        """List the samples of a verdict, grouped by its conditions."""
         deciding = [one for one in self.worst_first if one.verdict == verdict]
         groups: dict[str, list[MatchedPairs]] = {}
         for one in deciding[:MOST_NAMED]:
@@ -176,7 +176,7 @@ class MatchReport:
         return parts
 
     def _towards(self, one: MatchedPairs, verdict: Verdict) -> str:
-        """Conditions of a verdict with the direction under each: "tungsten lamp A (redder)"."""
+        """List the conditions of a verdict with the direction under each: "tungsten lamp A (redder)"."""
         told = [each for each in one.directions if each.verdict == verdict]
         every = tuple(where for each in told for where in each.conditions)
         if len(told) > 1 and (len(every) == len(self.asked.conditions) or len(every) > _MOST_PLACES):
@@ -191,7 +191,7 @@ class MatchReport:
         )
 
     def place(self, where: Conditions) -> str:
-        """Conditions in words, without the observer where all have the same one: "Tungsten lamp A"."""
+        """Describe conditions, without the observer if it is common to all: "Tungsten lamp A"."""
         every = self.asked.conditions
         one_eye = len({each.observer for each in every}) == 1
         one_light = len({each.illuminant for each in every}) == 1
@@ -201,7 +201,7 @@ class MatchReport:
         return ", ".join(part for part in parts if part)
 
     def places(self, conditions: Sequence[Conditions]) -> str:
-        """Conditions within a sentence; "every light" where they are all."""
+        """Describe conditions within a sentence; "every light" for all of them."""
         every = self.asked.conditions
         if len(conditions) == len(every) > 1:
             alike = len({(each.observer, each.geometry) for each in every}) == 1
@@ -216,7 +216,7 @@ class MatchReport:
 
     @property
     def crossed(self) -> tuple[str, ...]:
-        """Readings that were compared although they were not measured alike, a sentence each."""
+        """Sentences on differently measured readings that were compared nevertheless."""
         return tuple(
             dict.fromkeys(words for one in self.samples for words in crossed(self.standard.side, one.sample.side))
         )
@@ -245,7 +245,7 @@ class MatchReport:
 
 
 def _earlier(standard: Sample, sample: Sample) -> str:
-    """Return a sentence on a sample that was measured before its standard; "" where both dates do not say so."""
+    """State that a sample was measured before its standard; "" unless both dates show it."""
     first, second = (side.details.get("measured", "") for side in (standard, sample))
     try:
         dates = [datetime.fromisoformat(text).replace(tzinfo=None) for text in (first, second)]
@@ -260,7 +260,7 @@ def _earlier(standard: Sample, sample: Sample) -> str:
 
 
 def render_match_page(report: MatchReport) -> str:
-    """One self-contained HTML page."""
+    """Render one self-contained HTML page."""
     shown = _shown(report)
     numbers = {id(one["matched"]): one["number"] for one in shown}
     signed = report.signed
@@ -298,15 +298,15 @@ def render_match_page(report: MatchReport) -> str:
 
 
 def on_sheet(conditions: int, whites: bool = False) -> int:
-    """Count the samples that the sheet to sign has room for beside drawings, batch and signatures, when printed.
+    """Count the samples that fit on the printed sheet for signature, beside drawings, batch and signatures.
 
-    whites : whether whiteness or yellowness stand beside them, which takes two lines a sample.
+    whites : True if it shows whiteness or yellowness, which takes two lines per sample.
     """
     return max((20 - 2 * conditions) // (2 if whites else 1), 4)
 
 
 def _shown(report: MatchReport) -> list[dict[str, Any]]:
-    """Collect what the page shows of each sample beside its figures; its number is its place among the worst."""
+    """Collect the content of the page for each sample beside its figures, numbered from the worst."""
     order = {id(one): at for at, one in enumerate(report.samples)}
     one_eye = len({one.observer for one in report.asked.conditions}) == 1
     worst_first, found = report.worst_first, []
@@ -335,7 +335,7 @@ def _shown(report: MatchReport) -> list[dict[str, Any]]:
 
 
 def _why(report: MatchReport, shown: Mapping[str, Any]) -> dict[str, Any]:
-    """Show the sample that fails most: both colours under the lights, and where its spectrum leaves the standard's."""
+    """Show the worst failing sample: both colours under the lights, and where the spectra deviate."""
     one: MatchedPairs = shown["matched"]
     worst = one.worst
     others = [each for each in one.differences if each is not worst]
@@ -377,7 +377,7 @@ def _why(report: MatchReport, shown: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _bands(off: np.ndarray) -> list[str]:
-    """Runs of wavelengths over which one spectrum lies clearly above or below another, the two largest, in words."""
+    """Describe the two largest wavelength ranges over which one spectrum is clearly above or below another."""
     clear = np.where(np.abs(off) >= _SPOKEN * np.abs(off).max(), np.sign(off), 0.0)
     edges = np.flatnonzero(np.diff(clear, prepend=0.0, append=0.0))
     runs = [(first, last - 1) for first, last in pairwise(edges.tolist()) if clear[first]]
@@ -392,8 +392,9 @@ def _bands(off: np.ndarray) -> list[str]:
 
 
 def _white_columns(report: MatchReport) -> list[dict[str, Any]]:
-    """Return a column of the sheet for each scale that was asked for, under the first conditions that it is told for:
-    its name, what the standard has, and what each sample has, by their identity.
+    """Return a column of the sheet for each requested scale, under the first conditions that it is defined for.
+
+    Its name, the value of the standard, and the values of the samples by their identity.
     """
     found = []
     for first in {white.name: white for white in reversed(report.samples[0].whites)}.values():
@@ -409,7 +410,7 @@ def _white_columns(report: MatchReport) -> list[dict[str, Any]]:
 
 
 def _run(found: Sequence[PairDifference]) -> dict[str, Any] | None:
-    """ΔL*, Δa* and Δb* of a batch in the order given, as lines; None of fewer than three."""
+    """Plot ΔL*, Δa* and Δb* of a batch in the given order, as lines; None for fewer than three."""
     if len(found) < 3:
         return None
     offs = np.array([[float(one.off.lightness), float(one.off.a), float(one.off.b)] for one in found])
@@ -449,12 +450,12 @@ def _signed(value: float) -> str:
 
 
 def _triple(lab: np.ndarray) -> str:
-    """Three numbers with a real minus."""
+    """Format three numbers with a true minus sign."""
     return " ".join(f"{value:.2f}" for value in lab.tolist()).replace("-", "\N{MINUS SIGN}")
 
 
 def _capital(words: str) -> str:
-    """Return the first letter alone in upper case: names of standards stay as they are."""
+    """Capitalise the first letter only: names of standards stay as they are."""
     return words[:1].upper() + words[1:]
 
 
@@ -463,7 +464,7 @@ _SRGB_FROM_XYZ = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415]
 
 
 def _swatches(found: PairDifference) -> tuple[str, str]:
-    """Standard and sample as sRGB shows them, adapted from the light's white to D65."""
+    """Convert standard and sample to sRGB, adapted from the light's white to D65."""
     return tuple(_srgb(lab, found.white) for lab in (found.standard_lab, found.sample_lab))  # type: ignore[return-value]
 
 
@@ -475,8 +476,9 @@ def _srgb(lab: np.ndarray, white: np.ndarray) -> str:
 
 
 def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str, Any]:
-    """Differences under one light: Δa* and Δb*, ΔC* and ΔL*, with the tolerance about the standard; `numbers` : of
-    samples, by their identity.
+    """Plot differences under one light, Δa* and Δb*, ΔC* and ΔL*, with the tolerance about the standard.
+
+    numbers : of samples, by their identity.
     """
     found = [one.differences[at] for one in report.samples]
     lab, white, tolerance = found[0].standard_lab, found[0].white, report.asked.tolerance
@@ -505,7 +507,7 @@ def _plots(report: MatchReport, at: int, numbers: Mapping[int, int]) -> dict[str
 
 
 def _deciding_first(report: MatchReport) -> list[int]:
-    """Places of conditions: first those under which the worst sample is farthest off, then the others in order."""
+    """Return indices of conditions: first those of the worst sample's largest difference, then the others in order."""
     places = range(len(report.asked.conditions))
     worst = max(report.samples, key=lambda one: (-WORST_FIRST.index(one.verdict), _largest(one.worst)))
     first = next(at for at in places if worst.differences[at] is worst.worst)
@@ -513,16 +515,16 @@ def _deciding_first(report: MatchReport) -> list[int]:
 
 
 def _shared_start(names: Sequence[str]) -> int:
-    """Count the letters of whole words that all names begin with: 4 of "Lot 1" and "Lot 2"."""
+    """Count the letters of the leading words common to all names: 4 for "Lot 1" and "Lot 2"."""
     words = [name.split(" ") for name in names]
     shared = takewhile(lambda some: len(set(some)) == 1, zip(*(each[:-1] for each in words), strict=False))
     return sum(len(some[0]) + 1 for some in shared) if len(names) > 1 else 0
 
 
 def _label(name: str, shared: int, number: int, count: int) -> str:
-    """Label of a dot: the sample's name where few share a drawing, else its number in the table, or nothing.
+    """Label a dot: the sample's name if few share a drawing, else its number in the table, or nothing.
 
-    A name that is long leaves out what all begin with, but is no number alone: that would be read as the table's.
+    Long names omit the common beginning, unless only a number would remain: it would be read as the table's.
     """
     if count > MOST_NUMBERS:
         return ""
@@ -554,7 +556,7 @@ def _drawing(points: np.ndarray, outline: np.ndarray, labels: Sequence[str]) -> 
 
 
 def _labelled(points: np.ndarray, labels: Sequence[str]) -> list[tuple[float, float, str]]:
-    """Place each label beside its dot, where it covers no dot and no label if there is such a side: offset, anchor."""
+    """Place each label beside its dot, avoiding dots and labels if possible: offset, anchor."""
     dots = [(x - 5.0, y - 5.0, x + 5.0, y + 5.0) for x, y in points.tolist()]
     taken: list[tuple[float, float, float, float]] = []
     found = []
@@ -581,5 +583,5 @@ def _overlap(one: tuple[float, float, float, float], other: tuple[float, float, 
 
 
 def _listed(words: Sequence[str]) -> str:
-    """Names of a sentence: "a, b and c"."""
+    """Join names for a sentence: "a, b and c"."""
     return " and ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)

@@ -1,4 +1,4 @@
-"""Samples beside their standard: differences, verdicts and indices under every light and for every observer."""
+"""Samples paired with their standard: differences, verdicts and indices under every light and for every observer."""
 
 from __future__ import annotations
 
@@ -38,10 +38,9 @@ _SHOWN = 0.005
 class MatchOptions:
     """Options of a comparison of pairs.
 
-    conditions : illuminants and observers, the first the reference of all indices. formulas : that ΔE is told by; that
-    of the tolerance is among them. repeatability : of the instrument, None where nothing is known of it. whites :
-    whiteness and yellowness, by name. across : differences of measurements that are compared all the same. notes : on
-    the conditions.
+    conditions : illuminants and observers, the first the reference of all indices. formulas : of ΔE; that of the
+    tolerance is among them. repeatability : of the instrument, None if unknown. whites : whiteness and yellowness, by
+    name. across : accepted differences between measurements. notes : on the conditions.
     """
 
     conditions: tuple[Conditions, ...]
@@ -54,13 +53,13 @@ class MatchOptions:
 
     @property
     def judging(self) -> Formula:
-        """Illuminants by which indices and spreads are judged."""
+        """Illuminants of the indices and spreads."""
         return self.tolerance.formula if self.tolerance is not None else self.formulas[0]
 
 
 @dataclass(frozen=True, eq=False)
 class PairDifference:
-    """A sample beside its standard under one illuminant for one observer; Lab (3,), ΔE by name of the formula."""
+    """Difference of a sample from its standard under one illuminant for one observer; Lab (3,), ΔE by formula."""
 
     conditions: Conditions
     white: White
@@ -83,7 +82,7 @@ class Towards(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Index:
-    """A number that tells of a change of conditions, or why there is none: name, conditions, and value or words."""
+    """Index of a change of conditions, or the reason why there is none: name, conditions, and value or words."""
 
     name: str
     changed: str
@@ -93,8 +92,9 @@ class Index:
 
 @dataclass(frozen=True, eq=False)
 class MatchedPairs:
-    """One sample: its differences, what changes of conditions do, and whiteness and yellowness that were asked for;
-    angles : where it was read at several.
+    """One sample: its differences, the effect of changed conditions, and requested whiteness and yellowness.
+
+    angles : if it was read at several.
     """
 
     sample: Sample
@@ -105,19 +105,19 @@ class MatchedPairs:
 
     @property
     def verdict(self) -> Verdict:
-        """The worst of all conditions."""
+        """Worst verdict over all conditions."""
         found = {one.verdict for one in self.differences}
         return next(verdict for verdict in WORST_FIRST if verdict in found)
 
     @property
     def worst(self) -> PairDifference:
-        """Conditions that decide the sample's verdict: of all with it, those where it is farthest off."""
+        """Conditions that decide the sample's verdict: those of the largest difference among all with it."""
         deciding = [one for one in self.differences if one.verdict == self.verdict]
         return max(deciding, key=lambda one: next(iter(one.delta_e.values())))
 
     @property
     def directions(self) -> tuple[Towards, ...]:
-        """The direction under all conditions, those that fail first; what is alike stands together."""
+        """Direction under all conditions, failing ones first, equal ones grouped."""
         found: dict[tuple[Verdict, str], list[Conditions]] = {}
         for one in sorted(self.differences, key=lambda one: WORST_FIRST.index(one.verdict)):
             found.setdefault((one.verdict, one.words), []).append(one.conditions)
@@ -129,8 +129,8 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: MatchOptions) ->
 
     Raises
     ------
-    ComparisonError : a sample is the standard itself, or was not measured as the standard was; or a side has no colour
-        under some of the conditions.
+    ComparisonError : a sample is the standard itself, or was measured differently; or a side has no colour under some
+        of the conditions.
     InputError : no samples.
     """
     if not samples:
@@ -156,9 +156,9 @@ def matched(standard: Sample, samples: Sequence[Sample], asked: MatchOptions) ->
 
 
 def check_another(standard: Sample, sample: Sample) -> None:
-    """Raise `ComparisonError` where both are one and the same: that says nothing of a batch.
+    """Raise `ComparisonError` if both are identical, which is no evidence about a batch.
 
-    Surfaces of unlike finish are two, also where bodies under them were found from one reading.
+    Surfaces of different finish are distinct, even with bodies derived from one reading.
     """
     if (standard.source, standard.name) == (sample.source, sample.name):
         raise ComparisonError(f"{sample.name} is its own standard: name another sample")

@@ -1,4 +1,4 @@
-"""A match as one flat table, a line a sample and condition, under `headings`; and as a notebook shows it."""
+"""Match as one flat table, a line per sample and condition, under `headings`; and its display in a notebook."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FIRST = ("standard", "sample", "source", "readings", "verdict of sample", "angl
 
 
 class Tabled(Protocol):
-    """Match that a table is made of."""
+    """Match that a table can be made of."""
 
     @property
     def standard(self) -> Sample:
@@ -39,7 +39,7 @@ class Tabled(Protocol):
 
 
 def headings(report: Tabled) -> list[str]:
-    """Return the headings of the columns: indices and whiteness where there are any, ± where known."""
+    """Return the headings of the columns: indices and whiteness if any, ± if known."""
     labs = [f"{axis} of {side}" for side in ("standard", "sample") for axis in ("L*", "a*", "b*")]
     figures = [*_AXES, *(f"ΔE {one.name}" for one in report.asked.formulas)]
     known = report.asked.repeatability is not None
@@ -59,17 +59,17 @@ def lines(report: Tabled) -> Iterator[list[Cell]]:
 
 
 def as_csv(report: Tabled) -> str:
-    """Return the table as RFC 4180 has it."""
+    """Format the table by RFC 4180."""
     return csv_text(headings(report), lines(report))
 
 
 def write_xlsx(report: Tabled, path: Path) -> None:
-    """The table as a workbook; raises as `write_workbook` does."""
+    """Write the table as a workbook; raises as `write_workbook` does."""
     write_workbook(path, "match", headings(report), lines(report))
 
 
 def _indices(report: Tabled) -> list[str]:
-    """Names of indices without those of observers and illuminants, which are the line's."""
+    """Return names of indices without those of observers and illuminants, which are in the line."""
     return list(dict.fromkeys(index.name for one in report.samples for index in one.indices))
 
 
@@ -105,7 +105,7 @@ def _line(report: Tabled, one: MatchedPairs, found: PairDifference) -> list[Cell
 
 
 def as_html(report: Tabled, summary: str, facts: str) -> str:
-    """Write the sentences of the page, and a line a sample with its ΔE under each light."""
+    """Write the sentences of the page, and a line per sample with its ΔE under each light."""
     asked = report.asked
     head = ["sample", "verdict", *(f"ΔE {asked.judging.name}, {where.words}" for where in asked.conditions)]
     rows = [
@@ -116,7 +116,7 @@ def as_html(report: Tabled, summary: str, facts: str) -> str:
 
 
 def plot(report: Tabled, axes: Any = None) -> Any:
-    """Draw samples by Δa* and Δb* from the standard with matplotlib, a kind of mark for each light; returns the axes.
+    """Draw samples by Δa* and Δb* from the standard with matplotlib, one marker per light; returns the axes.
 
     Raises
     ------

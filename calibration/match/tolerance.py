@@ -1,4 +1,4 @@
-"""Tolerances: a colour difference by a formula, and whether a pair keeps to it."""
+"""Tolerances: a colour difference by a formula, and the verdict on a pair."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ _FAR = 512.0
 
 @dataclass(frozen=True)
 class Tolerance:
-    """formula : by which differences are judged. limit : the largest one that is accepted."""
+    """Tolerance of a colour difference.
+
+    formula : of the difference. limit : the largest accepted one.
+    """
 
     formula: Formula
     limit: float
@@ -66,15 +69,15 @@ class Tolerance:
 
     @property
     def words(self) -> str:
-        """Such as "CMC 2:1 ≤ 1"."""
+        """Tolerance in words, such as "CMC 2:1 ≤ 1"."""
         return f"{self.formula.name} ≤ {self.limit:g}"
 
     def at(self, geometry: str) -> Tolerance:
-        """Return the tolerance of a pair that was read at an angle, such as "45as15"."""
+        """Return the tolerance of a pair read at an angle, such as "45as15"."""
         return replace(self, formula=self.formula.at(geometry))
 
     def verdict(self, delta_e: float, uncertainty: float | None) -> Verdict:
-        """Return whether a difference keeps to it; "not resolved" where the limit lies within its uncertainty."""
+        """Return the verdict on a difference; "not resolved" if the limit is within its uncertainty."""
         if uncertainty is not None and abs(delta_e - self.limit) <= uncertainty:
             return "not resolved"
         return "pass" if delta_e <= self.limit else "fail"
@@ -84,7 +87,7 @@ class Tolerance:
     ) -> Float[np.ndarray, "n 2"]:
         """Trace the tolerance in the plane of two unit vectors of CIELAB about a standard, in units of each.
 
-        Whatever the formula, it is looked for along each direction by halving; a closed line, its first point last too.
+        For any formula, by bisection along each direction; a closed line, its first point repeated at the end.
         """
         turn = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS + 1)
         ways = np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -101,7 +104,7 @@ class Tolerance:
 
 
 def _is_formula(text: str) -> bool:
-    """Return True where the whole text is the name of a formula, whose number is no limit."""
+    """Return True if the whole text is the name of a formula, whose number is no limit."""
     try:
         formula(text)
     except InputError:

@@ -1,8 +1,8 @@
 """Uncertainty of differences, propagated from the repeatability of the instrument.
 
 Readings scatter by a covariance in CIELAB, small enough for CIELAB to be linear over it. That of a difference is the
-sum of both sides'. A colour difference is no linear function of it near a match, so its standard deviation is taken
-over the scatter itself, by Gauss-Hermite quadrature in three dimensions: exact for polynomials up to the 15th degree.
+sum of both sides'. Near a match a colour difference is not linear in CIELAB, so its standard deviation is integrated
+over the scatter by Gauss-Hermite quadrature in three dimensions: exact for polynomials up to the 15th degree.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ _NODES = 8
 class Repeatability:
     """Scatter of single readings.
 
-    sigma : ΔE*ab, root mean square about their mean, alike in L*, a* and b*; None where readings tell.
-    repeated : readings of one thing, from which the scatter under each light is told; None where it is stated.
+    sigma : ΔE*ab, root mean square about their mean, equal in L*, a* and b*; None if readings determine it.
+    repeated : readings of one sample, which determine the scatter under each light; None if it is stated.
     """
 
     sigma: float | None = None
@@ -80,8 +80,9 @@ class Spread:
 
 
 def scatter(standard: Sample, sample: Sample, known: Repeatability, light: str, eye: str) -> Float[np.ndarray, "3 3"]:
-    """Covariance of sample minus standard: each side's mean of n readings has 1 / n of a reading's; a colour that is
-    only stated is taken as exact.
+    """Compute the covariance of sample minus standard.
+
+    The mean of n readings of a side has 1 / n of a reading's covariance; a stated colour is assumed exact.
     """
     shares = sum(1.0 / len(side.readings) for side in (standard, sample) if side.readings)
     return known.covariance(light, eye) * shares
@@ -114,13 +115,13 @@ def deviation_of(
     sample: Lab,
     covariance: Float[np.ndarray, "3 3"],
 ) -> float:
-    """k = 2 times the standard deviation of a figure of CIELAB (n, 3) -> (n,) that scatters about a sample (3,)."""
+    """Compute k = 2 times the standard deviation of a figure of CIELAB (n, 3) -> (n,) scattered about a sample (3,)."""
     weights, offsets = _scattered(covariance)
     return COVERAGE * _deviation(figure(sample + offsets), weights)
 
 
 def _axes(standard: Lab) -> tuple[np.ndarray, np.ndarray]:
-    """Unit vectors of chroma and hue at a colour; those of a* and b* where it has none."""
+    """Return unit vectors of chroma and hue at a colour; those of a* and b* for a grey."""
     chroma = float(np.hypot(standard[1], standard[2]))
     cosine, sine = (1.0, 0.0) if chroma == 0.0 else (standard[1] / chroma, standard[2] / chroma)
     return np.array([0.0, cosine, sine]), np.array([0.0, -sine, cosine])
@@ -128,7 +129,7 @@ def _axes(standard: Lab) -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def _nodes() -> tuple[np.ndarray, np.ndarray]:
-    """Weights (n,) that add up to 1, and points (n, 3) of a normal distribution of variance 1."""
+    """Return weights (n,) with sum 1, and points (n, 3), of a normal distribution of variance 1."""
     at, weight = np.polynomial.hermite_e.hermegauss(_NODES)
     weight = weight / weight.sum()
     points = np.stack(np.meshgrid(at, at, at, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Whiteness and yellowness of a standard and its samples, where somebody asks for them."""
+"""Whiteness and yellowness of a standard and its samples, on request."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ WhiteScale = WhitenessMethod | Literal["yellowness"]
 class WhiteIndex:
     """One scale under one illuminant and observer.
 
-    name, conditions : in words. standard, sample : the index of each; standard_tint, sample_tint : where it has one;
-    None where there is none, and `words` say why. uncertainty : of sample minus standard, k = 2; None where nothing is
-    known of the instrument.
+    name, conditions : in words. standard, sample : the index of each; standard_tint, sample_tint : if it has one; None
+    without one, for the reason in `words`. uncertainty : of sample minus standard, k = 2; None if the repeatability is
+    unknown.
     """
 
     name: str
@@ -52,9 +52,7 @@ def white_indices(
     conditions: tuple[Conditions, ...],
     known: Repeatability | None,
 ) -> tuple[WhiteIndex, ...]:
-    """Return each scale under those conditions that it is defined for; one without numbers where it is for none of
-    them.
-    """
+    """Compute each scale under the conditions that it is defined for; one without numbers if there are none."""
     found = []
     for scale in scales:
         method = _method(scale)
@@ -98,7 +96,7 @@ def _index(
 def _uncertainty(
     standard: Sample, sample: Sample, method: WhitenessMethod | None, where: Conditions, known: Repeatability
 ) -> float:
-    """k = 2, of the difference: that of all its scatter about the sample."""
+    """Compute the uncertainty, k = 2, of the difference: all its scatter about the sample."""
     white = observer(where.observer).white(illuminant(where.illuminant))
     lab = lab_from_xyz(sample.xyz(where.illuminant, where.observer), white)
     covariance = scatter(standard, sample, known, where.illuminant, where.observer)

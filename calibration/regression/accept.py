@@ -1,4 +1,4 @@
-"""Rows that somebody has looked at and agreed to, from a run into its baseline: one, some, or all."""
+"""Acceptance of reviewed rows of a run into its baseline: one, some, or all."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .row import RowName
 
 
 def accept(baseline: Path, run: Path, patterns: Sequence[str] | None) -> tuple[str, ...]:
-    """Take rows of a run over into the baseline; the names of those that are another now.
+    """Copy rows of a run into the baseline; return the names of those that changed.
 
     Parameters
     ----------
     run : the folder of `metamer report run`, which holds what was rendered as a baseline holds it.
-    patterns : of materials, as "paint/*", or of whole names; None takes every row over, and removes those that the
-        run has not rendered.
+    patterns : of materials, as "paint/*", or of whole names; None accepts every row, and removes those that the run has
+        not rendered.
 
     Raises
     ------
     ComparisonError : both are the same, or of other suites. InputError : either is damaged, or cannot be written to.
-    UnknownNameError : a pattern fits no row of either.
+    UnknownNameError : a pattern matches no row of either.
     """
     if baseline.exists() and run.exists() and baseline.samefile(run):
         raise ComparisonError(f"{baseline} and {run} are the same: nothing to accept")

@@ -1,4 +1,4 @@
-"""Colours held against each other in tests: what is too far apart fails, and leaves evidence."""
+"""Assertions on colours for tests: differences beyond the limits fail, and leave evidence."""
 
 from __future__ import annotations
 
@@ -62,13 +62,13 @@ def assert_colour_close(
     seen: SeenSpectra | None = None,
     display: str | None = None,
 ) -> Result:
-    """Hold a sample against its reference; what the comparison found comes back.
+    """Assert that a sample is close to its reference; returns the comparison.
 
     Parameters
     ----------
     criteria : a TOML file, its `criteria` as dicts, or `Criteria`; None is `default_criteria()`. Warnings pass.
-    evidence : folder that gets figures, page, and of pictures both sides and the map of ΔE94, where the test fails.
-    seen : lights and observer of spectra and readings. display : of PNG that do not say it.
+    evidence : folder for figures, page, and of pictures both sides and the map of ΔE94, if the test fails.
+    seen : lights and observer of spectra and readings. display : of PNG that do not state it.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def _pixels(xyz: np.ndarray, white: np.ndarray, coverage: np.ndarray | None, nam
 
 
 def _write_evidence(result: Result, before: ComparedSide, after: ComparedSide, folder: Path) -> None:
-    """Figures and page; of two single pictures also the pixels."""
+    """Write figures and page; for two single pictures also the pixels."""
     page = render_page(result, before, after, installed_version())
     for name, text in (("regression.json", as_json(result, installed_version())), ("index.html", page)):
         with written_whole(folder / name) as beside:

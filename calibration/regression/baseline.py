@@ -1,9 +1,9 @@
-"""A baseline: what a suite looked like when somebody agreed to it. Small, the same bytes for the same pictures.
+"""Baseline: the accepted pictures of a suite. Small, the same bytes for the same pictures.
 
     DIR/baseline.json      what made it, every row, and the SHA-256 of its files: written last, and in one step
     DIR/pixels/HASH.exr    XYZ and coverage in half precision; HASH begins that SHA-256: no file is ever rewritten
 
-Whatever ends a process between the two leaves the old `baseline.json`, whose files are still there.
+If a process ends between the two, the old `baseline.json` remains, with all its files.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ Progress = Callable[[int, int, str], None]
 
 @dataclass(frozen=True)
 class BaselineContent:
-    """Content of `baseline.json`: of the suite its name and hash, of the machine what may matter; rows as JSON."""
+    """Content of `baseline.json`: name and hash of the suite, relevant facts of the machine; rows as JSON."""
 
     suite: Mapping[str, str]
     environment: Mapping[str, str]
@@ -57,11 +57,11 @@ def record(
     environment: Mapping[str, str],
     progress: Progress = lambda done, total, what: None,
 ) -> None:
-    """Write a side as a baseline, in place of one that may be there.
+    """Write a side as a baseline, replacing an existing one.
 
     Raises
     ------
-    ComparisonError : what is there is of another suite.
+    ComparisonError : the existing one is of another suite.
     InputError : the folder cannot be written to, is full, or another process writes to it.
     """
     check_place(folder, suite)
@@ -74,13 +74,13 @@ def record(
 
 
 def check_place(folder: Path, suite: Mapping[str, str]) -> None:
-    """Raise `ComparisonError` where a baseline, or a run, of another suite is in the folder."""
+    """Raise `ComparisonError` if a baseline, or a run, of another suite is in the folder."""
     if (folder / MANIFEST).is_file():
         check_suite(folder, read_kept(folder).suite, "what is to be recorded there", suite)
 
 
 def check_suite(folder: Path, ours: Mapping[str, str], other: Path | str, theirs: Mapping[str, str]) -> None:
-    """Raise `ComparisonError` where a folder is of another suite than something else."""
+    """Raise `ComparisonError` if a folder belongs to a different suite."""
     if ours.get("name") != theirs.get("name"):
         raise ComparisonError(
             f"{folder} is of another suite\n"
@@ -91,7 +91,7 @@ def check_suite(folder: Path, ours: Mapping[str, str], other: Path | str, theirs
 
 @contextmanager
 def changing(folder: Path) -> Iterator[None]:
-    """Hold a baseline for writing; what a killed process has left half-written is cleared away."""
+    """Lock a baseline for writing, and remove half-written leftovers of a killed process."""
     made_folder(folder)
     made_folder(folder / PIXELS)
     with alone_at_work(folder, "another process writes to this baseline"):
@@ -101,7 +101,7 @@ def changing(folder: Path) -> Iterator[None]:
 
 
 def put(folder: Path, kept: BaselineContent) -> None:
-    """Write `baseline.json` in one step, and then remove the files that no row names any more."""
+    """Write `baseline.json` in one step, and then remove files that no row refers to."""
     document = {
         "schema": SCHEMA,
         "suite": dict(kept.suite),
@@ -124,7 +124,7 @@ def read_kept(folder: Path) -> BaselineContent:
 
     Raises
     ------
-    InputError : there is none, or it is damaged or of another schema.
+    InputError : it is missing, damaged or of another schema.
     """
     path = folder / MANIFEST
     if not path.is_file():
@@ -148,7 +148,7 @@ def baseline_side(folder: Path) -> ComparedSide:
 
     Raises
     ------
-    InputError : as `read_kept`, and later, when pixels are asked for, where their file is not what was recorded.
+    InputError : as `read_kept`, and on loading pixels whose file differs from the recorded one.
     """
     kept = read_kept(folder)
     try:
@@ -159,7 +159,7 @@ def baseline_side(folder: Path) -> ComparedSide:
 
 
 def as_recorded(side: ComparedSide) -> ComparedSide:
-    """Return a side whose pixels are rounded as a baseline keeps them, so that equal pictures are equal bytes."""
+    """Return a side with pixels rounded as in a baseline, so that equal pictures are equal bytes."""
     rows = tuple(
         replace(
             row,
@@ -176,7 +176,7 @@ def _damaged(path: Path, found: str) -> InputError:
 
 
 def _stored(xyz: Float[np.ndarray, "H W 3"]) -> np.ndarray:
-    """Round to half precision where that holds the largest number, else to single."""
+    """Round to half precision if it can represent the largest number, else to single."""
     finite = xyz[np.isfinite(xyz)]
     largest = np.abs(finite).max(initial=0.0)
     return np.asarray(xyz, dtype=np.float16 if largest <= _LARGEST_HALF else np.float32)
@@ -196,7 +196,7 @@ def _rounded(load: Callable[[], Pixels]) -> Pixels:
 
 
 def _recorded(row: Row, folder: Path) -> dict[str, Any]:
-    """Write the files of a row; what the manifest says of it."""
+    """Write the files of a row; return its entry in the manifest."""
     layers = {}
     for kind, layer in row.layers.items():
         pixels = layer.load()
@@ -211,7 +211,7 @@ def _recorded(row: Row, folder: Path) -> dict[str, Any]:
 
 
 def _written(pixels: Pixels, folder: Path) -> str:
-    """Write the pixels under the name that their bytes have; the SHA-256 of those."""
+    """Write the pixels under the name of their hash; return the SHA-256."""
     stored = _stored(pixels.xyz)
     channels = {name: stored[..., index] for index, name in enumerate("XYZ")}
     channels["A"] = pixels.coverage.astype(np.float32)
@@ -228,7 +228,7 @@ def _written(pixels: Pixels, folder: Path) -> str:
 
 
 def pixel_file(folder: Path, sha256: str) -> Path:
-    """Return the file of that hash; raises `ValueError` for what is no hash."""
+    """Return the file of that hash; raises `ValueError` for an invalid hash."""
     if len(sha256) != 64 or set(sha256) - set("0123456789abcdef"):
         raise ValueError(f"no SHA-256: {sha256[:80]!r}")
     return folder / PIXELS / f"{sha256[:_DIGITS]}.exr"
@@ -247,7 +247,7 @@ def _row(folder: Path, found: Mapping[str, Any]) -> Row:
 
 
 def _read(path: Path, sha256: str) -> Pixels:
-    """Return the pixels, believed only by their hash."""
+    """Read the pixels, verified by their hash."""
     digest = hashlib.sha256(read_bytes(path, "pixels of a baseline")).hexdigest()
     if digest != sha256:
         raise _damaged(path, f"SHA-256 {digest[:12]}..., not {sha256[:12]}...")

@@ -1,7 +1,6 @@
-"""Cause of a change: the material, or the approximation that pictures are made by.
+"""Cause of a change: the material, or the approximation by which pictures are made.
 
-Neither borrows the other's words: an approximation has an error within limits or over them, and a material passes or
-fails.
+Each has words of its own: an approximation has an error within limits or over them, and a material passes or fails.
 """
 
 from __future__ import annotations
@@ -30,14 +29,14 @@ _STATES: dict[State, str] = {"worse": "error grew", "better": "error shrank", "c
 
 
 def cause_of(row: RowResult) -> Cause:
-    """Return the approximation's where the picture moved and its reference holds the bytes that it held."""
+    """Return the approximation as the cause if the picture changed and the bytes of its reference did not."""
     picture, reference = row.layers.get("picture"), row.layers.get("reference")
     alone = picture is not None and picture.moved and reference is not None and reference.identical
     return "approximation" if alone else "material"
 
 
 def what_changed(row: RowResult) -> tuple[str, str]:
-    """Tell which part changed, in a sentence, and how that is known, in another; "" where nothing moved."""
+    """State which part changed, in a sentence, and the evidence, in another; "" without a change."""
     if row.state in ("added", "removed"):
         if row.state == "added":
             return "It is new.", "It was not there before."
@@ -66,17 +65,17 @@ def what_changed(row: RowResult) -> tuple[str, str]:
 
 
 def state_words(row: RowResult) -> str:
-    """Return the state as pages call it."""
+    """Return the state in the words of pages."""
     return _STATES.get(row.state, row.state) if cause_of(row) == "approximation" else row.state
 
 
 def told_apart(result: Result) -> bool:
-    """Return whether any row has a picture and its reference."""
+    """Return whether any row has both a picture and its reference."""
     return any({"picture", "reference"} <= row.layers.keys() for row in result.rows)
 
 
 def verdicts(row: RowResult) -> dict[Cause, Tier]:
-    """Judge the change of a row by its cause; and its error, where criteria look at that, too."""
+    """Judge the change of a row by its cause; and its error, if criteria apply to that."""
     cause = cause_of(row)
     change: list[Tier] = [one.tier for one in row.asked if one.of != "approximation"]
     if not row.layers or any(one.undefined for one in row.layers.values()):
@@ -90,7 +89,7 @@ def verdicts(row: RowResult) -> dict[Cause, Tier]:
 
 
 def tier_of(result: Result, cause: Cause) -> Tier:
-    """Return the worst of what is one's doing."""
+    """Return the worst tier attributed to a cause."""
     of_rows = worst_tier(tier for row in result.rows for whose, tier in verdicts(row).items() if whose == cause)
     pooled: list[Tier] = [
         one.tier for one in result.pooled if (one.of == "approximation") == (cause == "approximation")

@@ -38,11 +38,11 @@ class Change:
     Parameters
     ----------
     maps : ΔE (H,W) by the name of the formula; NaN is not compared, infinite has no number.
-    floors : the same of what rounding in both files comes to, drawn evenly: below, a difference says nothing.
-    bounds : the same where rounding is as large as it can be in every pixel: what the largest of them is held against;
-        of the first formula, and of those whose largest is asked for.
-    reshaped : share of the pixels that either side covers which one of them covers by more than half a pixel more.
-    identical : whether both hold the same bytes.
+    floors : the same for rounding in both files, uniformly distributed: smaller differences are not significant.
+    bounds : the same for the largest rounding in every pixel, which maxima are compared with; for the first formula,
+        and for those whose maximum is requested.
+    reshaped : fraction of the covered pixels whose coverage differs by more than half a pixel.
+    identical : True if both have the same bytes.
     shift : mean ΔL*, Δa*, Δb* of the compared pixels. worst : row and column of the largest ΔE of the first formula.
     before_lab, after_lab : of that pixel.
     """
@@ -66,10 +66,11 @@ def change(
     rounding: bool = True,
     largest: Iterable[Formula] = (),
 ) -> Change:
-    """Compare; `label` names the row in refusals. Without `rounding`, there are no floors and bounds; these are worked
-    out for the first formula and for those in `largest`.
+    """Compare two layers; `label` names the row in errors.
 
-    Pixels are compared that both sides cover wholly, that the row of either is about, and that are not black in both.
+    Without `rounding`, there are no floors and bounds; bounds are computed for the first formula and for those in
+    `largest`. Compared are pixels that both sides cover wholly, that belong to the row of either, and that are not
+    black in both.
 
     Raises
     ------
@@ -148,7 +149,7 @@ def _map(
     white: Float[np.ndarray, "3"],
     compared: Bool[np.ndarray, "H W"],
 ) -> Float[np.ndarray, "H W"]:
-    """ΔE of the compared pixels, in blocks of whole rows; `sample` gives those of a block."""
+    """Compute ΔE of the compared pixels, in blocks of whole rows; `sample` returns those of a block."""
     height, width = compared.shape
     found = np.full((height, width), np.nan, np.float32 if compared.size >= _FEW else np.float64)
     rows = max(1, _BLOCK // width)
@@ -167,7 +168,7 @@ def _map(
 def _rounding(
     before: Pixels, after: Pixels, formulas: Iterable[Formula], compared: Bool[np.ndarray, "H W"], how: _Steps
 ) -> dict[str, Float[np.ndarray, "H W"]]:
-    """ΔE of the first side and itself moved by rounding on either side."""
+    """Compute ΔE of the first side against itself, with rounding errors on either side."""
 
     def moved(block: slice) -> Float[np.ndarray, "h W 3"]:
         xyz = before.xyz[block]
@@ -184,7 +185,7 @@ def _rounding(
 
 
 def _drawn(block: slice, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Half steps for either side, drawn evenly; the same ones whenever a block is asked for."""
+    """Draw half steps for either side uniformly; reproducible for each block."""
     draw = np.random.default_rng(block.start)
     return draw.uniform(-1.0, 1.0, shape), draw.uniform(-1.0, 1.0, shape)
 
@@ -192,7 +193,7 @@ def _drawn(block: slice, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray
 def _cornered(
     corner: tuple[float, float, float], block: slice, shape: tuple[int, ...]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Half steps as large as they can be, one way on the one side and the other way on the other."""
+    """Return the largest half steps, with opposite signs on the two sides."""
     del block
     steps = np.broadcast_to(corner, shape)
     return steps, -steps

@@ -1,4 +1,4 @@
-"""A comparison in its order: rows matched, a known difference put in, each pair compared and held against criteria."""
+"""Comparison in order: rows are matched, a known difference is injected, each pair is compared and judged."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def compare(
     progress: Progress = lambda done, total, what: None,
     across: Collection[AllowedDifference] = (),
 ) -> Result:
-    """Compare two sides; the first is the reference of every ΔE. Of all pictures those of one row are in memory.
+    """Compare two sides; the first is the reference of every ΔE. Only the pictures of one row are in memory at a time.
 
-    across : differences of measurements that are compared all the same, which the notes say.
+    across : accepted differences between measurements, which the notes state.
 
     Raises
     ------
-    ComparisonError : the sides are the same, have nothing in common, or other whites, observers or sizes; or readings
-        that were not measured alike.
+    ComparisonError : the sides are identical, have nothing in common, or differ in whites, observers or sizes; or
+        readings that were measured differently.
     InputError : a file that cannot be read.
     """
     found = matched(before, after)
@@ -75,11 +75,11 @@ def compare(
 def _measurements(
     before: ComparedSide, after: ComparedSide, pairs: Sequence[tuple[Row, Row]], across: Collection[AllowedDifference]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Sentences on what is not alike in how pairs were measured, and on what one side does not say, each once.
+    """Describe differences in how pairs were measured, and what one side does not state, each once.
 
     Raises
     ------
-    ComparisonError : they were not measured alike, and nobody asked to compare across that.
+    ComparisonError : they were measured differently, and that was not accepted.
     """
     unlike: dict[str, None] = {}
     told: dict[str, None] = {}
@@ -109,7 +109,7 @@ def _source(row: Row, side: ComparedSide) -> Path:
 def _compared(
     a: Row, b: Row, criteria: Criteria, pools: dict[tuple[int, str], list[tuple[float, float]]]
 ) -> tuple[RowResult, Pixels | None]:
-    """One pair of rows, and the pixels of the first's first layer."""
+    """Compare one pair of rows; also return the pixels of the first's first layer."""
     layers: dict[LayerKind, Figures] = {}
     asked: list[AskedCriteria] = []
     notes: list[str] = []
@@ -158,7 +158,7 @@ def _compared(
 
 
 def _untouched(layers: Mapping[LayerKind, Figures], of: str) -> bool:
-    """Return whether a layer holds the same bytes, where noise has no say."""
+    """Return whether a layer has the same bytes, so that noise plays no role."""
     return any(kind == of and found.identical for kind, found in layers.items())
 
 
@@ -203,7 +203,7 @@ def _figures(moved: Change, noises: Sequence[LayerNoise | None], kind: LayerKind
 def _numbers(
     delta_e: Float[np.ndarray, "H W"], part: Bool[np.ndarray, "H W"] | None
 ) -> tuple[Float[np.ndarray, " n"], Bool[np.ndarray, "H W"]]:
-    """ΔE of the compared pixels that hold a number, and which are compared."""
+    """Return ΔE of the compared pixels that have a number, and the mask of compared ones."""
     compared = ~np.isnan(delta_e) if part is None else ~np.isnan(delta_e) & part
     values = delta_e[compared]
     return values[np.isfinite(values)], compared
@@ -217,7 +217,7 @@ def _asked(
     noises: Sequence[LayerNoise | None],
     pools: dict[tuple[int, str], list[tuple[float, float]]],
 ) -> list[AskedCriteria]:
-    """Return the criteria that this layer of this row is held against; what is pooled goes to its pool."""
+    """Return the criteria that apply to this layer of this row; pooled ones are added to their pool."""
     found = []
     for index, one in enumerate(criteria.lines):
         if of not in one.of or not one.applies(row.name):
@@ -275,7 +275,7 @@ def _state(layers: Mapping[LayerKind, Figures], off: tuple[float, float] | None)
 
 
 def _why(layers: Mapping[LayerKind, Figures]) -> list[str]:
-    """Return the approximation's part and the material's part, in words."""
+    """Describe the part of the approximation and that of the material."""
     if not {"picture", "reference"} <= layers.keys():
         return []
     picture, reference = layers["picture"], layers["reference"]
@@ -292,7 +292,7 @@ def _why(layers: Mapping[LayerKind, Figures]) -> list[str]:
 
 
 def _other_facts(before: ComparedSide, after: ComparedSide) -> list[str]:
-    """Name what made the two sides, where it is not the same."""
+    """Name differences in what made the two sides."""
     labels = [label for label in {**before.facts, **after.facts} if before.facts.get(label) != after.facts.get(label)]
     return [
         f"{label[:1].upper()}{label[1:]} changed from {before.facts.get(label, 'not stated')} to "

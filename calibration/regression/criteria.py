@@ -40,15 +40,15 @@ Region = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Criterion:
-    """One line of what is asked.
+    """One criterion.
 
     Parameters
     ----------
     statistic : one of `STATISTICS`, "share over t" (of the pixels, from 0 to 1), or "reshaped" (a share, too).
-    warn, fail : the statistic above them is a warning, a failure.
+    warn, fail : limits of the statistic, above which it warns or fails.
     of : of `SUBJECTS`; none means every change, and not the approximation.
     names : patterns for parts of the name of rows. region : of the picture, by its name.
-    pooled : one figure of all rows, the statistic of their means, in place of one a row.
+    pooled : one figure over all rows, the statistic of their means, in place of one per row.
     """
 
     label: str
@@ -62,12 +62,12 @@ class Criterion:
     pooled: bool = False
 
     def applies(self, name: RowName) -> bool:
-        """Return whether a row of this name is in the subset."""
+        """Return whether it applies to a row of this name."""
         wanted = self.names or {}
         return all(any(fnmatch.fnmatchcase(getattr(name, part), p) for p in ps) for part, ps in wanted.items())
 
     def tier(self, value: float) -> Tier:
-        """Judge a figure; one that is no number is a failure."""
+        """Judge a figure; NaN fails."""
         if not math.isfinite(value) or value > self.fail:
             return "fail"
         return "warn" if value > self.warn else "pass"
@@ -81,7 +81,7 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Criteria:
-    """All lines, the regions that they name, and what an added or a removed row is worth."""
+    """All criteria, the regions that they name, and the tiers of added and removed rows."""
 
     lines: tuple[Criterion, ...]
     regions: Mapping[str, Region]
@@ -90,7 +90,7 @@ class Criteria:
 
     @property
     def formulas(self) -> tuple[Formula, ...]:
-        """Each formula that is asked for, ΔE94 first and always."""
+        """Required formulas, ΔE94 first and always."""
         named = {one.formula.name: one.formula for one in self.lines}
         return tuple({"CIE 1994": Formula("CIE 1994"), **named}.values())
 
@@ -101,7 +101,7 @@ class Criteria:
 
 
 def default_criteria() -> Criteria:
-    """Return the default criteria: ΔE94 that a trained eye begins to see."""
+    """Return the default criteria: ΔE94 at the threshold of a trained eye."""
     in_94 = Formula("CIE 1994")
     return Criteria(
         (
@@ -115,7 +115,7 @@ def default_criteria() -> Criteria:
 
 
 def statistic(name: str, values: Float[np.ndarray, " n"]) -> float:
-    """Return a statistic of ΔE values; NaN where there are none.
+    """Compute a statistic of ΔE values; NaN without any.
 
     >>> statistic("share over 1", np.array([0.5, 1.5])), statistic("median", np.array([1.0, 2.0, 4.0]))
     (0.5, 2.0)
@@ -138,7 +138,7 @@ def share_limit(name: str) -> float | None:
 
 
 def quantile_of(name: str) -> float:
-    """Return the share of pixels that lie below a statistic such as "p95".
+    """Return the fraction of pixels below a statistic such as "p95".
 
     >>> quantile_of("median"), quantile_of("p99")
     (0.5, 0.99)

@@ -1,4 +1,4 @@
-"""PNG pictures whose display is stated, as layers: codes back to XYZ."""
+"""PNG pictures for a stated display, as layers: codes converted to XYZ."""
 
 from __future__ import annotations
 
@@ -26,12 +26,11 @@ def png_rows(path: Path, material: str | None, display: str | None) -> list[Row]
     Parameters
     ----------
     material : name of the row; None takes what the picture says of itself.
-    display : that the codes are for; None leaves it to the file.
+    display : of the codes; None takes it from the file.
 
     Raises
     ------
-    InputError : no PNG, no display that is stated, or a header that states something else, and `display` does not say
-        which of them holds.
+    InputError : no PNG, no stated display, or a contradicting header that `display` does not resolve.
     """
     path = existing_file(path)
     if display is not None and display not in DISPLAYS:
@@ -73,7 +72,7 @@ def _damaged(path: Path, reason: Exception) -> InputError:
 
 
 def _said(picture: Any) -> dict[str, str]:
-    """Lines such as "observer: CIE 1931 2 Degree Standard Observer" of its description."""
+    """Find lines such as "observer: CIE 1931 2 Degree Standard Observer" in its description."""
     lines = [line.partition(": ") for line in str(picture.info.get("Description", "")).splitlines()]
     return {label: text for label, sep, text in lines if sep}
 

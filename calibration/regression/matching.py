@@ -1,4 +1,4 @@
-"""Matching of the rows of two sides, and rows that cannot be compared."""
+"""Matching of the rows of two sides, and detection of incomparable rows."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FEW = 4
 
 @dataclass(frozen=True, eq=False)
 class MatchedRows:
-    """Rows of both sides in the order of the first; what only one of them has."""
+    """Rows of both sides in the order of the first; and rows of only one of them."""
 
     pairs: tuple[tuple[Row, Row], ...]
     removed: tuple[Row, ...]
@@ -24,7 +24,7 @@ class MatchedRows:
 
 
 def matched(before: ComparedSide, after: ComparedSide) -> MatchedRows:
-    """Match by material, light, observer, scene and view. Two files of one picture are a pair whatever they are called.
+    """Match rows by material, light, observer, scene and view; two single-picture files match whatever their names.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def matched(before: ComparedSide, after: ComparedSide) -> MatchedRows:
 
 
 def _two_pictures(ours: Sequence[Row], theirs: Sequence[Row]) -> MatchedRows:
-    """One file of each side: light by light, in their order."""
+    """Pair the lights of two single-picture files in their order."""
     pairs = tuple(zip(ours, theirs, strict=True))
     _same_eyes(pairs)
     notes = []

@@ -1,5 +1,7 @@
-"""A comparison for other programs: JSON, as docs/regression.md lists it; JUnit XML, a test case a row; a few lines of
-Markdown; a table for spreadsheets.
+"""Machine-readable outputs of a comparison.
+
+JSON, as docs/regression.md documents it; JUnit XML, a test case per row; a few lines of Markdown; a table for
+spreadsheets.
 """
 
 from __future__ import annotations
@@ -52,7 +54,7 @@ SCHEMA = "metamer.regression/1"
 
 
 def as_junit(result: Result) -> str:
-    """Return a suite of the rows, of the criteria over rows, and of the check of itself. Warnings pass, and say so."""
+    """Return a suite of the rows, of the criteria over rows, and of the self-test. Warnings pass, with a note."""
     cases = [_row_case(row) for row in result.worst_first]
     for one in result.pooled:
         found = f"{one.criterion.label} ({one.of}) is {one.value:.4g}; {one.criterion.words}"
@@ -100,7 +102,7 @@ def as_markdown(result: Result) -> str:
 
 
 def table(result: Result) -> Iterator[list[Cell]]:
-    """Yield the lines under `HEADINGS`, the worst row first; None where there is nothing to say."""
+    """Yield the lines under `HEADINGS`, the worst row first; None for empty cells."""
     for row in result.worst_first:
         for kind, figures in row.layers.items():
             yield _line(row, kind, figures)
@@ -109,12 +111,12 @@ def table(result: Result) -> Iterator[list[Cell]]:
 
 
 def as_csv(result: Result) -> str:
-    """Return the table as RFC 4180 has it."""
+    """Format the table by RFC 4180."""
     return csv_text(HEADINGS, table(result))
 
 
 def write_xlsx(result: Result, path: Path) -> None:
-    """The table as a workbook; raises as `write_workbook` does."""
+    """Write the table as a workbook; raises as `write_workbook` does."""
     write_workbook(path, "regression", HEADINGS, table(result))
 
 
@@ -128,12 +130,12 @@ def _line(row: RowResult, kind: str | None, found: Figures | None) -> list[Cell]
 
 
 def as_json(result: Result, version: str) -> str:
-    """Return the document; numbers are finite, what is not is null."""
+    """Format the document as JSON; numbers that are not finite become null."""
     return json.dumps(document(result, version), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def document(result: Result, version: str) -> dict[str, Any]:
-    """Return the same before it is text. Rows stand in their order, not the worst first."""
+    """Build the JSON document; rows are in their original order."""
     return {
         "schema": SCHEMA,
         "metamer": version,

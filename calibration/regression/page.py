@@ -1,4 +1,4 @@
-"""The page of a comparison: the verdict first, then the worst rows with their pictures, and every row as a line."""
+"""Page of a comparison: the verdict, the worst rows with their pictures, and a line for every row."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ _LEAST_END = 0.15
 
 @dataclass(frozen=True)
 class _Sides:
-    """Rows before and after by their names, and how their pictures are shown; scale : ΔE94 that maps are made for."""
+    """Rows before and after by their names, and settings of pictures; scale : ΔE94 at the end of the maps' scale."""
 
     before: Mapping[RowName, Row]
     after: Mapping[RowName, Row]
@@ -65,7 +65,7 @@ class _Sides:
     single: bool
 
     def pair(self, row: RowResult) -> tuple[Row | None, Row | None]:
-        """Two single pictures are a pair whatever the second is called."""
+        """Return the pair of a row; two single pictures match whatever the second's name."""
         after = next(iter(self.after.values()), None) if self.single else self.after.get(row.name)
         return self.before.get(row.name), after
 
@@ -78,13 +78,13 @@ def render_page(
     history: Sequence[Run] = (),
     progress: Callable[[int, int, str], None] = lambda done, total, what: None,
 ) -> str:
-    """One HTML page without anything from outside.
+    """Render one self-contained HTML page.
 
-    `history` : earlier comparisons with the same baseline, this one the last.
+    history : earlier comparisons with the same baseline, this one the last.
 
     Raises
     ------
-    InputError : a picture that has gone since it was compared.
+    InputError : a picture that is missing since it was compared.
     """
     worst_first = result.worst_first
     pictured = {row.name for row in worst_first[:MOST_PICTURES]}
@@ -132,7 +132,7 @@ def _to_look_at(row: RowResult) -> bool:
 
 
 def _named(name: RowName, common: RowName, titles: Mapping[str, str]) -> dict[str, str]:
-    """Name a row: its material, its light, and the other parts that not all rows have in common."""
+    """Name a row: its material, its light, and the other parts that differ between rows."""
     own = name.without(common)
     light = light_words(name.light)
     rest = [light, short_observer(own.observer), own.scene, own.view]
@@ -141,7 +141,7 @@ def _named(name: RowName, common: RowName, titles: Mapping[str, str]) -> dict[st
 
 
 def _end_of_scale(result: Result) -> float:
-    """Return the end of the maps' scale, ΔE94: a round number, no smaller than the p99 of any layer that moved."""
+    """Choose the end of the maps' scale, ΔE94: a round number, no smaller than the p99 of any changed layer."""
     found = [one.p99 for row in result.rows for one in row.layers.values() if one.moved and math.isfinite(one.p99)]
     largest = max(found, default=0.0)
     if largest <= _LEAST_END:
@@ -151,7 +151,7 @@ def _end_of_scale(result: Result) -> float:
 
 
 def _boxes(result: Result) -> list[dict[str, Any]]:
-    """Return the two verdicts: on materials, and on the approximation where it can be told from them."""
+    """Return the two verdicts: on materials, and on the approximation if it can be separated."""
     found = []
     causes: list[Cause] = ["material", "approximation"] if told_apart(result) else ["material"]
     for cause in causes:
@@ -191,13 +191,13 @@ def _error_words(result: Result) -> list[str]:
 
 
 def _verdicts_there(views: Iterable[dict[str, Any]]) -> list[str]:
-    """Words of the verdicts that there are, for the page's menu."""
+    """List the words of the occurring verdicts, for the page's menu."""
     found = {words for view in views for words in view["words"]}
     return [words for tiers in VERDICTS.values() for words, *_ in tiers.values() if words in found]
 
 
 def _view(row: RowResult, sides: _Sides, pictured: bool, history: Sequence[Run]) -> dict[str, Any]:
-    """Collect what the page shows of a row: its layers that moved with map and both pictures, or else one picture."""
+    """Collect the content of a row: its changed layers with map and both pictures, or else one picture."""
     cause = cause_of(row)
     a, b = sides.pair(row)
     moved: list[LayerKind] = [kind for kind, one in row.layers.items() if one.moved or one.undefined]
@@ -258,7 +258,7 @@ def _layer(row: RowResult, kind: LayerKind, a: Row, b: Row, sides: _Sides, cause
 
 
 def _direction(found: Figures, one: ShownRow) -> str:
-    """Return the way the colours moved on average, "" where that has no number."""
+    """Describe the mean direction of the change, "" if it has no number."""
     before = np.asarray(one.lab)
     after = before + found.shift
     if not np.isfinite(after).all():
@@ -267,13 +267,13 @@ def _direction(found: Figures, one: ShownRow) -> str:
 
 
 def _window(before: Path | None, after: Path | None) -> str | None:
-    """Return the command that opens both pictures in the review window; None of what is not in two OpenEXR files."""
+    """Return the command that opens both pictures in the review window; None unless both are OpenEXR files."""
     files = [one for one in (before, after) if one is not None and one.suffix.lower() == ".exr"]
     return window_command(*files) if len(files) == 2 else None
 
 
 def _limit(row: RowResult, kind: LayerKind) -> float | None:
-    """Return the ΔE94 above which a criterion warns of pixels of a layer: that for p99 before any other."""
+    """Return the ΔE94 at which a criterion warns for pixels of a layer, preferably that of p99."""
     found = {
         one.criterion.statistic: one.criterion.warn
         for one in row.asked
@@ -283,7 +283,7 @@ def _limit(row: RowResult, kind: LayerKind) -> float | None:
 
 
 def _cards(result: Result, views: Mapping[RowName, dict[str, Any]], common: RowName) -> list[dict[str, Any]]:
-    """One card for what differs in light alone, the worst first; `order` is its place in the comparison."""
+    """Return one card per group of rows that differ only in light, the worst first; `order` is the original place."""
     groups: dict[RowName, list[dict[str, Any]]] = {}
     for row in result.rows:
         groups.setdefault(row.name._replace(light=""), []).append(views[row.name])
@@ -306,7 +306,7 @@ def _cards(result: Result, views: Mapping[RowName, dict[str, Any]], common: RowN
 
 
 def _shifts(views: Any, lights: Sequence[str]) -> list[tuple[str, dict[str, Any]]]:
-    """Plot by light an arrow a row from where its colour was."""
+    """Plot colour shifts by light, an arrow per row."""
     found = []
     for light in lights:
         told = []
@@ -327,7 +327,7 @@ def _shifts(views: Any, lights: Sequence[str]) -> list[tuple[str, dict[str, Any]
 
 
 def _signed(value: float) -> str:
-    """Write a value to as many decimals as show it, with its sign."""
+    """Format a value with its sign and as many decimals as needed."""
     if not math.isfinite(value):
         return "no number"
     text = f"{value:+.2f}" if abs(value) >= 0.005 else f"{value:+.1g}"

@@ -28,7 +28,7 @@ _SAID = ("scene", "camera", "material", "illuminant", "observer", "renderer", "s
 
 @dataclass(frozen=True)
 class SeenSpectra:
-    """Under which lights, and by which observer, spectra become colours; `answer`: what readings do not say."""
+    """Lights and observer by which spectra become colours; `answer`: for readings with missing information."""
 
     lights: tuple[str, ...] = ("D65", "A", "FL11")
     observer: str = "1931_2"
@@ -36,12 +36,12 @@ class SeenSpectra:
 
     @property
     def words(self) -> str:
-        """The same as a sentence."""
+        """Lights and observer as a sentence."""
         return f"Spectra are seen under {', '.join(self.lights)} by the {observer(self.observer).name}."
 
 
 def header(path: Path) -> dict[str, str]:
-    """Return the texts of an OpenEXR's header that say what it shows.
+    """Return the texts of an OpenEXR's header that describe its content.
 
     Raises
     ------
@@ -52,13 +52,13 @@ def header(path: Path) -> dict[str, str]:
 
 
 def xyz_layer(path: Path) -> PixelLayer:
-    """Return a picture in XYZ; its header is read now, its pixels when they are asked for."""
+    """Return a picture in XYZ; its header is read now, its pixels on demand."""
     path = existing_file(path)
     return PixelLayer(partial(read_xyz, path), path, header(path))
 
 
 def read_xyz(path: Path) -> Pixels:
-    """Return an OpenEXR picture with channels X, Y, Z, a white in `whiteXYZ`, and coverage A where it has one.
+    """Return an OpenEXR picture with channels X, Y, Z, a white in `whiteXYZ`, and coverage A if present.
 
     Raises
     ------
@@ -97,15 +97,16 @@ def _white(path: Path, attributes: Mapping[str, Any]) -> Float[np.ndarray, "3"]:
 
 
 def is_spectral(path: Path) -> bool:
-    """Return whether an OpenEXR picture holds spectra and no XYZ."""
+    """Return whether an OpenEXR picture has spectra and no XYZ."""
     with path.open("rb") as file:
         names = channel_names(path, file.read(16))
     return not {"X", "Y", "Z"} <= set(names) and any(name.split(".")[0] in ("T", "S0") for name in names)
 
 
 def picture_rows(path: Path, material: str | None, seen: SeenSpectra) -> list[Row]:
-    """Return the rows of one picture: one of XYZ; of reflectances one a light; of emission one, relative to its own
-    light.
+    """Return the rows of one picture: one for XYZ; one per light for reflectances; one for emission.
+
+    An emission is relative to its own light.
 
     Parameters
     ----------
@@ -159,7 +160,7 @@ def _reflected(path: Path, light: str, eye: str) -> Pixels:
 
 
 def _emitted(path: Path, light: str, eye: str) -> Pixels:
-    """Return a picture of radiances, relative to the perfect diffuser in the light that the header names."""
+    """Return a picture of radiances, relative to the perfect diffuser under the light named in the header."""
     image = read_spectral_exr(path)
     if image.units != RELATIVE_UNITS or not light:
         raise InputError(
@@ -187,17 +188,17 @@ def _spectrum(path: Path, place: tuple[int, int]) -> tuple[Float[np.ndarray, " L
 
 
 def _folded(image: SpectralImage, xyz: Float[np.ndarray, "H W 3"], white: Float[np.ndarray, "3"]) -> Pixels:
-    """Sums of spectra are as fine at least as what they are stored in."""
+    """Return folded spectra; sums have at least the precision of their terms."""
     stored = HALF_ROUNDOFF if image.half else FLOAT32_ROUNDOFF
     return Pixels(xyz, np.ones(xyz.shape[:2], np.float32), white, stored)
 
 
 def fluorescent_xyz(image: SpectralImage, light: Spectrum, observer: Observer) -> Float[np.ndarray, "H W 3"]:
-    """XYZ of what leaves each pixel under `light`; Y of the perfect diffuser is 1, and a pixel may exceed it.
+    """Compute XYZ of the light from each pixel under `light`; Y of the perfect diffuser is 1, pixels may exceed it.
 
     Raises
     ------
-    InputError : a pixel sends out more power than it takes in, or light at shorter wavelengths.
+    InputError : a pixel emits more power than it absorbs, or light at shorter wavelengths.
     """
     assert image.reradiation is not None
     height, width, bands, _ = image.reradiation.shape

@@ -1,6 +1,6 @@
-"""pytest's side of `assert_colour_close`: a fixture that keeps evidence a folder a test.
+"""pytest plugin for `assert_colour_close`: a fixture with an evidence folder per test.
 
-Whoever has Metamer installed has it in pytest; nothing heavy is imported before a test asks for it.
+pytest loads it wherever Metamer is installed; nothing heavy is imported before a test uses it.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import pytest
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--colour-evidence DIR`."""
+    """Add `--colour-evidence DIR`."""
     parser.getgroup("metamer").addoption(
         "--colour-evidence",
         metavar="DIR",
@@ -24,7 +24,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture
 def assert_colour_close(request: pytest.FixtureRequest) -> Callable[..., Any]:
-    """`metamer.calibration.regression.assertions.assert_colour_close`, its evidence in a folder of this test."""
+    """Return `metamer.calibration.regression.assertions.assert_colour_close` with evidence in a folder of this test."""
     from .assertions import assert_colour_close
 
     root = request.config.rootpath / str(request.config.getoption("--colour-evidence"))

@@ -24,11 +24,11 @@ from .row import FLOAT64_ROUNDOFF, ComparedSide, PixelLayer, Pixels, Row, RowNam
 def readings_side(path: Path, seen: SeenSpectra) -> ComparedSide:
     """Return the reflectances of CxF, CGATS, instruments' text, CSV, ... by their names.
 
-    Of files of colours alone, the colours for the light and observer that they state, and for no other.
+    Files of colours alone have colours for their stated light and observer only.
 
     Raises
     ------
-    InputError : no file of spectra or colours; one that holds a name twice, or an emission, which has no white.
+    InputError : no file of spectra or colours; a duplicate name, or an emission, which has no white.
     """
     try:
         file, left_out = read_filling_gaps(path, seen.answer)
@@ -113,7 +113,7 @@ def _pixel(reading: Spectrum, light: str, eye: str) -> Pixels:
 
 
 def _spectrum(reading: Spectrum, place: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the only one that there is."""
+    """Return the single spectrum."""
     del place
     return reading.wavelengths_nm, reading.samples
 

@@ -21,7 +21,7 @@ STATES: tuple[State, ...] = ("removed", "worse", "changed", "better", "added", "
 
 @dataclass(frozen=True)
 class Figures:
-    """ΔE94 of one layer over the compared pixels, and what rounding and noise alone may reach (`floor_*`).
+    """ΔE94 of one layer over the compared pixels, and the bounds of rounding and noise alone (`floor_*`).
 
     undefined : compared pixels without a number. shift : mean ΔL*, Δa*, Δb*.
     worst : row and column of the largest, with CIELAB before and after.
@@ -47,9 +47,9 @@ class Figures:
 
 @dataclass(frozen=True)
 class AskedCriteria:
-    """A criterion and what it came to; `of` is the subject, `floor` what could not have been told from nothing.
+    """A criterion and its figure; `of` is the subject, `floor` the smallest significant figure.
 
-    resolved : whether the files can show a difference as small as the limit to warn.
+    resolved : True if the files can show a difference as small as the limit to warn.
     """
 
     criterion: Criterion
@@ -66,9 +66,9 @@ class AskedCriteria:
 
 @dataclass(frozen=True)
 class RowResult:
-    """One row: what became of it, and why.
+    """One row: its verdict, and the reasons.
 
-    approximation : ΔE94 p99 of picture and reference, before and after. unasked : whether no criterion is for it.
+    approximation : ΔE94 p99 of picture and reference, before and after. unasked : True if no criterion applies.
     """
 
     name: RowName
@@ -82,7 +82,7 @@ class RowResult:
 
     @property
     def largest(self) -> float:
-        """The largest mean change of a layer, ΔE94."""
+        """Largest mean change of a layer, ΔE94."""
         return max((one.mean for one in self.layers.values()), default=0.0)
 
 
@@ -98,10 +98,10 @@ class SideWords:
 
 @dataclass(frozen=True)
 class Result:
-    """All of a comparison.
+    """Result of a comparison.
 
-    pooled : criteria over all rows. checks : known differences that were put in. notes : what else is to be said.
-    across : what was compared although it was not measured alike; it stands among the notes, too.
+    pooled : criteria over all rows. checks : injected known differences. notes : further remarks.
+    across : accepted differences between measurements, also among the notes.
     """
 
     before: SideWords
@@ -124,12 +124,12 @@ class Result:
 
     @property
     def valid(self) -> bool:
-        """True if every difference that was put in was found."""
+        """True if every injected difference was found."""
         return bool(self.checks) and all(check.passed for check in self.checks)
 
     @property
     def tier(self) -> Tier:
-        """The worst of all rows and criteria; a comparison that fails its own check passes nothing."""
+        """Worst tier of all rows and criteria; a comparison that fails its self-test passes nothing."""
         found = (*self.rows, *self.pooled)
         return worst_tier(one.tier for one in found) if self.valid else "fail"
 
@@ -139,16 +139,16 @@ class Result:
         return TIERS.index(self.tier)
 
     def as_run(self, version: str) -> Run:
-        """Return a run for the history: the largest p99 of a layer of each row, now."""
+        """Return a run for the history: the largest current p99 of a layer of each row."""
         rows = {str(row.name): max(one.p99 for one in row.layers.values()) for row in self.rows if row.layers}
         return Run(datetime.now(UTC).isoformat(timespec="seconds"), version, self.tier, rows)
 
     @property
     def worst_first(self) -> tuple[RowResult, ...]:
-        """Rows as they are read: failures first, then by state, then by how far they moved."""
+        """Rows in order of reading: failures first, then by state, then by the size of the change."""
         return tuple(sorted(self.rows, key=lambda row: (-TIERS.index(row.tier), STATES.index(row.state), -row.largest)))
 
 
 def worst_tier(tiers: Iterable[Tier]) -> Tier:
-    """Return the worst of some tiers; of none, "pass"."""
+    """Return the worst of some tiers; "pass" without any."""
     return TIERS[max((TIERS.index(tier) for tier in tiers), default=0)]

@@ -24,11 +24,11 @@ _FILES: tuple[tuple[LayerKind, str], ...] = (("picture", "XYZ EXR"), ("reference
 
 
 def review_side(folder: Path) -> ComparedSide:
-    """Return all rows of a review. When it was made, and how long it took, is no part of it.
+    """Return all rows of a review, without its date and durations.
 
     Raises
     ------
-    InputError : `review.json` is damaged, of another schema, or names files that are not there.
+    InputError : `review.json` is damaged, of another schema, or names missing files.
     """
     path = folder / FIGURES
     document = _document(path)
@@ -90,7 +90,7 @@ def _row(folder: Path, path: Path, found: Mapping[str, Any]) -> Row:
 
 
 def _judged(load: Callable[[], Pixels], map_file: Path) -> Pixels:
-    """Return the pixels that the review has judged: in a scene of several materials a row is about one of them."""
+    """Return the pixels judged by the review: in a scene of several materials a row is about one of them."""
     pixels = load()
     plane = read_exr(map_file)[1].get("deltaE94")
     if plane is None or plane.shape != pixels.coverage.shape:
@@ -106,7 +106,7 @@ def _judged(load: Callable[[], Pixels], map_file: Path) -> Pixels:
 
 
 def _inside(folder: Path, path: Path, name: str) -> Path:
-    """Return a file that the figures name, which must lie in their folder."""
+    """Return a file named by the figures, which must be in their folder."""
     file = folder / name
     if not file.resolve().is_relative_to(folder.resolve()):
         raise InputError("a file outside of the review", file=path, field="files", found=name, expected="a path inside")

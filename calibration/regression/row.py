@@ -23,7 +23,7 @@ LayerKind = Literal["picture", "reference", "reading"]
 
 
 class RowName(NamedTuple):
-    """Name by which rows of two sides are matched; "" where a side does not say."""
+    """Name by which rows of two sides are matched; "" for parts that a side does not state."""
 
     material: str
     light: str
@@ -41,17 +41,17 @@ class RowName(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Pixels:
-    """Colours with all that it takes to compare them.
+    """Colours with the data needed to compare them.
 
     Parameters
     ----------
     xyz : (H,W,3), Y = 1 for the white; a reading is one pixel.
     coverage : (H,W) from 0 to 1.
     white_xyz : (3,).
-    unit_roundoff : of how the numbers were stored.
-    nudged : XYZ of some rows with every stored number moved by a multiple (h,W,3) of half a step, where a step is no
-        share of the number, as of display codes.
-    mask : (H,W) of the pixels that the row is about; None: of all.
+    unit_roundoff : of the stored numbers.
+    nudged : XYZ of some rows with every stored number moved by a multiple (h,W,3) of half a step, for steps that are
+        not relative, as of display codes.
+    mask : (H,W) of the pixels of the row; None: of all.
     """
 
     xyz: Float[np.ndarray, "H W 3"]
@@ -62,7 +62,7 @@ class Pixels:
     mask: Bool[np.ndarray, "H W"] | None = None
 
     def half_spacing(self, rows: slice) -> Float[np.ndarray, "h W 3"]:
-        """Compute how far rounding may have moved each number of some rows: half the distance to its neighbour.
+        """Compute the largest rounding error of each number of some rows: half the distance to its neighbour.
 
         >>> one = Pixels(np.array([[[0.75, 1.5, 0.0]]]), np.ones((1, 1)), np.ones(3), HALF_ROUNDOFF)
         >>> one.half_spacing(slice(0, 1)) * 4096
@@ -91,10 +91,10 @@ class LayerNoise:
 
 @dataclass(frozen=True, eq=False)
 class PixelLayer:
-    """Pixels that are loaded when they are asked for.
+    """Pixels loaded on demand.
 
-    file : that they come from, None where there is none. said : what the file says of itself.
-    spectrum : of its pixels, where it holds spectra. remark : what is taken otherwise than the file says.
+    file : their source, None without one. said : statements of the file.
+    spectrum : of its pixels, if it has spectra. remark : deviations from the file's statements.
     """
 
     load: Callable[[], Pixels]
@@ -109,9 +109,8 @@ class PixelLayer:
 class Row:
     """One row of a side: its layers by kind.
 
-    approximation : how far the picture is from its reference, ΔE94 as "mean", "p95", "p99" and "max"; None where there
-        is no reference. notes : what has to be said of the row. measurement : of a reading; None of
-        pictures.
+    approximation : difference of the picture from its reference, ΔE94 as "mean", "p95", "p99" and "max"; None without a
+        reference. notes : remarks on the row. measurement : of a reading; None for pictures.
     """
 
     name: RowName
@@ -125,7 +124,7 @@ class Row:
 class ComparedSide:
     """All rows of a file or folder.
 
-    kind : of source, in words. facts : what made it (versions, renderer, plan), by label.
+    kind : of source, in words. facts : of its making (versions, renderer, plan), by label.
     chain : from spectrum to numbers, a sentence each.
     """
 

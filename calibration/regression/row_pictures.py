@@ -1,4 +1,4 @@
-"""Rows as pictures on a page: before, after, the map of ΔE94 between them, and what else is told of their pixels."""
+"""Pictures of rows on a page: before, after, the map of ΔE94 between them, and further data of their pixels."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class RowPicture:
 class ShownRow:
     """One layer of a pair of rows.
 
-    map : PNG of their ΔE94, as of `coded_map`. full_size : height and width before they were reduced to be shown.
+    map : PNG of their ΔE94, as of `coded_map`. full_size : height and width before the reduction for display.
     histogram : pixels by their ΔE94, as of `histogram`. lab : mean CIELAB of the compared pixels before.
-    spectra : of the pixel that moved most, wavelengths in nm (L,) and values (L,) before and after; or None.
+    spectra : of the pixel of the largest change, wavelengths in nm (L,) and values (L,) before and after; or None.
     """
 
     layer: LayerKind
@@ -51,11 +51,11 @@ class ShownRow:
 
 
 def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int) -> ShownRow:
-    """One layer of a pair of rows.
+    """Make the pictures of one layer of a pair of rows.
 
     Parameters
     ----------
-    scale : ΔE94 that the map's scale is made for. limit : ΔE94 that the histogram is drawn about.
+    scale : ΔE94 at the end of the map's scale. limit : ΔE94 in the middle of the histogram.
     side : longest side of the pictures, in pixels.
     """
     before, after = a.layers[kind].load(), b.layers[kind].load()
@@ -77,13 +77,12 @@ def shown(a: Row, b: Row, kind: LayerKind, scale: float, limit: float, side: int
 
 
 def alone(layer: PixelLayer, side: int) -> RowPicture:
-    """Return a layer that nothing is compared with; `side` is the longest in pixels."""
+    """Make the picture of a layer without a counterpart; `side` is the longest in pixels."""
     return _encoded(layer.load(), side)
 
 
 def _encoded(pixels: Pixels, side: int) -> RowPicture:
-    """Return the picture without its background where surfaces do not cover all of it: the page's grey is seen
-    there."""
+    """Encode the picture, transparent where surfaces do not cover it, so that the page's grey shows."""
     share = np.clip(pixels.coverage, 0.0, 1.0)[..., None]
     if (share == 1.0).all():
         rgb, clipped = srgb(pixels)
@@ -98,7 +97,7 @@ def _encoded(pixels: Pixels, side: int) -> RowPicture:
 def _spectra(
     before: PixelLayer, after: PixelLayer, place: tuple[int, int]
 ) -> tuple[Float[np.ndarray, " L"], Float[np.ndarray, " L"], Float[np.ndarray, " L"]] | None:
-    """Return both spectra on the wavelengths of the one before, where both sides have them."""
+    """Return both spectra on the wavelengths of the earlier one, if both sides have them."""
     if before.spectrum is None or after.spectrum is None:
         return None
     (nm, first), (other_nm, second) = before.spectrum(place), after.spectrum(place)
@@ -106,7 +105,7 @@ def _spectra(
 
 
 def srgb(pixels: Pixels) -> tuple[UInt8[np.ndarray, "H W 3"], float]:
-    """Codes for an sRGB display, adapted once (Bradford), and the share of pixels that were clipped to it."""
+    """Encode for an sRGB display, adapted once (Bradford); return the codes, and the fraction of clipped pixels."""
     matrix = xyz_from_rgb()
     adapted = adaptation_matrix(pixels.white_xyz, matrix.sum(axis=1))
     linear = np.nan_to_num(pixels.xyz @ (np.linalg.inv(matrix) @ adapted).T, posinf=1.0, neginf=0.0)

@@ -1,9 +1,9 @@
 """Bounds of the difference of two layers by chance: order statistics of the noise that their files state.
 
-A file states the mean and the 99th percentile of ΔE by which its pixels are off. The ΔE of a pixel is taken to follow
-Weibull's distribution with these two, S(x) = exp(-(x / scale)^shape), which has the tails that references have: the
-shape is 1.1 to 1.6, where noise alike everywhere would have 2. What a statistic of n pixels may come to is the quantile
-that its order statistic keeps below: that of the largest lies at 1 - 1e-5 / n, far beyond the 99th percentile.
+A file states the mean and the 99th percentile of its pixels' error in ΔE. The ΔE of a pixel is modelled by Weibull's
+distribution with these two, S(x) = exp(-(x / scale)^shape), whose tails match those of references: the shape is 1.1 to
+1.6, where uniform noise would have 2. The bound of a statistic of n pixels is a high quantile of its order statistic:
+that of the largest is at 1 - 1e-5 / n, far beyond the 99th percentile.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _SHAPES, _HALVINGS = (0.15, 20.0), 60
 
 @dataclass(frozen=True)
 class Chance:
-    """The distribution of ΔE of one pixel by chance, and of how many pixels there are; `scale` 0: no chance."""
+    """Distribution of the chance ΔE of a pixel, and the number of pixels; `scale` 0: no chance."""
 
     scale: float
     shape: float
@@ -35,11 +35,10 @@ class Chance:
 
     @classmethod
     def of(cls, noises: Sequence[LayerNoise | None], pixels: int) -> Chance:
-        """Return the chance of the difference of layers, whose noises are independent; as large as what is stated
-        allows.
+        """Combine the independent noises of layers into the chance of their difference, an upper bound.
 
-        noises : of each layer, None where it has none. pixels : that are compared, from as many of which mean and
-        percentile were estimated.
+        noises : of each layer, None without any. pixels : number compared, from which mean and percentile were
+        estimated.
         """
         known = [one for one in noises if one is not None]
         mean, p99 = (math.hypot(*(getattr(one, name) for one in known)) for name in ("mean", "p99"))
@@ -55,7 +54,7 @@ class Chance:
         return cls(mean / math.gamma(1.0 + 1.0 / shape), shape, pixels)
 
     def floor(self, name: str) -> float:
-        """Return the bound of a statistic such as "mean", "p99", "max" or "share over 1" by chance."""
+        """Compute the bound by chance of a statistic such as "mean", "p99", "max" or "share over 1"."""
         if self.scale == 0.0:
             return 0.0
         if name == "mean":
@@ -68,8 +67,7 @@ class Chance:
         return self._beyond(max(self._off(1.0 - quantile_of(name), -1.0), EXCEEDED / self.pixels))
 
     def _off(self, share: float, sign: float) -> float:
-        """Return a share of all pixels, `DEVIATIONS` above or below it: its square root has one deviation at any
-        size."""
+        """Shift a fraction of all pixels by `DEVIATIONS`: its square root has one deviation at any size."""
         return max(math.sqrt(share) + sign * 0.5 * DEVIATIONS / math.sqrt(self.pixels), 0.0) ** 2
 
     @property
@@ -78,12 +76,12 @@ class Chance:
         return self.scale * math.gamma(1.0 + 1.0 / self.shape)
 
     def _beyond(self, share: float) -> float:
-        """ΔE beyond which such a share of pixels lies."""
+        """Compute the ΔE exceeded by that fraction of pixels."""
         return self.scale * math.log(1.0 / share) ** (1.0 / self.shape)
 
 
 def _shape(ratio: float) -> float:
-    """Weibull's shape whose 99th percentile is so many times its mean; held at the ends of `_SHAPES`."""
+    """Find Weibull's shape from the ratio of its 99th percentile to its mean; clamped to the ends of `_SHAPES`."""
     low, high = _SHAPES
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)

@@ -1,4 +1,4 @@
-"""A known difference, put into a row of every comparison: what is not found there would not be found elsewhere."""
+"""Self-test: a known difference injected into a row of every comparison, which must be found."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _MOST = 1 << 20
 
 
 def injected(pixels: Pixels, formulas: Iterable[Formula], label: str) -> tuple[SelfCheck, ...]:
-    """L* of every pixel raised by 1: what each formula makes of it by hand, and what the comparison found.
+    """Raise L* of every pixel by 1; return the expected figure of each formula, by hand, and the one found.
 
-    With a and b kept, every term but that of lightness is nothing, so that the expected figure needs none of the code
-    that it is held against. CAM16-UCS has no such form; its pipeline is that of the others.
+    With a and b kept, every term except that of lightness is 0, so that the expected figure needs none of the tested
+    code. CAM16-UCS has no such form; its pipeline is that of the others.
     """
     pixels, of = _some(pixels)
     lab = lab_from_xyz(pixels.xyz, pixels.white_xyz)
@@ -47,7 +47,7 @@ def injected(pixels: Pixels, formulas: Iterable[Formula], label: str) -> tuple[S
 
 
 def _some(pixels: Pixels) -> tuple[Pixels, str]:
-    """Return the rows of a large picture that are looked at, about the middle, and what they are called."""
+    """Return the tested rows of a large picture, about the middle, and their name."""
     height, width = pixels.coverage.shape
     rows = max(1, _MOST // width)
     if rows >= height:
@@ -63,7 +63,7 @@ def _covered(pixels: Pixels) -> bool:
 
 
 def _by_hand(formula: Formula) -> Callable[[Float[np.ndarray, "*s"]], Float[np.ndarray, "*s"]] | None:
-    """ΔE of L* raised by `_RAISED` over the L* of before."""
+    """Compute ΔE of L* raised by `_RAISED` from the original L*."""
     if formula.name in ("CIE 1976", "CIE 1994"):
         return lambda lightness: np.full(np.shape(lightness), _RAISED)
     if formula.name == "CIE 2000":
@@ -75,11 +75,11 @@ def _by_hand(formula: Formula) -> Callable[[Float[np.ndarray, "*s"]], Float[np.n
 
 
 def _by_hand_2000(lightness: Float[np.ndarray, "*s"]) -> Float[np.ndarray, "*s"]:
-    """CIE 142-2001, S_L at the mean of both lightnesses."""
+    """Compute S_L of CIE 142-2001 at the mean of both lightnesses."""
     off = (lightness + 0.5 * _RAISED - 50.0) ** 2
     return _RAISED / (1.0 + 0.015 * off / np.sqrt(20.0 + off))
 
 
 def _cmc_scale(lightness: Float[np.ndarray, "*s"]) -> Float[np.ndarray, "*s"]:
-    """S_L of CMC (Clarke, McDonald and Rigg 1984)."""
+    """Compute S_L of CMC (Clarke, McDonald and Rigg 1984)."""
     return np.where(lightness < 16.0, 0.511, 0.040975 * lightness / (1.0 + 0.01765 * lightness))

@@ -26,7 +26,7 @@ def side_of(path: Path, seen: SeenSpectra, display: str | None = None) -> Compar
 
     Raises
     ------
-    InputError : nothing there, nothing that can be compared, or a file that is damaged.
+    InputError : a missing path, nothing comparable, or a damaged file.
     """
     if path.is_dir():
         if (path / MANIFEST).is_file():
@@ -43,7 +43,7 @@ def side_of(path: Path, seen: SeenSpectra, display: str | None = None) -> Compar
 
 
 def _folder_side(folder: Path, seen: SeenSpectra, display: str | None) -> ComparedSide:
-    """Return every file of a folder that is a picture or readings; rows are named by where they are."""
+    """Return every picture or file of readings of a folder; rows are named by their paths."""
     rows: list[Row] = []
     other = []
     for path in sorted(file for file in folder.rglob("*") if file.is_file() and not file.name.startswith(".")):

@@ -1,4 +1,4 @@
-"""A suite: what is rendered and compared again and again, as a TOML file."""
+"""Suite: the scenes to render and compare repeatedly, as a TOML file."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _TOP = ("suite", "criteria", "regions", "rows")
 
 @dataclass(frozen=True)
 class Suite:
-    """Scenes x materials x illuminants x observers x cameras, and what is asked of them.
+    """Scenes x materials x illuminants x observers x cameras, and their criteria.
 
     Parameters
     ----------
     scenes : files. materials, illuminants : of every scene; none means those of its own review.
     observers, cameras : names; none means the scene's own and its first.
-    budget : ΔE94 p99 of picture and reference that a row is called within the budget by.
-    sha256 : of all that the suite's files say; other materials under the same names do not change it.
+    budget : limit of ΔE94 p99 of picture and reference.
+    sha256 : of the content of the suite's files; other materials under the same names do not change it.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Suite:
 
     @property
     def said(self) -> dict[str, str]:
-        """Return what a baseline keeps."""
+        """Return the part that a baseline stores."""
         return {"name": self.name, "sha256": self.sha256}
 
 

@@ -1,4 +1,4 @@
-"""A comparison as a few lines of text: the verdict, what moved, the worst first."""
+"""Comparison as a few lines of text: the verdict, the changes, the worst first."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _ASKED: dict[Tier, str] = {"fail": "fails", "warn": "is near its limits"}
 
 
 def verdict_words(result: Result) -> str:
-    """Return the result in one sentence, the same on the page, on paper and in the terminal.
+    """State the result in one sentence, for page, print and terminal.
 
-    A difference of zero is said to be one of equal bytes, or of other bytes that are equal in colour.
+    A difference of zero is described as equal bytes, or as other bytes of equal colour.
     """
     if not result.valid:
         return "Not valid: a known difference that was put in was not found, so that nothing here can be believed"
@@ -66,14 +66,14 @@ def things(result: Result) -> str:
 
 
 def titles_of(rows: Sequence[RowResult]) -> dict[str, str]:
-    """Materials' names for people: ids spelt out, but for those that would then be alike and for names of files."""
+    """Return titles of materials: ids spelt out, except ambiguous ones and names of files."""
     names = [*dict.fromkeys(row.name.material for row in rows)]
     titles = [title_from_id(name) if _ID.fullmatch(name) else name for name in names]
     return dict(zip(names, distinct_titles(titles, names), strict=True))
 
 
 def readable_names(rows: Sequence[RowResult]) -> dict[RowName, str]:
-    """Names of rows as people say them, without what all rows have in common: "Cyan gloss under tungsten lamp A"."""
+    """Return readable names of rows, without their common parts: "Cyan gloss under tungsten lamp A"."""
     common, titles = common_parts(rows), titles_of(rows)
     found = {}
     for row in rows:
@@ -87,7 +87,7 @@ def readable_names(rows: Sequence[RowResult]) -> dict[RowName, str]:
 
 
 def shown_rows(result: Result) -> tuple[RowResult, ...]:
-    """Rows that something is to be said of, the worst first."""
+    """Return rows with something to report, the worst first."""
     return tuple(row for row in result.worst_first if row.state not in ("identical", "same") or row.tier != "pass")
 
 
@@ -119,13 +119,13 @@ def as_text(result: Result) -> str:
 
 
 def common_parts(rows: Sequence[RowResult]) -> RowName:
-    """Return the parts of names that all of several rows have in common, "" for the others; of one row, none."""
+    """Return the parts of names common to all rows, "" for the others; none for a single row."""
     parts = zip(*(row.name for row in rows), strict=True) if len(rows) > 1 else [[""]] * len(RowName._fields)
     return RowName(*(found[0] if len(set(found)) == 1 else "" for found in parts))
 
 
 def _cells(row: RowResult, name: str) -> list[list[str]]:
-    """Return a line a layer that moved, or one where none is there."""
+    """Return a line per changed layer, or one without any."""
     rows = []
     for kind, found in row.layers.items():
         if found.identical and len(row.layers) > 1:

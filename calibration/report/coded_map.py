@@ -1,7 +1,7 @@
-"""ΔE maps for a page: pictures whose colours any reader shows, and whose codes a script turns into values again.
+"""ΔE maps for a page: pictures that any viewer can show, and whose codes a script converts back to values.
 
-A map is a PNG with a palette. Its pixels are codes of steps that grow by `STEP_SHARE`; its palette is the scale that
-all maps share. Another palette in the same place shows the same codes on another scale.
+A map is a PNG with a palette. Its pixels are codes of steps that grow by `STEP_SHARE`; its palette is the scale of all
+maps. Replacing the palette in place shows the same codes on another scale.
 """
 
 from __future__ import annotations
@@ -26,22 +26,20 @@ LAST, BEYOND, UNDEFINED, NOT_COMPARED = 252, 253, 254, 255
 
 @cache
 def code_values() -> Float[np.ndarray, "253"]:
-    """Return the largest ΔE of each code up to `LAST`, in budgets; 0 is exactly 0. One and three budgets are among
-    them.
-    """
+    """Compute the largest ΔE of each code up to `LAST`, in budgets; 0, 1 and 3 budgets are included exactly."""
     return np.concatenate([[0.0], 3.0 ** ((np.arange(1, LAST + 1) - BUDGET_CODE) / STEPS_TO_THREE)])
 
 
 def map_codes(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[np.ndarray, "H W"]:
-    """Return the smallest code whose value is no smaller: what is over a budget never looks as if it were within it."""
+    """Return the smallest code whose value is no smaller, so that values over a budget never appear within it."""
     code = np.searchsorted(code_values() * budget, delta_e, side="left")
     return np.where(np.isnan(delta_e), NOT_COMPARED, np.where(np.isinf(delta_e), UNDEFINED, code)).astype(np.uint8)
 
 
 def map_png(delta_e: Float[np.ndarray, "H W"], budget: float) -> bytes:
-    """Return a ΔE map (NaN: not compared, infinite: no number) as a PNG of its codes, coloured from 0 to three budgets.
+    """Encode a ΔE map (NaN: not compared, infinite: no number) as a PNG of its codes, coloured from 0 to three budgets.
 
-    Header and palette take 813 bytes, a multiple of three: in base64, too, the palette can be exchanged in its place.
+    Header and palette take 813 bytes, a multiple of three, so that the palette can be replaced in base64, too.
     """
     codes = map_codes(delta_e, budget)
     height, width = codes.shape
@@ -64,7 +62,10 @@ def map_png(delta_e: Float[np.ndarray, "H W"], budget: float) -> bytes:
 
 
 def clear_chunk() -> bytes:
-    """Chunk that leaves out what a map does not compare; put behind its palette, it moves neither head nor palette."""
+    """Return a chunk that makes pixels without a comparison transparent.
+
+    It follows the palette, so that it shifts neither head nor palette.
+    """
     data = b"tRNS" + b"\xff" * NOT_COMPARED + b"\x00"
     return struct.pack(">I", len(data) - 4) + data + struct.pack(">I", zlib.crc32(data))
 

@@ -21,13 +21,13 @@ _TOWARDS = ("redder", "yellower", "greener", "bluer")
 
 
 def direction(standard: Lab, off: Differences, least: float = 0.0) -> str:
-    """Return the words, the largest difference first; "alike" where nothing is worth a word.
+    """Describe a difference, the largest part first; "alike" if no part exceeds `least`.
 
-    Of colours, hue is named by what it turns to: from red over yellow, green and blue to red again; and more chroma is
-    "stronger", less "greyer". Of greys, and where hue turns by more than `FAR` or `PAST` its neighbour, a* and b* are
-    named.
+    For colours, hue is named by the neighbour it moves to, from red over yellow, green and blue to red again; more
+    chroma is "stronger", less "greyer". For greys, and for hue differences above `FAR` or by `PAST` beyond the
+    neighbour, a* and b* are named.
 
-    least : what a difference in CIELAB has to be to be spoken of.
+    least : smallest difference in CIELAB that is named.
     """
     lightness = (float(off.lightness), "lighter", "darker")
     sample = standard[1:] + np.array([float(off.a), float(off.b)])
@@ -45,7 +45,7 @@ def direction(standard: Lab, off: Differences, least: float = 0.0) -> str:
 
 
 def _past(standard: Lab, turned: float) -> bool:
-    """Return True if a hue that has turned by so many degrees lies beyond the neighbour that it turned to."""
+    """Return True if a hue rotated by that many degrees is beyond the neighbour it moved to."""
     hue = float(np.degrees(np.arctan2(standard[2], standard[1])) % 360.0)
     if turned >= 0.0:
         neighbour = 90.0 * (int((hue + NEAR) // 90.0) + 1)

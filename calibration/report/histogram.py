@@ -1,4 +1,4 @@
-"""Histogram of the ΔE of a picture's pixels: counts in steps that grow, the same steps for every row of a page."""
+"""Histogram of the ΔE of a picture's pixels: counts in growing bins, the same for every row of a page."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _WIDTH, _HEIGHT = 168.0, 36.0
 
 
 def histogram(delta_e: Float[np.ndarray, "H W"], budget: float) -> tuple[int, ...]:
-    """Pixels in each of `BELOW + ABOVE` steps of a ΔE map (NaN: not compared, infinite: no number, in none of them).
+    """Count pixels in each of `BELOW + ABOVE` bins of a ΔE map (NaN: not compared, infinite: no number, in no bin).
 
-    A step ends at its upper bound, which is in it: what is within the budget is in the first `BELOW`.
+    A bin includes its upper bound: pixels within the budget are in the first `BELOW`.
     """
     values = delta_e[np.isfinite(delta_e)]
     inner = budget * 3.0 ** (np.arange(1 - BELOW, ABOVE) / STEPS_TO_THREE)
@@ -30,9 +30,7 @@ def histogram(delta_e: Float[np.ndarray, "H W"], budget: float) -> tuple[int, ..
 
 
 def histogram_plot(counts: Sequence[int], budget: float) -> dict[str, Any]:
-    """Return the outline of all bars as one SVG path, the place of the budget, ticks with their ΔE, and the same in
-    words.
-    """
+    """Return the outline of all bars as one SVG path, the place of the budget, ticks with ΔE, and a description."""
     total, step = max(sum(counts), 1), _WIDTH / len(counts)
     tallest = math.sqrt(max(max(counts, default=0), 1) / total)
     outline = [f"M0 {_HEIGHT:g}"]

@@ -1,4 +1,4 @@
-"""Earlier runs of the same thing, kept beside its report: what the largest and the mean figure were, row by row."""
+"""History of runs beside a report: the largest and the mean figure, row by row."""
 
 from __future__ import annotations
 
@@ -42,8 +42,9 @@ class Run:
 
 
 def read_history(path: Path) -> tuple[Run, ...]:
-    """Return the runs of a file, the first one first; none where there is no such file, or it is damaged or of another
-    kind: a record of the past stops no work.
+    """Read the runs of a file, oldest first; none if it is missing, damaged or of another kind.
+
+    Defects of a history must not stop work.
     """
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -63,9 +64,7 @@ def read_history(path: Path) -> tuple[Run, ...]:
 
 
 def with_run(runs: Sequence[Run], run: Run) -> tuple[Run, ...]:
-    """Return the runs with another at their end, which takes the place of the last where it came out alike in all
-    figures.
-    """
+    """Append a run, which replaces the last one if all figures are equal."""
     # To four digits: a history is read, and may lie in version control. What has no number has none there either.
     figures = {name: float(f"{value:.4g}") for name, value in run.rows.items() if math.isfinite(value)}
     rounded = Run(run.created, run.version, run.status, figures)
@@ -82,7 +81,7 @@ def history_text(runs: Sequence[Run]) -> str:
 
 
 def trend_plot(runs: Sequence[Run], label: str) -> dict[str, Any] | None:
-    """Return the largest and the mean figure of each run as lines from 0 upwards; None of a single run."""
+    """Plot the largest and the mean figure of each run as lines from 0 upwards; None for a single run."""
     if len(runs) < 2:
         return None
     top = max(run.largest for run in runs) or 1.0
@@ -110,5 +109,5 @@ def trend_plot(runs: Sequence[Run], label: str) -> dict[str, Any] | None:
 
 
 def earlier_figures(runs: Sequence[Run], row: str) -> tuple[float, ...]:
-    """Return a row's figures in up to five runs before the last, the oldest first."""
+    """Return a row's figures in up to five runs before the last, oldest first."""
     return tuple(run.rows[row] for run in runs[:-1] if row in run.rows)[-5:]

@@ -14,7 +14,7 @@ Outcome = Literal["passed", "warned", "failed", "skipped"]
 
 
 def case_of(of: str, name: str, outcome: Outcome, words: str) -> ElementTree.Element:
-    """One case; `words` say why it failed or was skipped. What warned has passed, and says so."""
+    """Make one test case; `words` state why it failed or was skipped. Warnings pass, with a note."""
     case = ElementTree.Element("testcase", {"classname": _text(of), "name": _text(name)})
     if outcome in ("failed", "skipped"):
         kind = "failure" if outcome == "failed" else "skipped"

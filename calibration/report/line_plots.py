@@ -1,4 +1,4 @@
-"""Plots of figures against what they cost, as SVG coordinates: scales, ticks, lines, marks and labels."""
+"""Plots of figures against their cost, as SVG coordinates: scales, ticks, lines, marks and labels."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ MARKS = (
 
 
 class LogScale:
-    """Decades on a length: from a round number below the least value to one above the greatest.
+    """Logarithmic scale on a length: from a round number below the least value to one above the greatest.
 
-    Plots go upwards when `downwards`, since SVG counts down. Values of 0 or less stand at `floor`.
+    Plots go upwards when `downwards`, since SVG counts down. Values of 0 or less are placed at `floor`.
     """
 
     def __init__(
@@ -41,12 +41,12 @@ class LogScale:
         self._length, self._downwards = length, downwards
 
     def at(self, value: Number) -> float:
-        """Place of a value."""
+        """Return the place of a value."""
         share = (math.log10(max(value, self._floor)) - self.low) / (self.high - self.low)
         return self._length * ((1.0 - share) if self._downwards else share)
 
     def ticks(self) -> list[tuple[float, str]]:
-        """Places and labels of round numbers; of whole decades only where there are many."""
+        """Return places and labels of round numbers; of whole decades only, if there are many."""
         wide = self.high - self.low > 2.5
         found = [
             tick for tick in _round_logs((1,) if wide else (1, 2, 5)) if self.low <= tick + 1e-9 <= self.high + 2e-9
@@ -68,7 +68,7 @@ def short_number(value: float) -> str:
 
 
 def line_plot(series: Mapping[str, Sequence[tuple[Number, Number]]], x_label: str, y_label: str) -> dict[str, Any]:
-    """Lines through (x, y), both logarithmic: for each its path, its marks, and which mark and colour are its own."""
+    """Plot lines through (x, y), both logarithmic: for each its path, its marks, and its own marker and colour."""
     everything = [point for points in series.values() for point in points]
     x = LogScale([point[0] for point in everything], SIZE[0])
     y = LogScale([point[1] for point in everything], SIZE[1], downwards=True)
@@ -81,7 +81,7 @@ def line_plot(series: Mapping[str, Sequence[tuple[Number, Number]]], x_label: st
 
 
 def merged_labels(places: Sequence[tuple[Number, Number]], numbers: Sequence[int]) -> list[dict[str, Any]]:
-    """Numbers beside their places, those that (nearly) coincide together: text, where it stands and how."""
+    """Label points with numbers, merging (nearly) coincident ones: text, place and anchor."""
     groups: list[list[int]] = []
     for index, place in enumerate(places):
         near = next((g for g in groups if all(abs(places[g[-1]][k] - place[k]) < _NEAR[k] for k in (0, 1))), None)
@@ -99,7 +99,7 @@ def merged_labels(places: Sequence[tuple[Number, Number]], numbers: Sequence[int
 
 
 def runs(numbers: Sequence[int]) -> list[str]:
-    """Ascending whole numbers with three or more in a row written as a range.
+    """Format ascending integers, three or more in a row as a range.
 
     >>> runs([1, 2, 4, 5, 6, 9])
     ['1', '2', '4–6', '9']

@@ -1,4 +1,4 @@
-"""The page of one material: picture, spectrum, where it comes from, packs, and what accuracy costs."""
+"""Page of one material: picture, spectrum, provenance, packs, and the cost of accuracy."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _SPECTRUM_SIZE = (460.0, 200.0)
 class MaterialFacts:
     """Facts on the page of a material, in words and numbers.
 
-    facts : what stands at the head of the page; provenance, original, parameters : by label.
+    facts : at the head of the page; provenance, original, parameters : by label.
     picture : display-encoded sRGB; None for a spectrum without a surface. picture_words : how it was made.
-    spectrum : wavelengths in nm (L,) and values (L,). trial_headings, trials : the table of what the fit tried.
-    tried : (terms, ΔE94 p99) of what was tried, by what kind of trial it was.
+    spectrum : wavelengths in nm (L,) and values (L,). trial_headings, trials : table of the fit's trials. tried :
+    (terms, ΔE94 p99) of trials, by kind.
     stated : rows of stated against recomputed colours.
     """
 
@@ -43,7 +43,7 @@ class MaterialFacts:
 
 
 def render_material_page(facts: MaterialFacts) -> str:
-    """One self-contained HTML page."""
+    """Render one self-contained HTML page."""
     environment = html_environment(uri=plots.data_uri)
     return environment.get_template("material.html").render(
         material=facts,

@@ -1,4 +1,4 @@
-"""The report's page: what the template shows, worked out from the rows, and nothing that the JSON does not say too."""
+"""Page of the report: the template's content, derived from the rows, with no facts beyond the JSON."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _STATUS_ICONS = {"pass": "i-ok", "near": "i-near", "over": "i-warn", "invalid": 
 
 
 def html_environment(*folders: Path, **filters: Callable[..., Any]) -> jinja2.Environment:
-    """Templates of the pages, and in `folders`: escaped, strict about names, with `de` for a ΔE and `filters`."""
+    """Make the template environment for `folders`: escaped, strict about names, with `de` for a ΔE and `filters`."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -50,7 +50,7 @@ def html_environment(*folders: Path, **filters: Callable[..., Any]) -> jinja2.En
 
 @cache
 def _compiled_templates() -> jinja2.BytecodeCache:
-    """Keep the byte code of templates for all environments of this process; filters are looked up by name in each."""
+    """Cache the byte code of templates for all environments of this process; filters are looked up by name in each."""
     import jinja2
 
     class InMemory(jinja2.BytecodeCache):
@@ -68,9 +68,9 @@ def _compiled_templates() -> jinja2.BytecodeCache:
 
 
 def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str, history: Sequence[Run] = ()) -> str:
-    """One self-contained HTML page for `document`, the content of `review.json`, and the rows that it was made from.
+    """Render one self-contained HTML page for `document`, the content of `review.json`, and its rows.
 
-    `history` : runs, this one the last.
+    history : runs, this one the last.
     """
     budget = document["budget_delta_e94"]
     # A figure over the budget is not written as the budget.
@@ -108,14 +108,14 @@ def render_page(document: dict[str, Any], rows: Sequence[ReviewRow], title: str,
 
 
 def _light_words(title: str, name: str) -> Markup:
-    """Return a light's title and, where there is room and it does not stand there yet, its name."""
+    """Return a light's title and, if there is room and the title lacks it, its name."""
     from markupsafe import Markup, escape
 
     return escape(title) if name in title else Markup('{}<span class="long"> {}</span>').format(title, name)
 
 
 def script_json(value: Any) -> Markup:
-    """JSON for a script element: nothing in it ends the element."""
+    """Encode JSON for a script element, so that nothing in it ends the element."""
     from markupsafe import Markup
 
     text = json.dumps(value, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
@@ -123,9 +123,7 @@ def script_json(value: Any) -> Markup:
 
 
 def scale_bar(budget: float, limit: bool = True) -> Markup:
-    """Return the scale of all maps: its steps, red beyond, and ticks at whole budgets, the first of which may be a
-    limit.
-    """
+    """Return the scale of all maps: steps, red beyond, ticks at whole budgets, the first marked if a `limit`."""
     from markupsafe import Markup
 
     words = plots.scale_words(budget)
@@ -144,13 +142,13 @@ def scale_bar(budget: float, limit: bool = True) -> Markup:
 
 
 def _said(protocol: Sequence[dict[str, Any]]) -> str:
-    """Say how many reviewers' ratings say what."""
+    """State the verdicts of ratings, and by how many reviewers."""
     counts = {word: sum(one["verdict"] == word for one in protocol) for word in VERDICTS}
     return ", ".join(f"{count} {word}" for word, count in counts.items() if count)
 
 
 def _shifts(rows: Sequence[ReviewRow], budget: float) -> list[tuple[str, dict[str, Any]]]:
-    """Plot by light where the pictures lie off: an arrow a material."""
+    """Plot the pictures' colour errors by light: an arrow per material."""
     found = []
     for light in _unique(row.illuminant for row in rows):
         told = [
@@ -182,7 +180,7 @@ def _unique(words: Any) -> list[str]:
 
 
 def _figure(value: float, limits: tuple[float, ...] = ()) -> str:
-    """ΔE to two decimals, more beside a limit; a small difference is not written as none."""
+    """Format ΔE with two decimals, more near a limit; a small difference is not shown as 0."""
     return beside(value, *limits)
 
 

@@ -1,4 +1,4 @@
-"""Small pictures for a report: losslessly embedded renderings, the ΔE map with its colour scale, a spectrum's curve."""
+"""Small pictures for a report: losslessly embedded renderings, ΔE maps with their colour scale, spectral curves."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ _LEAST_SIDE, _LARGEST_SIDE = 56, 512
 
 
 def embedded_side(pairs: int, text: float = _BYTES_OF_TEXT) -> int:
-    """Longest side in pixels that keeps a page of `pairs` pairs of pictures below 6 MB: 512 for a few, never under 56.
+    """Return the longest side in pixels that keeps a page of `pairs` pairs below 6 MB: 512 for a few, never under 56.
 
-    `text` : bytes that are written of each.
+    text : bytes of text per pair.
     """
     pixels = (_PAGE_BYTES / max(pairs, 1) - text - _BYTES_PER_PAIR) / _BYTES_PER_PIXEL
     return int(np.clip(math.sqrt(max(pixels, 0.0)), _LEAST_SIDE, _LARGEST_SIDE))
@@ -80,8 +80,7 @@ def _hexadecimal(rgb: Iterable[int]) -> str:
 
 
 def delta_e_picture(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[np.ndarray, "H W 3"]:
-    """Return a ΔE map in colour: the scale, red beyond it, grey where not compared, magenta where a number is
-    missing."""
+    """Colour a ΔE map: the scale, red beyond it, grey where not compared, magenta where a number is missing."""
     colours = np.concatenate([scale_rgb(), np.array([OVER_RGB, UNDEFINED_RGB, NOT_COMPARED_RGB], dtype=np.uint8)])
     with np.errstate(invalid="ignore"):
         step = np.floor(delta_e / (SCALE_BUDGETS * budget) * _STEPS)
@@ -92,14 +91,15 @@ def delta_e_picture(delta_e: Float[np.ndarray, "H W"], budget: float) -> UInt8[n
 
 
 def fitted_size(size: tuple[int, int], side: int) -> tuple[int, int]:
-    """Height and width of a picture of `size` once its longest side fits into `side`; none is enlarged."""
+    """Return height and width of a picture of `size` with its longest side reduced to `side`; never enlarged."""
     scale = min(1.0, side / max(size))
     return max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
 
 
 def reduce_picture(rgb: UInt8[np.ndarray, "H W c"], size: tuple[int, int]) -> UInt8[np.ndarray, "h w c"]:
-    """Mean display-encoded sRGB by area in linear light, so that a uniform colour stays the same code value; of RGBA,
-    colours count by their coverage.
+    """Average display-encoded sRGB by area in linear light, which keeps the code of a uniform colour.
+
+    Colours of RGBA are weighted by their coverage.
     """
     if size == rgb.shape[:2]:
         return rgb
@@ -117,7 +117,7 @@ def reduce_picture(rgb: UInt8[np.ndarray, "H W c"], size: tuple[int, int]) -> UI
 
 
 def reduce_map(delta_e: Float[np.ndarray, "H W"], size: tuple[int, int]) -> Float[np.ndarray, "h w"]:
-    """Reduce a ΔE map by the largest of all values that a pixel touches: a small map must not hide a bad pixel."""
+    """Reduce a ΔE map by the maximum over all values in a pixel: a small map must not hide a bad pixel."""
     if size == delta_e.shape:
         return delta_e
     largest = np.where(np.isnan(delta_e), -1.0, delta_e)
@@ -129,7 +129,7 @@ def reduce_map(delta_e: Float[np.ndarray, "H W"], size: tuple[int, int]) -> Floa
 
 
 def _shares(length: int, wanted: int) -> Float[np.ndarray, "wanted length"]:
-    """Compute how much of each of `wanted` equal parts of a line every one of its `length` pixels takes."""
+    """Compute the weight of each of `length` pixels in each of `wanted` equal parts of a line."""
     first = np.arange(wanted)[:, None] * length / wanted
     pixel = np.arange(length)
     covered = np.minimum(pixel + 1, first + length / wanted) - np.maximum(pixel, first)
@@ -137,7 +137,7 @@ def _shares(length: int, wanted: int) -> Float[np.ndarray, "wanted length"]:
 
 
 def mask_png(mask: UInt8[np.ndarray, "H W"], size: tuple[int, int] | None = None) -> bytes:
-    """Encode a mask as a PNG that is transparent where it is 0; reduced to `size`, every bit of a part stays."""
+    """Encode a mask as a PNG that is transparent where it is 0; reduced to `size` without losing small parts."""
     from PIL import Image
 
     bits = np.zeros(mask.shape if size is None else size, dtype=np.uint8)
@@ -176,7 +176,7 @@ def curve_path(
     top: float,
     size: tuple[float, float],
 ) -> str:
-    """SVG path of a spectrum in a box of `size`: `domain` nm across, 0 to `top` upwards, broken at missing values."""
+    """Make the SVG path of a spectrum in a box of `size`: `domain` nm across, 0 to `top` upwards, with gaps."""
     width, height = size
     x = (wavelengths_nm - domain[0]) / (domain[1] - domain[0]) * width
     y = height * (1.0 - values / top)
@@ -196,7 +196,7 @@ def pair_plot(
     second: Float[np.ndarray, "L"],
     size: tuple[float, float],
 ) -> dict[str, Any]:
-    """Two spectra on one axis, which ends at the smallest round number above both."""
+    """Plot two spectra on one axis, which ends at the smallest round number above both."""
     highest = float(np.nanmax([first, second], initial=1e-6))
     decade = 10.0 ** math.floor(math.log10(highest))
     top = next(step * decade for step in (1.0, 2.0, 5.0, 10.0) if highest <= step * decade)
@@ -208,7 +208,7 @@ def pair_plot(
 def spectrum_plot(
     wavelengths_nm: Float[np.ndarray, "L"], values: Float[np.ndarray, "L"], label: str, size: tuple[float, float]
 ) -> dict[str, Any]:
-    """Curve and ticks of one spectrum; the axis ends at 1 unless the curve is very low or goes higher."""
+    """Return curve and ticks of one spectrum; the axis ends at 1 unless the curve is very low or exceeds it."""
     width, height = size
     first, last = float(wavelengths_nm[0]), float(wavelengths_nm[-1])
     highest = float(np.nanmax(values, initial=0.0))

@@ -1,6 +1,6 @@
-"""The page of a catalogue: every material as a picture, to be searched, filtered and sorted in the browser.
+"""Page of a catalogue: every material as a picture, with search, filters and sorting in the browser.
 
-The page holds figures and words of all materials, and makes elements of those on the screen alone.
+The page contains the data of all materials, and creates elements only for those on the screen.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ _MEANING = {
 class PreviewCard:
     """One material on the page.
 
-    title : name for people. colour : standing of its colour, one of `BADGES`. kind : of its provenance.
-    caption : of its error. facts : words that a search finds, by label. lab : CIELAB that the page sorts by, or None.
+    title : name to show. colour : standing of its colour, one of `BADGES`. kind : of its provenance.
+    caption : of its error. facts : searchable words, by label. lab : CIELAB for sorting, or None.
     p99 : ΔE94, or None. words : why it has no picture, or "".
     """
 
@@ -61,13 +61,13 @@ class PreviewCard:
 
     @property
     def attention(self) -> int:
-        """Rank for the order of looking: what cannot be used first, then guesses, measured colours last."""
+        """Rank in the order of review: unusable materials first, then guesses, measured colours last."""
         order = list(_MEANING)
         return len(order) + 1 if self.words else len(order) - order.index(self.colour)
 
 
 def catalogue_sentence(cards: Sequence[PreviewCard]) -> str:
-    """State in one sentence where the colours of materials come from, and which are not to be judged."""
+    """State in one sentence where the colours of materials come from, and which are not reliable."""
     total, lights = len(cards), sum(card.quantity == "emission" for card in cards)
     unusable = sum(bool(card.words) for card in cards)
     counts = Counter(card.colour for card in cards if not card.words and card.quantity != "emission")
@@ -82,9 +82,9 @@ def catalogue_sentence(cards: Sequence[PreviewCard]) -> str:
 
 
 def write_preview_page(path: Path, cards: Sequence[PreviewCard], sheets: SpriteSheets, title: str, words: str) -> None:
-    """Write the page; pictures that would make it slow to open go into a folder beside it, `STEM_pictures`.
+    """Write the page; pictures that would slow it down go into a folder beside it, `STEM_pictures`.
 
-    Sheets are named after what they hold, and the page comes last: one that was there before keeps its own until then.
+    Sheets are named by their content, and the page is written last: an earlier page keeps its sheets until then.
     """
     files, folder = sheets.files(), path.with_name(f"{path.stem}_pictures")
     names: list[str] = []
@@ -102,7 +102,7 @@ def render_preview_page(
 ) -> str:
     """Render the page as HTML.
 
-    sheets : addresses of sprite sheets with a picture of `pixels` across for each card. words : how they were made.
+    sheets : addresses of sprite sheets with a picture of `pixels` across for each card. words : on their making.
     """
     counts = Counter(card.colour for card in cards if not card.words)
     return (
@@ -126,7 +126,7 @@ def render_preview_page(
 
 
 def _data(cards: Sequence[PreviewCard], pixels: int) -> dict[str, Any]:
-    """Return what the page's script reads: a list a material, in which texts that may repeat are numbers of `texts`."""
+    """Return the data of the page's script: a list per material, in which repeated texts are indices of `texts`."""
     texts: dict[str, int] = {}
 
     def text(words: str) -> int:

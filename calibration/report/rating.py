@@ -1,5 +1,7 @@
-"""Rating of a material by a reviewer under a light: a verdict, a score, a note, and the probe's
-values; and the reviewer's protocol, the file of all of them."""
+"""Ratings of materials by reviewers under lights, and the reviewer's protocol, the file of all of them.
+
+A rating has a verdict, a score, a note, and the probe's values.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +22,7 @@ MOST = 5
 
 @dataclass(frozen=True)
 class Probed:
-    """Reading of a probe at the time of a rating, a number by its name ("L*", "ΔE94"); what it was read of is in the
-    name.
-    """
+    """Reading of a probe at the time of a rating, a number by its name ("L*", "ΔE94"), which states its subject."""
 
     name: str
     value: float
@@ -36,16 +36,16 @@ class Probed:
 
 @dataclass(frozen=True)
 class Rating:
-    """One material under one light, as somebody saw it.
+    """One material under one light, as judged by a reviewer.
 
     Parameters
     ----------
-    material, light, observer : what was seen, as reports call it.
-    verdict : "approved", "rejected", or "open" where only a score or a note is given.
+    material, light, observer : in the notation of reports.
+    verdict : "approved", "rejected", or "open" for a score or a note alone.
     score : 1 (bad) to 5 (good); 0 is none.
     note : in the reviewer's words.
-    reviewer : who. at : when, ISO 8601.
-    probed : what the probe read.
+    reviewer : name. at : time, ISO 8601.
+    probed : readings of the probe.
 
     Raises
     ------
@@ -74,13 +74,13 @@ class Rating:
 
     @property
     def key(self) -> tuple[str, str, str]:
-        """Key of the rating: a later one of the same key takes its place."""
+        """Key of the rating: a later one of the same key replaces it."""
         return self.material, self.light, self.observer
 
 
 @dataclass(frozen=True)
 class _Protocol:
-    """All that is in the file."""
+    """Content of the file."""
 
     ratings: tuple[Rating, ...] = ()
 
@@ -94,7 +94,7 @@ _FILE = RecordFile(_Protocol, "metamer_protocol", 1, "reviewer's protocol", "the
 
 
 def write_protocol(path: str | Path, ratings: Iterable[Rating]) -> None:
-    """Write ratings as TOML. Of two of the same material, light and observer the later one stays.
+    """Write ratings as TOML. The last of several for the same material, light and observer is kept.
 
     Raises
     ------
@@ -105,12 +105,12 @@ def write_protocol(path: str | Path, ratings: Iterable[Rating]) -> None:
 
 
 def read_protocol(path: str | Path) -> tuple[Rating, ...]:
-    """Read what `write_protocol` wrote; errors as of `RecordFile.read`, and something that is rated twice."""
+    """Read the file of `write_protocol`; errors as of `RecordFile.read`, and duplicate ratings."""
     return _FILE.read(path).ratings
 
 
 def as_json(ratings: Sequence[Rating]) -> list[dict[str, Any]]:
-    """Ratings for `review.json`; a score of 0 is null, and so is what was not said."""
+    """Encode ratings for `review.json`; a score of 0 and missing values are null."""
     listed = []
     for one in ratings:
         fields = asdict(one) | {"score": one.score or None}

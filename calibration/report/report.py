@@ -1,4 +1,4 @@
-"""The review report: one self-contained page for the person who signs the colour, and the same figures as JSON."""
+"""Review report: one self-contained page for signature, and the same figures as JSON."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ SCHEMA = "metamer.review/2"
 
 @runtime_checkable
 class Plan(Protocol):
-    """Scene plan as the report states it."""
+    """Scene plan as stated by the report."""
 
     @property
     def basis_size(self) -> int:
@@ -44,7 +44,7 @@ class Plan(Protocol):
 
     @property
     def reasons(self) -> Sequence[str]:
-        """Why that many, in words and numbers."""
+        """Reasons for that number, in words and figures."""
         ...
 
 
@@ -79,7 +79,7 @@ def write_report(
     warnings : why pictures of this review may show nothing, a line each; they stand on top of the page.
     history : earlier runs; this one is added to them.
     ratings : a reviewer's protocol, which has a section of its own.
-    materials, lights : what is known of them; by default what the rows say.
+    materials, lights : facts about them; by default those of the rows.
     display : name of the display that pictures are encoded for.
 
     Raises
@@ -132,7 +132,7 @@ def write_report(
 
 
 def status(rows: Sequence[ReviewRow], budget: float, checks: Sequence[SelfCheck]) -> str:
-    """Return the worst verdict of all rows; `invalid` where the report's check of itself is missing or failed."""
+    """Return the worst verdict of all rows; `invalid` if the report's self-check is missing or failed."""
     if not checks or not all(check.passed for check in checks):
         return "invalid"
     found = {verdict(row.statistics, budget) for row in rows}
@@ -140,7 +140,7 @@ def status(rows: Sequence[ReviewRow], budget: float, checks: Sequence[SelfCheck]
 
 
 def verdict_of(rows: Sequence[ReviewRow], budget: float, display: str, checks: Sequence[SelfCheck]) -> tuple[str, str]:
-    """Return the sentences that a review begins with, on the page, on paper and in the terminal."""
+    """Return the opening sentences of a review, for page, print and terminal."""
     summary, valid = summary_of(rows, budget), status(rows, budget, checks) != "invalid"
     undefined = sum(row.statistics.undefined for row in rows)
     return verdict_sentence(summary, display, valid), facts_sentence(summary, budget, undefined)
@@ -202,6 +202,6 @@ def _colour(colour: RowColour, lit: LitColour | None) -> dict[str, Any]:
 
 
 def _lch(lightness: float, a: float, b: float) -> list[float]:
-    """L*, C*ab and hue angle from 0 up to 360 degrees (CIE 015:2018 eq. 8.11-8.12); a grey's hue is 0."""
+    """Compute L*, C*ab and hue angle from 0 up to 360 degrees (CIE 015:2018 eq. 8.11-8.12); a grey's hue is 0."""
     hue = math.degrees(math.atan2(b, a)) % 360.0
     return [lightness, math.hypot(a, b), hue if hue < 360.0 else 0.0]  # a hair below 0 comes out as 360

@@ -1,4 +1,4 @@
-"""Data of the review page for its scripts: figures rounded as they are shown, and the pictures."""
+"""Data of the review page for its scripts: figures rounded for display, and the pictures."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ BESIDE = {"p": "picture WebP", "r": "reference WebP"}
 def page_data(
     document: Mapping[str, Any], rows: Sequence[ReviewRow], title: str, history: Sequence[Run]
 ) -> tuple[dict[str, Any], list[dict[str, str]]]:
-    """Collect the data that the page's scripts draw from, and the pictures of each row in base64, by view."""
+    """Collect the data for the page's scripts, and the pictures of each row in base64, by view."""
     budget = document["budget_delta_e94"]
     names = dict.fromkeys(colour["observer"] for one in document["materials"] for colour in one["colours"])
     observers = list(dict.fromkeys([rows[0].observer, *names]))
@@ -127,7 +127,7 @@ def _material(one: Mapping[str, Any], drawn: Mapping[str, Any], rows: Sequence[R
 
 
 def _own_colours(rows: Sequence[ReviewRow]) -> dict[str, dict[str, Any]]:
-    """Colours as rows alone have them: nothing is known of shifts."""
+    """Return colours from rows alone, without shifts."""
     found: dict[str, dict[str, Any]] = {}
     for row in rows:
         if row.colour is not None:

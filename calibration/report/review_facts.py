@@ -1,4 +1,4 @@
-"""Materials and lights of a review: what the report says of them beside the pictures."""
+"""Materials and lights of a review: facts shown beside the pictures."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _KINDS = (("LED-", "LED lamp", "led"), ("FL", "Fluorescent lamp", "tube"), ("HP"
 
 @dataclass(frozen=True)
 class Shift:
-    """Change of a colour from `SHIFT_FROM` to another light, once the eye has adapted: ΔE, and which way in words."""
+    """Change of a colour from `SHIFT_FROM` to another light after adaptation: ΔE, and its direction in words."""
 
     delta_e: float
     words: str
@@ -44,7 +44,7 @@ class LitColour:
     """Colour of a material's original data under a light for an observer.
 
     xyz : (3,), Y = 1 for the perfect diffuser. lab : relative to the light's white. adapted_lab : of the corresponding
-    colour under `SHIFT_FROM`; None where nothing adapts from the light. swatch : encoded for the display, 8 bits.
+    colour under `SHIFT_FROM`; None if no adaptation from the light exists. swatch : encoded for the display, 8 bits.
     """
 
     light: str
@@ -58,7 +58,7 @@ class LitColour:
 
 @dataclass(frozen=True, eq=False)
 class ReviewedLight:
-    """A light that pictures or figures are given for; (L,) relative power, None of the scene's own mixture."""
+    """Light of pictures or figures; (L,) relative power, None for the scene's own mixture."""
 
     name: str
     title: str
@@ -69,7 +69,7 @@ class ReviewedLight:
 
     @property
     def full_title(self) -> str:
-        """The title, and the name behind it."""
+        """Title, followed by the name."""
         return f"{self.title} {self.name}"
 
 
@@ -78,8 +78,8 @@ class ReviewedMaterial:
     """A material of a review.
 
     colour, gloss : standing of each, "measured", "analytic", "uplifted", "reconstructed" or "unknown"; plain : in
-    sentences. wavelengths_nm, values (L,) : its spectrum, a `quantity`; measured_nm : where that was measured, None
-    where the record does not say. colours : by light and observer.
+    sentences. wavelengths_nm, values (L,) : its spectrum, a `quantity`; measured_nm : its measured range, None if the
+    record does not state it. colours : by light and observer.
     """
 
     id: str
@@ -98,7 +98,7 @@ class ReviewedMaterial:
 
     @property
     def full_title(self) -> str:
-        """The title, and the id behind it."""
+        """Title, followed by the id."""
         return f"{self.title} ({self.id})"
 
     def under(self, light: str, observer: str) -> LitColour | None:
@@ -120,7 +120,7 @@ def within_sentence(words: str) -> str:
 
 
 def light_title(name: str) -> tuple[str, str]:
-    """Return a light's name for people, and which kind it is; a name that is not known is its own title.
+    """Return a light's title, and its kind; an unknown name is its own title.
 
     >>> light_title("A"), light_title("LED-B3"), light_title("D55"), light_title("Philips TL-84")
     (('Tungsten lamp', 'lamp'), ('LED lamp', 'led'), ('Daylight', 'daylight'), ('Philips TL-84', 'other'))
@@ -135,7 +135,7 @@ def light_title(name: str) -> tuple[str, str]:
 
 
 def light_words(name: str) -> str:
-    """Return a light's title, and its name where that does not stand in it.
+    """Return a light's title, with its name unless the title contains it.
 
     >>> light_words("D65"), light_words("TL84"), light_words("horizon")
     ('Daylight D65', 'Shop light TL84', 'Horizon lamp')
@@ -145,7 +145,7 @@ def light_words(name: str) -> str:
 
 
 def told_apart(reviewed: Sequence[_Titled]) -> tuple[_Titled, ...]:
-    """Lights or materials with titles that tell them apart."""
+    """Return lights or materials with distinct titles."""
     titles = distinct_titles([one.title for one in reviewed], [one.full_title for one in reviewed])
     return tuple(replace(one, title=title) for one, title in zip(reviewed, titles, strict=True))
 

@@ -1,4 +1,4 @@
-"""A review in sentences: the same on the page, on paper and in the terminal."""
+"""A review in sentences, for page, print and terminal."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _INVALID = "The report's check of itself is missing or failed: do not rely on it
 
 
 def summary_of(rows: Sequence[ReviewRow], budget: float) -> dict[str, Any]:
-    """Pictures by how near they are, by what the screen cannot show of them, and the one that is farthest off."""
+    """Count pictures by closeness and by the parts that the screen cannot show, and find the worst one."""
     found = [verdict(row.statistics, budget) for row in rows]
     known = [row.limits for row in rows if row.limits is not None]
     worst = max(rows, key=lambda row: (row.statistics.undefined > 0, row.statistics.p99))
@@ -41,9 +41,9 @@ def summary_of(rows: Sequence[ReviewRow], budget: float) -> dict[str, Any]:
 
 
 def verdict_sentence(summary: dict[str, Any], display: str, valid: bool) -> str:
-    """Return the one sentence of a review: can colours be judged by its pictures?
+    """State whether colours can be judged by the pictures of a review.
 
-    display : such as "sRGB - Display". valid : the report's check of itself succeeded.
+    display : such as "sRGB - Display". valid : the report's self-check succeeded.
     """
     if not valid:
         return _INVALID
@@ -81,16 +81,14 @@ def facts_sentence(summary: dict[str, Any], budget: float, undefined: int = 0) -
 
 
 def row_words(document: Mapping[str, Any], result: Mapping[str, Any]) -> str:
-    """Return a picture of a review as people call it, by the content of `review.json`: "Signal red under tungsten lamp
-    A".
-    """
+    """Name a picture of a review, from the content of `review.json`: "Signal red under tungsten lamp A"."""
     material = next(one["title"] for one in document["materials"] if one["id"] == result["material"])
     light = light_words(result["illuminant"])
     return f"{material} under {within_sentence(light)}"
 
 
 def as_markdown(document: Mapping[str, Any]) -> str:
-    """Return a review as a person reads it in a merge request: its sentences, and the pictures that need a look.
+    """Format a review for a merge request: its sentences, and the pictures that need attention.
 
     document : the content of `review.json`.
     """
@@ -119,7 +117,7 @@ def as_markdown(document: Mapping[str, Any]) -> str:
 
 
 def _limits_words(limits: Mapping[str, float] | None) -> str:
-    """Shares of the surface that a screen cannot show, in words; "" where they are too small to speak of."""
+    """Describe the parts of the surface that a screen cannot show; "" if they are negligible."""
     if limits is None:
         return ""
     # Files of before this was told apart have none of it.
@@ -133,7 +131,7 @@ def _limits_words(limits: Mapping[str, float] | None) -> str:
 
 
 def screen_name(display: str) -> str:
-    """Return a display's name for people.
+    """Return a display's name for text.
 
     >>> screen_name("sRGB - Display"), screen_name("My wall")
     ('sRGB', 'My wall')

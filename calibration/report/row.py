@@ -1,4 +1,4 @@
-"""A row of the review: one material under one light, with its pictures, its figures and what is said of it."""
+"""Row of the review: one material under one light, with its pictures, figures and notes."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ class RowColour:
     ----------
     xyz : Y = 1 for the perfect diffuser.
     lab : CIELAB relative to the row's white.
-    geometry : how it is lit and seen, such as "45a:0".
-    around : of metals and effect coatings, as instruments of several angles read them: degrees from the mirror
-        direction towards the light, lit at 45 degrees, and XYZ and CIELAB there.
+    geometry : of light and view, such as "45a:0".
+    around : of metals and effect coatings, as read by multi-angle instruments: degrees from the mirror direction
+        towards the light, lit at 45 degrees, and XYZ and CIELAB there.
     """
 
     xyz: Float[np.ndarray, "3"]
@@ -38,8 +38,8 @@ class RowColour:
 class ReferenceNoise:
     """Sampling noise of a row's reference, in ΔE94 over its wholly covered and lit pixels.
 
-    mean, p99 : of the pixels; `aimed` : what the mean should not exceed.
-    directions : drawn for a pixel at the most. limited : whether no more were allowed before that was reached.
+    mean, p99 : of the pixels; `aimed` : limit of the mean.
+    directions : largest number drawn for a pixel. limited : True if the maximum was reached before the aim.
     """
 
     mean: float
@@ -54,9 +54,9 @@ class Limits:
     """Parts of a row's picture that its display cannot show.
 
     below_gamut, above_white : shares (0 to 1) of the surface, of the pixels that it covers wholly, with a channel below
-    or above the display's range. mean_delta_e2000 : of the colours and what is shown in their place, over those that
-    are below alone; None where there are none, or where nobody knows what the display shows. below_black : the part of
-    `below_gamut` that is darker than the display's black; the rest is outside its gamut.
+    or above the display's range. mean_delta_e2000 : between the colours and those shown in their place, over those
+    below alone; None without any, or if the displayed colours are unknown. below_black : the part of `below_gamut` that
+    is darker than the display's black; the rest is outside its gamut.
     """
 
     below_gamut: float
@@ -66,7 +66,7 @@ class Limits:
 
     @property
     def too_strong(self) -> float:
-        """Share of the surface that is outside the display's gamut."""
+        """Fraction of the surface outside the display's gamut."""
         return self.below_gamut - self.below_black
 
 
@@ -75,8 +75,8 @@ class WorstPixel:
     """The pixel of a row with the largest ΔE94: its row and column, and CIELAB (3,) of reference and picture there.
 
     wavelengths_nm, reference_factor, picture_factor : (L,) radiance factors of the pixel, relative to the perfect
-    diffuser that receives the reference illuminance: by the original data, and by the fast form that the
-    picture is made of. None where a material fluoresces.
+    diffuser that receives the reference illuminance: by the original data, and by the fast form that the picture is
+    made of. None if a material fluoresces.
     """
 
     place: tuple[int, int]
@@ -90,7 +90,7 @@ class WorstPixel:
 
 @dataclass(frozen=True, eq=False)
 class ReviewRow:
-    """One material under one light; make it with `review_row`, which encodes the pictures and lets the arrays go.
+    """One material under one light; make it with `review_row`, which encodes the pictures and releases the arrays.
 
     Parameters
     ----------
@@ -108,11 +108,11 @@ class ReviewRow:
     white_xyz : white of this light for this observer.
     histogram : pixels by their ΔE94, as of `histogram`. shift : mean ΔL*, Δa*, Δb* of picture less reference.
     worst : the pixel with the largest ΔE94; None where no pixel holds a number.
-    noise : of the reference; None where nothing in it is left to chance.
-    limits : what the display cannot show of the picture; None where its view does not tell. mask : a PNG of the
-        picture's size that is transparent but there, empty where that is nowhere.
-    notes : what has to be said of this row: clipped pixels, extrapolated wavelengths, missing numbers.
-    provenance : where the material comes from, as label and text.
+    noise : of the reference; None if it is deterministic.
+    limits : parts of the picture that the display cannot show; None if its view does not tell. mask : a PNG of the
+        picture's size, opaque only there, empty if there are none.
+    notes : on this row: clipped pixels, extrapolated wavelengths, missing numbers.
+    provenance : of the material, as label and text.
     """
 
     material: str
@@ -165,10 +165,9 @@ def review_row(
 ) -> ReviewRow:
     """Make a row from display-encoded pictures (RGB or RGBA) and a ΔE map (NaN: not compared, infinite: no number).
 
-    `rows` is how many rows the report will have: with many, the embedded pictures are reduced to keep the page quick
-    to open (the mean in linear light for pictures, the largest value for maps) and a note says so. `limits_mask` is
-    not 0 where the display cannot show the picture, which may be larger than reference and map. `more` goes to
-    `ReviewRow`.
+    `rows` is how many rows the report will have: with many, the embedded pictures are reduced to keep the page quick to
+    open (the mean in linear light for pictures, the largest value for maps), with a note. `limits_mask` is not 0 where
+    the display cannot show the picture, which may be larger than reference and map. `more` is passed to `ReviewRow`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Rows of a review as a file each set, so that a review that was broken off goes on from there."""
+"""Rows of a review, one file per set, so that an interrupted review can be resumed."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .statistics import DeltaEStatistics, SelfCheck
 
 @dataclass(frozen=True, eq=False)
 class DrawnRows:
-    """Rows that were drawn together, and what else came of it.
+    """Rows that were drawn together, and further results.
 
     Parameters
     ----------
-    checks : the report's checks of itself that were made with them.
-    warnings : what was said of their pictures.
+    checks : self-checks of the report made with them.
+    warnings : on their pictures.
     files : SHA-256 of each of their files, by its name.
     """
 
@@ -47,7 +47,7 @@ def write_rows(path: Path, drawn: DrawnRows) -> None:
 
 
 def read_rows(path: Path) -> DrawnRows:
-    """Read the rows that `write_rows` wrote.
+    """Read the rows of `write_rows`.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def read_file_names(path: Path) -> tuple[str, ...]:
 
 
 def _plain(value: Any, data: bytearray) -> Any:
-    """`value` as JSON has it; the content of arrays and bytes goes behind what is in `data`."""
+    """Convert `value` to JSON types; the content of arrays and bytes is appended to `data`."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, bytes | np.ndarray):
@@ -88,7 +88,7 @@ def _plain(value: Any, data: bytearray) -> Any:
 
 
 def _whole(tree: Any, data: bytes) -> Any:
-    """Restore the tree that `_plain` was given."""
+    """Restore the tree passed to `_plain`."""
     if not isinstance(tree, dict):
         return tree
     if "a" in tree:

@@ -8,12 +8,12 @@ from ...spectral.observers import observer_title
 
 
 def row_id(name: str) -> str:
-    """Name a row in an address: without white space, which an address would not keep."""
+    """Return the name of a row for an address: without white space."""
     return re.sub(r"\s", "_", name)
 
 
 def short_observer(name: str) -> str:
-    """Degrees of a standard observer's field; with its year where that is not the usual one.
+    """Return the field of a standard observer in degrees, with its year unless it is the usual one.
 
     >>> short_observer("CIE 1931 2 Degree Standard Observer"), short_observer("CIE 2015 2 Degree Standard Observer")
     ('2°', '2° (CIE 2015)')

@@ -1,6 +1,4 @@
-"""Shifts of colours as arrows in CIELAB: from where each colour is to where it went, as many times longer as it takes
-to see them.
-"""
+"""Colour shifts as arrows in CIELAB: from before to after, magnified until visible."""
 
 from __future__ import annotations
 
@@ -21,7 +19,7 @@ _HEAD = 5.0
 
 @dataclass(frozen=True)
 class ShiftArrow:
-    """A colour (L*, a*, b*), by how much it moved, what it is called, its style and where its name leads."""
+    """A colour (L*, a*, b*), its shift, its name, style and link."""
 
     name: str
     lab: Sequence[float]
@@ -31,7 +29,7 @@ class ShiftArrow:
 
 
 def shift_plots(shifts: Sequence[ShiftArrow]) -> dict[str, Any] | None:
-    """Two planes, a* b* and C* L*, with the same factor for both; None of no colours."""
+    """Plot two planes, a* b* and C* L*, with the same factor for both; None without colours."""
     known = [one for one in shifts if np.isfinite([*one.lab, *one.off]).all()]
     if not known:
         return None
@@ -60,7 +58,7 @@ def shift_plots(shifts: Sequence[ShiftArrow]) -> dict[str, Any] | None:
 
 
 def _box(points: np.ndarray, centred: bool) -> tuple[np.ndarray, float]:
-    """Lower left corner and width of a square about points; `centred` has the neutral point within."""
+    """Return the lower left corner and width of a square about points; `centred` includes the neutral point."""
     if centred:
         points = np.concatenate([points, np.zeros((1, 2))])
     low, high = points.min(axis=0) - _ROOM, points.max(axis=0) + _ROOM

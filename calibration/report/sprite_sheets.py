@@ -1,7 +1,7 @@
-"""Sprite sheets: many small pictures of one size in few files, of which nothing is lost.
+"""Sprite sheets: many small pictures of one size in few files, without loss.
 
-A page opens with those that it shows. Each picture stands in a cell with its outermost pixels repeated once around it,
-so that enlarged it takes nothing from its neighbours.
+A page loads only the sheets it shows. Each picture is in a cell with its outermost pixels repeated once around it, so
+that enlargement does not mix it with its neighbours.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _DIGITS = 20
 
 
 class SpriteSheets:
-    """Sheets that are filled in the order in which pictures come; each is encoded when it is full."""
+    """Sheets that are filled in order of arrival; each is encoded when it is full."""
 
     def __init__(self) -> None:
         self.pixels = 0
@@ -54,9 +54,9 @@ class SpriteSheets:
 
 
 def write_sheets(folder: Path, sheets: Sequence[bytes]) -> list[str]:
-    """Write sheets into a folder, each under the hash of its content; returns their names in order.
+    """Write sheets into a folder, each named by the hash of its content; returns the names in order.
 
-    Those of another page stay: it may still be there (`forget_other_sheets`).
+    Sheets of another page stay, since it may still exist (`forget_other_sheets`).
     """
     made_folder(folder)
     names = [f"{hashlib.sha256(sheet).hexdigest()[:_DIGITS]}.webp" for sheet in sheets]
@@ -67,7 +67,7 @@ def write_sheets(folder: Path, sheets: Sequence[bytes]) -> list[str]:
 
 
 def forget_other_sheets(folder: Path, names: Collection[str]) -> None:
-    """Remove all sheets of a folder but these, and the folder where nothing is left in it."""
+    """Remove all other sheets of a folder, and the folder if it is empty."""
     for path in folder.glob(f"{'[0-9a-f]' * _DIGITS}.webp"):
         if path.name not in names:
             path.unlink(missing_ok=True)

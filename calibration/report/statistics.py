@@ -1,4 +1,4 @@
-"""Error statistics of a picture: ΔE of every pixel that can be compared, and the few numbers that a person signs."""
+"""Error statistics of a picture: ΔE of every comparable pixel, and the few figures for signature."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ class DeltaEStatistics:
 
 @dataclass(frozen=True)
 class SelfCheck:
-    """One known difference put into a picture, and what the comparison made of it.
+    """A known difference injected into a picture, and the result of its comparison.
 
     Parameters
     ----------
-    label : what was done to the reference, in words.
-    expected : mean ΔE that the formula gives by hand.
-    found : mean ΔE that the comparison found.
+    label : change of the reference, in words.
+    expected : mean ΔE of the formula by hand.
+    found : mean ΔE of the comparison.
     """
 
     label: str
@@ -56,7 +56,7 @@ class SelfCheck:
 
     @property
     def passed(self) -> bool:
-        """True if the difference came back to a thousandth of a ΔE unit."""
+        """True if the difference was reproduced to a thousandth of a ΔE unit."""
         return abs(self.found - self.expected) <= 1e-3
 
 
@@ -65,7 +65,7 @@ def compared_pixels(
     reference_xyz: Float[np.ndarray, "H W 3"],
     sample_xyz: Float[np.ndarray, "H W 3"],
 ) -> Bool[np.ndarray, "H W"]:
-    """Pixels that the scene covers wholly and that light reaches in either picture.
+    """Select pixels that the scene covers wholly and that are lit in either picture.
 
     A pixel that is exactly black in both agrees whatever the material is; counting it would flatter the mean. Only if
     every covered pixel is black, as on a surface that reflects nothing, are they all compared.
@@ -82,17 +82,17 @@ def delta_e_map(
     coverage: Float[np.ndarray, "_ _"],
     method: FormulaName = "CIE 1994",
 ) -> Float[np.ndarray, "H W"]:
-    """ΔE (H,W) of two pictures of one scene under one light.
+    """Compute ΔE (H,W) of two pictures of one scene under one light.
 
-    NaN marks a pixel that is not compared, infinity one that is and whose colours hold no number: a missing value is
-    never mistaken for an agreement.
+    NaN marks a pixel that is not compared, infinity a compared one without a number: a missing value is never mistaken
+    for an agreement.
 
     Parameters
     ----------
     reference_xyz : the truth; CIE 1994 weighs by its chroma, so the two sides must not be swapped.
     sample_xyz : the picture that is judged.
     white_xyz : white of the light that both are seen under.
-    coverage : share of each pixel that the scene covers; where two renderers differ in it, give the smaller.
+    coverage : fraction of each pixel that the scene covers; the smaller one if two renderers differ.
 
     Raises
     ------
@@ -113,7 +113,7 @@ def delta_e_map(
 def delta_e_statistics(
     delta_e: Float[np.ndarray, "*batch"], compared: Bool[np.ndarray, "*batch"] | None = None
 ) -> DeltaEStatistics:
-    """Statistics of a ΔE map as `delta_e_map` makes it, over its compared pixels or those of them in `compared`.
+    """Compute statistics of a map of `delta_e_map`, over its compared pixels or those of them in `compared`.
 
     >>> delta_e_statistics(np.array([0.0, 1.0, np.nan, np.inf]))
     DeltaEStatistics(mean=0.5, p95=0.95, p99=0.99, max=1.0, pixels=2, undefined=1)
@@ -145,7 +145,7 @@ def delta_e_statistics(
 def mean_shift(
     delta_e: Float[np.ndarray, "H W"], reference_lab: Float[np.ndarray, "H W 3"], sample_lab: Float[np.ndarray, "_ _ 3"]
 ) -> tuple[float, float, float] | None:
-    """Mean ΔL*, Δa*, Δb* of sample less reference over the pixels of a map that hold a number; None where none does."""
+    """Average ΔL*, Δa*, Δb* of sample less reference over the pixels with a number; None without any."""
     off = (sample_lab - reference_lab)[np.isfinite(delta_e)]
     if not len(off):
         return None
@@ -159,11 +159,11 @@ def self_check(
     coverage: Float[np.ndarray, "H W"],
     delta: float = 1.0,
 ) -> tuple[SelfCheck, ...]:
-    """Shift a reference by known amounts and see whether the comparison of the report finds them, in ΔE94.
+    """Shift a reference by known amounts and compare these with the report's ΔE94.
 
     L* up by `delta` is ΔE94 = delta. C* up by `delta` at constant hue is delta / (1 + 0.045 C*) by the chroma of the
-    *reference* (CIE 116-1995): it comes out wrong if the two sides are swapped or the white is another one.
-    The shifted picture is stored as float32, as the renderers' pictures are.
+    *reference* (CIE 116-1995): it comes out wrong if the two sides are swapped or the white is another one. The shifted
+    picture is stored as float32, as the renderers' pictures are.
     """
     lab = lab_from_xyz(reference_xyz, white_xyz)
     chroma = np.hypot(lab[..., 1], lab[..., 2])
@@ -195,7 +195,7 @@ def verdict(statistics: DeltaEStatistics, budget: float) -> Literal["pass", "nea
 
 
 def beside(value: float, *limits: float) -> str:
-    """Return a ΔE in two decimals, or in as many as it takes to lie on the side of each limit that it lies on.
+    """Format a ΔE with two decimals, or with as many as show it on the correct side of each limit.
 
     >>> beside(0.302, 0.3), beside(0.302, 0.5), beside(0.3, 0.3), beside(0.0001, 0.3)
     ('0.302', '0.30', '0.30', '<0.01')

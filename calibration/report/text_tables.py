@@ -1,4 +1,4 @@
-"""Tables of figures as plain text, columns under each other; and words as Markdown has them."""
+"""Tables of figures as aligned plain text; and words escaped for Markdown."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ def text_tables(tables: Sequence[TextTable]) -> str:
 
 
 def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 1, words: bool = False) -> str:
-    """Return a table as text, never cut; the first `left` columns stand to the left, figures to the right.
+    """Format a table as text, never cut; the first `left` columns are left-aligned, figures right-aligned.
 
-    words : whether the last column is text, too.
+    words : True if the last column is text, too.
     """
     widths = [max(map(len, column)) for column in zip(headings, *rows, strict=True)]
     rule = ["─" * width for width in widths]
@@ -33,5 +33,5 @@ def columns(headings: Sequence[str], rows: Sequence[Sequence[str]], left: int = 
 
 
 def escaped(text: str) -> str:
-    """Words that mean themselves in Markdown, on one line."""
+    """Escape words for Markdown, on one line."""
     return _MARKED.sub(r"\\\1", text).replace("\n", " ")
