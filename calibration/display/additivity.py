@@ -1,4 +1,4 @@
-"""Additivity of the channels of a display: what no matrix can follow, told before one is fitted."""
+"""Additivity of the channels of a display, which every matrix model assumes, tested before one is fitted."""
 
 from __future__ import annotations
 
@@ -15,11 +15,10 @@ _SAID, _REFUSED = 1.0, 3.0
 
 @dataclass(frozen=True)
 class Additivity:
-    """Additivity as the corners of the cube tell it.
+    """Additivity from the corners of the cube.
 
-    delta_e : ΔE94, the largest of white, yellow, cyan and magenta from the sum of their parts; None where no corner is
-    there beside its parts. luminance : of white over that of its parts, each less black; None likewise. words : in a
-    sentence.
+    delta_e : largest ΔE94 of white, yellow, cyan and magenta from the sum of their parts; None without such a corner
+    and its parts. luminance : of white over that of its parts, each less black; None likewise. words : as a sentence.
     """
 
     delta_e: float | None
@@ -28,7 +27,7 @@ class Additivity:
 
     @property
     def refuses(self) -> bool:
-        """True if a matrix would be wrong by what anybody sees."""
+        """True if a matrix would be visibly wrong."""
         return self.delta_e is not None and self.delta_e > _REFUSED
 
     @property

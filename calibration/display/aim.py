@@ -29,10 +29,10 @@ _GIVEN_UP, _STEPS = 0.01, 101
 
 @dataclass(frozen=True)
 class AimSettings:
-    """Aim as it is asked for.
+    """Requested aim.
 
-    white : by name, or a chromaticity (x, y). luminance : of white in cd/m2; None: as much as there is. black : of the
-    view that comes first.
+    white : by name, or a chromaticity (x, y). luminance : of white in cd/m2; None: the maximum. black : of the first
+    view.
     """
 
     white: Literal["d65", "native"] | tuple[float, float] = "d65"
@@ -46,10 +46,10 @@ class Aim:
 
     Parameters
     ----------
-    white_xyz : (3,) cd/m2 that the picture's white becomes.
+    white_xyz : (3,) cd/m2 of the picture's white on the display.
     adapted : (3,3) from XYZ-D65 of pictures, Y of white 1, to cd/m2.
     black_xyz : (3,) the display's black.
-    words : of the white, for people.
+    words : description of the white.
     """
 
     white_xyz: Float[np.ndarray, "3"]
@@ -58,10 +58,10 @@ class Aim:
     words: str
 
     def xyz(self, xyz_d65: Float[np.ndarray, "*batch 3"], black: Black = "absolute") -> Float[np.ndarray, "*batch 3"]:
-        """cd/m2 that the display should show for XYZ-D65.
+        """Compute the cd/m2 that the display should show for XYZ-D65.
 
-        "absolute": as computed; what is darker than the display's black is not shown. "bpc": black of the picture
-        becomes the display's, its white stays, and what is between is moved along (ISO 18619).
+        "absolute": as computed; colours darker than the display's black cannot be shown. "bpc": black of the picture is
+        mapped to the display's, white stays, and colours between are scaled (ISO 18619).
         """
         found = np.asarray(xyz_d65, dtype=np.float64) @ self.adapted.T
         if black == "bpc":
@@ -69,13 +69,13 @@ class Aim:
         return found
 
     def compensation(self) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "3"]]:
-        """Matrix and offset that take XYZ-D65 to the XYZ-D65 which "absolute" shows as "bpc" would show the first."""
+        """Compute matrix and offset that map XYZ-D65 for "bpc" to equivalent XYZ-D65 for "absolute"."""
         back = np.linalg.inv(self.adapted)
         return back @ np.diag(1.0 - self.black_xyz / self.white_xyz) @ self.adapted, back @ self.black_xyz
 
 
 def d65_xyz(seen_by: str) -> Float[np.ndarray, "3"]:
-    """XYZ of D65 for an observer, Y = 1; for that of 1931 as pictures have it."""
+    """Compute XYZ of D65 for an observer, Y = 1; for that of 1931 as in pictures."""
     who = observer(seen_by)
     return PICTURE_WHITE_XYZ if who.name == observer("1931_2").name else who.white(illuminant("D65"))
 
@@ -89,9 +89,9 @@ def aimed(
 ) -> Aim:
     """Return the aim of a white by name or chromaticity (x, y), adapted to by Bradford.
 
-    luminance : cd/m2 of white; None: the largest that the display shows of this white, or up to 1 % less where codes of
-    eight bits come nearer to it. absolute : whether the model is in cd/m2; where it is not, a luminance cannot be asked
-    for. seen_by : the observer that the model was made for, whose D65 it is.
+    luminance : cd/m2 of white; None: the largest that the display shows of this white, or up to 1 % less if codes of
+    eight bits are closer to it. absolute : True if the model is in cd/m2; else a luminance cannot be requested. seen_by
+    : the observer of the model, whose D65 it is.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def aimed_at(
     white: Literal["d65", "native"] | tuple[float, float],
     absolute: bool = True,
 ) -> Aim:
-    """Return the aim of a white in cd/m2 that the display shows. white : as it was asked for, for the words."""
+    """Return the aim of a white in cd/m2 that the display shows. white : as requested, for the words."""
     name = {"d65": "D65", "native": "the display's own"}[white] if isinstance(white, str) else "as asked for"
     x, y = white_xyz[:2] / white_xyz.sum()
     unit = "cd/m2" if absolute else "of the display's white = 100"
@@ -155,7 +155,7 @@ def aimed_at(
 
 
 def _whole_codes(model: DisplayModel, unit_xyz: Float[np.ndarray, "3"], most: float) -> float:
-    """Find the luminance of a white that codes of eight bits come nearest to: rounding is seen on white first."""
+    """Find the luminance of a white that is closest to codes of eight bits, since rounding is most visible on white."""
     native = model.xyz(np.ones((1, 3)))[0]
     levels = most * (1.0 - np.linspace(0.0, _GIVEN_UP, _STEPS))
     whites = unit_xyz * levels[:, None]
@@ -165,7 +165,7 @@ def _whole_codes(model: DisplayModel, unit_xyz: Float[np.ndarray, "3"], most: fl
 
 
 def largest_luminance(model: DisplayModel, unit_xyz: Float[np.ndarray, "3"]) -> float:
-    """Most of a white of Y = 1 that the display shows, by halving."""
+    """Find the largest luminance at which the display shows a white of Y = 1, by bisection."""
     native = model.xyz(np.ones((1, 3)))[0]
     inverse = Inverse(model, native)
     ends = np.array([0.0, native[1] * 1.05])

@@ -1,4 +1,4 @@
-"""Measurement of a display by ArgyllCMS's `dispread`, a program of its own that shows patches and reads instruments."""
+"""Measurement of a display by ArgyllCMS's `dispread`, an external program that shows patches and reads instruments."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ def measure(
     on_output: Callable[[str], object] = lambda _: None,
     patience_s: float = 300.0,
 ) -> Readings:
-    """Have ArgyllCMS show patches and measure them, and write what it measured, in cd/m2.
+    """Run ArgyllCMS to show and measure patches, and write the readings, in cd/m2.
 
     It asks for keys in the terminal: to place the instrument, and to calibrate it.
 
     Parameters
     ----------
-    patches : `.ti1`. readings : the `.ti3` to write; it is there only once all was measured.
-    arguments : more of `dispread`, such as ["-d2", "-X", "panel.ccss"].
-    on_output : is called with what the program says, as it says it.
-    patience_s : seconds without a word from it after which it is ended: some wait for an instrument for ever.
+    patches : `.ti1`. readings : the `.ti3` to write; it exists only after a complete measurement.
+    arguments : further arguments of `dispread`, such as ["-d2", "-X", "panel.ccss"].
+    on_output : called with the program's output, as it arrives.
+    patience_s : seconds without output after which it is killed, since it may wait for an instrument for ever.
 
     Raises
     ------
     InputError : ArgyllCMS is not installed, the patches are no `.ti1`, the program fails, measures fewer patches than
-    it was given, or says nothing for too long. NoRoomError : a full disk.
+        it was given, or says nothing for too long. NoRoomError : a full disk.
     """
     program = shutil.which(_PROGRAM)
     if program is None:
@@ -85,7 +85,7 @@ def measure(
 
 
 def _run(command: list[str], folder: Path, on_output: Callable[[str], object], patience_s: float) -> str:
-    """Run the program in the terminal of this one, and return its last words."""
+    """Run the program in this terminal, and return its last output."""
     started: list[subprocess.Popen[bytes]] = []
     heard: queue.SimpleQueue[str] = queue.SimpleQueue()
     last = ""
@@ -109,7 +109,7 @@ def _run(command: list[str], folder: Path, on_output: Callable[[str], object], p
 
 
 def _listen(stream: IO[bytes], heard: queue.SimpleQueue[str]) -> None:
-    """Pass on what a program says, and "" at its end."""
+    """Pass on a program's output, and "" at its end."""
     with stream:
         while said := os.read(stream.fileno(), 4096):
             heard.put(said.decode("utf-8", "replace"))
@@ -117,7 +117,7 @@ def _listen(stream: IO[bytes], heard: queue.SimpleQueue[str]) -> None:
 
 
 def _end(started: list[subprocess.Popen[bytes]]) -> None:
-    """End the program, if it runs: it sets the terminal as it was where it is given the time."""
+    """End the program, if it runs; given time, it restores the terminal."""
     for process in started:
         with suppress(OSError):
             process.terminate()

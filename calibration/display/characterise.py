@@ -1,4 +1,4 @@
-"""Characterisation of a display from readings: what speaks against them, drift taken out, a model chosen."""
+"""Characterisation of a display from readings: checks, removal of drift, choice of a model."""
 
 from __future__ import annotations
 
@@ -22,16 +22,19 @@ _STUCK, _CLIPPED = 0.01, 0.002
 
 @dataclass(frozen=True, eq=False)
 class Characterised:
-    """record : of the display. warnings : of its notes, those that speak against the readings."""
+    """Result of a characterisation.
+
+    record : of the display. warnings : those of its notes that cast doubt on the readings.
+    """
 
     record: DisplayRecord
     warnings: tuple[str, ...]
 
 
 def characterise(readings: Readings, name: str = "", model: str = "auto", observer: str | None = None) -> Characterised:
-    """Return a record with everything that has to be said of the readings.
+    """Characterise a display; return a record with notes on the readings.
 
-    name : of the display, as the readings have it where it is "". observer : another than they are of, from spectra.
+    name : of the display, if "" that of the readings. observer : another than that of the readings, by their spectra.
 
     Raises
     ------
@@ -64,7 +67,7 @@ def characterise(readings: Readings, name: str = "", model: str = "auto", observ
 
 
 def _refuse_stuck(readings: Readings) -> None:
-    """A channel whose code changes nothing: a cable, a control, or an instrument that looks elsewhere."""
+    """Refuse a channel whose code has no effect: a cable, a control, or a misplaced instrument."""
     averaged = readings.averaged()
     white = averaged.white_xyz[1]
     for at, channel in enumerate(("red", "green", "blue")):
@@ -89,7 +92,7 @@ def _refuse_stuck(readings: Readings) -> None:
 
 
 def _misread(readings: Readings, off: Float[np.ndarray, " N"]) -> str | None:
-    """Name the reading that is farthest from the model, where it cannot be of the code that it stands beside."""
+    """Name the reading farthest from the model, if it cannot belong to its code."""
     worst, usual = int(np.argmax(off)), float(np.median(off))
     if off[worst] < max(_MISREAD, _MISREAD_TIMES * usual):
         return None
@@ -101,7 +104,7 @@ def _misread(readings: Readings, off: Float[np.ndarray, " N"]) -> str | None:
 
 
 def _other_whites(readings: Readings) -> str | None:
-    """Name a reading of white that is nothing like the others."""
+    """Name a reading of white that differs from the others."""
     whites = readings.xyz[readings.whites]
     if len(whites) < 3:
         return None
@@ -116,7 +119,7 @@ def _other_whites(readings: Readings) -> str | None:
 
 
 def _exchanged(readings: Readings) -> str | None:
-    """Say where full red, green and blue are not the reddest, greenest and bluest of the three."""
+    """Report full red, green and blue that are not the reddest, greenest and bluest of the three."""
     light = readings.channel_light
     if light is None or not (light.sum(axis=1) > 0.0).all():
         return None
@@ -128,7 +131,7 @@ def _exchanged(readings: Readings) -> str | None:
 
 
 def _clips(readings: Readings) -> str | None:
-    """Greys or a channel that are as bright before full code: a contrast that is set too high."""
+    """Report greys or a channel that saturate before full code: a contrast that is set too high."""
     averaged = readings.averaged()
     grey = np.flatnonzero(np.ptp(averaged.codes, axis=1) < 1e-6)
     order = grey[np.argsort(averaged.codes[grey, 0])]

@@ -1,4 +1,4 @@
-"""Choice of the model that follows a display best, by readings that it has not seen, and the reason in a sentence."""
+"""Choice of the best model of a display by cross-validation, and its reason in a sentence."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _PARTS = 6
 
 @dataclass(frozen=True, eq=False)
 class ModelChoice:
-    """A model, and why it is this one.
+    """Chosen model, and the reason.
 
     Parameters
     ----------
     model : fitted to all readings.
-    held_back : by name, mean ΔE94 of patches that a model had not seen; no accuracy, since it knew fewer then.
-    left_out : by name, why a model could not be tried.
-    additivity : whether channels add up, as far as the readings tell.
-    reason : in a sentence.
+    held_back : by name, mean ΔE94 of held-out patches; no accuracy, since the models were fitted to fewer patches.
+    left_out : by name, why a model could not be fitted.
+    additivity : of the channels, as far as the readings show it.
+    reason : as a sentence.
     left : (N,) ΔE94 of the readings themselves.
     """
 
@@ -42,15 +42,15 @@ class ModelChoice:
 
 
 def choose(readings: Readings, name: str = "auto") -> ModelChoice:
-    """Return the model asked for, or the simplest that is as good as the best to within one standard error.
+    """Choose the requested model, or the simplest within one standard error of the best.
 
-    The error is ΔE94 relative to the display's own white, the reading as the reference, over patches that each model
-    has not seen, in six parts (Hastie, Tibshirani and Friedman 2009, 7.10). The standard error is that of the
-    difference from the best, patch by patch: what is hard for all models says nothing about which is better.
+    The error is ΔE94 relative to the display's own white, the reading as the reference, by six-fold cross-validation
+    (Hastie, Tibshirani and Friedman 2009, 7.10). The standard error is that of the difference from the best, patch by
+    patch, which cancels the difficulty common to all models.
 
     Raises
     ------
-    InputError : too few patches; the model asked for cannot be fitted, or is a matrix for a display whose channels do
+    InputError : too few patches; the requested model cannot be fitted, or is a matrix for a display whose channels do
         not add up.
     """
     if name not in ("auto", *MODELS):
@@ -111,7 +111,7 @@ def _refuse_sums(model: DisplayModel, sums: Additivity, readings: Readings) -> N
 
 
 def _held_back(names: list[str], readings: Readings, parts: list[np.ndarray]) -> dict[str, np.ndarray]:
-    """ΔE94 of every patch that is held back once, by model."""
+    """Compute ΔE94 of every held-out patch, by model."""
     found: dict[str, list[np.ndarray]] = {name: [] for name in names}
     for held in parts:
         known = readings.taken(np.setdiff1d(np.arange(len(readings)), held))

@@ -1,4 +1,4 @@
-"""Error of a display against its claim: sRGB, Display P3, Adobe RGB, or what its ICC profile says."""
+"""Error of a display against its claim: sRGB, Display P3, Adobe RGB, or its ICC profile."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from .readings import Readings
 
 @dataclass(frozen=True, eq=False)
 class Claim:
-    """A colour space that a display may claim. primaries : (3,2) chromaticities x, y; white: D65."""
+    """Colour space that a display may claim. primaries : (3,2) chromaticities x, y; white: D65."""
 
     name: str
     primaries: Float[np.ndarray, "3 2"]
     curve: Callable[[np.ndarray], np.ndarray]
 
     def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """XYZ of codes, Y of white 1."""
+        """Compute XYZ of codes, Y of white 1."""
         parts = _xyz(self.primaries)
         white = _xyz(np.array([[0.3127, 0.3290]]))[0]
         return self.curve(codes) @ (np.linalg.solve(parts.T, white)[:, None] * parts)
@@ -51,7 +51,7 @@ CLAIMS = {
 
 @dataclass(frozen=True, eq=False)
 class ProfileClaim:
-    """Claim of an ICC profile: the colours that it says its display shows."""
+    """Claim of an ICC profile: the colours that it assigns to its display."""
 
     profile: DisplayProfile
 
@@ -61,7 +61,7 @@ class ProfileClaim:
         return f"“{self.profile.name}” ({self.profile.path})"
 
     def xyz(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """XYZ of codes, Y of white 1, under the display's own white."""
+        """Compute XYZ of codes, Y of white 1, under the display's own white."""
         return self.profile.xyz(codes)
 
 
@@ -70,7 +70,7 @@ def claim_named(name: str) -> Claim | ProfileClaim:
 
     Raises
     ------
-    UnknownNameError : no such claim. InputError : a profile that cannot be used, or does not say its white.
+    UnknownNameError : no such claim. InputError : an unusable profile, or one without a stated white.
     """
     if name in CLAIMS:
         return CLAIMS[name]
@@ -103,7 +103,7 @@ _CORNERS = {
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """A display beside what it claims, ΔE94 with the claim as the reference, relative to the claim's white.
+    """Comparison of a display with its claim: ΔE94 with the claim as the reference, relative to the claim's white.
 
     white : of white at its own luminance. delta_e : (N,) by patch. corners : by name, of full codes.
     """
@@ -116,7 +116,7 @@ class Held:
 
 
 def held_to(readings: Readings, name: str) -> Held:
-    """Compare readings, whatever their luminance, with a claim.
+    """Compare readings of any luminance with a claim.
 
     Raises
     ------

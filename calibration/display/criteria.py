@@ -27,7 +27,10 @@ STATISTICS = {
 
 @dataclass(frozen=True)
 class VerificationCriterion:
-    """statistic : of `STATISTICS`. nominal : at most, or it fails. recommended : better. formula : of ΔE."""
+    """One criterion.
+
+    statistic : of `STATISTICS`. nominal : limit of passing. recommended : stricter limit. formula : of ΔE.
+    """
 
     statistic: str
     nominal: float
@@ -91,11 +94,11 @@ _FILE = RecordFile(
 
 
 def criteria_named(name: str | Path | None) -> VerificationCriteria:
-    """Criteria by name, or of a TOML file; None: Metamer's.
+    """Return criteria by name, or of a TOML file; None: Metamer's.
 
     Raises
     ------
-    InputError : neither a name that is known nor a file of criteria.
+    InputError : neither a known name nor a file of criteria.
     """
     if name is None:
         return KNOWN["metamer"]

@@ -1,11 +1,11 @@
-"""The inverse of a display as tables: a matrix, a curve a channel, and a cube of codes.
+"""Inverse of a display as tables: a matrix, a curve per channel, and a cube of codes.
 
 XYZ less black times a matrix is light of each channel, 1 where the display is white. Its cube root, with the sign of
 the light, goes through a curve that makes the display's greys equal codes, and these look up the cube, tetrahedrally:
 greys lie on the diagonal that all its tetrahedra share, so that no neighbour of another hue touches them.
 
-The cube goes on beyond the codes that the display has, so that what it cannot show can be counted: there, codes leave
-0 to 1, and what is left after they are cut off is the colour nearest by ΔE94.
+The cube extends beyond the display's codes, so that colours out of gamut can be counted: there, codes leave 0 to 1, and
+clamping them yields the nearest colour by ΔE94.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ _GREYS = 2049
 
 @dataclass(frozen=True, eq=False)
 class Cube:
-    """Three-dimensional table that `look_up` and transforms of OpenColorIO share.
+    """Three-dimensional table, shared by `look_up` and transforms of OpenColorIO.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Cube:
     nodes: Float[np.ndarray, "n n n 3"]
 
     def look_up(self, xyz: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
-        """Codes of XYZ in the unit of the readings; beyond 0 to 1 where the display cannot show them."""
+        """Look up codes of XYZ in the unit of the readings; beyond 0 to 1 out of the display's gamut."""
         light = (np.asarray(xyz, dtype=np.float64).reshape(-1, 3) - self.black_xyz) @ self.light_from_xyz.T
         low, high = self.domain
         at = (np.clip(np.cbrt(light), low, high) - low) / (high - low)
@@ -74,7 +74,7 @@ class Cube:
 
 
 def tetrahedral(nodes: Float[np.ndarray, "n n n 3"], places: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-    """Values of a cube at places from 0 to 1, along the edges of the tetrahedron that each lies in."""
+    """Interpolate a cube at places from 0 to 1, along the edges of the tetrahedron around each."""
     size = len(nodes)
     at = np.clip(places, 0.0, 1.0) * (size - 1)
     corner = np.minimum(at.astype(np.int64), size - 2)
@@ -113,9 +113,9 @@ def _ends(greys: _Greys, levels: np.ndarray) -> tuple[tuple[bool, np.ndarray], t
 
 @dataclass(frozen=True, eq=False)
 class _Greys:
-    """Greys of a display in light of its channels, 1 being white.
+    """Greys of a display in light of its channels, 1 at white.
 
-    codes : (G,). shown : (G,3) light, rising.
+    codes : (G,). shown : (G,3) light, ascending.
     """
 
     light_from_xyz: np.ndarray
@@ -140,18 +140,18 @@ class _Greys:
 
     @cached_property
     def _slope(self) -> np.ndarray:
-        """Light by code at white."""
+        """Slope of light by code at white."""
         return (1.0 - self.shown[-17]) / (1.0 - self.codes[-17])
 
     def light(self, even: np.ndarray) -> np.ndarray:
-        """Light (N,3) of even codes (N,3): of the greys, mirrored below 0, straight on above 1."""
+        """Compute light (N,3) of even codes (N,3): of the greys, mirrored below 0, linear above 1."""
         size = np.abs(even)
         roots = np.cbrt(self.shown)
         inside = np.stack([np.interp(size[:, c], self.codes, roots[:, c]) ** 3 for c in range(3)], axis=1)
         return np.sign(even) * (inside + self._slope * np.maximum(size - 1.0, 0.0))
 
     def even(self, u: np.ndarray) -> np.ndarray:
-        """Even codes (n,3), each channel's for the signed cube roots of its light (n,)."""
+        """Compute even codes (n,3), each channel's for the signed cube roots of its light (n,)."""
         size = np.abs(u)
         roots = np.cbrt(self.shown)
         columns = []
@@ -162,7 +162,7 @@ class _Greys:
 
 
 def _codes(model: DisplayModel, xyz: np.ndarray, even: np.ndarray) -> np.ndarray:
-    """Codes of the nodes: by themselves within the display's gamut and a little beyond, then of the nearest colour."""
+    """Compute codes of the nodes: exact within the display's gamut and slightly beyond, then of the nearest colour."""
     white = model.white_xyz
     near = ((even > -2.0 * _OWN - 1e-9) & (even < 1.0 + 2.0 * _OWN + 1e-9)).all(axis=1)
     own = np.clip(even, -_BEYOND, 1.0 + _BEYOND)

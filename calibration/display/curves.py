@@ -1,7 +1,7 @@
 """Tone curves of channels: relative light for a code, from 0 at code 0 to 1 at full code.
 
-Beyond, every curve goes on as its mirror image below 0, and straight on above 1: a cube around the display's own needs
-values there, and no display does.
+Every curve continues as its mirror image below 0, and linearly above 1, since a cube around the display's own needs
+values there.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ NEARLY_STRAIGHT = 1.0 / 2.2
 
 @dataclass(frozen=True)
 class GainOffsetGamma:
-    """(gain code + 1 - gain) ** gamma, held at 0, less what it is at code 0: Berns, Motta and Gorzynski 1993.
+    """Gain-offset-gamma curve (gain code + 1 - gain) ** gamma, clamped at 0, less its value at code 0.
 
-    gain : above 1 the lowest codes give no light of their own; below 1 they give more than a power would.
+    Berns, Motta and Gorzynski 1993. gain : above 1 the lowest codes emit no light; below 1 more than a power would.
     """
 
     gain: float
     gamma: float
 
     def at(self, codes: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch"]:
-        """Light, 1 at full code."""
+        """Evaluate light, 1 at full code."""
         inside = np.minimum(np.abs(codes), 1.0)
         black = max(1.0 - self.gain, 0.0) ** self.gamma
         light = (np.maximum(self.gain * inside + 1.0 - self.gain, 0.0) ** self.gamma - black) / (1.0 - black)
@@ -43,7 +43,7 @@ class GainOffsetGamma:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredCurve:
-    """Through measured points, monotone between them (Fritsch and Carlson 1980, of light to the power 1/2.2).
+    """Curve through measured points, monotone between them (Fritsch and Carlson 1980, of light to the power 1/2.2).
 
     codes : (n,) ascending from 0 to 1. light : (n,) from 0 to 1, nowhere falling.
     """
@@ -62,7 +62,7 @@ class MeasuredCurve:
         return float(self._spline(1.0, 1)) / NEARLY_STRAIGHT
 
     def at(self, codes: Float[np.ndarray, "*batch"]) -> Float[np.ndarray, "*batch"]:
-        """Light, 1 at full code."""
+        """Evaluate light, 1 at full code."""
         size = np.abs(codes)
         light = np.maximum(self._spline(np.minimum(size, 1.0)), 0.0) ** (1.0 / NEARLY_STRAIGHT)
         return np.sign(codes) * (light + self._slope * np.maximum(size - 1.0, 0.0))
@@ -78,11 +78,11 @@ Curve = GainOffsetGamma | MeasuredCurve
 
 
 def curve_of(document: dict[str, Any]) -> Curve:
-    """Return the curve that a file keeps.
+    """Return the curve that a file stores.
 
     Raises
     ------
-    KeyError, TypeError, ValueError : it is none.
+    KeyError, TypeError, ValueError : an invalid one.
     """
     if document["kind"] == "gain offset gamma":
         return GainOffsetGamma(float(document["gain"]), float(document["gamma"]))

@@ -1,4 +1,4 @@
-"""Readings of a display in CxF3 (ISO 17972-1): objects with device RGB and the XYZ that were measured of them."""
+"""Readings of a display in CxF3 (ISO 17972-1): objects with device RGB and the measured XYZ."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class CxfReadings:
-    """Codes and XYZ as a file has them. full_scale, observer : as it says them; None where it does not."""
+    """Codes and XYZ of a file. full_scale, observer : as stated; None if they are not."""
 
     codes: Float[np.ndarray, "N 3"]
     xyz: Float[np.ndarray, "N 3"]

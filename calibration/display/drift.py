@@ -1,4 +1,4 @@
-"""Drift of a display while it is measured, found by white between the patches, and removed."""
+"""Drift of a display during its measurement, estimated from white between the patches, and removed."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _RESTLESS = 0.01
 
 @dataclass(frozen=True, eq=False)
 class Drift:
-    """Readings without it, and what it was.
+    """Readings corrected for drift, and the drift.
 
     Parameters
     ----------
-    readings : as they would be had the display been all along as it was at the end.
-    luminance : of the last white over that of the first, by the smooth course; None where it is not known.
+    readings : as if the display had been in its final state all along.
+    luminance : of the last white over that of the first, by the smooth course; None if unknown.
     scatter : of luminances of white about that course, relative, root mean square; None likewise.
-    words : in a sentence.
+    words : as a sentence.
     """
 
     readings: Readings
@@ -36,7 +36,7 @@ class Drift:
 
     @property
     def warning(self) -> str | None:
-        """Warning about the readings, else None."""
+        """Warning about the readings, or None."""
         if self.scatter is None or self.scatter <= _RESTLESS:
             return None
         return (
@@ -48,8 +48,8 @@ class Drift:
 def without_drift(readings: Readings) -> Drift:
     """Divide each reading by the course of white at its place, per X, Y and Z.
 
-    The course is a smoothing spline through the whites (Wahba 1990; smoothed as leaves out one best), linear through
-    fewer than five of them.
+    The course is a smoothing spline through the whites (Wahba 1990; smoothed by leave-one-out cross-validation), linear
+    for fewer than five of them.
     """
     whites = readings.whites
     apart = whites[np.diff(whites, prepend=-2) > 1]
@@ -69,7 +69,7 @@ def without_drift(readings: Readings) -> Drift:
 def _course(
     places: Float[np.ndarray, " W"], whites: Float[np.ndarray, "W 3"], at: Float[np.ndarray, " N"]
 ) -> Float[np.ndarray, "N 3"]:
-    """XYZ of white at every place, held before the first and after the last."""
+    """Compute XYZ of white at every place, clamped before the first and after the last."""
     held = np.clip(at, places[0], places[-1])
     if len(places) < _SMOOTHED:
         return np.stack([np.interp(held, places, column) for column in whites.T], axis=1)

@@ -1,4 +1,4 @@
-"""A display as an ICC profile of version 2 with a matrix and tone curves, for programs that know nothing else."""
+"""Display as an ICC profile of version 2 with a matrix and tone curves, for programs that support nothing else."""
 
 from __future__ import annotations
 
@@ -23,14 +23,17 @@ ENTRIES = 1024
 
 @dataclass(frozen=True, eq=False)
 class MatrixProfile:
-    """name : of the display. model : a matrix after tone curves, in the unit of its readings."""
+    """Matrix profile of a display.
+
+    name : of the display. model : a matrix after tone curves, in the unit of its readings.
+    """
 
     name: str
     model: DisplayModel
 
     @property
     def white(self) -> Float[np.ndarray, "3"]:
-        """XYZ of white less black, Y = 1: the media white that is written."""
+        """XYZ of white less black, Y = 1, written as the media white."""
         white = self.model.mixture[1:4].sum(axis=0)
         return white / white[1]
 
@@ -54,11 +57,11 @@ class MatrixProfile:
 def encoded_profile(
     name: str, white_xyz: Float[np.ndarray, "3"], columns: Float[np.ndarray, "3 3"], curves: Float[np.ndarray, "3 n"]
 ) -> bytes:
-    """Return the bytes of a profile (ICC.1:2001-04, 6.1 to 6.5): no time in it, so that equal displays are equal bytes.
+    """Return the bytes of a profile (ICC.1:2001-04, 6.1 to 6.5), without a time: equal displays are equal bytes.
 
     Parameters
     ----------
-    name : in its description, of which version 2 has ASCII alone.
+    name : in its description, ASCII only in version 2.
     white_xyz : the media white, Y = 1. columns : XYZ of red, green and blue (rows), relative to D50.
     curves : light of each channel by code, 0 to 1.
     """
@@ -91,8 +94,9 @@ def _xyz(value: np.ndarray) -> bytes:
 
 
 def matrix_profile(readings: Readings, name: str) -> MatrixProfile:
-    """Make a matrix profile of averaged readings without drift: measured curves where there are ramps, else gains and
-    gammas.
+    """Make a matrix profile from averaged readings without drift.
+
+    Curves are measured if there are ramps, else gains and gammas.
 
     Raises
     ------
@@ -103,7 +107,7 @@ def matrix_profile(readings: Readings, name: str) -> MatrixProfile:
 
 
 def profile_error(profile: MatrixProfile, readings: Readings) -> tuple[float, float]:
-    """ΔE94 of the readings from what the profile's numbers say: mean and largest. Black is what readings have."""
+    """Compute ΔE94 of the readings from the profile's own numbers: mean and largest. Black is that of the readings."""
     white = readings.white_xyz
     apart = delta_e_xyz(readings.xyz, profile.model.xyz(readings.codes), white)
     return float(apart.mean()), float(apart.max())

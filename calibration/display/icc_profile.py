@@ -1,9 +1,9 @@
 """ICC profiles of displays as transforms of OpenColorIO: matrix and curves or look-up tables, versions 2 and 4.
 
-OpenColorIO reads the matrix and curves of a profile and no tables. Here the elements of either kind become its own
-operators (powers, matrices, curves, cubes), so that the CPU and the GPU show one thing. Colours are relative to the
-profile's white: XYZ-D65 of pictures is adapted to the D50 of the connection space by Bradford, as profiles themselves
-are made. Clause numbers are of ICC.1:2022 (version 4.4).
+OpenColorIO reads the matrix and curves of a profile but no tables. Here the elements of either kind become its own
+operators (powers, matrices, curves, cubes), so that CPU and GPU agree. Colours are relative to the profile's white:
+XYZ-D65 of pictures is adapted to the D50 of the connection space by Bradford, as in the making of profiles. Clause
+numbers are of ICC.1:2022 (version 4.4).
 """
 
 from __future__ import annotations
@@ -60,30 +60,30 @@ _SAME_WHITE = 2e-3
 
 @dataclass(frozen=True, eq=False)
 class ToneCurve:
-    """Curve by its knots, straight between them. x, y : (n,), x ascending."""
+    """Piecewise linear curve. x, y : (n,) knots, x ascending."""
 
     x: Float[np.ndarray, " n"]
     y: Float[np.ndarray, " n"]
 
     def at(self, x: np.ndarray) -> np.ndarray:
-        """Values; beyond the ends, the ends'."""
+        """Evaluate the curve, clamped beyond the ends."""
         return np.interp(x, self.x, self.y)
 
     def back(self, y: np.ndarray) -> np.ndarray:
-        """Codes of values: black and white are the first and the last; beyond them straight on, as sRGB's."""
+        """Invert the curve: black and white are the first and the last code; linear beyond them, as sRGB's."""
         low, high = self.y[0], self.y[-1]
         within = np.where(y <= low, self.x[0], np.interp(y, self.y, self.x))
         return within + np.minimum(y - low, 0.0) * _BELOW + np.maximum(y - high, 0.0) * _ABOVE
 
     @property
     def is_identity(self) -> bool:
-        """Return whether values are left as they are."""
+        """Return whether the curve is the identity."""
         return bool(np.array_equal(self.x, self.y))
 
 
 @dataclass(frozen=True, eq=False)
 class _Matrix:
-    """matrix : (3,3). offset : (3,)."""
+    """Affine element. matrix : (3,3). offset : (3,)."""
 
     matrix: Float[np.ndarray, "3 3"]
     offset: Float[np.ndarray, "3"]
@@ -98,7 +98,7 @@ class _Matrix:
 
 @dataclass(frozen=True, eq=False)
 class _Curves:
-    """curves : of three channels. back : the other way, from light to codes, for every number."""
+    """Curves of three channels. back : inverse, from light to codes, for every number."""
 
     curves: tuple[ToneCurve, ...]
     back: bool = False
@@ -120,7 +120,7 @@ class _Curves:
 
 @dataclass(frozen=True, eq=False)
 class _Cube:
-    """nodes : (n,n,n,3), the last axis of the input fastest. tetrahedral : between them; else linear in each axis."""
+    """Cube element. nodes : (n,n,n,3), the input's last axis fastest. tetrahedral : interpolation; else trilinear."""
 
     nodes: Float[np.ndarray, "n n n 3"]
     tetrahedral: bool
@@ -136,7 +136,7 @@ class _Cube:
 
 @dataclass(frozen=True, eq=False)
 class _Lightness:
-    """Connection space between XYZ relative to D50 and L*, a*, b* in [0, 1]: by matrices and the curve of L*.
+    """Conversion between XYZ relative to D50 and L*, a*, b* in [0, 1], by matrices and the curve of L*.
 
     decoding : to XYZ. scale : code of L* = 100.
     """
@@ -165,17 +165,17 @@ class _Lightness:
 
 @dataclass(frozen=True, eq=False)
 class DisplayProfile:
-    """Profile of a display that was read.
+    """ICC profile of a display, read from a file.
 
     Parameters
     ----------
     path, name : the file, and its description. data : its bytes.
     version : such as "2.4". form : "matrix and curves", or the size of its tables.
-    white_xyz : (3,) of the display itself, Y = 1; None where the file has D50 for it, which profiles of version 2 have
-        that do not know it.
+    white_xyz : (3,) of the display itself, Y = 1; None if the file states D50, as profiles of version 2 do that do not
+        know it.
     forward, backward : elements from codes to the connection space, XYZ relative to D50, and from there to codes.
-    has_limits : tables end at the display's gamut: what lies beyond comes out as the nearest, by the profile's maker.
-    loads_curves : it holds only while its curves are loaded into the video card.
+    has_limits : tables end at the display's gamut and map colours beyond to the nearest, by the profile's maker.
+    loads_curves : it is valid only while its curves are loaded into the video card.
     """
 
     path: Path
@@ -202,7 +202,7 @@ class DisplayProfile:
     def xyz(
         self, codes: Float[np.ndarray, "N 3"], white_xyz: Float[np.ndarray, "3"] | None = None
     ) -> Float[np.ndarray, "N 3"]:
-        """XYZ of codes, Y of white 1, adapted from D50 by Bradford, as the standard adapts to it (annex E).
+        """Compute XYZ of codes, Y of white 1, adapted from D50 by Bradford, as the standard adapts to it (annex E).
 
         white_xyz : the white to adapt to; None: the display's own, which must be known.
         """
@@ -215,7 +215,7 @@ class DisplayProfile:
         return found.astype(np.float64) @ adaptation_matrix(D50_XYZ, white).T
 
     def describe(self) -> list[str]:
-        """Return the profile in words, for a report."""
+        """Describe the profile for a report."""
         words = [
             f"ICC profile {self.path}, “{self.name}”, version {self.version}, {self.form}, relative colorimetric: the "
             "white of pictures is shown as the display's own."
@@ -229,8 +229,9 @@ class DisplayProfile:
 
 
 def exact_on_cpu(processor: Any) -> Any:
-    """Return an OCIO processor for the CPU, float32, lossless: the default optimisation replaces powers by
-    approximations that are off by more than the GPU is.
+    """Return a lossless OCIO processor for the CPU, float32.
+
+    The default optimisation approximates powers with larger errors than the GPU.
     """
     import PyOpenColorIO as ocio
 
@@ -247,12 +248,12 @@ def _group(*elements: Any) -> Any:
 def read_display_profile(path: str | Path, data: bytes | None = None) -> DisplayProfile:
     """Read an ICC profile of a display.
 
-    data : its bytes, where they are known already; `path` is then a name for messages.
+    data : its bytes, if already read; `path` is then a name for messages.
 
     Raises
     ------
     InputError : no such file, cut short, not of a display (a printer's, a scanner's ...), not of red, green and blue,
-        without a tag that is needed, or an element that the standard does not know.
+        without a required tag, or with an element outside the standard.
     """
     path = Path(path)
     try:
@@ -314,7 +315,7 @@ class _Reader:
             yield tag, self.data[start : start + size]
 
     def profile(self) -> DisplayProfile:
-        """Return what was read; tables before matrix and curves, as the standard has it (8.4.1)."""
+        """Return the profile; tables take precedence over matrix and curves, as in the standard (8.4.1)."""
         to_pcs = next((tag for tag in _TO_PCS if tag in self.tags), None)
         from_pcs = next((tag for tag in _FROM_PCS if tag in self.tags), None)
         if (to_pcs is None) != (from_pcs is None):
@@ -367,7 +368,7 @@ class _Reader:
         return forward, [_Matrix(back, np.zeros(3)), _Curves(curves, back=True)]
 
     def _tables(self, tag: bytes, to_pcs: bool) -> list[Any]:
-        """Elements of a tag with tables, the connection space as XYZ relative to D50."""
+        """Read the elements of a tag with tables, the connection space as XYZ relative to D50."""
         data, field = self.tags[tag], f"tag {_text(tag)}"
         kind = data[:4]
         if kind in (b"mft1", b"mft2"):
@@ -458,11 +459,11 @@ class _Reader:
         return _Cube(values.reshape(*grid, 3), self._tetrahedral(field))
 
     def _tetrahedral(self, field: str) -> bool:
-        """Return whether a cube is cut along its grey diagonal; entered by L*, a*, b*, it has its greys on an axis."""
+        """Return whether a cube is interpolated tetrahedrally along its grey diagonal; not for L*, a*, b* input."""
         return self.pcs == b"XYZ " or field.startswith("tag A2B")
 
     def _curve(self, data: bytes, field: str) -> tuple[ToneCurve, int]:
-        """Read curveType or parametricCurveType (10.6, 10.18); also how many bytes it has."""
+        """Read curveType or parametricCurveType (10.6, 10.18); also return its length in bytes."""
         if len(data) < 12:
             raise self._short(data, field, 12)
         if data[:4] == b"curv":
@@ -488,7 +489,7 @@ class _Reader:
         raise self._wrong("an unknown curve", field, _text(data[:4]), "curv or para")
 
     def _parametric(self, parameters: tuple[int, ...], field: str) -> ToneCurve:
-        """Return Y = (aX + b)^g + e from X = d on, cX + f below (table 68); forms with fewer parameters are of it."""
+        """Evaluate Y = (aX + b)^g + e from X = d on, cX + f below (table 68); other forms are special cases."""
         values = [value / 65536.0 for value in parameters]
         g, a, b = values[0], 1.0, 0.0
         c = d = e = f = 0.0
@@ -520,8 +521,10 @@ class _Reader:
         return np.array(struct.unpack(">3i", data[8:20])) / 65536.0
 
     def _white(self) -> np.ndarray | None:
-        """White of the display: by the matrix that adapted it (chad, 9.2.15), else the media white where it is not D50,
-        which version 4 has there always (9.2.36).
+        """Return the white of the display.
+
+        By the matrix that adapted it (chad, 9.2.15), else the media white unless it is D50, which version 4 always
+        states there (9.2.36).
         """
         if b"chad" in self.tags:
             data = self.tags[b"chad"]

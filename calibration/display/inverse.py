@@ -1,8 +1,8 @@
-"""The codes for which a display comes nearest to a colour, in ΔE94, whether or not it can show it.
+"""Codes for which a display is nearest to a colour, in ΔE94, in or out of its gamut.
 
-Damped least squares within the box of codes (Levenberg and Marquardt, bounds by projection), each colour from the
-nearest of a lattice over the whole box. A step is taken only where it brings the colour nearer, so that no result is
-ever worse than the best of the lattice: unlike Newton's method it cannot run off, whatever the display does.
+Damped least squares within the box of codes (Levenberg-Marquardt, bounds by projection), each colour started at the
+nearest of a lattice over the whole box. Only improving steps are taken, so that no result is worse than the best of the
+lattice: unlike Newton's method it cannot diverge, for any display.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ _AGAIN = 0.02
 class Inverse:
     """Codes of a model within a box.
 
-    model : of the display. white_xyz : (3,) in its unit, which ΔE94 is relative to. low, high : of codes; 0 and 1 are
-    the display's own.
+    model : of the display. white_xyz : (3,) in its unit, white of ΔE94. low, high : of codes; 0 and 1 are the display's
+    own.
     """
 
     model: DisplayModel
@@ -55,9 +55,9 @@ class Inverse:
     def codes(
         self, xyz: Float[np.ndarray, "N 3"], starts: int = _COMPARED
     ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-        """Codes (N,3) and ΔE94 (N,) of what they show from the colour asked for, the reference.
+        """Find codes (N,3), and ΔE94 (N,) of their colours from the requested ones, the reference.
 
-        starts : a colour that is not reached is tried again from the next nearest of the lattice, up to so many.
+        starts : number of lattice points to start from, nearest first, for colours that are not reached.
         """
         wanted = lab_from_xyz(xyz, self.white_xyz)
         lattice, tree = self._lattice
@@ -87,15 +87,14 @@ class Inverse:
         start: Float[np.ndarray, "N 3"],
         pull: Float[np.ndarray, " N"] | None = None,
     ) -> tuple[Float[np.ndarray, "N 3"], Float[np.ndarray, " N"]]:
-        """Return the same from codes that are near by already: faster, never farther than they are, not always the
-        nearest.
+        """Improve nearby codes: faster, never worse than the start, not always the global optimum.
 
-        pull : (N,) ΔE94 that a move over the whole range of codes is held to cost.
+        pull : (N,) ΔE94 penalty of a move over the whole range of codes.
         """
         return self._descended(lab_from_xyz(xyz, self.white_xyz), np.clip(start, self.low, self.high), pull)
 
     def _off(self, wanted: np.ndarray, shown: np.ndarray) -> np.ndarray:
-        """ΔL*, ΔC*/S_C and ΔH*/S_H of CIELAB pairs: as long as their ΔE94 (CIE 116-1995)."""
+        """Compute ΔL*, ΔC*/S_C and ΔH*/S_H of CIELAB pairs, whose length is their ΔE94 (CIE 116-1995)."""
         chroma, shown_chroma = (np.hypot(lab[..., 1], lab[..., 2]) for lab in (wanted, shown))
         cross = wanted[..., 1] * shown[..., 2] - wanted[..., 2] * shown[..., 1]
         dot = wanted[..., 1] * shown[..., 1] + wanted[..., 2] * shown[..., 2]
@@ -143,7 +142,7 @@ class Inverse:
         return codes, np.sqrt(np.sum(off**2, axis=1))
 
     def _slope(self, wanted: np.ndarray, codes: np.ndarray, off: np.ndarray) -> np.ndarray:
-        """Derivatives (N,3,3) of the difference by red, green and blue."""
+        """Differentiate (N,3,3) the difference by red, green and blue."""
         slopes = []
         for at in range(3):
             # Towards the middle, so that the derivative is of codes within the box.
@@ -162,7 +161,7 @@ class Inverse:
         pulled: np.ndarray,
         moved: np.ndarray,
     ) -> np.ndarray:
-        """Take a step of damped least squares; a code at a bound that would leave the box is held."""
+        """Take a step of damped least squares; codes at a bound that would leave the box are fixed."""
         downhill = -np.einsum("nij,ni->nj", slope, off) - pulled * moved
         held = ((codes <= self.low) & (downhill < 0.0)) | ((codes >= self.high) & (downhill > 0.0))
         slope = np.where(held[:, None, :], 0.0, slope)
@@ -175,7 +174,7 @@ class Inverse:
 
 
 def _even(lab: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
-    """CIELAB with chroma shortened so that distances are about ΔE94, for a first look among neighbours."""
+    """Shorten chroma of CIELAB so that distances approximate ΔE94, for a first search among neighbours."""
     chroma = np.hypot(lab[..., 1], lab[..., 2])
     shorter = np.log1p(0.045 * chroma) / 0.045 / np.maximum(chroma, 1e-9)
     shorter = np.where(chroma > 1e-9, shorter, 1.0)

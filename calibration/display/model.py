@@ -1,4 +1,4 @@
-"""Display models from codes to XYZ: tone curves, a mixture of what they give, and what is left of the readings."""
+"""Display models from codes to XYZ: tone curves, a mixture of channels, and a residual of the readings."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SUMS, _MINIMA = 4, 8
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """A smoothing spline over codes of what a mixture leaves, in cube roots.
+    """Smoothing spline over codes of a mixture's residuals, in cube roots.
 
     Sums of cubed distances, with a plane (Duchon 1977; Wahba 1990, 2.4): in three dimensions as smooth as cubic splines
     are in one.
@@ -39,7 +39,7 @@ class Residual:
         left: Float[np.ndarray, "N 3"],
         smoothing: float | Float[np.ndarray, " N"],
     ) -> Residual:
-        """Near (N,3) of what is left at codes; `smoothing` 0 is through them, more passes by them more smoothly."""
+        """Fit residuals (N,3) at codes; `smoothing` 0 interpolates, larger values are smoother."""
         count = len(codes)
         system = np.zeros((count + 4, count + 4))
         system[:count, :count] = _cubed_distances(codes, codes) + np.diag(np.broadcast_to(smoothing, count))
@@ -50,7 +50,7 @@ class Residual:
         return cls(codes, found[:count], found[count:])
 
     def at(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """Correction of the cube roots; beyond the display's codes as at its nearest one."""
+        """Evaluate the correction of the cube roots; clamped to the display's codes."""
         held = np.clip(codes, 0.0, 1.0)
         return _cubed_distances(held, self.codes) @ self.weights + _plane(held) @ self.plane
 
@@ -73,13 +73,12 @@ class DisplayModel:
     ----------
     name : as `model_fit.MODELS` has it.
     curves : tone curves of red, green and blue.
-    mixture : (4,3) XYZ of black and of each channel alone at full code, less black; or (8,3), then also of the smaller
-        of red and green, green and blue, red and blue, and the least of all three: what a white sub-pixel adds.
-    white_xyz : (3,) of the readings, which cube roots are relative to.
-    residual : what is added to that, or None.
-    power : of what is smaller: what is given together need not rise as the channels do.
-    seen : (3,4) matrix and offset from XYZ of the readings to those of another observer, in which `xyz` then is; files
-        have none.
+    mixture : (4,3) XYZ of black and of each channel alone at full code, less black; or (8,3), then also of the minimum
+        of red and green, green and blue, red and blue, and of all three: the addition of a white sub-pixel.
+    white_xyz : (3,) of the readings, the reference of cube roots.
+    residual : correction of these, or None.
+    power : exponent of the minima, which need not rise as the channels do.
+    seen : (3,4) matrix and offset from XYZ of the readings to those of another observer, of `xyz`; files have none.
     """
 
     name: str
@@ -91,7 +90,7 @@ class DisplayModel:
     seen: Float[np.ndarray, "3 4"] | None = None
 
     def xyz(self, codes: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 3"]:
-        """XYZ in the unit of the readings, for codes within 0 and 1 and somewhat beyond."""
+        """Compute XYZ in the unit of the readings, for codes within 0 and 1 and slightly beyond."""
         flat = np.asarray(codes, dtype=np.float64).reshape(-1, 3)
         found = self.mixed(flat)
         if self.residual is not None:
@@ -101,12 +100,12 @@ class DisplayModel:
         return found.reshape(np.shape(codes))
 
     def mixed(self, codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-        """XYZ without the residual."""
+        """Compute XYZ without the residual."""
         return features(light_of(self.curves, codes), len(self.mixture), self.power) @ self.mixture
 
     @property
     def is_additive(self) -> bool:
-        """True if it is a matrix after tone curves, and so cannot follow a display whose channels do not add up."""
+        """True for a matrix after tone curves, which cannot model a display with non-additive channels."""
         return len(self.mixture) == _SUMS and self.residual is None
 
     @property
@@ -129,11 +128,11 @@ class DisplayModel:
 
     @classmethod
     def of_document(cls, document: dict[str, Any]) -> DisplayModel:
-        """Return the model that a file keeps.
+        """Return the model that a file stores.
 
         Raises
         ------
-        KeyError, TypeError, ValueError : it is none.
+        KeyError, TypeError, ValueError : an invalid one.
         """
         red, green, blue = (curve_of(one) for one in document["curves"])
         mixture, white = (np.array(document[key], dtype=np.float64) for key in ("mixture", "white_xyz"))
@@ -146,14 +145,14 @@ class DisplayModel:
 
 
 def light_of(curves: tuple[Curve, Curve, Curve], codes: Float[np.ndarray, "N 3"]) -> Float[np.ndarray, "N 3"]:
-    """Light of each channel by its own curve."""
+    """Compute the light of each channel by its own curve."""
     return np.stack([curve.at(codes[:, at]) for at, curve in enumerate(curves)], axis=1)
 
 
 def features(light: Float[np.ndarray, "N 3"], count: int, power: float = 1.0) -> Float[np.ndarray, "N F"]:
-    """Terms of a mixture: 1, the channels, and with eight of them the smaller of each pair and of all, to a power.
+    """Compute terms of a mixture: 1, the channels, and for eight of them the minima of pairs and of all, to a power.
 
-    Channels below 0 give nothing together, so that codes beyond the display's own go on as its channels do.
+    Channels below 0 have minima of 0, so that codes beyond the display's own continue as its channels do.
     """
     columns = [np.ones(len(light)), *light.T]
     if count == _MINIMA:
@@ -164,7 +163,7 @@ def features(light: Float[np.ndarray, "N 3"], count: int, power: float = 1.0) ->
 
 
 def roots(xyz: Float[np.ndarray, "*batch 3"], white_xyz: Float[np.ndarray, "3"]) -> Float[np.ndarray, "*batch 3"]:
-    """Cube roots of XYZ relative to white, in which equal steps are about equally seen, noise near black included."""
+    """Compute cube roots of XYZ relative to white, in which equal steps are about equally visible, near black too."""
     return np.cbrt(xyz / white_xyz + FLOOR)
 
 

@@ -59,7 +59,7 @@ def fit(name: str, readings: Readings) -> DisplayModel:
 
 
 def why_not(name: str, readings: Readings) -> str | None:
-    """Why a model cannot be fitted to these readings; None where it can."""
+    """Return why a model cannot be fitted to these readings; None if it can."""
     return MODELS[name].lacks(readings)
 
 
@@ -69,7 +69,7 @@ def _gog(readings: Readings, count: int, name: str) -> DisplayModel:
 
 @lru_cache(maxsize=4)  # several models of the same readings begin with it
 def _gains(readings: Readings, count: int) -> DisplayModel:
-    """Gains, gammas and the mixture at once, by least squares of what is seen."""
+    """Fit gains, gammas and the mixture jointly, by least squares of visible differences."""
     from scipy.optimize import least_squares
 
     codes, xyz, white = readings.codes, readings.xyz, readings.white_xyz
@@ -96,7 +96,7 @@ def _gains(readings: Readings, count: int) -> DisplayModel:
 
 
 def _seen_weights(xyz: np.ndarray, white: np.ndarray) -> Float[np.ndarray, "N 3 3"]:
-    """Matrices that turn differences of cube roots into ΔL*, Δa* and Δb*, the latter two over 1 + 0.045 C*."""
+    """Return matrices from differences of cube roots to ΔL*, Δa* and Δb*, the latter two over 1 + 0.045 C*."""
     lab = roots(xyz, white) @ _LAB.T
     scale = 1.0 / (1.0 + 0.045 * np.hypot(lab[:, 1], lab[:, 2]))
     return _LAB * np.stack([np.ones_like(scale), scale, scale], axis=1)[:, :, None]
@@ -105,7 +105,7 @@ def _seen_weights(xyz: np.ndarray, white: np.ndarray) -> Float[np.ndarray, "N 3 
 def _mixture(
     curves: tuple[Curve, Curve, Curve], readings: Readings, count: int, power: float
 ) -> Float[np.ndarray, "F 3"]:
-    """Fit the mixture by least squares, each reading weighed by how much a small change of it is seen."""
+    """Fit the mixture by least squares, each reading weighted by the visibility of its errors."""
     codes, xyz, white = readings.codes, readings.xyz, readings.white_xyz
     made = features(light_of(curves, codes), count, power)
     slope = np.sqrt(readings.repeats)[..., None] / (3.0 * roots(xyz, white) ** 2)
@@ -114,13 +114,13 @@ def _mixture(
 
 
 def _ramps(readings: Readings) -> list[np.ndarray]:
-    """Readings of each channel alone, by index."""
+    """Return the readings of each channel alone, by index."""
     off = readings.codes <= 0.0
     return [np.flatnonzero(off[:, (at + 1) % 3] & off[:, (at + 2) % 3]) for at in range(3)]
 
 
 def _measured_curves(readings: Readings) -> tuple[Curve, Curve, Curve]:
-    """Through the ramps: what they are off gains, offsets and gammas is interpolated, not the steep curve itself."""
+    """Fit curves through the ramps: residuals of gains, offsets and gammas are interpolated, not steep curves."""
     codes, xyz = readings.codes, readings.xyz
     black = xyz[readings.blacks].mean(axis=0)
     usual = _gains(readings, 4).curves
@@ -147,7 +147,7 @@ def _through(codes: np.ndarray, light: np.ndarray, usual: Curve) -> MeasuredCurv
 
 
 def _matrix(readings: Readings, name: str, count: int) -> DisplayModel:
-    """Measured curves, then the mixture by least squares over all patches, and the power that leaves least."""
+    """Fit measured curves, then the mixture by least squares over all patches, and the best power."""
     from scipy.optimize import minimize_scalar
 
     curves, codes, xyz, white = _measured_curves(readings), readings.codes, readings.xyz, readings.white_xyz
@@ -164,13 +164,13 @@ def _matrix(readings: Readings, name: str, count: int) -> DisplayModel:
 
 
 def _bent(readings: Readings, name: str, count: int) -> DisplayModel:
-    """Measured curves where there are ramps, else gains and gammas; a mixture; and a spline of what that leaves."""
+    """Fit measured curves if there are ramps, else gains and gammas; a mixture; and a spline of its residuals."""
     base = _gog(readings, count, name) if _lacks_ramps(readings) else _matrix(readings, name, count)
     return _with_residual(base, readings)
 
 
 def _with_residual(model: DisplayModel, readings: Readings) -> DisplayModel:
-    """Return the model and a spline of what it leaves, as smooth as leaves readings that it has not seen best."""
+    """Add a spline of a model's residuals, as smooth as cross-validation favours."""
     left = roots(readings.xyz, readings.white_xyz) - roots(model.mixed(readings.codes), readings.white_xyz)
     weights, parts = _seen_weights(readings.xyz, readings.white_xyz), folds(readings, 5)
     # The mean of many readings, as white's is, has less noise to be smoothed.
@@ -189,20 +189,20 @@ def _with_residual(model: DisplayModel, readings: Readings) -> DisplayModel:
 
 
 def folds(readings: Readings, count: int) -> list[np.ndarray]:
-    """Patches in so many parts, spread over the cube; corners are in none: without them all would extrapolate."""
+    """Divide patches for cross-validation, spread over the cube; corners are in no part, to avoid extrapolation."""
     inner = np.flatnonzero(~np.isin(readings.codes, (0.0, 1.0)).all(axis=1))
     order = inner[np.lexsort(np.round(readings.codes[inner], 6).T)]
     return [part for at in range(count) if len(part := order[at::count])]
 
 
 def mixed(readings: Readings) -> int:
-    """Count the patches that have two channels or three at once and are not grey."""
+    """Count the patches with two or three channels that are not grey."""
     return int(np.count_nonzero(((readings.codes > 0.0).sum(axis=1) > 1) & (np.ptp(readings.codes, axis=1) > 0.02)))
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A model that can be fitted: in words, how, and what it lacks to be."""
+    """Kind of model: its description, its fit, and its requirements."""
 
     words: str
     fitted: Callable[[Readings], DisplayModel]

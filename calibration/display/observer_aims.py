@@ -1,8 +1,8 @@
-"""Aims of a display for observers whom it was not characterised for: its tables as they are, and a matrix before them.
+"""Aims of a display for observers other than that of its characterisation: the same tables after a matrix.
 
-Light adds up to XYZ of any observer. Where three channels and a leak make all spectra of a display, its XYZ for one
-observer follow from those for another by a matrix and an offset, exactly; with a fourth emitter nearly so, and how
-nearly the spectra of the readings tell.
+Light is additive in XYZ of any observer. If three channels and a leak make all spectra of a display, its XYZ for one
+observer follow exactly from those for another by a matrix and an offset; with a fourth emitter approximately, with an
+error measured on the spectra of the readings.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ _FLOOR, _POWER = 0.01, -2.0 / 3.0
 
 @dataclass(frozen=True, eq=False)
 class ObserverAim:
-    """Aim for one more observer.
+    """Aim for a further observer.
 
     Parameters
     ----------
-    observer : by short name. aim : of the display as this observer sees it.
-    front : (3,4) matrix and offset, from XYZ-D65 of pictures for this observer to the XYZ-D65 that the display's first
-        aim shows as they should be.
+    observer : by short name. aim : of the display for this observer.
+    front : (3,4) matrix and offset, from XYZ-D65 of pictures for this observer to equivalent XYZ-D65 for the display's
+        first aim.
     mean_off, largest_off : ΔE94 of the readings' XYZ by the matrix from those by their spectra.
     """
 
@@ -42,14 +42,14 @@ class ObserverAim:
 
     @property
     def words(self) -> str:
-        """Its white, and how far its matrix can be relied on."""
+        """Description of its white, and of the accuracy of its matrix."""
         off = f"ΔE94 {self.mean_off:.2f} on average, {self.largest_off:.2f} at most"
         return f"{self.aim.words}; by a matrix, off its spectra by {off}"
 
     def for_first(
         self, xyz_d65: Float[np.ndarray, "*batch 3"], black: Black = "absolute"
     ) -> Float[np.ndarray, "*batch 3"]:
-        """XYZ-D65 that the first aim shows, with black as it is, as this one should show a picture for its observer."""
+        """Convert XYZ-D65 for this observer, with a treatment of black, to XYZ-D65 for the first aim."""
         moved = self.aim.xyz(xyz_d65, black) @ np.linalg.inv(self.aim.adapted).T
         return moved @ self.front[:, :3].T + self.front[:, 3]
 
@@ -57,7 +57,7 @@ class ObserverAim:
 def observer_aims(record: DisplayRecord) -> tuple[ObserverAim, ...]:
     """Return the aims for all other observers; none where neither the readings nor the primaries have spectra.
 
-    D65 is that of each observer, as bright as it was asked to be or can be. Another white stays the light that it is.
+    D65 is that of each observer, as bright as requested or possible. Another white remains the same light.
     """
     readings = record.readings
     if readings.spectra is None and readings.primaries is None:
@@ -81,8 +81,9 @@ def _aim(record: DisplayRecord, short: str) -> ObserverAim:
 
 
 def seen_by(readings: Readings, name: str) -> tuple[Float[np.ndarray, "3 4"], Float[np.ndarray, " N"]]:
-    """Fit the matrix and offset from XYZ of readings to those of an observer, both in their unit, by the spectra of the
-    readings or else of the primaries; return them, and ΔE94 of each spectrum by them from its own.
+    """Fit the matrix and offset from XYZ of readings to those of an observer; return them, and ΔE94 of each spectrum.
+
+    Both are in the unit of the readings; the fit is to the spectra of the readings or else of the primaries.
     """
     spectra, whites = readings.spectra, readings.whites
     if spectra is None:

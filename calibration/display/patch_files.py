@@ -1,4 +1,4 @@
-"""Patches as files: `.ti1` for ArgyllCMS, CSV for any other program."""
+"""Files of patches: `.ti1` for ArgyllCMS, CSV for other programs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _COLUMNS = "patch,r,g,b"
 
 
 def write_patches(path: str | Path, codes: Float[np.ndarray, "N 3"], bits: int = 8) -> None:
-    """Write codes from 0 to 1, rounded to what `bits` can send: by the suffix percent (.ti1) or whole codes (.csv).
+    """Write codes from 0 to 1, rounded to `bits`: percent (.ti1) or integer codes (.csv), by the suffix.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def _csv(sent: np.ndarray, steps: int) -> str:
 
 
 def _ti1(codes: np.ndarray) -> str:
-    """Percent of full scale, with the rough XYZ of sRGB that the format asks for (ArgyllCMS, File formats, .ti1)."""
+    """Format percent of full scale, with the approximate XYZ by sRGB that the format requires (ArgyllCMS, .ti1)."""
     xyz = (
         100.0
         * srgb_to_linear(codes)

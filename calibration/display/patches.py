@@ -1,4 +1,4 @@
-"""Test patches to measure: corners, greys, ramps, and the rest as far from each other as can be."""
+"""Test patches to measure: corners, greys, ramps, and a space-filling set."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ _GRID, _BETWEEN = 17, 12
 
 
 def patches(count: int, purpose: Purpose = "characterise", white_every: int = 8) -> Float[np.ndarray, "N 3"]:
-    """Codes from 0 to 1 in the order in which to show them.
+    """Choose codes from 0 to 1, in display order.
 
-    `count` different ones; full white is first and last, and once more after every `white_every` of them, so that what
-    the display drifts can be taken out. Sets to verify with share but white and black with sets to characterise with.
-    For uniformity it is white, mid grey and black, to be measured at each place of a grid.
+    `count` different ones; full white is first and last, and repeated after every `white_every` of them, so that drift
+    can be removed. Sets for verification share only white and black with sets for characterisation. For uniformity it
+    is white, mid grey and black, to be measured at each place of a grid.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def _characterising(count: int) -> np.ndarray:
 
 
 def _verifying(count: int) -> np.ndarray:
-    """Primaries and secondaries again, greys between those of the other set, and inner colours."""
+    """Return primaries and secondaries again, greys between those of the other set, and inner colours."""
     corners = _corners()
     greys = (np.arange(max((count - len(corners)) // 4, 1)) + 0.62) / (max((count - len(corners)) // 4, 1) + 0.5)
     found = np.concatenate([corners, np.repeat(greys[greys < 1.0][:, None], 3, axis=1)])
@@ -74,13 +74,12 @@ def _verifying(count: int) -> np.ndarray:
 
 
 def _inner(count: int) -> np.ndarray:
-    """Space codes between 0 and 1, closer together where they are dark: there curves bend most."""
+    """Space codes between 0 and 1, denser in the dark, where curves bend most."""
     return (np.arange(1, count + 1) / (count + 1)) ** 1.25
 
 
 def _filled(found: np.ndarray, count: int, levels: np.ndarray) -> np.ndarray:
-    """Return the set and, until there are enough, the node of a grid that is farthest from all of it (Gonzalez
-    1985)."""
+    """Extend the set, until it is large enough, by the node of a grid farthest from all of it (Gonzalez 1985)."""
     grid = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
     apart = np.min(np.sum((grid[:, None] - found[None]) ** 2, axis=-1), axis=1)
     while len(found) < count:

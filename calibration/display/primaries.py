@@ -1,4 +1,4 @@
-"""Spectral primaries of displays (ccss), and what two screens that match for one observer are to another."""
+"""Spectral primaries of displays (ccss), and observer metamerism between two displays."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ class Primaries:
 
     Parameters
     ----------
-    name : as the file has it.
+    name : from the file.
     spectra : of the three, a row each, relative.
-    samples : all spectra of the file that have light; where more than three, of mixtures too.
+    samples : all non-zero spectra of the file; if more than three, of mixtures too.
     """
 
     name: str
@@ -58,9 +58,9 @@ class Primaries:
 
 @names_its_file
 def read_primaries(path: Path) -> Primaries:
-    """Read a ccss file: of its samples the three that span the largest triangle of chromaticities.
+    """Read a ccss file; the primaries are the three samples with the largest triangle of chromaticities.
 
-    Small negative values are noise of the instrument, and stay.
+    Small negative values are noise of the instrument, and are kept.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def read_primaries(path: Path) -> Primaries:
 
 
 def with_primaries(readings: Readings, primaries: Primaries) -> Readings:
-    """Give readings the spectra of their display's primaries, by which it can be aimed for other observers.
+    """Add the spectra of their display's primaries to readings, which permits aims for other observers.
 
     Raises
     ------
@@ -143,6 +143,6 @@ def with_primaries(readings: Readings, primaries: Primaries) -> Readings:
 
 
 def apart_for(one: Primaries, other: Primaries, matched: str, observer: str) -> float:
-    """ΔE94 of the whites of two displays for an observer, both of them D65 for another; the first is the reference."""
+    """Compute ΔE94 of two displays' whites for an observer, both D65 for another; the first is the reference."""
     first, second = (each.white_for(matched).xyz(observer)[0] for each in (one, other))
     return float(delta_e_xyz(first, second, first))

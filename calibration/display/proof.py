@@ -1,4 +1,4 @@
-"""Soft proof of a picture on a display: where its codes would have to leave 0 to 1, and what comes of it."""
+"""Soft proof of a picture on a display: pixels out of gamut, and the resulting colours."""
 
 from __future__ import annotations
 
@@ -20,8 +20,10 @@ _ROWS = 1 << 18
 
 @dataclass(frozen=True, eq=False)
 class ProofStatistics:
-    """lost : (H,W) whether a pixel cannot be shown. delta_e : (H,W) ΔE94 of what is shown from what was asked for.
-    darker : (H,W) whether it has less luminance than the display's black.
+    """Soft proof of a picture.
+
+    lost : (H,W) mask of pixels out of gamut. delta_e : (H,W) ΔE94 between requested and shown colours.
+    darker : (H,W) mask of pixels with less luminance than the display's black.
     """
 
     lost: Bool[np.ndarray, "H W"]
@@ -32,7 +34,7 @@ class ProofStatistics:
 def proofed(
     model: DisplayModel, cube: Cube, aim: Aim, xyz_d65: Float[np.ndarray, "H W 3"], black: Black = "absolute"
 ) -> ProofStatistics:
-    """Make the soft proof of a picture in XYZ-D65, Y of white 1, by the same tables as the display is driven with."""
+    """Make the soft proof of a picture in XYZ-D65, Y of white 1, by the tables that drive the display."""
     flat = np.asarray(xyz_d65, dtype=np.float64).reshape(-1, 3)
     # Flat parts of pictures are many pixels and few colours.
     colours, which = np.unique(flat, axis=0, return_inverse=True)

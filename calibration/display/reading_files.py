@@ -1,4 +1,4 @@
-"""Files of readings: `.ti3` and its relatives, tables (CSV) and CxF3, each told by its content."""
+"""Files of readings: `.ti3` and its relatives, tables (CSV) and CxF3, recognised by content."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ _UNIT = re.compile(r"(?<![a-z])(?:cd\s*[/·.*]?\s*m|nits?\b)", re.I)
 class Answers:
     """Answers to questions that files of readings leave open.
 
-    codes : the number that is full scale. unit : "cd/m2" or "Y100". luminance : cd/m2 of white, for "Y100".
-    observer : whose XYZ they are.
+    codes : number at full scale. unit : "cd/m2" or "Y100". luminance : cd/m2 of white, for "Y100".
+    observer : of the XYZ.
     """
 
     codes: float | None = None
@@ -60,7 +60,7 @@ def read_readings(path: Path, answers: Answers = NOTHING_SAID) -> Readings:
 
     Raises
     ------
-    InputError : no such file; none of the formats; several displays in it; a scale that it leaves open; bad numbers.
+    InputError : no such file; none of the formats; several displays in it; an unknown scale; invalid numbers.
     """
     path = existing_file(path)
     with path.open("rb") as file:
@@ -155,14 +155,14 @@ def _of_tables(path: Path, tables: list[CgatsTable], answers: Answers) -> Readin
 
 
 def _white(codes: np.ndarray) -> np.ndarray:
-    """Select the rows whose three codes are the largest that there are."""
+    """Select the rows whose three codes are all at their maximum."""
     return (codes >= codes.max() * (1.0 - 1e-9)).all(axis=1)
 
 
 def _stated_unit(table: CgatsTable, white: float) -> str | None:
-    """Return the unit that a table says its XYZ are in; None where it does not.
+    """Return the unit of XYZ that a table states; None if it does not.
 
-    ArgyllCMS has not always said it: a white of 100 beside the luminance of another is relative.
+    Older files of ArgyllCMS lack it: a white of 100 beside a different luminance is relative.
     """
     stated = table.keywords.get("NORMALIZED_TO_Y_100", "").upper()
     if stated in ("YES", "NO"):
@@ -176,9 +176,9 @@ def _stated_unit(table: CgatsTable, white: float) -> str | None:
 def _with_spectra(
     xyz: np.ndarray, spectra: ReadingSpectra, asked: str | None
 ) -> tuple[np.ndarray, ReadingSpectra, str, tuple[str, ...]]:
-    """Tell whose the XYZ are by the spectra beside them, and return those of the observer that was asked for.
+    """Identify the observer of the XYZ by the spectra beside them, and return those of the requested observer.
 
-    Spectra are put on the scale of the XYZ, which a file may have normalised alone.
+    Spectra are scaled to the XYZ, which alone may be normalised in a file.
     """
     bright = xyz[:, 1] > 0.05 * xyz[:, 1].max()
     seen = {name: spectra.xyz(name) for name in OBSERVERS}
@@ -207,7 +207,7 @@ def _xy(xyz: np.ndarray) -> np.ndarray:
 
 
 def _agreed(option: str, asked: T | None, stated: T | None) -> T | None:
-    """Return what was asked for or what the file says, which must be the same where there are both."""
+    """Return the requested or the stated value; both must agree if both exist."""
     if asked is not None and stated is not None and asked != stated:
         raise InputError(
             "the file says it itself, and something else",
@@ -220,7 +220,7 @@ def _agreed(option: str, asked: T | None, stated: T | None) -> T | None:
 
 
 def _known_observer(stated: str, asked: str | None) -> str | None:
-    """Return the short name of an observer that a file names; one of its own is asked for."""
+    """Return the short name of an observer named by a file; for a custom one, the answer is required."""
     try:
         return observer_name(stated)
     except UnknownNameError:
@@ -236,7 +236,7 @@ def _known_observer(stated: str, asked: str | None) -> str | None:
 
 
 def _described(words: str) -> str:
-    """Return what a descriptor calls the display; ArgyllCMS describes its file there, whatever was measured."""
+    """Return the display's name in a descriptor; ArgyllCMS describes its file there, whatever was measured."""
     return "" if words.casefold().startswith("argyll") else words
 
 
@@ -250,17 +250,17 @@ def code_columns(fields: list[str]) -> list[int]:
 
     Raises
     ------
-    InputError : a name stands over several columns.
+    InputError : a name heads several columns.
     """
     return _columns(fields, _CODES)
 
 
 def _columns(fields: list[str], known: tuple[tuple[str, ...], ...]) -> list[int]:
-    """Columns of the three names of the first triple that is all there; none where none is.
+    """Return the columns of the first complete triple of names; None without one.
 
     Raises
     ------
-    InputError : a name stands over several columns, and not one of them alone beside the other two.
+    InputError : a name heads several columns, and not exactly one of them beside the other two.
     """
     named = [_STRIPPED.sub("", field).strip() for field in fields]
     lower = [name.casefold() for name in named]
@@ -323,7 +323,7 @@ def _of_csv(path: Path, text: str, answers: Answers) -> Readings:
 
 
 def _headed_unit(heads: list[str], asked: str | None) -> str | None:
-    """Return the unit that heads of X, Y, Z name; None where they name none, or another of XYZ relative to white."""
+    """Return the unit in the headings of X, Y, Z; None if they state none, or another one of relative XYZ."""
     named = [head for head in heads if _STRIPPED.search(head)]
     if named and all(_UNIT.search(head) for head in named):
         return "cd/m2"
@@ -362,7 +362,7 @@ def _made(
     spectra: ReadingSpectra | None = None,
     notes: tuple[str, ...] = (),
 ) -> Readings:
-    """Readings on the scale 0 to 1 and in cd/m2, as far as that is known."""
+    """Convert readings to the scale 0 to 1 and to cd/m2, as far as that is known."""
     scale = scale or _scale(codes)
     if np.isfinite(codes).all() and codes.max() > scale * (1.0 + 1e-9):
         raise InputError(
@@ -421,7 +421,7 @@ def _made(
 
 
 def _scale(codes: np.ndarray) -> float:
-    """Return the full scale that a largest code tells; anything else is asked."""
+    """Return the full scale implied by a largest code; other codes require an answer."""
     largest = float(np.nanmax(codes))
     for scale in SCALES:
         whole = np.all(codes == np.round(codes))

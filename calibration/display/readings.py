@@ -1,4 +1,4 @@
-"""Readings of a display: the codes that it was sent, and the XYZ that an instrument saw."""
+"""Readings of a display: the codes sent, and the XYZ measured by an instrument."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _NEGATIVE_SHARE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class ReadingSpectra:
-    """Spectral radiance (N,L), W/(sr m2 nm), one row a reading; small negative values are noise and stay."""
+    """Spectral radiance (N,L), W/(sr m2 nm), one row per reading; small negative values are noise and are kept."""
 
     wavelengths_nm: Float[np.ndarray, " L"]
     radiance: Float[np.ndarray, "N L"]
 
     def xyz(self, observer_name: str) -> Float[np.ndarray, "N 3"]:
-        """XYZ with Y in cd/m2 (CIE 015:2018 eq. 7.1 with K_m)."""
+        """Compute XYZ with Y in cd/m2 (CIE 015:2018 eq. 7.1 with K_m)."""
         weights = observer(observer_name).sensitivity(self.wavelengths_nm)
         return EFFICACY * self.radiance @ weights.T
 
@@ -36,18 +36,17 @@ class Readings:
 
     Parameters
     ----------
-    codes : (N,3) what the display was sent, 0 to 1.
-    xyz : (N,3) what it showed; Y in cd/m2, or relative to white = 100 where `absolute` is false.
+    codes : (N,3) sent to the display, 0 to 1.
+    xyz : (N,3) measured; Y in cd/m2, or relative to white = 100 if `absolute` is false.
     source : file, for messages.
-    display, instrument, observer : as the file says it; "" where it does not.
-    absolute : whether XYZ are cd/m2.
-    spectra : radiance of the same readings, where the instrument gave it.
-    primaries : spectra (M,L) of the display's primaries and of mixtures of them, in any unit, where they are known
-        apart from the readings.
-    measured : when, ISO 8601, as the file says it; "" where it does not.
-    details : whatever else the file says.
-    notes : what was taken, converted or corrected, a sentence each.
-    repeats : how many readings each is the mean of.
+    display, instrument, observer : as stated by the file, else "".
+    absolute : True if XYZ are cd/m2.
+    spectra : radiance of the same readings, if the instrument provided it.
+    primaries : spectra (M,L) of the display's primaries and of mixtures of them, in any unit, if known from elsewhere.
+    measured : time, ISO 8601, as stated by the file, else "".
+    details : other content of the file.
+    notes : assumptions, conversions and corrections, a sentence each.
+    repeats : number of readings averaged in each.
     """
 
     codes: Float[np.ndarray, "N 3"]
@@ -72,7 +71,7 @@ class Readings:
 
     @property
     def groups(self) -> tuple[Float[np.ndarray, "M 3"], Int[np.ndarray, " N"]]:
-        """The different patches in the order in which they first came, and which of them each reading is of."""
+        """Distinct patches in order of first appearance, and the patch of each reading."""
         rounded = np.round(self.codes / _SAME_CODE).astype(np.int64)
         _, first, which = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
         rank = np.empty(len(first), dtype=np.int64)
@@ -110,7 +109,7 @@ class Readings:
 
     @property
     def channel_light(self) -> Float[np.ndarray, "3 3"] | None:
-        """XYZ of full red, green and blue alone, a row each, less black where it was read; None without one of them."""
+        """XYZ of full red, green and blue alone, a row each, less black if it was read; None if one is missing."""
         averaged = self.averaged()
         alone = [np.flatnonzero((np.abs(averaged.codes - unit) < 1e-6).all(axis=1)) for unit in np.eye(3)]
         if not all(rows.size for rows in alone):
@@ -119,7 +118,7 @@ class Readings:
         return np.stack([averaged.xyz[rows[0]] for rows in alone]) - black
 
     def averaged(self) -> Readings:
-        """One reading a patch, the mean of its readings, in the order in which patches first came."""
+        """Average the readings of each patch, in order of first appearance."""
         codes, which = self.groups
         if len(codes) == len(self):
             return self
@@ -133,7 +132,7 @@ class Readings:
         return replace(self, codes=codes, xyz=xyz, spectra=spectra, repeats=count[:, 0])
 
     def taken(self, which: Int[np.ndarray, " M"] | np.ndarray) -> Readings:
-        """Some of the readings, by index or mask."""
+        """Select some of the readings, by index or mask."""
         spectra = self.spectra
         if spectra is not None:
             spectra = replace(spectra, radiance=spectra.radiance[which])
@@ -145,7 +144,7 @@ class Readings:
 
         Raises
         ------
-        InputError : there are no spectra, so that nobody else's XYZ can be told.
+        InputError : there are no spectra, so that XYZ for other observers are unknown.
         """
         if observer(name).name == observer(self.observer).name:
             return self
@@ -162,9 +161,9 @@ class Readings:
 
     @property
     def repeatability(self) -> Float[np.ndarray, "3"] | None:
-        """Standard deviation of repeated readings, relative to each one's mean; None without repeats of bright patches.
+        """Compute the relative standard deviation of repeated readings; None without repeats of bright patches.
 
-        Patches below a hundredth of white are left out: there the noise is no share of the reading.
+        Patches below a hundredth of white are left out, since their noise is not proportional to the reading.
         """
         codes, which = self.groups
         bright = self.xyz[:, 1] > 0.01 * self.xyz[:, 1].max()

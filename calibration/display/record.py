@@ -1,4 +1,4 @@
-"""Record of a characterised display: one JSON file, with the readings that the model came from."""
+"""Record of a characterised display: one JSON file, with the readings of the model."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _MARK, _VERSION = "metamer_display", 1
 
 @dataclass(frozen=True, eq=False)
 class DisplayRecord:
-    """A display as it was characterised.
+    """Characterised display.
 
     Parameters
     ----------
     name : of the display. model : from codes to XYZ. readings : one a patch, without drift.
-    digest : SHA-256 of the readings as they were read, by which a file is known again. read : (n,6) codes and XYZ of
-        each, by which parts of it are; none in files of before it was kept.
-    reason : why this model. held_back : mean ΔE94 by model of patches that it had not seen.
-    additivity : whether channels add up. repeatability : relative standard deviation of X, Y, Z, or None.
-    notes : what has to be said, a sentence each. verifications : earlier ones, each as `verification.kept` has it.
-    settings : aim of the configuration that this was written beside; D65 where there is none.
+    digest : SHA-256 of the raw readings, which identifies their file. read : (n,6) codes and XYZ of each, which
+        identify parts of it; missing in older files.
+    reason : of the choice of the model. held_back : mean ΔE94 of held-out patches, by model.
+    additivity : of the channels. repeatability : relative standard deviation of X, Y, Z, or None.
+    notes : remarks, a sentence each. verifications : earlier ones, as of `verification.kept`.
+    settings : aim of the configuration written with this; D65 without one.
     """
 
     name: str
@@ -59,7 +59,7 @@ class DisplayRecord:
 
     @classmethod
     def of(cls, name: str, raw: Readings, used: Readings, choice: ModelChoice, notes: tuple[str, ...]) -> DisplayRecord:
-        """Make the record of readings as they were read, the same without drift, and the choice made by them."""
+        """Make the record from raw readings, the same without drift, and the choice based on them."""
         return cls(
             name,
             choice.model,
@@ -114,11 +114,11 @@ class DisplayRecord:
 
 
 def read_record(path: str | Path) -> DisplayRecord:
-    """Read what `DisplayRecord.write` wrote.
+    """Read the file of `DisplayRecord.write`.
 
     Raises
     ------
-    InputError : there is no such file, it is not one of these, or it is of a later version.
+    InputError : a missing file, another kind of file, or a later version.
     """
     path = existing_file(path)
     try:
@@ -170,7 +170,7 @@ def read_record(path: str | Path) -> DisplayRecord:
 
 
 def _settings(kept: Mapping[str, Any]) -> AimSettings:
-    """Return the aim that a file keeps; ValueError where it is none."""
+    """Return the aim stored in a file; ValueError for an invalid one."""
     white, luminance, black = (kept.get(key, getattr(AimSettings, key)) for key in ("white", "luminance", "black"))
     white = white if white in ("d65", "native") else tuple(float(one) for one in white)
     luminance = None if luminance is None else float(luminance)
@@ -190,6 +190,6 @@ def _unusable(path: Path, problem: str, found: str) -> InputError:
 
 
 def digest(readings: Readings) -> str:
-    """SHA-256 of codes and XYZ, in whatever order they were measured."""
+    """Compute the SHA-256 of codes and XYZ, independent of their order."""
     rows = np.round(np.concatenate([readings.codes, readings.xyz], axis=1), 9) + 0.0
     return hashlib.sha256(np.ascontiguousarray(rows[np.lexsort(rows.T)]).tobytes()).hexdigest()

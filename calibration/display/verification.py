@@ -1,4 +1,4 @@
-"""A characterised display measured again: what it was, what it is now, and whether that is near enough."""
+"""Verification of a characterised display: new readings against the model, judged by criteria."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _CHROMA = ("grey average", "grey maximum")
 
 @dataclass(frozen=True)
 class VerificationRow:
-    """One criterion judged. value : None where the readings do not hold what it needs. note : why, or how."""
+    """Judgement of one criterion. value : None if the readings lack data for it. note : why, or how."""
 
     criterion: VerificationCriterion
     value: float | None
@@ -46,7 +46,7 @@ class VerificationRow:
 
     @property
     def unit(self) -> str:
-        """ΔE by a formula, ΔC, ΔL* or percent."""
+        """Unit: ΔE by a formula, ΔC, ΔL* or percent."""
         statistic = self.criterion.statistic
         if statistic in _PERCENT:
             return "%"
@@ -57,13 +57,13 @@ class VerificationRow:
 
 @dataclass(frozen=True, eq=False)
 class Verification:
-    """Readings beside what the model says of their codes; the model is the reference.
+    """Readings compared with the model's predictions for their codes, the reference.
 
     Parameters
     ----------
-    record : of the display. readings : one a patch. criteria : that it is held to. rows : judged.
-    delta_e : (N,) ΔE94 by patch. repeatability : ΔE94 that one reading of white scatters by, None where not known.
-    injected : ΔE94 that the whole computation makes of a known difference of 1. when : ISO 8601.
+    record : of the display. readings : one a patch. criteria : of the judgement. rows : judged.
+    delta_e : (N,) ΔE94 by patch. repeatability : ΔE94 scatter of one reading of white, None if unknown.
+    injected : ΔE94 that the whole computation finds for a known difference of 1. when : ISO 8601.
     """
 
     record: DisplayRecord
@@ -85,7 +85,7 @@ class Verification:
 
     @property
     def kept(self) -> dict[str, Any]:
-        """Return what the file of the display keeps for the trend."""
+        """Return the entry for the trend in the display's file."""
         figures = {row.criterion.statistic: row.value for row in self.rows}
         return {"when": self.when, "verdict": self.verdict, "criteria": self.criteria.name, "figures": figures}
 
@@ -125,14 +125,14 @@ class Verification:
 def verify(
     record: DisplayRecord, raw: Readings, criteria: VerificationCriteria, when: str, *, any_state: bool = False
 ) -> Verification:
-    """Judge readings of a display that was characterised before.
+    """Judge new readings of a characterised display.
 
-    any_state : judge it even where its white has moved so far that somebody must have changed its settings.
+    any_state : judge it even if its white differs so much that its settings must have been changed.
 
     Raises
     ------
-    ComparisonError : the readings are those that the model was made of; of another display or observer; not in the
-        same unit; or of another state of the display.
+    ComparisonError : the readings are those of the model; or of another display, observer, unit or state of the
+        display.
     """
     _refuse_wrong(record, raw)
     readings, white = raw.averaged(), record.model.xyz(np.ones((1, 3)))[0]
@@ -197,10 +197,10 @@ def _refuse_wrong(record: DisplayRecord, raw: Readings) -> None:
 
 
 def _read_again(record: DisplayRecord, raw: Readings) -> tuple[int, int]:
-    """Count the patches that were measured for the record, too, and of those the ones with the same XYZ.
+    """Count the patches that were also measured for the record, and those of them with the same XYZ.
 
-    Of patches above a twentieth of white: two readings of one patch hardly agree in X, Y and Z to a thousandth, the
-    same reading with fewer digits does.
+    For patches above a twentieth of white: repeated readings hardly agree in X, Y and Z to a thousandth, copies with
+    fewer digits do.
     """
     bright = raw.xyz[:, 1] > _BRIGHT * raw.white_xyz[1]
     inner = bright & ~(raw.codes >= 1.0 - _SAME_CODES).all(axis=1)
@@ -219,7 +219,7 @@ def _xyy(xyz: np.ndarray) -> str:
 
 
 def _scatter(relative: Float[np.ndarray, "3"]) -> float:
-    """ΔE94 of white from what X, Y and Z scatter by, independently, root mean square (CIE 015:2018 eq. 8.3-8.5)."""
+    """Compute the RMS ΔE94 scatter of white from independent scatter in X, Y and Z (CIE 015:2018 eq. 8.3-8.5)."""
     f = relative / 3.0
     off = np.array([116.0 * f[1], 500.0 * np.hypot(f[0], f[1]), 200.0 * np.hypot(f[1], f[2])])
     return float(np.linalg.norm(off))
@@ -252,7 +252,7 @@ def _row(
 def _figure(
     criterion: VerificationCriterion, raw: Readings, readings: Readings, predicted: np.ndarray, white: np.ndarray
 ) -> tuple[float | None, str]:
-    """Return the figure, or None and what the readings lack."""
+    """Compute the figure, or return None and the missing data."""
     statistic, formula = criterion.statistic, criterion.formula
     apart = delta_e_xyz(predicted, readings.xyz, white, _formula(formula))
     whole = np.isin(readings.codes, (0.0, 1.0)).all(axis=1)
@@ -290,7 +290,7 @@ def _figure(
 
 
 def record_black(predicted: np.ndarray, black: np.ndarray) -> float:
-    """Luminance of black by the model."""
+    """Compute the luminance of black by the model."""
     return float(predicted[black, 1].mean())
 
 
@@ -301,7 +301,7 @@ def _formula(name: str) -> FormulaName:
 
 
 def _injected(predicted: np.ndarray, white: np.ndarray) -> float:
-    """ΔE94 that comes out of patches whose lightness was moved by 1: a report that cannot find it is not believed."""
+    """Compute ΔE94 for patches with lightness raised by 1: a report that cannot find it is not trusted."""
     from ...spectral.difference import xyz_from_lab
 
     lab = lab_from_xyz(predicted, white)
@@ -310,7 +310,7 @@ def _injected(predicted: np.ndarray, white: np.ndarray) -> float:
 
 
 def trend(record: DisplayRecord, statistic: str) -> list[tuple[str, float]]:
-    """Return a figure of earlier verifications, by when."""
+    """Return a figure of earlier verifications, by time."""
     found: list[tuple[str, float]] = []
     for one in record.verifications:
         figures: Mapping[str, Any] = one.get("figures", {})

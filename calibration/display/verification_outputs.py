@@ -1,4 +1,4 @@
-"""The page of a verification, which is printed and signed; and its JUnit XML, a test case a criterion."""
+"""Page of a verification for printing and signature; and its JUnit XML, a test case per criterion."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _WORST, _EARLIER = 8, 6
 
 
 def verification_page(found: Verification) -> str:
-    """One self-contained HTML page."""
+    """Render one self-contained HTML page."""
     order = np.argsort(-found.delta_e)[:_WORST]
     white = found.readings.white_xyz
     unit = "cd/m²" if found.readings.absolute else "of white = 100"
