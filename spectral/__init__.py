@@ -1,5 +1,5 @@
 """Colour science: wavelengths, bases, spectra, observers, illuminants, adaptation and colour differences.
 
-Begin with `basis.py`, the small linear bases that everything carries, `spectrum.py` and `observers.py`; `palette.py`
-and `folding.py` are where a surface's spectra meet light and observer. `formats/` reads files of spectra.
+Begin with `basis.py`, small linear spectral bases, `spectrum.py` and `observers.py`; `palette.py` and `folding.py`
+combine a surface's spectra with light and observer. `formats/` reads files of spectra.
 """

@@ -24,16 +24,15 @@ CONE_FROM_XYZ = {
 def adaptation_matrix(
     white_from_xyz: White, white_to_xyz: White, method: Method = "Bradford", degree: float = 1.0
 ) -> Matrix3:
-    """Matrix M (3,3) that moves one white to another: adapted = M @ xyz, or xyz @ M.T for images.
+    """Compute the matrix M (3,3) that adapts one white to another: adapted = M @ xyz, or xyz @ M.T for images.
 
-    degree : 1 is full adaptation, which puts one white onto the other; 0 is none, which changes nothing; between, D of
-        CIECAM02 (CIE 159:2004), in any of the cone spaces, both whites having the same Y.
+    degree : 1 is full adaptation, which maps one white to the other; 0 is none, the identity; between, D of CIECAM02
+        (CIE 159:2004), in any of the cone spaces, both whites having the same Y.
 
     Raises
     ------
     InputError
-        A white whose response in some cone channel is not positive: there is nothing to scale by. A degree that is not
-        from 0 to 1.
+        A white with a cone response that is not positive, so that scaling is impossible. A degree outside 0 to 1.
     """
     if not 0.0 <= degree <= 1.0:
         raise InputError("not a degree of adaptation", field="degree", found=degree, expected="0 (none) to 1 (full)")
@@ -61,7 +60,7 @@ def adaptation_matrix(
 
 
 def degree_of_adaptation(adapting_luminance: float, surround: float = 1.0) -> float:
-    """D of CIECAM02 (CIE 159:2004), held within 0 and 1: how far an eye adapts in a field of so many cd/m^2.
+    """Compute D of CIECAM02 (CIE 159:2004), clamped to 0 and 1: the adaptation to a field's luminance in cd/m^2.
 
     surround : F, 1 for an average surround, 0.9 for a dim one, 0.8 in the dark.
 

@@ -1,7 +1,7 @@
-"""Readings of one thing at several angles: which they are, and the flop index.
+"""Readings of one thing at several angles: their grouping, and the flop index.
 
 Multi-angle instruments light at one angle and read at several aspecular angles, measured from the mirror direction
-towards the light. A file gives each angle as a spectrum of its own, which is no material: together they are one sample.
+towards the light. A file has each angle as a spectrum of its own, which is no material: together they are one sample.
 """
 
 from __future__ import annotations
@@ -65,8 +65,10 @@ _ASPECULAR_COLUMN = re.compile(rf"(?:aspecular|differenz)[ _-]*(?:angle|winkel)?
 
 
 class Unlit(NamedTuple):
-    """A reading at an aspecular angle in degrees without that of the light: the words that say so, the angle, and
-    whether they say that it is one ("as15", "15°", a column of angles) and not only a number.
+    """Reading at an aspecular angle, degrees, without the angle of the light.
+
+    The words that state it, the angle, and whether they mark it as one ("as15", "15°", a column of angles) or are only
+    a number.
     """
 
     words: str
@@ -76,7 +78,7 @@ class Unlit(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class AngleReading(Generic[_One]):
-    """A reading of any kind with its name, the name of the thing it is of where a file has one, and its measurement."""
+    """Reading of any kind with its name, the name of its thing if the file has one, and its measurement."""
 
     item: _One
     name: str
@@ -85,14 +87,14 @@ class AngleReading(Generic[_One]):
 
     @property
     def angle(self) -> Geometry | None:
-        """The angle of a multi-angle instrument; None of other geometries."""
+        """Angle of a multi-angle instrument; None for other geometries."""
         geometry = self.measurement.geometry
         return geometry if geometry is not None and geometry.kind == "multi-angle" else None
 
 
 @dataclass(frozen=True, eq=False)
 class Thing(Generic[_One]):
-    """Readings of one thing, or one reading at no angle; `by_name` : told by names that differ in their angle alone."""
+    """Readings of one thing, or one reading at no angle; `by_name` : grouped by names equal but for the angle."""
 
     name: str
     readings: tuple[AngleReading[_One], ...]
@@ -100,7 +102,7 @@ class Thing(Generic[_One]):
 
     @property
     def angles(self) -> tuple[Geometry, ...]:
-        """The angles of its readings, each once, in their order."""
+        """Distinct angles of its readings, in their order."""
         found: list[Geometry] = []
         for one in self.readings:
             if one.angle is not None and not any(one.angle.matches(other) for other in found):
@@ -109,10 +111,10 @@ class Thing(Generic[_One]):
 
 
 def things(readings: Iterable[AngleReading[_One]]) -> tuple[Thing[_One], ...]:
-    """Gather readings at several angles by the thing that they are of; every other reading is a thing of its own.
+    """Group readings at several angles by thing; every other reading is a thing of its own.
 
-    Readings are of one thing where their file says so, or where their names differ by the notation of an angle alone
-    and the rest of their measurement agrees.
+    Readings are of one thing if their file states it, or if their names differ only by the notation of an angle and the
+    rest of their measurement agrees.
     """
     groups: dict[str, list[list[AngleReading[_One]]]] = {}
     order: list[list[AngleReading[_One]]] = []
@@ -142,7 +144,7 @@ def things(readings: Iterable[AngleReading[_One]]) -> tuple[Thing[_One], ...]:
 
 
 def _called(reading: AngleReading) -> str:
-    """Return the name of the thing that a reading at an angle is of: its own less the angle, in whatever notation."""
+    """Return the name of the thing of a reading at an angle: its own without the angle, in any notation."""
     name, angle = reading.thing or reading.name, reading.angle
     if angle is None or angle.first is not None:
         return without_angle(name)
@@ -156,7 +158,7 @@ def _called(reading: AngleReading) -> str:
 
 
 def _numbered(name: str) -> re.Match[str] | None:
-    """Match a name, its number and whether that is of degrees, which may stand before it, too."""
+    """Match a name and its number, with degrees or not, which may precede the name, too."""
     plain = _MEASURED.sub("", name.strip())
     last = _NUMBERED.fullmatch(plain)
     before = None if last is not None and last[3] else _DEGREES_BEFORE.fullmatch(plain)
@@ -192,16 +194,16 @@ def without_angle(name: str) -> str:
 
 
 def _joined(*parts: str) -> str:
-    """Parts of a name about an angle, without what joined them to it."""
+    """Return the parts of a name around an angle, without separators."""
     rest = re.sub(r"\(\s*\)|\[\s*\]", " ", " ".join(parts))
     return re.sub(r"\s+", " ", rest).strip(_JOINTS)
 
 
 def flop_index(lightness: Mapping[float, float]) -> float | None:
-    """Flop index from L* at aspecular angles of 15, 45 and 110 degrees under D65 for 10 degrees.
+    """Compute the flop index from L* at aspecular angles of 15, 45 and 110 degrees under D65 for 10 degrees.
 
-    2.69 (L*15 - L*110)^1.11 / L*45^0.86, 0 where L* does not fall (named after D. H. Alman 1987). None where one of the
-    three is missing, or L*45 is 0.
+    2.69 (L*15 - L*110)^1.11 / L*45^0.86, 0 if L* does not fall (named after D. H. Alman 1987). None if one of the three
+    is missing, or L*45 is 0.
 
     >>> round(flop_index({15.0: 90.0, 45.0: 50.0, 110.0: 30.0}), 3)
     8.758
@@ -213,25 +215,25 @@ def flop_index(lightness: Mapping[float, float]) -> float | None:
 
 
 def flop_weights(wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "3 L"]:
-    """Weights of radiance factors in XYZ under `FLOP_CONDITIONS`, Y of the perfect diffuser being 1."""
+    """Compute weights from radiance factors to XYZ under `FLOP_CONDITIONS`, Y of the perfect diffuser being 1."""
     light, eye = FLOP_CONDITIONS
     return observer(eye).weights(illuminant(light), wavelengths_nm)
 
 
 def common(sides: Sequence[Sequence[Geometry]]) -> tuple[Geometry, ...]:
-    """Return the angles that all sides have, in the order of the first."""
+    """Return the angles common to all sides, in the order of the first."""
     return tuple(one for one in sides[0] if all(any(one.matches(other) for other in side) for side in sides[1:]))
 
 
 def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) -> dict[int, Unlit]:
-    """Readings that seem to be at aspecular angles and do not say that of the light, by their place.
+    """Find readings at apparently aspecular angles without the angle of the light, by index.
 
     Parameters
     ----------
-    names, details : of readings whose geometry is no angle of a multi-angle instrument. Signs are two names or more
-        such as "as15", or with degrees of usual angles, or that are nothing but usual angles; numbers behind one word
-        with those of the flop index; behind any words where all names are such and have two of the common ones each;
-        rows of one name that differ in a column of angles, or in one of numbers with those of the flop index.
+    names, details : of readings whose geometry is no multi-angle one. Evidence is: two names or more such as "as15",
+        with degrees of usual angles, or that are only usual angles; numbers after one word that include those of the
+        flop index; after any words if all names have them, with two of the common ones each; rows of one name that
+        differ in a column of angles, or of numbers that include those of the flop index.
 
     >>> sorted(without_light(["Sky as15", "as45", "Card"], [{}] * 3)), without_light(["1", "2"], [{}] * 2)
     ([0, 1], {})
@@ -240,8 +242,9 @@ def without_light(names: Sequence[str], details: Sequence[Mapping[str, str]]) ->
 
 
 def are_angles(label: str, cells: Sequence[str]) -> bool:
-    """Return whether a column is of angles by its heading, or by the degrees or the "as" in each cell; one of a
-    direction is where it does not number readings.
+    """Return whether a column is of angles, by its heading, or by degrees or "as" in each cell.
+
+    A column of directions counts if its cells are multiples of 5 degrees.
 
     >>> are_angles("Angle", ["15"]), are_angles("Channel", ["15°", "as25"]), are_angles("Channel", ["15"])
     (True, True, False)
@@ -255,7 +258,7 @@ def are_angles(label: str, cells: Sequence[str]) -> bool:
 
 
 def geometry_of_columns(columns: Mapping[str, str]) -> str | None:
-    """Return the multi-angle geometry that two columns beside a reading state: the light's angle and the aspecular one.
+    """Return the multi-angle geometry stated by two columns beside a reading: the light's angle and the aspecular one.
 
     >>> geometry_of_columns({"Light angle": "45°", "Aspecular": "-15"}), geometry_of_columns({"Light": "D65"})
     ('45as-15', None)
@@ -271,7 +274,7 @@ def geometry_of_columns(columns: Mapping[str, str]) -> str | None:
 
 
 def _by_names(names: Sequence[str]) -> dict[int, Unlit]:
-    """Return the readings whose names are of angles, as `without_light` has it."""
+    """Find the readings whose names are angles; see `without_light`."""
     found: dict[int, Unlit] = {}
     noted = [ANGLE_WITHOUT_LIGHT.search(name) for name in names]
     told = {at: signed(one[1] or one[2]) for at, one in enumerate(noted) if one}
@@ -304,7 +307,7 @@ def _by_names(names: Sequence[str]) -> dict[int, Unlit]:
 
 
 def _by_columns(names: Sequence[str], details: Sequence[Mapping[str, str]]) -> dict[int, Unlit]:
-    """Return the readings that differ in a column of angles, as `without_light` has it."""
+    """Find the readings that differ in a column of angles; see `without_light`."""
     found: dict[int, Unlit] = {}
     for label in dict.fromkeys(label for one in details for label in one):
         cells = {at: text for at, one in enumerate(details) if (text := one.get(label, "").strip())}
@@ -332,7 +335,7 @@ def _by_columns(names: Sequence[str], details: Sequence[Mapping[str, str]]) -> d
 
 
 def _angle_in(text: str, words: bool = False) -> float | None:
-    """Return the angle that a cell is of, as "15", "-15°" or "as15", behind `words` where they may be; else None."""
+    """Return the angle of a cell, such as "15", "-15°" or "as15", optionally after `words`; else None."""
     if noted := ANGLE_WITHOUT_LIGHT.fullmatch(text):
         return signed(noted[1] or noted[2])
     number = _NUMBERED.fullmatch(text)

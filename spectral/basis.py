@@ -1,7 +1,7 @@
-"""Small linear spectral bases: the only holders of a wavelength axis.
+"""Small linear spectral bases, the only owners of a wavelength axis.
 
-A basis is a pair of maps. A reflectance r (L,) becomes J coefficients by `analysis` A (L,J), and a spectrum again by
-`synthesis` B (L,J); a light folded with an observer becomes 3 x J numbers through B, so that a colour is their product.
+A basis is a pair of maps. `analysis` A (L,J) maps a reflectance r (L,) to J coefficients, and `synthesis` B (L,J) back
+to a spectrum; a light folded with an observer becomes 3 x J numbers through B, so that a colour is their product.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class SpectralBasis:
 
     @property
     def size(self) -> int:
-        """J, the number of coefficients."""
+        """Number J of coefficients."""
         return self.analysis.shape[1]
 
     @cached_property
@@ -69,41 +69,41 @@ class SpectralBasis:
         )
 
     def truncated(self, size: int) -> SpectralBasis:
-        """Return the basis of the first `size` coefficients: for "peercy" and "balanced" the best one of that size."""
+        """Return the basis of the first `size` coefficients: optimal at that size for "peercy" and "balanced"."""
         return SpectralBasis(self.name, self.wavelengths_nm, self.analysis[:, :size], self.synthesis[:, :size])
 
     def project(self, values: Float[np.ndarray, "*batch L"]) -> Float[np.ndarray, "*batch J"]:
-        """Coefficients A^T r of reflectances sampled on `wavelengths_nm`."""
+        """Compute coefficients A^T r of reflectances sampled on `wavelengths_nm`."""
         return values if self.is_sampled else values @ self.analysis
 
     def reconstruct(self, coefficients: Float[np.ndarray, "*batch J"]) -> Float[np.ndarray, "*batch L"]:
-        """Spectra B c on `wavelengths_nm`."""
+        """Compute spectra B c on `wavelengths_nm`."""
         return coefficients if self.is_sampled else coefficients @ self.synthesis.T
 
     def operator(self, reflectance: Float[np.ndarray, "*batch L"]) -> Float[np.ndarray, "*batch J J"]:
-        """A^T diag(r) B: what one more bounce off reflectance r does to coefficients."""
+        """Compute A^T diag(r) B, the effect of one more bounce off reflectance r on coefficients."""
         return np.einsum("lj,...l,lk->...jk", self.analysis, reflectance, self.synthesis, optimize=True)
 
     def bispectral_operator(self, donaldson: Float[np.ndarray, "L L"]) -> Float[np.ndarray, "J J"]:
-        """A^T D B for a fluorescent surface; D[out, in] is its Donaldson matrix on `wavelengths_nm`.
+        """Compute A^T D B for a fluorescent surface; D[out, in] is its Donaldson matrix on `wavelengths_nm`.
 
         It acts on coefficients of *radiance*, in a basis made for radiances (`radiance_basis`), not on coefficients of
-        reflectance relative to a light, as `fold` takes them. Direct light needs neither: `Bispectral.fold`.
+        reflectance relative to a light, the input of `fold`. Direct light needs neither: `Bispectral.fold`.
         """
         return self.analysis.T @ donaldson @ self.synthesis
 
     def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3 J"]:
-        """Matrix M with XYZ = M c for a surface of coefficients c under `light`; Y of the perfect diffuser is 1.
+        """Compute M with XYZ = M c for a surface of coefficients c under `light`; Y of the perfect diffuser is 1.
 
-        The light meets the observer at its own resolution before either meets the basis.
+        The light is multiplied with the observer at its own resolution, before the basis.
         """
         weights = observer.weights(light, self.wavelengths_nm)
         return weights if self.is_sampled else weights @ self.synthesis
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "J L"]:
-        """Compute the emission of each coefficient at `wavelengths_nm` under `light`: pi times the radiance of a
-        diffuse surface, in the light's own unit. The light is linear between its samples; one that is finer is
-        averaged.
+        """Compute the radiance of each coefficient at `wavelengths_nm` under `light`, times pi, for a diffuse surface.
+
+        In the light's own unit. The light is linear between its samples; a finer one is averaged.
         """
         resample = interpolation_matrix(self.wavelengths_nm, wavelengths_nm)
         spectra = resample if self.is_sampled else resample @ self.synthesis
@@ -111,8 +111,7 @@ class SpectralBasis:
 
     @classmethod
     def sampled(cls, wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM) -> SpectralBasis:
-        """Return the trivial basis: coefficients are samples, A = B = I (L,L), which is made when somebody asks for
-        it."""
+        """Return the trivial basis: coefficients are samples, A = B = I (L,L), materialised only on demand."""
         return _SampledBasis(wavelengths_nm)
 
     @classmethod
@@ -124,7 +123,7 @@ class SpectralBasis:
         wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM,
         light_scale: float = 0.1,
     ) -> SpectralBasis:
-        """Orthonormal linear model of Peercy 1993 (sec. 3), as in Schwenk 2010 (sec. 3.5): A = B.
+        """Compute the orthonormal linear model of Peercy 1993 (sec. 3), as in Schwenk 2010 (sec. 3.5): A = B.
 
         Left singular vectors of the columns [reflectances, light_scale x light x CMF]. Reflectances and lights have no
         scale in common and the result depends on the one chosen; with lights at Y = 1, 0.1 was the best of those tried
@@ -154,12 +153,12 @@ class SpectralBasis:
         size: int | None = None,
         wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM,
     ) -> SpectralBasis:
-        """Basis in which the *product* of reflectance and light is as right as J numbers allow.
+        """Compute the basis of J numbers that best preserves the *product* of reflectance and light.
 
-        With the SVD R W = P S Q^T of reflectances (n,L) times light x CMF (L,m), A = W Q_J S_J^(-1/2) and
-        B = R^T P_J S_J^(-1/2), so that (A^T r) . (B^T w) is the rank-J truncation of R W: the best for all pairs at
-        once (Eckart-Young), and exact at J = m. Only singular values above the numerical rank are ever inverted, so
-        black, grey and repeated spectra do no harm; a set that is black throughout gets one empty coefficient.
+        With the SVD R W = P S Q^T of reflectances (n,L) times light x CMF (L,m), A = W Q_J S_J^(-1/2) and B = R^T P_J
+        S_J^(-1/2), so that (A^T r) . (B^T w) is the rank-J truncation of R W: the best for all pairs at once
+        (Eckart-Young), and exact at J = m. Only singular values above the numerical rank are ever inverted, so black,
+        grey and repeated spectra do no harm; a set that is black throughout gets one empty coefficient.
 
         Parameters
         ----------
@@ -207,7 +206,7 @@ class _SampledBasis(SpectralBasis):
 
 
 def finite_table(field: str, values: np.ndarray) -> np.ndarray:
-    """`values` in float64; raises `InputError` naming `field` where they are no table, or not finite."""
+    """Return `values` in float64; raises `InputError` naming `field` if they are no table, or not finite."""
     values = np.asarray(values, dtype=np.float64)
     if values.ndim != 2 or not np.isfinite(values).all():
         raise InputError(
@@ -220,7 +219,7 @@ def finite_table(field: str, values: np.ndarray) -> np.ndarray:
 
 
 def _stop_at_rank(singular: np.ndarray, shape: tuple[int, ...], size: int | None) -> int:
-    """Number of singular vectors to keep: what was asked, never beyond the numerical rank."""
+    """Return the number of singular vectors to keep: as requested, but at most the numerical rank."""
     if size is not None and size < 1:
         raise InputError("a basis needs at least one coefficient", field="size", found=size, expected=">= 1")
     rank = int(np.sum(singular > singular[0] * max(shape) * np.finfo(np.float64).eps)) if singular.size else 0

@@ -1,17 +1,17 @@
-"""Fluorescent surfaces: what is absorbed at one wavelength and sent out at a longer one.
+"""Fluorescent surfaces: light absorbed at one wavelength and emitted at a longer one.
 
-A Donaldson matrix D (Donaldson 1954; ASTM E2153) sends a light s to the radiance D s. The diagonal is an ordinary
+A Donaldson matrix D (Donaldson 1954; ASTM E2153) maps a light s to the radiance D s. The diagonal is an ordinary
 reflectance and is treated as one. The rest is a sum over *bands of excitation*: entry [out, in] is spectral power at
 `out` per unit of mean spectral power in the band around `in`. Power, not photons: a matrix of photon counts becomes one
 of power when entry [out, in] is multiplied by lambda_in / lambda_out (`from_photons`).
 
-What leaves a fluorescent surface is no multiple of the light, wavelength by wavelength: where the light is dark,
-radiance over light is infinite. So no reflectance is made of it here. For light that arrives directly,
+The radiance of a fluorescent surface is not a multiple of the light, wavelength by wavelength: where the light is dark,
+radiance over light is infinite. So it has no reflectance here. For direct light,
 
     XYZ = cmf^T D s / (y-bar . s)
 
-is three numbers a surface and light (`Bispectral.fold`), exact, with the light at its own resolution; for light that
-arrives over other surfaces, see `radiance_basis`, whose coefficients are of radiance.
+is three numbers per surface and light (`Bispectral.fold`), exact, with the light at its own resolution; for indirect
+light, see `radiance_basis`, whose coefficients are of radiance.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ class Bispectral:
     Parameters
     ----------
     wavelengths_in_nm : (Li,) of the absorbed light, ascending, two or more.
-    wavelengths_out_nm : (Lo,) of what leaves; each is also one of `wavelengths_in_nm`, where the diagonal is.
+    wavelengths_out_nm : (Lo,) of the outgoing light; each is also one of `wavelengths_in_nm`, where the diagonal is.
     matrix : (Lo,Li) power for power, band for band (see the module's text); >= 0, the diagonal at most 1.
 
-    Emission is linear between samples and none beyond them; each band of excitation weighs the light by a tent over
-    the neighbouring wavelengths, the outermost two go on for half a step. What excites outside `wavelengths_in_nm`
-    was not measured and counts as nothing.
+    Emission is linear between samples and 0 beyond them; each band of excitation weights the light by a tent over the
+        neighbouring wavelengths, the outermost two extended by half a step. Excitation outside `wavelengths_in_nm` was
+        not measured and is taken as 0.
 
     Raises
     ------
@@ -107,12 +107,12 @@ class Bispectral:
     def from_photons(
         cls, wavelengths_in_nm: Wavelengths, wavelengths_out_nm: Wavelengths, matrix: Float[np.ndarray, "Lo Li"]
     ) -> Bispectral:
-        """Convert a matrix that counts photons, out of a band per photon into it."""
+        """Convert a matrix of photon counts, out of a band per photon into it."""
         return cls(wavelengths_in_nm, wavelengths_out_nm, matrix * wavelengths_in_nm / wavelengths_out_nm[:, None])
 
     @classmethod
     def diagonal(cls, reflectance: Spectrum) -> Bispectral:
-        """Return an ordinary surface as a Donaldson matrix: nothing changes its wavelength."""
+        """Return an ordinary surface as a Donaldson matrix, without fluorescence."""
         grid = reflectance.wavelengths_nm
         if reflectance.quantity != "reflectance" or reflectance.samples.ndim != 1:
             raise InputError(
@@ -133,24 +133,24 @@ class Bispectral:
 
     @cached_property
     def reflectance(self) -> Spectrum:
-        """The part that keeps its wavelength."""
+        """Reflectance without fluorescence: the diagonal."""
         return Spectrum.sampled(self.wavelengths_out_nm, self._diagonal, "reflectance")
 
     @cached_property
     def reradiation(self) -> Float[np.ndarray, "Lo Li"]:
-        """The part that changes its wavelength: the matrix without its diagonal."""
+        """Fluorescent part: the matrix without its diagonal."""
         shifted = self.matrix.copy()
         shifted[np.arange(len(self._own_column)), self._own_column] = 0.0
         return shifted
 
     @cached_property
     def power_yield(self) -> Float[np.ndarray, " Li"]:
-        """Share of the power of each band of excitation that leaves again, at any wavelength."""
+        """Fraction of the power of each band of excitation that is reflected or emitted, at any wavelength."""
         return self._yield(np.ones_like)
 
     @cached_property
     def photon_yield(self) -> Float[np.ndarray, " Li"]:
-        """Share of the photons of each band that leave again; above 1 the measurement is in doubt."""
+        """Fraction of the photons of each band that are reflected or emitted; above 1 the measurement is doubtful."""
         return self._yield(lambda wavelengths: wavelengths)
 
     def _yield(self, weight) -> np.ndarray:
@@ -162,7 +162,7 @@ class Bispectral:
 
     @cached_property
     def keeps_wavelengths(self) -> bool:
-        """True if nothing changes its wavelength: an ordinary surface."""
+        """True for an ordinary surface, without fluorescence."""
         return not self.reradiation.any()
 
     def without_emission(self) -> Bispectral:
@@ -170,10 +170,10 @@ class Bispectral:
         return Bispectral.diagonal(self.reflectance)
 
     def excitation(self, light: Spectrum) -> Float[np.ndarray, " Li"]:
-        """Mean spectral power of `light` in each band, integrated exactly at the light's own resolution.
+        """Compute the mean spectral power of `light` in each band, integrated exactly at the light's own resolution.
 
-        The light is linear between its samples and held beyond them, as everywhere: a lamp that sends no ultraviolet
-        needs zeros there, not an early end.
+        The light is linear between its samples and clamped beyond them, as everywhere: a lamp without ultraviolet needs
+        zeros there, not an early end.
         """
         if light.quantity != "emission" or light.samples.ndim != 1:
             raise InputError("not a light", field="light", found=light.quantity, expected="one emission spectrum")
@@ -187,12 +187,12 @@ class Bispectral:
         return (power * np.repeat(0.5 * steps.ravel(), 2)) @ tents / band_widths(into)
 
     def emission(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
-        """Spectral power sent out at other wavelengths than it came in, in the light's own unit."""
+        """Compute the spectral power of fluorescence, in the light's own unit."""
         spread = interpolation_matrix(self.wavelengths_out_nm, wavelengths_nm, "zero", "linear")
         return spread @ (self.reradiation @ self.excitation(light))
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
-        """D s: all that leaves, pi times the radiance of a diffuse surface, in the light's own unit."""
+        """Compute D s, fluorescence included: pi times the radiance of a diffuse surface, in the light's own unit."""
         kept = self._kept(wavelengths_nm) * light.averaged(wavelengths_nm).samples
         return kept if self.keeps_wavelengths else kept + self.emission(light, wavelengths_nm)
 
@@ -200,19 +200,19 @@ class Bispectral:
         return interpolation_matrix(self.wavelengths_out_nm, wavelengths_nm) @ self._diagonal
 
     def fold_emission(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3"]:
-        """XYZ of the part that changes its wavelength; Y of the perfect diffuser under `light` is 1."""
+        """Compute XYZ of the fluorescence; Y of the perfect diffuser under `light` is 1."""
         sensitivity = observer.sensitivity(self.wavelengths_out_nm)
         return sensitivity @ (self.reradiation @ self.excitation(light)) / observer.luminous(light)
 
     def fold(self, light: Spectrum, observer: Observer) -> Float[np.ndarray, "3"]:
-        """XYZ = cmf^T D s of the surface under `light`; Y of the perfect diffuser is 1, and this one may exceed it."""
+        """Compute XYZ = cmf^T D s of the surface under `light`; Y of the perfect diffuser is 1, and may be exceeded."""
         kept = observer.weights(light, self.wavelengths_out_nm) @ self._diagonal
         return kept + self.fold_emission(light, observer)
 
     def on(self, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "L L"]:
         """Return the Donaldson matrix on one common grid; on the surface's own it is `matrix` itself.
 
-        Bands of the grid share out the excitation, so that D @ s is `radiance` wherever the grid resolves s.
+        Excitation is distributed to the bands of the grid, so that D @ s is `radiance` wherever the grid resolves s.
         """
         into, out = self.wavelengths_in_nm, self.wavelengths_out_nm
         if np.array_equal(wavelengths_nm, into) and np.array_equal(wavelengths_nm, out):
@@ -225,7 +225,7 @@ class Bispectral:
         return np.diag(self._kept(wavelengths_nm)) + spread @ self.reradiation @ tents.T
 
     def narrow(self, wavelengths_nm: Wavelengths) -> np.ndarray:
-        """`on` (L,L), or of a surface that keeps wavelengths the diagonal of it alone (L,); read-only."""
+        """Return `on` (L,L), or only the diagonal (L,) of a surface without fluorescence; read-only."""
         return _narrow(self, wavelengths_nm.tobytes())
 
 
@@ -243,11 +243,10 @@ def fluorophore(
     emission: Float[np.ndarray, " L"],
     photon_yield: float,
 ) -> Bispectral:
-    """Return a dye in a matt base: share `absorption` (L,) of the light is taken, `photon_yield` of those photons come
-    back.
+    """Make a dye in a matt base: fraction `absorption` (L,) of the light is absorbed, `photon_yield` of it re-emitted.
 
-    They are spread over `emission` (L,), of any scale, on the uniform wavelengths of `reflectance`. Emission at or
-    below the absorbed wavelength is left out, and the rest carries the yield: a pure substance with one fluorescent
+    Photons are distributed over `emission` (L,), of any scale, on the uniform wavelengths of `reflectance`. Emission at
+    or below the absorbed wavelength is omitted, and the rest scaled to the yield: a pure substance with one fluorescent
     state (Kasha's rule), as in Glassner 1995, eq. 6.
     """
     grid = reflectance.wavelengths_nm
@@ -259,7 +258,7 @@ def fluorophore(
 
 
 def band_widths(wavelengths_nm: Wavelengths) -> Float[np.ndarray, " L"]:
-    """Width in nm of the band around each sample, from midpoint to midpoint; the outermost are symmetric."""
+    """Compute the width of the band around each sample, nm, midpoint to midpoint; the outermost are symmetric."""
     steps = np.diff(wavelengths_nm)
     return 0.5 * (np.append(steps[0], steps) + np.append(steps, steps[-1]))
 

@@ -1,4 +1,4 @@
-"""The one door to colour-science: a second of import that the start-up path must not pay."""
+"""Access to colour-science, deferred: its import takes a second that start-up must not pay."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ ColourTable = tuple[Float[np.ndarray, " L"], Float[np.ndarray, "L *_"]]
 
 @cache
 def colour_science() -> Any:
-    """Return the `colour` module. Its notices about optional packages say nothing about Metamer and are kept quiet, and
-    the way it makes numpy print numbers does not reach the rest of the process.
+    """Return the `colour` module.
+
+    Its notices about optional packages are silenced, as irrelevant to Metamer, and its print options of numpy are kept
+    from the rest of the process.
     """
     with warnings.catch_warnings(), np.printoptions():
         warnings.simplefilter("ignore")
@@ -39,9 +41,9 @@ Group = Literal[
 
 @cache
 def colour_tables(group: Group) -> dict[str, ColourTable]:
-    """Tables of colour-science by name, in its order, patches of charts as "PATCH of CHART"; nobody writes to them.
+    """Return tables of colour-science by name, in its order, patches of charts as "PATCH of CHART"; read-only.
 
-    They are kept from run to run in the user's cache, by the library's version: most commands need nothing else of it.
+    They are cached in the user's cache directory by the library's version, and suffice for most commands.
     """
     file = cache_folder("colour") / f"{group}-{version('colour-science')}.npz"
     held = kept(file, lambda: _packed(_named(attrgetter(group)(colour_science()), group)))
@@ -62,7 +64,7 @@ def _named(tables: Any, group: str) -> dict[str, Any]:
 
 
 def _packed(tables: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Tables end to end: a file of hundreds of arrays is read slowly."""
+    """Concatenate tables, since a file of hundreds of arrays is read slowly."""
     nm, values = (
         [np.array(getattr(table, name), dtype=np.float64) for table in tables.values()]
         for name in ("wavelengths", "values")

@@ -25,7 +25,7 @@ _DARK = 0.01
 
 
 def lab_from_xyz(xyz: XYZ, white_xyz: White) -> Lab:
-    """CIELAB (...,3) of XYZ (...,3) relative to a white (3,) in the same scale (CIE 015:2018 eq. 8.3-8.5)."""
+    """Convert XYZ (...,3) to CIELAB relative to a white (3,) in the same scale (CIE 015:2018 eq. 8.3-8.5)."""
     white = np.asarray(white_xyz, dtype=np.float64)
     if not (np.isfinite(white).all() and (white > 0).all()):
         raise InputError(
@@ -45,23 +45,23 @@ def lab_from_xyz(xyz: XYZ, white_xyz: White) -> Lab:
 
 
 def xyz_from_lab(lab: Lab, white_xyz: White) -> XYZ:
-    """XYZ (...,3) of CIELAB (CIE 015:2018 eq. 8.3-8.5 solved for XYZ), unclipped."""
+    """Convert CIELAB to XYZ (...,3) (CIE 015:2018 eq. 8.3-8.5 solved for XYZ), unclipped."""
     y = (lab[..., 0] + 16.0) / 116.0
     f = np.stack([y + lab[..., 1] / 500.0, y, y - lab[..., 2] / 200.0], axis=-1)
     return white_xyz * np.where(f > 24.0 / 116.0, f**3, (f - 16.0 / 116.0) * 108.0 / 841.0)
 
 
 def delta_e_lab(reference_lab: Lab, sample_lab: Lab, method: FormulaName = "CIE 1994") -> Float[np.ndarray, "*batch"]:
-    """Colour difference (...) of CIELAB pairs.
+    """Compute the colour difference (...) of CIELAB pairs.
 
-    CIE 1994 and CMC weigh by the reference and are not symmetric: mind which side is which.
+    CIE 1994 and CMC are weighted by the reference, hence not symmetric: do not swap the sides.
 
     Parameters
     ----------
     reference_lab : (...,3) the standard, the truth.
     sample_lab : (...,3) the trial, the approximation.
-    method : "CIE 1976", "CIE 1994" (graphic arts: kL = 1, K1 = 0.045, K2 = 0.015), "CIE 2000" (kL = kC = kH = 1),
-        "CMC 1:1" (is it seen) or "CMC 2:1" (is it accepted).
+    method : "CIE 1976", "CIE 1994" (graphic arts: kL = 1, K1 = 0.045, K2 = 0.015), "CIE 2000" (kL = kC = kH = 1), "CMC
+        1:1" (is it seen) or "CMC 2:1" (is it accepted).
 
     >>> delta_e_lab(np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 10.0]))
     array(3.)
@@ -84,7 +84,7 @@ def delta_e_lab(reference_lab: Lab, sample_lab: Lab, method: FormulaName = "CIE 
 
 
 def delta_e_cmc(reference_lab: Lab, sample_lab: Lab, lightness: float, chroma: float) -> Float[np.ndarray, "*batch"]:
-    """CMC(l:c) of CIELAB pairs (...,3), l and c above 0; of 1:1 and 2:1 as `delta_e_lab`."""
+    """Compute CMC(l:c) of CIELAB pairs (...,3), l and c above 0; 1:1 and 2:1 as in `delta_e_lab`."""
     reference, sample = (
         np.moveaxis(np.asarray(lab, dtype=np.float64)[None], -1, 0) for lab in (reference_lab, sample_lab)
     )
@@ -95,7 +95,7 @@ def delta_e_cmc(reference_lab: Lab, sample_lab: Lab, lightness: float, chroma: f
 def delta_e_xyz(
     reference_xyz: XYZ, sample_xyz: XYZ, white_xyz: White, method: FormulaName = "CIE 1994"
 ) -> Float[np.ndarray, "*batch"]:
-    """Colour difference (...) of XYZ pairs, both relative to the same white."""
+    """Compute the colour difference (...) of XYZ pairs, both relative to the same white."""
     return delta_e_lab(lab_from_xyz(reference_xyz, white_xyz), lab_from_xyz(sample_xyz, white_xyz), method)
 
 
@@ -130,8 +130,9 @@ def _chroma(lab: np.ndarray) -> np.ndarray:
 
 
 def _hue(standard: np.ndarray, sample: np.ndarray) -> np.ndarray:
-    """CIE 015:2018 eq. (8.20), 2 sqrt(C1 C2) sin(Δh / 2), with Δh of the cross and the dot product: no difference of
-    angles, and no root of a difference.
+    """Compute CIE 015:2018 eq. (8.20), 2 sqrt(C1 C2) sin(Δh / 2), with Δh from cross and dot product.
+
+    This avoids differences of angles, and roots of differences.
     """
     (_, a_1, b_1), (_, a_2, b_2) = standard, sample
     turn = np.arctan2(a_1 * b_2 - a_2 * b_1, a_1 * a_2 + b_1 * b_2)
@@ -170,7 +171,7 @@ def _delta_e_1976(reference: np.ndarray, sample: np.ndarray) -> np.ndarray:
 
 
 def _delta_e_1994(reference: np.ndarray, sample: np.ndarray) -> np.ndarray:
-    """CIE 116-1995. The hue term is what is left of the distance; rounding may leave it a hair below zero."""
+    """Compute CIE 116-1995. The hue term is the remainder of the distance, which rounding may make negative."""
     lightness, a, b = sample - reference
     chroma_reference = np.hypot(reference[1], reference[2])
     chroma = np.hypot(sample[1], sample[2]) - chroma_reference
@@ -223,5 +224,5 @@ def _delta_e_2000(reference: np.ndarray, sample: np.ndarray) -> np.ndarray:
 
 
 def lightness_slope(luminance: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-    """dL*/dY of a surface of this Y over a dark floor (CIE 015:2018 eq. 8.3, its cube-root branch)."""
+    """Compute dL*/dY of a surface of this Y, at least a dark floor (CIE 015:2018 eq. 8.3, its cube-root branch)."""
     return 116.0 / 3.0 * (np.maximum(luminance, 0.0) + _DARK) ** (-2.0 / 3.0)

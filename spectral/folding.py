@@ -1,4 +1,4 @@
-"""Lights and an observer, ready to be folded with what surfaces make of light."""
+"""Lights and an observer, prepared for folding with surfaces."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .spectrum import Spectrum
 
 
 class Folding:
-    """M lights, each folded with one observer; what it takes is worked out once a grid and once a Donaldson matrix.
+    """M lights, each folded with one observer; cached per grid and per Donaldson matrix.
 
-    XYZ are in columns of three a light. Y of what `scale` times the perfect diffuser reflects is `scale` under each.
+    XYZ are in columns of three per light. Y of `scale` times the perfect diffuser is `scale` under each.
     """
 
     def __init__(self, observer: Observer, lights: Sequence[Spectrum], scale: float = 1.0) -> None:
@@ -26,7 +26,7 @@ class Folding:
         self._emitted: dict[int, tuple[Bispectral, np.ndarray]] = {}
 
     def weights(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, "L M3"]:
-        """XYZ = spectrum (..., L) @ weights, for what keeps its wavelength."""
+        """Return weights: XYZ = spectrum (..., L) @ weights, without fluorescence."""
         key = wavelengths_nm.tobytes()
         if key not in self._weights:
             each = [self.scale * self.observer.weights(light, wavelengths_nm).T for light in self.lights]
@@ -34,7 +34,7 @@ class Folding:
         return self._weights[key]
 
     def coefficients(self, basis: SpectralBasis) -> Float[np.ndarray, "J M3"]:
-        """XYZ = coefficients (..., J) @ this, for what keeps its wavelength."""
+        """Return weights: XYZ = coefficients (..., J) @ weights, without fluorescence."""
         if basis.is_sampled:
             # A fit makes a basis of samples with each of its packs: they are all one.
             return self.weights(basis.wavelengths_nm)
@@ -44,7 +44,7 @@ class Folding:
         return self._coefficients[id(basis)][1]
 
     def emitted(self, surface: Bispectral) -> Float[np.ndarray, " M3"]:
-        """XYZ of what a surface sends out at new wavelengths, at every one that the observer sees."""
+        """Compute XYZ of a surface's fluorescence, over all wavelengths that the observer sees."""
         if id(surface) not in self._emitted:
             nm, cmfs = self.observer.wavelengths_nm, self.observer.cmfs
             each = [

@@ -1,4 +1,4 @@
-"""Spectra as other libraries and plain Python hold them, known by their attributes: none of these is imported."""
+"""Spectra in objects of other libraries and of plain Python, recognised by their attributes without imports."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def foreign_curves(value: Any) -> list[tuple[str, Float[np.ndarray, " L"], Float
 
     Returns
     -------
-    list or None : name ("" where it has none), nm ascending, values; None where it is nothing of the kind.
+    list or None : name ("" without one), nm ascending, values; None for other objects.
 
     Raises
     ------
@@ -96,12 +96,12 @@ def _check_wavelengths_in_index(table: Any) -> None:
 
 
 def _nm(label: Any) -> float | None:
-    """Read a wavelength from a label such as 400, "400" or "400 nm"; None where it is none."""
+    """Parse a wavelength from a label such as 400, "400" or "400 nm"; None for other labels."""
     found = _LABEL.fullmatch(str(label).strip())
     return float(found[1]) if found else None
 
 
 def _is_array(value: Any) -> bool:
-    """Return True for arrays and sequences of numbers, and not for what is a spectrum by itself."""
+    """Return True for arrays and sequences of numbers, but not for objects that are spectra themselves."""
     indexed = hasattr(value, "to_numpy") and not hasattr(value, "index")
     return isinstance(value, np.ndarray | list | tuple | range) or indexed

@@ -1,4 +1,4 @@
-"""Colour difference formulas by the names that people write: of XYZ pairs under one white."""
+"""Colour difference formulas by their usual names: of XYZ pairs under one white."""
 
 from __future__ import annotations
 
@@ -47,8 +47,8 @@ _BLOCK = 1 << 16
 class Formula:
     """A colour difference formula.
 
-    name : as colour-science has it; of CMC with its l:c. cmc : l and c. aspecular : the angle in degrees at which both
-    sides were read, of formulas that depend on it.
+    name : as in colour-science; of CMC with its l:c. cmc : l and c. aspecular : angle of both readings in degrees, for
+    formulas that depend on it.
     """
 
     name: str
@@ -56,16 +56,16 @@ class Formula:
     aspecular: float | None = None
 
     def at(self, geometry: str) -> Formula:
-        """Return the formula for a pair that was read at an angle, such as "45as15"; itself where none matters."""
+        """Return the formula for a pair read at an angle, such as "45as15"; itself if the angle is irrelevant."""
         if self.name != DIN_6175_2:
             return self
         angle = geometry_in(geometry) if geometry else None
         return replace(self, aspecular=None if angle is None or angle.kind != "multi-angle" else angle.second)
 
     def __call__(self, reference_xyz: XYZ, sample_xyz: XYZ, white_xyz: White) -> Float[np.ndarray, "*batch"]:
-        """ΔE (...) of pairs (...,3), Y of the white (3,) being 1; NaN where a pixel holds no colour.
+        """Compute ΔE (...) of pairs (...,3), Y of the white (3,) being 1; NaN where a pixel has no colour.
 
-        CIE 1994 and CMC weigh by the reference and are not symmetric.
+        CIE 1994 and CMC are weighted by the reference, hence not symmetric.
 
         Raises
         ------
@@ -85,7 +85,7 @@ class Formula:
 
     @property
     def words(self) -> str:
-        """The name, and what the formula is asked for where it has a choice."""
+        """Name, with the parameters of the formula if it has any."""
         if self.name == "CIE 1994":
             return "CIE 1994 (graphic arts, kL = 1)"
         if self.name == "CAM16-UCS":
@@ -94,7 +94,7 @@ class Formula:
 
 
 def formula(text: str) -> Formula:
-    """Return the formula that is meant: "CIE 2000", "94", "dE00", "CMC 2:1", "CMC(1.5:1)", "CAM16-UCS".
+    """Return the named formula: "CIE 2000", "94", "dE00", "CMC 2:1", "CMC(1.5:1)", "CAM16-UCS".
 
     Raises
     ------
@@ -119,18 +119,18 @@ def formula(text: str) -> Formula:
 def delta_e(
     reference_lab: Float[np.ndarray, "*#batch 3"], sample_lab: Float[np.ndarray, "*#batch 3"], method: str = "CIE 1994"
 ) -> Float[np.ndarray, "*batch"]:
-    """Colour difference (...) of CIELAB pairs, by a formula that is spelled as people do.
+    """Compute the colour difference (...) of CIELAB pairs, by a formula in any usual spelling.
 
-    CIE 1994 and CMC weigh by the reference and are not symmetric: mind which side is which.
+    CIE 1994 and CMC are weighted by the reference, hence not symmetric: do not swap the sides.
 
     Parameters
     ----------
-    reference_lab, sample_lab : (...,3) the standard, and what is held beside it.
-    method : as `formula` takes it: "CIE 2000", "dE00", "ciede2000", "CMC(2:1)".
+    reference_lab, sample_lab : (...,3) the standard, and the sample.
+    method : as of `formula`: "CIE 2000", "dE00", "ciede2000", "CMC(2:1)".
 
     Raises
     ------
-    UnknownNameError : another formula. ComparisonError : one that takes more than CIELAB, such as CAM16-UCS.
+    UnknownNameError : another formula. ComparisonError : one that requires more than CIELAB, such as CAM16-UCS.
     InputError : no formula, weights that are not above 0, or arrays that are not (...,3) or do not fit each other.
 
     >>> delta_e(np.array([50.0, 20.0, 10.0]), np.array([53.0, 20.0, 10.0]), "dE 76")
@@ -192,9 +192,9 @@ def _cmc(text: str, weights: str) -> Formula:
 
 
 def _cam16_ucs(xyz: XYZ, white_xyz: White) -> Float[np.ndarray, "*batch 3"]:
-    """J', a', b' (C. Li et al., Color Research and Application 42, 2017), by colour-science.
+    """Compute J', a', b' (C. Li et al., Color Research and Application 42, 2017), by colour-science.
 
-    Negative lightness has no place in CAM16: its colours come out as NaN.
+    Negative lightness is undefined in CAM16: such colours become NaN.
     """
     from .colour_library import colour_science
 
@@ -213,10 +213,11 @@ def _cam16_ucs(xyz: XYZ, white_xyz: White) -> Float[np.ndarray, "*batch 3"]:
 
 
 def delta_e_din_6175_2(reference: Lab, sample: Lab, aspecular: float) -> Float[np.ndarray, "*batch"]:
-    """ΔE of pairs (...,3) of CIELAB read at an aspecular angle in degrees, as public paint software has DIN 6175-2.
+    """Compute ΔE of CIELAB pairs (...,3) at an aspecular angle, degrees, as public paint software has DIN 6175-2.
 
-    Weights follow the angle: near the mirror direction more is accepted. Greys are told by Δa* and Δb*, colours by ΔC*
-    and ΔH*, and what lies between by both, with L and C the geometric means of both sides, so that it is symmetric:
+    Weights depend on the angle: tolerances are wider near the mirror direction. Greys are judged by Δa* and Δb*,
+    colours by ΔC* and ΔH*, those between by both, with L and C the geometric means of both sides, so that it is
+    symmetric:
 
         S_L = 0.15 sqrt L + 31.5 / gamma
         S_C = max(0.7, 0.48 sqrt C - 0.35 sqrt L + 42 / gamma)
@@ -252,5 +253,5 @@ def delta_e_din_6175_2(reference: Lab, sample: Lab, aspecular: float) -> Float[n
 
 
 def _logistic(x: np.ndarray | np.float64) -> np.ndarray | np.float64:
-    """1 / (1 + exp(-x)), which no x overflows."""
+    """Compute 1 / (1 + exp(-x)) without overflow."""
     return 0.5 * (1.0 + np.tanh(0.5 * x))

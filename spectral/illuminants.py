@@ -1,4 +1,4 @@
-"""Illuminants and light sources by the names that colour-science gives them."""
+"""Illuminants and light sources by the names of colour-science."""
 
 from __future__ import annotations
 
@@ -61,20 +61,19 @@ def light_source_names() -> tuple[str, ...]:
 
 
 def illuminant(name: str) -> Spectrum:
-    """Relative spectral power of an illuminant or light source, on its own wavelengths.
+    """Return the relative spectral power of an illuminant or light source, on its own wavelengths.
 
     Parameters
     ----------
     name : colour-science's key in any case; `F1` ... `F12` are `FL1` ... `FL12`. Names on booths, also as "TL-84" or
-        "TL 84", are those of `BOOTH_NAMES`, and `horizon` is a Planckian radiator of `HORIZON_K`; a lamp is
-        `Philips TL-84`.
+        "TL 84", are those of `BOOTH_NAMES`, and `horizon` is a Planckian radiator of `HORIZON_K`; a lamp is `Philips
+        TL-84`.
 
     Raises
     ------
     UnknownNameError
-        With the nearest names, or for a lamp on booths that is no illuminant with what to write.
-    InputError
-        No name, but a lamp or something else.
+        With the nearest names, or with the name to write for a booth's lamp that is no illuminant. InputError Not a
+        name, but a lamp or another object.
 
     >>> illuminant("F11").quantity
     'emission'
@@ -92,11 +91,11 @@ def illuminant(name: str) -> Spectrum:
 
 
 def measured_lamp(name: str, lamp: Spectrum) -> str:
-    """Give a measured lamp a name that `illuminant` knows while this process lives.
+    """Give a measured lamp a name that `illuminant` knows during this process.
 
     Returns
     -------
-    str : the name; with a number where an illuminant or another lamp has it.
+    str : the name; with a number if an illuminant or another lamp has it.
 
     Raises
     ------
@@ -143,7 +142,7 @@ def _illuminant(name: str) -> Spectrum:
 
 
 def as_light(light: object) -> Spectrum:
-    """Return a light by its name, or as `Spectrum.of` takes it: of emission, in any unit.
+    """Return a light by its name, or by an argument of `Spectrum.of`: an emission in any unit.
 
     Raises
     ------
@@ -156,7 +155,7 @@ def as_light(light: object) -> Spectrum:
 
 
 def canonical_name(name: str) -> str:
-    """Return the name that colour-science gives a light, of another that it has: "FL11" for "TL84" and "F11".
+    """Return the colour-science name of a light from any of its names: "FL11" for "TL84" and "F11".
 
     >>> canonical_name("tl84"), canonical_name("A")
     ('FL11', 'A')
@@ -172,7 +171,7 @@ def booth_words(name: str) -> str:
 
 
 def _on_booth(name: str) -> str:
-    """Write a name as booths have it: "TL 84" and "tl-84" are TL84, "Ultralume 3000" is U30."""
+    """Normalise a name as written on booths: "TL 84" and "tl-84" are TL84, "Ultralume 3000" is U30."""
     plain = "".join(sign for sign in name.upper() if sign not in " -_")
     if plain.startswith("ULTRALUME"):
         return f"U{plain.removeprefix('ULTRALUME')[:2]}"
@@ -180,7 +179,7 @@ def _on_booth(name: str) -> str:
 
 
 def _to_write(name: str) -> str | None:
-    """Say what to write for a lamp on booths that is no illuminant, None for any other name."""
+    """Return what to write for a booth's lamp that is no illuminant, None for any other name."""
     plain = _on_booth(name)
     if plain in _TUNGSTEN_NAMES:
         return "A, where it is the tungsten lamp of a booth"

@@ -1,4 +1,4 @@
-"""An image of tristimulus values that knows its space and its white."""
+"""Image of tristimulus values with its colour space and its white."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..runtime.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class ColourImage:
-    """Pixels, the space they are in, and the white they are relative to.
+    """Pixels, their colour space and their white.
 
     Parameters
     ----------

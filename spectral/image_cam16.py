@@ -1,4 +1,4 @@
-"""CAM16-UCS of many pixels in single precision: the hue is a vector, and powers are taken of logarithms."""
+"""CAM16-UCS of many pixels in single precision, with hue as a vector, and powers by logarithms."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _COS, _SIN = np.float32(np.cos(2.0)), np.float32(np.sin(2.0))
 
 
 class Cam16(NamedTuple):
-    """Constants of CAM16 for a white and viewing conditions, worked out once (Li et al. 2017, step 0).
+    """Constants of CAM16 for a white and viewing conditions, computed once (Li et al. 2017, step 0).
 
-    cones_from_share (3, 3) : from shares of the white to what the response is a power of. brightest : the white's own
-    achromatic response. exponent : of lightness. colourful : of chroma, M by C included. induction : of chroma, a
+    cones_from_share (3, 3) : from XYZ over white to the base of the response's power. brightest : achromatic response
+    of the white. exponent : of lightness. colourful : factor of chroma, M by C included. induction : of chroma, a
     quarter for the eccentricity.
     """
 
@@ -58,11 +58,11 @@ def cam16_constants(white_xyz: White) -> Cam16:
 
 
 def cam16_block(white_xyz: White) -> Callable[[Float[np.ndarray, "2 3 n"]], Float[np.ndarray, " n"]]:
-    """Return the formula for one white: ΔE (n) of planes of CIELAB, reference and sample, which it writes over.
+    """Return the formula for one white: ΔE (n) of planes of CIELAB, reference and sample, which it overwrites.
 
-    Infinity stands where single precision does not do: at colours that no light has, near where the formula divides by
-    nothing. Elsewhere ΔE is some 1e-4 from double precision, and at most 0.02 where it was measured. The viewing
-    conditions, and signed powers of what lies outside the spectral locus, are those of `formula`.
+    Infinity marks colours for which single precision is insufficient: impossible ones, near a division by 0 in the
+    formula. Elsewhere ΔE is some 1e-4 from double precision, and at most 0.02 where it was measured. The viewing
+    conditions, and signed powers outside the spectral locus, are those of `formula`.
     """
     of_white = cam16_constants(white_xyz)
     from_share = of_white.cones_from_share.astype(np.float32)
@@ -70,7 +70,7 @@ def cam16_block(white_xyz: White) -> Callable[[Float[np.ndarray, "2 3 n"]], Floa
     by_induction = np.float32(of_white.induction)
 
     def appearance(lab: Float[np.ndarray, "3 n"]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """J', a', b', and whether they are beyond single precision."""
+        """Compute J', a', b', and the mask of those beyond single precision."""
         share = _shares(lab)
         response = _responses(np.stack([x * share[0] + y * share[1] + z * share[2] for x, y, z in from_share]))
         red, green, blue = response
@@ -104,7 +104,7 @@ def cam16_block(white_xyz: White) -> Callable[[Float[np.ndarray, "2 3 n"]], Floa
 
 
 def _shares(lab: Float[np.ndarray, "3 n"]) -> Float[np.ndarray, "3 n"]:
-    """X, Y and Z by those of the white (CIE 015:2018 eq. 8.3-8.5 solved for XYZ), in place."""
+    """Compute X, Y and Z over those of the white (CIE 015:2018 eq. 8.3-8.5 solved for XYZ), in place."""
     y, a, b = lab
     # f less 16/116, which the dark would drown in.
     y *= np.float32(1.0 / 116.0)
@@ -114,7 +114,7 @@ def _shares(lab: Float[np.ndarray, "3 n"]) -> Float[np.ndarray, "3 n"]:
 
 
 def _responses(cones: Float[np.ndarray, "3 n"]) -> Float[np.ndarray, "3 n"]:
-    """Li et al. 2017, step 3, without the 0.1."""
+    """Compute Li et al. 2017, step 3, without the 0.1."""
     power = np.exp(np.float32(0.42) * np.log(np.abs(cones)))
     return np.copysign(np.float32(400.0) * power / (power + _HALF_RESPONSE), cones)
 

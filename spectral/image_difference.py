@@ -1,8 +1,8 @@
 """Colour differences of large images: in single precision, in blocks that stay in the cache, on all cores.
 
-The same formulas as `difference` and `formula`, without angles where that is possible: hues are vectors, of which sines
-and cosines of multiples follow by products. Within 1e-3 of double precision everywhere, some 1e-5 where colours are
-near; CAM16-UCS within 0.05, some 1e-4 where colours are near.
+The formulas of `difference` and `formula`, without angles if possible: hues are vectors, and sines and cosines of
+multiples are products of their components. Within 1e-3 of double precision everywhere, some 1e-5 for similar colours;
+CAM16-UCS within 0.05, some 1e-4 for similar colours.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ def image_delta_e(
     threads: int | None = None,
     white_xyz: White | None = None,
 ) -> Float[np.ndarray, "*batch"]:
-    """Colour difference (...), float32, of CIELAB images (...,3) of one shape: as in double precision, within 1e-3.
+    """Compute the colour difference (...), float32, of CIELAB images (...,3), within 1e-3 of double precision.
 
-    method : "CIE 1994" or "CIE 2000", as `delta_e_lab` has them, or "CAM16-UCS", as `formula` has it, within 0.05.
-    threads : None takes all cores. white_xyz : (3,) that both images are relative to; CAM16-UCS alone asks for it.
+    method : "CIE 1994" or "CIE 2000", as of `delta_e_lab`, or "CAM16-UCS", as of `formula`, within 0.05.
+    threads : None uses all cores. white_xyz : (3,) of both images; required by CAM16-UCS alone.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def image_delta_e(
 
 
 def _block_1994(lab: Float[np.ndarray, "2 3 n"]) -> Float[np.ndarray, " n"]:
-    """CIE 116-1995. In place, for the time goes into moving numbers, not into arithmetic."""
+    """Compute CIE 116-1995, in place, since memory traffic dominates arithmetic."""
     (lightness, a, b), (sample_lightness, sample_a, sample_b) = lab
     total = _squared(np.subtract(lightness, sample_lightness, out=lightness))
     off = _squared(a - sample_a) + _squared(b - sample_b)
@@ -105,7 +105,7 @@ def _squared(values: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
 
 
 def _chroma(a: Float[np.ndarray, " n"], b: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """Compute chroma in place of `a`; `b` is lost."""
+    """Compute chroma in place of `a`; `b` is overwritten."""
     return np.sqrt(np.add(_squared(a), _squared(b), out=a), out=a)
 
 
@@ -156,7 +156,7 @@ def _block_2000(lab: Float[np.ndarray, "2 3 n"]) -> Float[np.ndarray, " n"]:
 
 
 def _saturation(chroma: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    """sqrt(C^7 / (C^7 + 25^7))."""
+    """Compute sqrt(C^7 / (C^7 + 25^7))."""
     squared = chroma * chroma
     seventh = squared * squared * squared * chroma
     return np.sqrt(seventh / (seventh + _TO_25_7))
@@ -165,7 +165,7 @@ def _saturation(chroma: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
 def _again(
     found: Float[np.ndarray, " n"], reference: Float[np.ndarray, "n 3"], sample: Float[np.ndarray, "n 3"]
 ) -> None:
-    """Compute in double precision what single precision has no number for."""
+    """Recompute in double precision where single precision has no number."""
     some = np.flatnonzero(np.isnan(found))
     if len(some):
         found[some] = delta_e_lab(reference[some], sample[some], "CIE 2000")
@@ -174,7 +174,7 @@ def _again(
 def _again_cam16(
     found: Float[np.ndarray, " n"], reference: Float[np.ndarray, "n 3"], sample: Float[np.ndarray, "n 3"], white: White
 ) -> None:
-    """The same of CAM16-UCS, which marks it by infinity."""
+    """Recompute CAM16-UCS in double precision where infinity marks it."""
     some = np.flatnonzero(np.isinf(found))
     if len(some):
         first, second = (xyz_from_lab(one[some].astype(np.float64), white) for one in (reference, sample))

@@ -1,6 +1,6 @@
 """Conditions of a measurement: quantity, geometry, specular component, M condition, filter, polarisation, backing.
 
-They decide whether two readings may be compared at all. They are told from the words of a file, by label: those of CxF3
+They determine whether two readings are comparable. They are parsed from the words of a file, by label: those of CxF3
 and CGATS.17, and of headers of instruments' text. Geometries are compared by their numbers, 0:45 as 45:0 (light and
 detector may be exchanged, by Helmholtz reciprocity), sphere geometries with their specular component (CIE 015:2018, 5).
 """
@@ -157,10 +157,10 @@ _KINDS = ("directional", "sphere", "multi-angle")
 class Geometry(NamedTuple):
     """Angles of light and detector in degrees, as far as they are stated.
 
-    kind : "directional" (45:0), "sphere" (d:8), "multi-angle" (45as15) or, as the file has it, other words.
-    first, second : of directional geometries the larger and the smaller angle; of a sphere that of its one direction;
-    of several angles the light's and the aspecular one. azimuth : of the detector, turned about the mirror direction: 0
-    in the plane of incidence beyond it, 180 in it towards the light, as where none is stated.
+    kind : "directional" (45:0), "sphere" (d:8), "multi-angle" (45as15) or other words of the file. first, second : of
+    directional geometries the larger and the smaller angle; of a sphere that of its one direction; of multi-angle ones
+    the light's and the aspecular one. azimuth : of the detector about the mirror direction: 0 in the plane of incidence
+    beyond it, 180 in it towards the light, the default.
     """
 
     kind: str
@@ -170,7 +170,7 @@ class Geometry(NamedTuple):
 
     @property
     def notation(self) -> str:
-        """The notation of a multi-angle geometry, such as "45as-15"; the kind of any other."""
+        """Notation of a multi-angle geometry, such as "45as-15"; the kind of others."""
         if self.kind != "multi-angle" or self.second is None:
             return self.kind
         turned = "" if self.azimuth == 180.0 else f"az{self.azimuth:g}"
@@ -178,11 +178,11 @@ class Geometry(NamedTuple):
 
     @property
     def is_known(self) -> bool:
-        """True if it is of a known kind and no other words."""
+        """True for known kinds."""
         return self.kind in _KINDS
 
     def matches(self, other: Geometry) -> bool:
-        """Return whether both are one geometry, to `ALIKE_DEGREES`; an angle that is not stated may be any."""
+        """Return whether both are equal within `ALIKE_DEGREES`; an angle that is not stated matches any."""
         if self.kind != other.kind:
             return False
         angles = ((self.first, other.first), (self.second, other.second), (self.azimuth, other.azimuth))
@@ -195,14 +195,14 @@ _CONDITION_IN_NAME = re.compile(r"(?<![A-Za-z0-9])M[0-3](?![0-9A-Za-z])")
 
 
 class StatedPart(NamedTuple):
-    """One part of a measurement: what is compared, in the words of the file, and the field in which they stand."""
+    """One part of a measurement: the compared value, the words of the file, and their field."""
 
     value: str | bool | Geometry
     words: str
     field: str
 
     def matches(self, other: StatedPart) -> bool:
-        """Return whether both say the same."""
+        """Return whether both agree."""
         if isinstance(self.value, Geometry) and isinstance(other.value, Geometry):
             return self.value.matches(other.value)
         return self.value == other.value
@@ -210,19 +210,19 @@ class StatedPart(NamedTuple):
 
 @dataclass(frozen=True)
 class Measurement:
-    """Parts of a measurement by their names in `MUST_AGREE` and `NOTED`; what is not stated is missing."""
+    """Parts of a measurement by their names in `MUST_AGREE` and `NOTED`; parts that are not stated are missing."""
 
     parts: Mapping[str, StatedPart] = field(default_factory=dict)
 
     @classmethod
     def of(cls, quantity: Quantity | None, details: Mapping[str, str], name: str = "") -> Measurement:
-        """Read what the details of a reading state.
+        """Parse the measurement from the details of a reading.
 
         Parameters
         ----------
-        quantity : of its spectrum; None where there is only a colour.
-        details : as readers give them; `format` among them tells which labels are those of CxF3, and `FILE_NAME` may
-            state what neither they nor the name do.
+        quantity : of its spectrum; None for a colour alone.
+        details : as returned by readers; `format` among them identifies labels of CxF3, and `FILE_NAME` may state
+            further parts.
         name : of the reading, which may state its specular component or its angle.
         """
         parts: dict[str, StatedPart] = {}
@@ -251,25 +251,25 @@ class Measurement:
 
     @property
     def geometry(self) -> Geometry | None:
-        """The geometry, None where it is not stated."""
+        """Geometry, None if it is not stated."""
         said = self.parts.get("geometry")
         return said.value if said is not None and isinstance(said.value, Geometry) else None
 
     @property
     def words(self) -> dict[str, str]:
-        """All that is stated, part by part."""
+        """All stated parts, in words."""
         return {part: said.words for part, said in self.parts.items()}
 
     def differing(self, other: Measurement) -> tuple[str, ...]:
-        """Return the parts of `MUST_AGREE` that both state and state differently."""
+        """Return the parts of `MUST_AGREE` that both state differently."""
         return tuple(part for part in MUST_AGREE if self._differs(other, part))
 
     def noted(self, other: Measurement) -> tuple[str, ...]:
-        """Return the parts of `NOTED` that both state and state differently."""
+        """Return the parts of `NOTED` that both state differently."""
         return tuple(part for part in NOTED if self._differs(other, part))
 
     def silent(self, other: Measurement) -> tuple[str, ...]:
-        """Return the parts of `MUST_AGREE` that the other alone states."""
+        """Return the parts of `MUST_AGREE` that only the other states."""
         return tuple(part for part in MUST_AGREE if part in other.parts and part not in self.parts and part != "film")
 
     def _differs(self, other: Measurement, part: str) -> bool:
@@ -278,7 +278,7 @@ class Measurement:
 
 
 class Side(NamedTuple):
-    """One side of a comparison: its name, the file that it is of, and how it was measured."""
+    """One side of a comparison: its name, its file, and its measurement."""
 
     name: str
     source: str
@@ -286,7 +286,7 @@ class Side(NamedTuple):
 
 
 def why_not_comparable(one: Side, other: Side, across: Collection[AllowedDifference]) -> str:
-    """Return the reason why two readings cannot be compared, over several lines; "" where they can."""
+    """Return the reason why two readings are not comparable, over several lines; "" if they are."""
     parts = [part for part in one.measurement.differing(other.measurement) if MUST_AGREE[part] not in across]
     if not parts:
         return ""
@@ -301,14 +301,14 @@ def why_not_comparable(one: Side, other: Side, across: Collection[AllowedDiffere
 
 
 def _difference(one: Side, other: Side, part: str) -> str:
-    """Both sides' words for a part in which they are not alike, each with its field and file."""
+    """Describe a part that differs: both sides' words, each with its field and file."""
     first, second = (side.measurement.parts[part] for side in (one, other))
     ends = [f"{said.field} {said.words!r} in {side.source}" for said, side in ((first, one), (second, other))]
     return f"{part}: {ends[0]}, {ends[1]}"
 
 
 def crossed(one: Side, other: Side) -> tuple[str, ...]:
-    """Sentences on what is compared although it was not measured alike."""
+    """Describe measurement differences of a comparison that was made nevertheless."""
     return tuple(
         f"Compared across unlike conditions, as asked: {_difference(one, other, part)}."
         for part in one.measurement.differing(other.measurement)
@@ -316,7 +316,7 @@ def crossed(one: Side, other: Side) -> tuple[str, ...]:
 
 
 def remarks(one: Side, other: Side) -> tuple[str, ...]:
-    """Sentences on what only one side states, and on instruments and settings that are not alike."""
+    """Describe parts that only one side states, and differences of instruments and settings."""
     found = []
     for silent, told in ((one, other), (other, one)):
         if parts := silent.measurement.silent(told.measurement):
@@ -330,8 +330,7 @@ def remarks(one: Side, other: Side) -> tuple[str, ...]:
 
 
 def geometry_in(words: str) -> Geometry | None:
-    """Return the geometry that words state, such as "45/0", "d:8 SCI" or "45as-15"; None where they state several
-    angles.
+    """Parse a geometry in words, such as "45/0", "d:8 SCI" or "45as-15"; None if they state several angles.
 
     >>> geometry_in("0°:45°a") == geometry_in("45/0"), geometry_in("45as-15").second
     (True, -15.0)
@@ -353,7 +352,7 @@ def geometry_in(words: str) -> Geometry | None:
 
 
 def at_an_angle(name: str) -> bool:
-    """Return whether a name is of a reading at an aspecular angle, where a reflectance may be far above 1."""
+    """Return whether a name belongs to a reading at an aspecular angle, whose reflectance may be far above 1."""
     return bool(ANGLE_NOTATION.search(name) or ANGLE_WITHOUT_LIGHT.search(name))
 
 
@@ -365,18 +364,18 @@ def _several(light: str, aspecular: str, azimuth: str) -> Geometry:
 
 
 def signed(text: str) -> float:
-    """Return the number of an angle, with its sign in the forms that a notation has: "-15", "_15", "minus 15"."""
+    """Parse the number of an angle, with its sign in the usual notations: "-15", "_15", "minus 15"."""
     digits = re.sub(r"^(?:-|_|minus ?|\u2212)\s*", "-", text.strip(), flags=re.I)
     return float(digits)
 
 
 def is_condition(label: str, perhaps: bool = False) -> bool:
-    """Return whether a label of a file is that of a part of a measurement; perhaps : or may be, as "mode" is."""
+    """Return whether a label of a file denotes a part of a measurement; perhaps : or possibly does, as "mode"."""
     return _part(label) not in ((None,) if perhaps else (None, "gloss", "anything", "comment"))
 
 
 def conditions_in(words: str) -> dict[str, str]:
-    """Find the parts of a measurement that a heading or a line about the values states, in its words, by their labels.
+    """Find the parts of a measurement in a heading or a line about the values, in its words, by label.
 
     >>> conditions_in("Reflectance % (45/0), UV cut")
     {'filter': 'UV cut', 'geometry': '45/0'}
@@ -396,7 +395,7 @@ def _part(label: str) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart], ...]:
-    """Return the parts that a labelled detail states."""
+    """Parse the parts stated by a labelled detail."""
     text = " ".join(words.split()).strip("\"' ")
     part = _part(label)
     if part != "geometry" and ANGLE_NOTATION.fullmatch(text):
@@ -429,8 +428,9 @@ def _parts(label: str, words: str, is_cxf: bool) -> tuple[tuple[str, StatedPart]
 
 
 def _in_free_words(text: str, where: str, gloss: bool) -> tuple[tuple[str, StatedPart], ...]:
-    """Return a specular component or an M condition where words say nothing else; of gloss, a number is one of its
-    units.
+    """Parse a specular component or an M condition from words that state nothing else.
+
+    gloss : a number is one of gloss units.
     """
     if re.fullmatch(r"M[0-3]", text):
         return (("measurement condition", StatedPart(text, text, where)),)
@@ -503,7 +503,7 @@ def _filter(text: str, where: str) -> list[tuple[str, StatedPart]]:
 
 
 def _uv(text: str, where: str) -> list[tuple[str, StatedPart]]:
-    """Return whether ultraviolet was in the light, by a label such as "UV"."""
+    """Parse whether the light contained ultraviolet, from a label such as "UV"."""
     share = re.fullmatch(r"(\d+(?:\.\d+)?)\s*%?", text)
     without = float(share[1]) == 0.0 if share else bool(_NO.search(text))
     with_it = float(share[1]) in (1.0, 100.0) if share else bool(_YES.search(text))
@@ -513,7 +513,7 @@ def _uv(text: str, where: str) -> list[tuple[str, StatedPart]]:
 
 
 def _in_name(name: str) -> list[tuple[str, StatedPart]]:
-    """Parts that the name of a reading states: SCI or SCE as words of their own, an angle in its notation."""
+    """Parse the name of a reading: SCI or SCE as separate words, an angle in its notation."""
     found: list[tuple[str, StatedPart]] = []
     words = re.sub(r"[_\W]+", " ", name)
     stated = {word.upper() for word in re.findall(r"(?<![A-Z])(?:SCI|SCE|SPINC?|SPEXC?|RSIN|RSEX)(?![A-Za-z])", words)}
@@ -543,7 +543,7 @@ def _in_name(name: str) -> list[tuple[str, StatedPart]]:
 
 
 def _in_file_name(name: str) -> list[tuple[str, StatedPart]]:
-    """Parts that the name of a file states: those of a name, and M0 to M3, 45-0 and d8 as words of their own."""
+    """Parse the name of a file: as `_in_name`, and M0 to M3, 45-0 and d8 as separate words."""
     found = _in_name(name)
     if len(conditions := set(_CONDITION_IN_NAME.findall(name))) == 1:
         (word,) = conditions

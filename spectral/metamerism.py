@@ -1,10 +1,10 @@
 """Pairs that match under one light and not under another: metamerism indices, and colour inconstancy.
 
-A pair that does not quite match under the reference conditions is first made to, so that the index tells of the change
-alone (CIE 015:2018, 9.2; ISO 18314-4): either the sample's tristimulus values under the test conditions are multiplied
-by what standard over sample is under the reference, or the sample's spectrum takes the standard's fundamental, the part
-that the reference conditions see (the parameric decomposition of H. S. Fairman, Color Research and Application 12,
-1987). A change of observer in place of the light is measured alike.
+A pair that does not quite match under the reference conditions is first corrected, so that the index measures the
+change alone (CIE 015:2018, 9.2; ISO 18314-4): either the sample's tristimulus values under the test conditions are
+multiplied by the ratio of standard to sample under the reference, or the sample's spectrum receives the standard's
+fundamental, the part visible under the reference conditions (the parameric decomposition of H. S. Fairman, Color
+Research and Application 12, 1987). A change of observer in place of the light is treated likewise.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _GRID = np.arange(380.0, 781.0, 5.0)
 
 @dataclass(frozen=True)
 class Conditions:
-    """An illuminant and an observer, by name; and an angle in its notation, "" where there is one geometry only."""
+    """Illuminant and observer, by name; and an angle in its notation, "" for a single geometry."""
 
     illuminant: str
     observer: str
@@ -49,12 +49,12 @@ def metamerism_index(
     formula: Formula,
     correction: Correction = "multiplicative",
 ) -> float:
-    """ΔE under the test conditions of a pair that is made to match under the reference ones.
+    """Compute ΔE under the test conditions of a pair corrected to match under the reference ones.
 
     Raises
     ------
     ComparisonError : a side has no spectrum; it fluoresces, and is corrected by its spectrum; it is an effect coating,
-        whose colour has more conditions than these; or it is black, so that nothing tells what to multiply by.
+        whose colour has further conditions; or it is black, so that the ratio is undefined.
     """
     if correction not in get_args(Correction):
         raise UnknownNameError("correction", correction, get_args(Correction))
@@ -94,9 +94,11 @@ def _difference_of_blacks(
 
 
 def colour_inconstancy(sample: Sample, reference: Conditions, test: Conditions, formula: Formula) -> float:
-    """Compute the colour inconstancy of a sample between two lights after adaptation: ΔE between it under the reference
-    light and its corresponding colour under the test light (CMCCON02 of M. R. Luo et al., Color Research and
-    Application 28, 2003, with complete adaptation by CAT02; it is their index with the formula CMC 1:1).
+    """Compute the colour inconstancy of a sample between two lights after adaptation.
+
+    ΔE between it under the reference light and its corresponding colour under the test light (CMCCON02 of M. R. Luo et
+    al., Color Research and Application 28, 2003, with complete adaptation by CAT02; it is their index with the formula
+    CMC 1:1).
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""The basis whose largest error is least: balanced (`SpectralBasis.balanced`), with spectra and lights reweighted.
+"""Minimax basis: balanced (`SpectralBasis.balanced`), with spectra and lights reweighted.
 
-The balanced basis makes the squared error of all products of reflectance and light least, and so forgets the few that
-are seen worst. Weights on spectra and on lights, raised in turn where the ΔE94 is largest (Lawson 1961, as for minimax
-approximation by polynomials), move it towards the least largest ΔE94. The best of all rounds is kept.
+The balanced basis minimises the squared error of all products of reflectance and light, and so neglects the few with
+the most visible errors. Weights on spectra and on lights, raised in turn where the ΔE94 is largest (Lawson 1961, as for
+minimax approximation by polynomials), move it towards the smallest maximum of ΔE94. The best of all rounds is kept.
 """
 
 from __future__ import annotations
@@ -35,17 +35,16 @@ def minimax_basis(
     wavelengths_nm: Wavelengths = WORKING_WAVELENGTHS_NM,
     enough: float = 0.0,
 ) -> SpectralBasis:
-    """Return a basis of `size` coefficients for which the largest ΔE94 over all spectra and lights is as small as was
-    found.
+    """Search for the basis of `size` coefficients with the smallest maximum of ΔE94 over all spectra and lights.
 
-    Never worse than the balanced one of that size. The same to the bit for spectra and lights in any order.
+    Never worse than the balanced one of that size. Bit-equal for spectra and lights in any order.
 
     Parameters
     ----------
     reflectances : (n,L) spectra that the scene can show, with products of two where light bounces.
     weights : (L,m) light x CMF, each light at Y = 1 (`Observer.weights(...).T`), three columns a light.
     size : J, the number of coefficients; the numerical rank is the upper bound.
-    enough : it ends as soon as the largest ΔE94 is no more than this.
+    enough : the search ends once the largest ΔE94 is at most this.
 
     Raises
     ------

@@ -46,19 +46,19 @@ class Observer:
     cmfs: Float[np.ndarray, "L 3"]
 
     def weights(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "3 L"]:
-        """Matrix with XYZ = weights @ r for r sampled on `wavelengths_nm`; Y of the perfect diffuser is 1.
+        """Compute the matrix with XYZ = weights @ r for r sampled on `wavelengths_nm`; Y of the perfect diffuser is 1.
 
-        The integral runs over every wavelength that the light or the observer is tabulated at, with the light (linear
-        between its samples, its end values held beyond them) and the observer, zero beyond its table, each at its own
-        resolution; r is interpolated onto them and held. Where r is finer than the observer's table, every sample of it
-        counts, and what it meets is linear between those wavelengths. Equals CIE 015:2018 eq. (7.1) with k chosen so
-        that Y = 1 for r = 1.
+        The integral includes every wavelength at which the light or the observer is tabulated, with the light (linear
+        between its samples, clamped beyond them) and the observer, zero beyond its table, each at its own resolution; r
+        is interpolated onto them and clamped. If r is finer than the observer's table, every sample of it counts, and
+        its weight is linear between those wavelengths. Equals CIE 015:2018 eq. (7.1) with k chosen so that Y = 1 for r
+        = 1.
 
         Raises
         ------
         InputError
-            The light is no emission spectrum, has a single sample, is not known anywhere that the observer sees, or
-            sends nothing to this observer.
+            The light is no emission spectrum, has a single sample, does not overlap the observer's range, or is
+            invisible to this observer.
         """
         if light.quantity != "emission" or light.samples.ndim != 1:
             raise InputError(
@@ -87,16 +87,19 @@ class Observer:
         return _weights(self, *(np.asarray(each, dtype=np.float64).tobytes() for each in values)).copy()
 
     def luminous(self, light: Spectrum) -> float:
-        """Integral of y-bar times `light`, which `weights` divides by: in the light's unit times nm, not lm."""
+        """Integrate y-bar times `light`, the divisor of `weights`: in the light's unit times nm, not lm."""
         return float(self._folded(light)[1][:, 1].sum())
 
     def sensitivity(self, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "3 L"]:
-        """Matrix with integral of cmf times v = sensitivity @ v, v linear between `wavelengths_nm`, zero beyond."""
+        """Compute the matrix of the integral of cmf times v = sensitivity @ v.
+
+        v is linear between `wavelengths_nm`, zero beyond.
+        """
         functions = self.cmfs * _trapezoid(self.wavelengths_nm)[:, None]
         return functions.T @ interpolation_matrix(wavelengths_nm, self.wavelengths_nm, "zero", "linear")
 
     def _folded(self, light: Spectrum, unit: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """Wavelengths that the light or the observer is tabulated at, and light / unit x cmf x step (n,3) there."""
+        """Return the wavelengths of the tables of light and observer, and light / unit x cmf x step (n,3) there."""
         grid = np.union1d(self.wavelengths_nm, light.wavelengths_nm)
         grid = grid[(grid >= self.wavelengths_nm[0]) & (grid <= self.wavelengths_nm[-1])]
         power = interpolation_matrix(light.wavelengths_nm, grid, "hold", "linear") @ (light.samples / unit)
@@ -111,7 +114,7 @@ class Observer:
 
 @lru_cache(maxsize=_KEPT)
 def _weights(seen_by: Observer, samples: bytes, light_nm: bytes, to_nm: bytes) -> np.ndarray:
-    """`Observer.weights`, kept by the light's values: one that is changed in place is another one."""
+    """Compute `Observer.weights`, cached by the light's values, so that a light changed in place is a new one."""
     light, wavelengths_nm = Spectrum(np.frombuffer(samples), np.frombuffer(light_nm), "emission"), np.frombuffer(to_nm)
     # Relative to its peak, which cancels below: neither very large nor very small units leave float64.
     grid, folded = seen_by._folded(light, max(float(light.samples.max()), np.finfo(np.float64).tiny))
@@ -130,9 +133,7 @@ def _weights(seen_by: Observer, samples: bytes, light_nm: bytes, to_nm: bytes) -
 
 
 def _refined(grid: np.ndarray, folded: np.ndarray, finer_nm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same integral (n,3) spread over the wavelengths of a finer grid too; its sum, the white, does not
-    change.
-    """
+    """Distribute an integral (n,3) over the wavelengths of a finer grid too; its sum, the white, does not change."""
     inside = finer_nm[(finer_nm > grid[0]) & (finer_nm < grid[-1])]
     both = np.union1d(grid, inside)
     density = (folded / _trapezoid(grid)[:, None]).T
@@ -140,13 +141,13 @@ def _refined(grid: np.ndarray, folded: np.ndarray, finer_nm: np.ndarray) -> tupl
 
 
 def _trapezoid(grid: np.ndarray) -> np.ndarray:
-    """Quadrature weights (L,) of the trapezoid rule on an uneven grid."""
+    """Compute quadrature weights (L,) of the trapezoid rule on an uneven grid."""
     steps = np.diff(grid)
     return 0.5 * (np.concatenate([steps, [0.0]]) + np.concatenate([[0.0], steps]))
 
 
 def observer_name(name: str) -> str:
-    """Short name of a standard observer: of that itself, of colour-science's key, or of its angle or year alone.
+    """Return the short name of a standard observer, from that itself, colour-science's key, or its angle or year alone.
 
     >>> observer_name("10°"), observer_name("CIE 1931"), observer_name("cie 2015 10 degree standard observer")
     ('1964_10', '1931_2', '2015_10')
@@ -164,7 +165,7 @@ def observer_name(name: str) -> str:
 
 
 def observer_title(name: str) -> str:
-    """Return an observer's name for people, from its short name or colour-science's key; any other name stays.
+    """Return an observer's title, from its short name or colour-science's key; any other name stays.
 
     >>> observer_title("1964_10"), observer_title("CIE 1931 2 Degree Standard Observer")
     ('CIE 1964 10°', 'CIE 1931 2°')

@@ -1,4 +1,4 @@
-"""Palettes: the spectra that a surface's terms are multiplied with; of what is drawn, nothing else has wavelengths."""
+"""Palettes: the spectra that a surface's terms are multiplied with, the only spectral part of a fast form."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from .wavelengths import interpolation_matrix, is_finer
 
 @dataclass(frozen=True, eq=False)
 class Palette:
-    """P entries of R spectra each; a term r of entry p is worth spectrum (p, r).
+    """P entries of R spectra each; a term r of entry p is multiplied with spectrum (p, r).
 
     Parameters
     ----------
-    values : (P,R,J) coefficients in `basis`, 1/sr. A uniform material has one entry, a texture one a texel or colour.
+    values : (P,R,J) coefficients in `basis`, 1/sr. A uniform material has one entry, a texture one per texel or colour.
     basis : of J coefficients.
 
     Raises
@@ -58,17 +58,17 @@ class Palette:
 
     @classmethod
     def of(cls, spectra: Float[np.ndarray, "R J"], basis: SpectralBasis | None = None) -> Palette:
-        """One entry of R spectra; without a basis they are samples on the working wavelengths."""
+        """Make a palette of one entry of R spectra; without a basis they are samples on the working wavelengths."""
         return cls(np.asarray(spectra)[None], SpectralBasis.sampled() if basis is None else basis)
 
     @property
     def entries(self) -> int:
-        """P."""
+        """Number P of entries."""
         return self.values.shape[0]
 
     @property
     def rank(self) -> int:
-        """R, the terms of an entry."""
+        """Number R of terms of an entry."""
         return self.values.shape[1]
 
     @property
@@ -78,7 +78,7 @@ class Palette:
 
     @property
     def samples(self) -> Float[np.ndarray, "P R L"]:
-        """The spectra at every wavelength of the basis: of what keeps its wavelength."""
+        """Spectra at every wavelength of the basis, without fluorescence."""
         return self.basis.reconstruct(self.values)
 
     def folded(self, folding: Folding) -> Float[np.ndarray, "P R M3"]:
@@ -86,7 +86,7 @@ class Palette:
         return self.values @ folding.coefficients(self.basis)
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "P R L"]:
-        """Compute the emission of each under `light`, as `SpectralBasis.radiance` has it, in the light's own unit."""
+        """Compute the radiance of each spectrum under `light`, as `SpectralBasis.radiance`, in the light's own unit."""
         return self.values @ self.basis.radiance(light, wavelengths_nm)
 
     def in_basis(self, basis: SpectralBasis) -> Palette:
@@ -107,7 +107,7 @@ class Palette:
 
     @staticmethod
     def from_stored(kept: Mapping[str, Any]) -> Palette:
-        """Return the palette, of whichever kind, whose `stored()` this is; KeyError where something is missing."""
+        """Return the palette, of any kind, whose `stored()` this is; KeyError if a field is missing."""
         wavelengths_nm, values = kept["wavelengths_nm"], np.asarray(kept["spectral"])
         values = values if values.ndim == 3 else values[None]
         if "donaldson" in kept:
@@ -121,10 +121,10 @@ class Palette:
 
 @dataclass(frozen=True, eq=False)
 class DonaldsonPalette(Palette):
-    """One fluorescent surface: one entry and one term, which folds with its full Donaldson matrix.
+    """Palette of a fluorescent surface: one entry and one term, which folds with its full Donaldson matrix.
 
-    No basis of reflectances can stand in for it. In `basis`, coefficient 1 is the surface itself; its spectrum is what
-    keeps its wavelength, the matrix's diagonal.
+    No basis of reflectances can represent it. In `basis`, coefficient 1 is the surface itself; its spectrum is the
+    matrix's diagonal, without fluorescence.
     """
 
     bispectral: Bispectral
@@ -139,20 +139,20 @@ class DonaldsonPalette(Palette):
         return cls(np.ones((1, 1, 1)), basis, bispectral)
 
     def folded(self, folding: Folding) -> Float[np.ndarray, "1 1 M3"]:
-        """XYZ of the surface under each light, all that it emits included; exact."""
+        """Compute XYZ of the surface under each light, emission included; exact."""
         each = [self.bispectral.fold(light, folding.observer) for light in folding.lights]
         return self.values * folding.scale * np.concatenate(each)
 
     def radiance(self, light: Spectrum, wavelengths_nm: Wavelengths) -> Float[np.ndarray, "1 1 L"]:
-        """pi times the radiance that leaves a diffuse surface under `light`, in the light's own unit."""
+        """Compute pi times the radiance of a diffuse surface under `light`, in the light's own unit."""
         return self.values * self.bispectral.radiance(light, wavelengths_nm)
 
     def in_basis(self, basis: SpectralBasis) -> Palette:
-        """This palette as it is: it already folds into three numbers a light."""
+        """Return this palette unchanged: it already folds to three numbers per light."""
         return self
 
     def stored(self) -> dict[str, Any]:
-        """Beside what every palette has, `excitation_nm` (Li,) and `donaldson` (L,Li)."""
+        """Return the fields of every palette, with `excitation_nm` (Li,) and `donaldson` (L,Li)."""
         surface = self.bispectral
         kept: dict[str, Any] = {"basis": self.basis.name, "spectral": self.values[0]}
         kept |= {"wavelengths_nm": self.wavelengths_nm, "excitation_nm": surface.wavelengths_in_nm}
@@ -161,17 +161,16 @@ class DonaldsonPalette(Palette):
 
 @dataclass(frozen=True, eq=False)
 class SentPalette(Palette):
-    """Palette of the light that entries send out under one light, as power at fine wavelengths: as if they reflected it
-    of equal energy.
+    """Palette of the radiance of entries under one light, at fine wavelengths, as reflectances under equal energy.
 
-    Lines of the light are in it, so that at coarser wavelengths it is averaged, not looked up.
+    It contains the lines of the light, so that at coarser wavelengths it is averaged, not interpolated.
     """
 
     @classmethod
     def of_power(
         cls, palette: Palette, power: Float[np.ndarray, " L"], wavelengths_nm: Float[np.ndarray, " L"]
     ) -> SentPalette:
-        """Make the palette of light of a spectral power at `wavelengths_nm`, which may be negative."""
+        """Make the palette of a spectral power at `wavelengths_nm`, which may be negative."""
         if isinstance(palette, DonaldsonPalette):
             samples = palette.values * (palette.bispectral.on(wavelengths_nm) @ power)
         else:

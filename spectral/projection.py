@@ -1,10 +1,9 @@
-"""Projection from a finer grid of wavelengths onto a coarser one: the samples whose interpolation is closest, not every
-fifth one.
+"""Projection from a finer grid of wavelengths to a coarser one by least squares, not by decimation.
 
-Picking samples keeps the noise and the edges of a fine measurement wherever they happen to meet the coarse grid. Here
-the samples r on the coarse grid are those for which interpolation_matrix(coarse, fine) @ r is nearest to what was
-measured, in the sense of least squares: of the difference itself, and of its averages between neighbouring samples.
-The averages are all that a lamp sees which is linear between samples of the coarse grid, as those of the CIE are.
+Decimation keeps the noise and the edges of a fine measurement wherever they meet the coarse grid. Here the samples r on
+the coarse grid are those for which interpolation_matrix(coarse, fine) @ r is closest to the measurement, by least
+squares of the difference itself, and of its averages between neighbouring samples. These averages determine the result
+under any lamp that is linear between samples of the coarse grid, as those of the CIE are.
 """
 
 from __future__ import annotations
@@ -35,10 +34,10 @@ _SWEEPS, _SMALLEST = 2000, 1e-12
 
 
 def projection_matrix(from_nm: Wavelengths, to_nm: Float[np.ndarray, "M"]) -> Float[np.ndarray, "M L"]:
-    """Matrix P that takes values on `from_nm` to `to_nm`: P @ values is what `projected` does without bounds.
+    """Compute the matrix P from values on `from_nm` to `to_nm`: P @ values is `projected` without bounds.
 
-    A linear map for whole tables of spectra. Where `from_nm` is no finer than `to_nm` it is their interpolation. Beyond
-    `from_nm` the end values are held; what lies beyond `to_nm` counts for nothing.
+    A linear map for whole tables of spectra. If `from_nm` is no finer than `to_nm` it is their interpolation. Beyond
+    `from_nm` values are clamped; values beyond `to_nm` are ignored.
 
     >>> fine, coarse = np.arange(400.0, 501.0), np.arange(400.0, 501.0, 5.0)
     >>> float(np.abs(projection_matrix(fine, coarse) @ np.sin(fine / 30) - np.sin(coarse / 30)).max()) < 1e-3
@@ -56,10 +55,10 @@ def projected(
     to_nm: Float[np.ndarray, "M"],
     highest: float = np.inf,
 ) -> Float[np.ndarray, "*batch M"]:
-    """Return the samples on a coarser grid that stand for `values` best: from 0 to `highest`, nothing cut off.
+    """Compute the samples on a coarser grid that best approximate `values`, within 0 to `highest` and without clipping.
 
     A spectrum with a steep edge, or with noise about black, would be closest with samples below zero or above
-    `highest`. Its samples are then the closest within these bounds: the others give way to those that meet one.
+    `highest`. Its samples are then the closest within these bounds, by constrained least squares.
     """
     source, target = validated_wavelengths(from_nm), validated_wavelengths(to_nm)
     found = values @ projection_matrix(source, target).T
@@ -75,7 +74,10 @@ def projected(
 def tent_means(
     values: Float[np.ndarray, "*batch L"], from_nm: Wavelengths, to_nm: Float[np.ndarray, "M"]
 ) -> Float[np.ndarray, "*batch M"]:
-    """Means of what is linear between samples, weighted from 1 at each wavelength of `to_nm` to 0 at its neighbours."""
+    """Average values that are linear between samples, with tents over the wavelengths of `to_nm`.
+
+    Weights fall from 1 at each wavelength to 0 at its neighbours.
+    """
     source, target = validated_wavelengths(from_nm), validated_wavelengths(to_nm)
     at = _looked_at(source, target)
     steps = np.diff(at)[:, None]
@@ -97,7 +99,7 @@ def finer_note(wavelengths_nm: Wavelengths) -> str | None:
 
 @lru_cache(maxsize=16)
 def _least_squares(source_bytes: bytes, target_bytes: bytes) -> tuple[np.ndarray, np.ndarray]:
-    """Return the projection (M,L), and the matrix (M,M) of its normal equations."""
+    """Return the projection (M,L), and its normal matrix (M,M)."""
     source, target = np.frombuffer(source_bytes), np.frombuffer(target_bytes)
     at = _looked_at(source, target)
     width = np.gradient(at)
@@ -113,7 +115,7 @@ def _least_squares(source_bytes: bytes, target_bytes: bytes) -> tuple[np.ndarray
 
 
 def _looked_at(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Find where both are compared: at the samples of both within the coarse grid, and evenly where those are rare."""
+    """Return the wavelengths of comparison: samples of both within the coarse grid, and more where those are sparse."""
     inside = source[(source > target[0]) & (source < target[-1])]
     knots = np.unique(np.concatenate([target, inside]))
     pieces = np.ceil(np.diff(knots) / (np.diff(target).min() / _LOOKS) - 1e-9).astype(int).clip(1)
@@ -123,7 +125,7 @@ def _looked_at(source: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def _bounded(free: np.ndarray, normal: np.ndarray, highest: float) -> np.ndarray:
-    """Rows x from 0 to `highest` with the least (x - free)^T normal (x - free), by coordinate descent."""
+    """Minimise (x - free)^T normal (x - free) over rows x from 0 to `highest`, by coordinate descent."""
     found = np.clip(free, 0.0, highest)
     scale = np.diag(normal)
     slope = (found - free) @ normal

@@ -1,10 +1,10 @@
-"""Few numbers for light on its way between surfaces, fluorescent ones among them: coefficients of radiance.
+"""Low-dimensional bases of radiance for light between surfaces, fluorescent ones included.
 
 A fluorescent surface is linear in the light that reaches it, but not wavelength by wavelength, so that light cannot be
-left out of the coefficients and multiplied in at the end, as `SpectralBasis.fold` does. Coefficients of reflectance
-relative to a light s would need the operator diag(1/s) D diag(s), which does not exist where s is dark. Coefficients
-of *radiance* need nothing of the kind: c = A^T v for a radiance v, A^T D B for a surface D, and an observer reads off
-cmf^T B c. A light enters once, at its own resolution, and a diagonal D is an ordinary surface.
+factored out of the coefficients and multiplied in at the end, as `SpectralBasis.fold` does. Coefficients of reflectance
+relative to a light s would need the operator diag(1/s) D diag(s), which does not exist where s is dark. Coefficients of
+*radiance* avoid this: c = A^T v for a radiance v, A^T D B for a surface D, and an observer sees cmf^T B c. A light
+enters once, at its own resolution, and a diagonal D is an ordinary surface.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ def radiance_basis(
     bounces: int = 2,
     size: int | None = None,
 ) -> SpectralBasis:
-    """Balanced basis of the radiances that leave up to `bounces` surfaces, as they are seen over the surfaces to come.
+    """Compute the balanced basis of radiances after up to `bounces` surfaces, as observed after further ones.
 
-    The rows that `SpectralBasis.balanced` takes are what has been: D s, D' D s, ..., each light s at Y = 1. Its columns
-    are what may follow: the observer, D^T cmf, ..., so that both together are one path of at most `bounces` surfaces.
-    This is balanced truncation of a linear system (Moore 1981). The first surface is not in the columns: its D s is
-    known exactly (`Bispectral.radiance`) and enters as coefficients A^T D s; directly seen surfaces need no basis at
-    all (`Bispectral.fold`).
+    The rows for `SpectralBasis.balanced` are past paths: D s, D' D s, ..., each light s at Y = 1. Its columns are
+    future ones: the observer, D^T cmf, ..., so that both together are one path of at most `bounces` surfaces. This is
+    balanced truncation of a linear system (Moore 1981). The first surface is not in the columns: its D s is known
+    exactly (`Bispectral.radiance`) and enters as coefficients A^T D s; directly seen surfaces need no basis at all
+    (`Bispectral.fold`).
 
     Parameters
     ----------
@@ -59,18 +59,18 @@ def radiance_basis(
 
 
 def radiance_operators(basis: SpectralBasis, surfaces: Matrices) -> Float[np.ndarray, "n J J"]:
-    """A^T D B of each surface: what one more bounce does to coefficients of radiance."""
+    """Compute A^T D B of each surface, the effect of one more bounce on coefficients of radiance."""
     kinds = {1: basis.operator, 2: basis.bispectral_operator}
     return np.stack([kinds[surface.ndim](surface) for surface in surfaces])
 
 
 def sent_by(surface: np.ndarray, radiances: Float[np.ndarray, "*n L"]) -> Float[np.ndarray, "*n L"]:
-    """D v of each radiance v."""
+    """Compute D v of each radiance v."""
     return radiances * surface if surface.ndim == 1 else radiances @ surface.T
 
 
 def _paths(start: np.ndarray, surfaces: Matrices, bounces: int, generator: np.random.Generator) -> list[np.ndarray]:
-    """Compute what becomes of the rows of `start` after 0, 1, ..., `bounces` surfaces; at most `_MOST` rows of each."""
+    """Propagate the rows of `start` over 0, 1, ..., `bounces` surfaces; at most `_MOST` rows of each."""
     steps = [start]
     for _ in range(bounces):
         last = steps[-1]

@@ -1,4 +1,4 @@
-"""One coloured thing as it was measured: its readings, or the colour that somebody states of it."""
+"""Measured or stated colour of one thing: its readings, or a stated colour."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def title_from_id(name: str) -> str:
 
 
 def distinct_titles(titles: Sequence[str], full_titles: Sequence[str]) -> list[str]:
-    """Return titles that tell things apart: full ones for all that share theirs.
+    """Return distinct titles: full ones for all that share theirs.
 
     >>> distinct_titles(["Red", "Red", "Blue"], ["Red (a/red)", "Red (b/red)", "Blue (a/blue)"])
     ['Red (a/red)', 'Red (b/red)', 'Blue']
@@ -47,22 +47,22 @@ def distinct_titles(titles: Sequence[str], full_titles: Sequence[str]) -> list[s
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A standard, or what is held beside it.
+    """Standard or sample of a comparison.
 
     Parameters
     ----------
-    name, source : what it is called, and where it comes from.
-    readings : spectra of one and the same thing, any number; none where only a colour is known.
-    stated : colours that a file or a person states; used where there are no readings.
-    seen : XYZ under a light for an observer, of what fluoresces: no spectrum of reflectance tells it.
-    effect : why its colour depends on the angles beyond its gloss, "" where it does not or is not known to.
-    details : instrument, geometry, ..., as the file has them. measurement : the conditions that they state.
-    angles : of one thing that was read at several angles, a sample each. angled : its sample at any multi-angle
-        geometry, of a surface whose BRDF is known. Where a BRDF was reconstructed from such readings there are both.
-    finish : model of its surface and that model's numbers beside spectra, such as "coated_diffuse, index 1.5,
-        roughness 0.06"; "" where no surface is known.
-    made_up : the kind of provenance of a colour that was not measured and is no ground for a verdict, such as
-        "uplifted(mallett-yuksel)"; "" of any other. notes : what was assumed, a sentence each.
+    name, source : its name, and its origin.
+    readings : spectra of one thing, any number; none if only a colour is known.
+    stated : colours stated by a file or a user; used without readings.
+    seen : XYZ under a light for an observer, for fluorescent samples, which no reflectance describes.
+    effect : why its colour depends on the angles beyond its gloss, "" if it does not or is not known to.
+    details : instrument, geometry, ..., from the file. measurement : the conditions that they state.
+    angles : a sample per angle, if it was read at several. angled : its sample at any multi-angle geometry, if its BRDF
+        is known. With a BRDF reconstructed from such readings there are both.
+    finish : model of its surface and that model's numbers besides spectra, such as "coated_diffuse, index 1.5,
+        roughness 0.06"; "" if no surface is known.
+    made_up : kind of provenance of a colour that was not measured and does not justify a verdict, such as
+        "uplifted(mallett-yuksel)"; "" for others. notes : assumptions, a sentence each.
     """
 
     name: str
@@ -81,7 +81,7 @@ class Sample:
 
     @classmethod
     def of_entry(cls, entry: SpectralEntry, source: str, beside: Mapping[str, str] | None = None) -> Sample:
-        """Take one reading of a file; `beside` : what the file says of all its readings.
+        """Make a sample of one reading of a file; `beside` : details common to all its readings.
 
         Raises
         ------
@@ -102,12 +102,12 @@ class Sample:
 
     @classmethod
     def of_spectra(cls, value: object, unnamed: str) -> tuple[Sample, ...]:
-        """Take samples from what another library, or plain Python, holds: one for each spectrum.
+        """Make samples from objects of another library, or of plain Python: one per spectrum.
 
         Parameters
         ----------
         value : a `Spectrum`, or one of `foreign_spectra.KINDS`, of reflectance as a fraction.
-        unnamed : what one without a name is called.
+        unnamed : name of those without one.
 
         Raises
         ------
@@ -131,7 +131,7 @@ class Sample:
 
     @property
     def side(self) -> Side:
-        """Name, source and measurement, as comparisons of measurements take them."""
+        """Name, source and measurement, as compared by `measurement`."""
         return Side(self.name, self.source, self.measurement)
 
     @property
@@ -158,12 +158,12 @@ class Sample:
 
     @property
     def angle_by_angle(self) -> Sample:
-        """The sample where it is compared at several angles: each has its geometry, and the whole has none."""
+        """Sample for comparison at several angles, without the geometry of the whole, which each angle has."""
         parts = {k: v for k, v in self.measurement.parts.items() if k not in ("geometry", "configuration")}
         return replace(self, measurement=Measurement(parts))
 
     def at(self, notation: str) -> Sample:
-        """Give the sample at one angle, such as "45as15"; itself for "".
+        """Return the sample at one angle, such as "45as15"; itself for "".
 
         Raises
         ------
@@ -182,7 +182,7 @@ class Sample:
 
     @property
     def held(self) -> str:
-        """Part of the observer's range that no reading covers, in words; "" where all of it is covered."""
+        """Description of the part of the observer's range that no reading covers; "" if all of it is covered."""
         if self.angles:
             return self.angles[0].held
         if not self.readings:
@@ -192,7 +192,7 @@ class Sample:
         return f"beyond {low:g} to {high:g} nm the end values are held" if low > 380.0 or high < 730.0 else ""
 
     def factor(self, wavelengths_nm: Float[np.ndarray, " L"]) -> Float[np.ndarray, " L"]:
-        """Return the mean of its readings, linear between their samples, ends held.
+        """Average its readings, linear between their samples, clamped at the ends.
 
         Raises
         ------
@@ -203,17 +203,19 @@ class Sample:
         return np.mean([np.interp(wavelengths_nm, one.wavelengths_nm, one.samples) for one in self.readings], axis=0)
 
     def lab(self, light: str, eye: str) -> Lab:
-        """CIELAB (3,) under an illuminant for an observer, relative to its white; the mean of the readings' XYZ.
+        """Compute CIELAB (3,) under an illuminant for an observer, relative to its white.
+
+        Several readings are averaged in XYZ.
 
         Raises
         ------
-        ComparisonError : only a colour is known, and for another illuminant or observer, or for none that is said.
+        ComparisonError : only a colour is known, and for another illuminant or observer, or for unstated ones.
         """
         white = observer(eye).white(illuminant(light))
         return lab_from_xyz(self.xyz(light, eye), white)
 
     def xyz(self, light: str, eye: str) -> Float[np.ndarray, "3"]:
-        """XYZ (3,), Y of the perfect diffuser being 1; errors as of `lab`."""
+        """Compute XYZ (3,), Y of the perfect diffuser being 1; errors as of `lab`."""
         power, seer = illuminant(light), observer(eye)
         if self.seen is not None:
             return self.seen(power, seer)
@@ -229,7 +231,7 @@ class Sample:
         raise ComparisonError(self._not_known(light, eye))
 
     def _not_known(self, light: str, eye: str) -> str:
-        """Why there is no colour under a light for an observer, and what to do."""
+        """Return why there is no colour under a light for an observer, and a remedy."""
         if self.angles:
             return f"{self.name} of {self.source} was read at {len(self.angles)} angles, and has no colour but at one"
         head = f"{self.name} of {self.source} has no spectrum: "
@@ -248,14 +250,14 @@ class Sample:
         )
 
     def labs(self, light: str, eye: str) -> Float[np.ndarray, "n 3"]:
-        """CIELAB of every reading by itself."""
+        """Compute CIELAB of every single reading."""
         power, seer = illuminant(light), observer(eye)
         xyz = [seer.weights(power, one.wavelengths_nm) @ one.samples for one in self.readings]
         return lab_from_xyz(np.reshape(xyz, (-1, 3)), seer.white(power))
 
 
 def same_conditions(one: tuple[str, str], other: tuple[str, str]) -> bool:
-    """Return whether illuminant and observer are the same, whatever they are called."""
+    """Return whether illuminant and observer are the same, under any of their names."""
     try:
         lights, eyes = [illuminant(name) for name, _ in (one, other)], [observer(name) for _, name in (one, other)]
     except InputError:
@@ -264,13 +266,13 @@ def same_conditions(one: tuple[str, str], other: tuple[str, str]) -> bool:
 
 
 def check_covers(spectrum: Spectrum, file: str | None, name: str) -> None:
-    """Raise `InputError` where a spectrum is too short for a colour."""
+    """Raise `InputError` if a spectrum is too short for a colour."""
     low, high = (float(end) for end in spectrum.wavelengths_nm[[0, -1]])
     check_range(low, high, file, name)
 
 
 def check_range(low: float, high: float, file: str | Path | None, name: str) -> None:
-    """Raise `InputError` where a range in nm leaves out more of a colour than `MOST_MISSED`."""
+    """Raise `InputError` if a range in nm misses more of a colour than `MOST_MISSED`."""
     if (missed := missed_share(low, high)) > MOST_MISSED:
         raise InputError(
             "too little of the visible light was measured for a colour",
@@ -284,7 +286,7 @@ def check_range(low: float, high: float, file: str | Path | None, name: str) -> 
 
 @cache
 def missed_share(low: float, high: float) -> float:
-    """Return the largest part of X, Y or Z of a white surface under D65 that comes from beyond a range in nm."""
+    """Compute the largest fraction of X, Y or Z of a white surface under D65 from outside a range in nm."""
     grid = np.arange(360.0, 831.0)
     weights = observer("1931_2").weights(illuminant("D65"), grid)
     beyond = (grid < low) | (grid > high)

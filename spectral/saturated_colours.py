@@ -1,10 +1,10 @@
-"""Spectra of measured colours whether or not sRGB holds them: pearls and lacquers have some that it does not.
+"""Spectra of measured colours inside and outside sRGB, such as those of pearls and lacquers.
 
-On its way from white to the spectral locus, a chromaticity leaves sRGB at an edge. Beyond that edge, a colour is mixed
-of the colour on the edge and of one near the locus, a bounded curve (Jakob and Hanika 2019, equation 2). Neither is
-below zero at any wavelength, and so the mixture is not; both are exact under D65, and so the mixture is. Outside the
-ring of those curves soon no light has such a colour: what a channel is less than on the ring is taken off with the
-spectrum of its primary there, which keeps the colour exact and leaves the spectrum below zero in places.
+The line from white through a chromaticity to the spectral locus leaves sRGB at an edge. Beyond that edge, a colour is
+mixed from the colour on the edge and one near the locus, a bounded curve (Jakob and Hanika 2019, equation 2). Neither
+is negative at any wavelength, nor is the mixture; both are exact under D65, and so is the mixture. Slightly outside the
+ring of those curves colours become impossible: the excess of a channel below the ring is subtracted with the spectrum
+of its primary there, which keeps the colour exact but makes the spectrum negative in places.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ _NO_LIGHT = 1e-9
 
 
 def spectra_of(rgb: Float[np.ndarray, "*batch 3"], method: str = DEFAULT_METHOD) -> Float[np.ndarray, "*batch L"]:
-    """Spectra on the working wavelengths of colours in linear sRGB, whose channels may be negative.
+    """Upsample colours in linear sRGB, whose channels may be negative, to the working wavelengths.
 
-    Without negative channels, what `method` makes of them. Twice the RGB is twice the spectrum.
+    Colours without negative channels are upsampled by `method`. Twice the RGB is twice the spectrum.
 
     Raises
     ------
@@ -45,7 +45,7 @@ def spectra_of(rgb: Float[np.ndarray, "*batch 3"], method: str = DEFAULT_METHOD)
 def folded_spectra_of(
     rgb: Float[np.ndarray, "*batch 3"], weights: Float[np.ndarray, "L C"], method: str = DEFAULT_METHOD
 ) -> Float[np.ndarray, "*batch C"]:
-    """`spectra_of(rgb) @ weights`; spectra are made of colours with negative channels alone. Raises what that does."""
+    """Compute `spectra_of(rgb) @ weights`, with spectra for colours with negative channels only; same errors."""
     return _made(rgb, upsampling(method), weights)
 
 
@@ -90,7 +90,7 @@ def _mixed(rgb: Float[np.ndarray, "N 3"], maker: Upsampling) -> Float[np.ndarray
 
 @cache
 def _ring() -> tuple[Float[np.ndarray, " V"], Float[np.ndarray, "V 2"], Float[np.ndarray, "V L"]]:
-    """Angles about white, ascending, chromaticities (x, y) from there, and spectra of X + Y + Z = 1 under D65."""
+    """Return angles about white, ascending, chromaticities (x, y) from it, and spectra of X + Y + Z = 1 under D65."""
     seen = observer("1931_2")
     pure = seen.cmfs[(seen.wavelengths_nm >= _FIRST_NM) & (seen.wavelengths_nm <= _LAST_NM)]
     locus = pure[:, :2] / pure.sum(axis=1, keepdims=True)
@@ -120,5 +120,5 @@ def _ring() -> tuple[Float[np.ndarray, " V"], Float[np.ndarray, "V 2"], Float[np
 
 
 def _chromaticities(rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch 2"]:
-    """x and y of colours with X + Y + Z = 1."""
+    """Compute x and y of colours with X + Y + Z = 1."""
     return (rgb @ xyz_from_rgb().T)[..., :2]

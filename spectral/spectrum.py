@@ -1,4 +1,4 @@
-"""A spectrum with its axis and its quantity: the type at every boundary."""
+"""Spectrum with its axis and its quantity: the type at every interface."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ _ORDER = "samples come first: Spectrum(samples, wavelengths_nm), or Spectrum((wa
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class Spectrum:
-    """Samples over wavelengths, and what they measure.
+    """Samples over wavelengths, and their quantity.
 
-    Scripts may give one thing alone: what `Spectrum.of` takes.
+    Scripts may pass a single argument, as to `Spectrum.of`.
 
     Parameters
     ----------
     samples : (...,L) float64, finite. Reflectance and transmittance lie in [0, 1]; emission is not negative, in W.nm^-1
-        times whatever area or solid angle the owner states; nor is a radiance factor, which relates to the perfect
+        per the area or solid angle that the owner states; nor is a radiance factor, which is relative to the perfect
         diffuser and may exceed 1.
-    wavelengths_nm : (L,) nm, ascending, as `validated_wavelengths` gives them; spectra may share the array.
+    wavelengths_nm : (L,) nm, ascending, as returned by `validated_wavelengths`; spectra may share the array.
     quantity : "reflectance", "transmittance", "radiance factor" or "emission"; quantities never mix silently.
 
     Examples
@@ -124,7 +124,7 @@ class Spectrum:
 
     @classmethod
     def of(cls, value: object, quantity: Quantity = "reflectance") -> Spectrum:
-        """Take one spectrum from what another library, or plain Python, holds.
+        """Make one spectrum from an object of another library, or of plain Python.
 
         Parameters
         ----------
@@ -158,7 +158,7 @@ class Spectrum:
             raise reason.at(hint=f'{reason.hint}; a lamp is a spectrum of quantity="emission"') from None
 
     def xyz(self, light: object = None, observer: object = "1931_2") -> Float[np.ndarray, "... 3"]:
-        """Compute XYZ (...,3) as `spectrum_colour.xyz`: under D65 where no light is given; Y = 1 is perfect white."""
+        """Compute XYZ (...,3) as `spectrum_colour.xyz`: under D65 by default; Y = 1 is perfect white."""
         return _colour("xyz")(self, light, observer)
 
     def lab(self, light: object = None, observer: object = "1931_2") -> Float[np.ndarray, "... 3"]:
@@ -177,7 +177,7 @@ class Spectrum:
         return _colour("as_html")(self)
 
     def __mul__(self, other: object) -> Spectrum:
-        """Multiply by a number, or by a spectrum on the same wavelengths: light by what it meets, filter by filter."""
+        """Multiply by a number, or by a spectrum on the same wavelengths: light by surface, filter by filter."""
         if isinstance(other, Spectrum):
             self._check_same_grid(other)
             emissions = [one for one in (self, other) if one.quantity == "emission"]
@@ -201,7 +201,7 @@ class Spectrum:
         return self * (1.0 / float(cast(float, other)))
 
     def __add__(self, other: object) -> Spectrum:
-        """Add a spectrum of the same quantity on the same wavelengths: lights, or shares of a mixture."""
+        """Add a spectrum of the same quantity on the same wavelengths: lights, or parts of a mixture."""
         return self._combined(other, 1.0)
 
     def __sub__(self, other: object) -> Spectrum:
@@ -230,16 +230,15 @@ class Spectrum:
 
     @property
     def key(self) -> tuple[bytes, bytes]:
-        """Equal for spectra of the same wavelengths and values, whatever object holds them."""
+        """Key that is equal for spectra of the same wavelengths and values, in any objects."""
         return self.wavelengths_nm.tobytes(), self.samples.tobytes()
 
     def resampled(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> Spectrum:
-        """Return the same spectrum sampled elsewhere; `projected` is for a coarser grid, which would lose what lies
-        between.
+        """Resample the spectrum; `projected` is for a coarser grid, which would lose detail between its samples.
 
         Reflectance, transmittance, radiance factor: Sprague (CIE 167:2005) on uniform grids, else linear. Emission:
-        linear, so that a line never rings below zero. Where Sprague leaves [0, 1] next to a steep edge (radiance
-        factor: falls below 0), that spectrum is interpolated linearly instead: nothing is clipped.
+        linear, so that a line never rings below zero. If Sprague leaves [0, 1] next to a steep edge (radiance factor:
+        falls below 0), that spectrum is interpolated linearly instead: nothing is clipped.
 
         Parameters
         ----------
@@ -258,13 +257,13 @@ class Spectrum:
         return Spectrum.sampled(wavelengths_nm, values, self.quantity)
 
     def projected(self, wavelengths_nm: Wavelengths) -> Spectrum:
-        """Return the spectrum on a coarser grid that stands for this one best (`projection.projected`), ends held.
+        """Project the spectrum to a coarser grid by least squares (`projection.projected`), clamped at the ends.
 
-        Reflectance and transmittance from 0 to 1, radiance factor from 0. Where this one is no finer: `resampled`.
+        Reflectance and transmittance from 0 to 1, radiance factor from 0. If this one is no finer: `resampled`.
 
         Raises
         ------
-        InputError : an emission, whose lines no coarser grid holds. Fold it with an observer instead.
+        InputError : an emission, whose lines no coarser grid resolves. Fold it with an observer instead.
         """
         if self.quantity == "emission":
             raise InputError(
@@ -277,10 +276,10 @@ class Spectrum:
         return Spectrum.sampled(wavelengths_nm, values, self.quantity)
 
     def averaged(self, wavelengths_nm: Wavelengths) -> Spectrum:
-        """Return an emission on a coarser grid: its mean about each sample, weighted from 1 there to 0 at the next one.
+        """Average an emission on a coarser grid, with weights from 1 at each sample to 0 at the next one.
 
-        Linear between samples that has the power of the emission within the grid, and its centre: lines between samples
-        are shared out, where `resampled` misses them. Where this one is no finer: `resampled`.
+        The linear interpolant preserves the emission's power within the grid, and its centroid: lines between samples
+        are distributed, where `resampled` misses them. If this one is no finer: `resampled`.
         """
         if not is_finer(self.wavelengths_nm, wavelengths_nm):
             return self.resampled(wavelengths_nm)
@@ -289,7 +288,7 @@ class Spectrum:
         )
 
     def range_note(self, wavelengths_nm: Wavelengths, extrapolation: Extrapolation = "hold") -> str | None:
-        """Describe the values that `resampled` has to invent; None when the measurement covers the whole grid."""
+        """Describe the values that `resampled` extrapolates; None if the measurement covers the whole grid."""
         low, high = self.wavelengths_nm[[0, -1]]
         if wavelengths_nm[0] >= low and wavelengths_nm[-1] <= high:
             return None
@@ -300,7 +299,7 @@ class Spectrum:
 
 
 def _colour(name: str) -> Callable[..., Any]:
-    """Return a function of the module of colours, which is built on this one and loaded when it is asked for."""
+    """Return a function of the module of colours, which imports this one and is loaded on demand."""
     return getattr(import_module(".spectrum_colour", __package__), name)
 
 
@@ -309,7 +308,7 @@ def _is_number(value: object) -> bool:
 
 
 def as_float(number: int | float) -> float:
-    """Return a number as a float; a whole number beyond all floats is infinite, for whoever checks values to refuse.
+    """Convert a number to float; an integer beyond all floats becomes infinite, for later checks to refuse.
 
     >>> as_float(3), as_float(-(10**400))
     (3.0, -inf)
@@ -328,7 +327,7 @@ def check_values(
     file: str | Path | None = None,
     field: str = "values",
 ) -> None:
-    """Raise an `InputError` where samples (...,L) cannot be what `quantity` says."""
+    """Raise an `InputError` if samples (...,L) are invalid for their quantity."""
 
     if not np.isfinite(values).all():
         raise InputError(
@@ -370,7 +369,7 @@ def check_values(
 
 
 def _is_axis(values: Any) -> bool:
-    """Return True for what can be wavelengths."""
+    """Return True for possible wavelengths."""
     try:
         validated_wavelengths(values)
     except InputError:
@@ -379,6 +378,6 @@ def _is_axis(values: Any) -> bool:
 
 
 def _first(which: np.ndarray, values: np.ndarray, wavelengths_nm: Wavelengths) -> str:
-    """Return the first of some samples in words."""
+    """Describe the first of some samples."""
     place = tuple(np.argwhere(which)[0])
     return f"{values[place]:g} at {wavelengths_nm[place[-1]]:g} nm"

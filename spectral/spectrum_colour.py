@@ -1,4 +1,4 @@
-"""Colour of a spectrum, its curve as a drawing, and objects of other libraries: behind the methods of `Spectrum`."""
+"""Colour of a spectrum, its plot, and conversions to other libraries: implementation of the methods of `Spectrum`."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def xyz(spectrum: Spectrum, light: object = None, eye: object = "1931_2") -> Flo
 
     Parameters
     ----------
-    light : as of `illuminants.as_light`; None: D65. An emission is a light itself and takes none.
+    light : as of `illuminants.as_light`; None: D65. An emission is a light itself and needs none.
     eye : the name of an observer, or one.
 
     Returns
     -------
-    Of reflectance, transmittance and radiance factor: relative to the perfect diffuser, Y = 1. Of an emission: Y in lm
-    per unit that its watts are per (CIE 015:2018 eq. 7.1 with K_m).
+    Of reflectance, transmittance and radiance factor: relative to the perfect diffuser, Y = 1. Of an emission: Y in lm,
+        per the area or angle of its watts (CIE 015:2018 eq. 7.1 with K_m).
 
     Raises
     ------
@@ -55,7 +55,7 @@ def lab(spectrum: Spectrum, light: object = None, eye: object = "1931_2") -> Flo
 
     Raises
     ------
-    InputError : also an emission, which has no white to be seen beside.
+    InputError : also an emission, which has no white.
     """
     if spectrum.quantity == "emission":
         raise InputError("a light has no CIELAB", field="quantity", found="emission", expected="what is lit by one")
@@ -129,7 +129,7 @@ def as_html(spectrum: Spectrum) -> str:
 
 
 def _swatch(spectrum: Spectrum) -> str:
-    """Draw the colour of one spectrum under D65, cut off where sRGB ends; nothing where it has none."""
+    """Draw the colour of one spectrum under D65, clipped to sRGB; nothing without a colour."""
     if spectrum.quantity == "emission" or spectrum.samples.ndim != 1:
         return ""
     try:
@@ -140,7 +140,7 @@ def _swatch(spectrum: Spectrum) -> str:
 
 
 def swatch(seen: Float[np.ndarray, "3"]) -> str:
-    """Draw XYZ under D65, Y = 1 white, as a square in sRGB; it says so where it is cut off."""
+    """Draw XYZ under D65, Y = 1 white, as a square in sRGB, with a note if it is clipped."""
     from .colour_library import colour_science
 
     coded = colour_science().XYZ_to_sRGB(seen)

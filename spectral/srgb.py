@@ -1,4 +1,4 @@
-"""The curve of sRGB between codes and light (IEC 61966-2-1); its primaries are in `upsampling.xyz_from_rgb`."""
+"""Transfer function of sRGB (IEC 61966-2-1); its primaries are in `upsampling.xyz_from_rgb`."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _STRAIGHT_CODES, _STRAIGHT_LIGHT, _SLOPE = 0.04045, 0.0031308, 12.92
 
 
 def srgb_to_linear(codes: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """Return the light of codes, both from 0 to 1.
+    """Decode codes to linear light, both from 0 to 1.
 
     >>> srgb_to_linear(np.array([0.0, 0.04045, 1.0])).round(6).tolist()
     [0.0, 0.003131, 1.0]
@@ -19,7 +19,7 @@ def srgb_to_linear(codes: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
 
 
 def linear_to_srgb(light: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:
-    """Return the codes of light, 0 or more.
+    """Encode linear light, 0 or more, to codes.
 
     >>> linear_to_srgb(np.array([0.0, 0.0031308, 1.0])).round(6).tolist()
     [0.0, 0.04045, 1.0]

@@ -1,4 +1,4 @@
-"""Tristimulus values that a file states, against those that its spectra give."""
+"""Tristimulus values stated by a file, compared with those of its spectra."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ _WHITES = [(light, angle) for light in ("D50", "D65", "A", "C", "FL2", "FL11") f
 
 @dataclass(frozen=True, eq=False)
 class StatedComparison:
-    """One stated colour and its recomputation.
+    """Stated colour and its recomputation.
 
     Parameters
     ----------
     stated : as in the file, the reference of the difference.
     recomputed : (3,) in the space and on the scale of `stated`.
     delta_e94 : CIE 1994; a light, scaled to the stated luminance, is compared with the stated light as white.
-    illuminant, observer : what was computed with; no illuminant for a light.
-    assumed : what the file does not say and was taken, a clause each.
-    lumens_ratio : for a light, stated Y over 683 lm/W times the integral of y-bar and the spectrum: 1 where the
-        spectrum is in W and Y in lm per the same area and angle, 0.001 where it is in mW.
+    illuminant, observer : of the computation; no illuminant for a light.
+    assumed : assumptions about unstated facts, a clause each.
+    lumens_ratio : for a light, stated Y over 683 lm/W times the integral of y-bar and the spectrum: 1 if the spectrum
+        is in W and Y in lm per the same area and angle, 0.001 if it is in mW.
     """
 
     stated: StatedColour
@@ -46,10 +46,10 @@ class StatedComparison:
 
 
 def compared(entry: SpectralEntry) -> tuple[StatedComparison, ...]:
-    """Recompute every colour that stands beside a spectrum.
+    """Recompute every colour stated with a spectrum.
 
-    The file's illuminant and observer are used; where it states XYZ and Lab together, but not what for, the white that
-    leads from one to the other tells (`implied_white`); else D50 and 2 degrees are assumed.
+    The file's illuminant and observer are used; if it states XYZ and Lab together without these, they follow from the
+    white between the two (`implied_white`); else D50 and 2 degrees are assumed.
 
     Raises
     ------
@@ -105,15 +105,15 @@ def _light(spectrum: Spectrum, stated: StatedColour) -> StatedComparison:
 
 
 def _tristimulus(seen: Observer, spectrum: Spectrum) -> np.ndarray:
-    """Integrals (3,) of the colour-matching functions times a spectrum, zero beyond its samples."""
+    """Integrate (3,) the colour-matching functions times a spectrum, zero beyond its samples."""
     return seen.sensitivity(spectrum.wavelengths_nm) @ spectrum.samples
 
 
 def implied_white(stated: tuple[StatedColour, ...]) -> tuple[str, str] | None:
-    """Illuminant and observer of the white that turns a stated XYZ into the Lab stated beside it.
+    """Find the illuminant and observer of the white that converts a stated XYZ to the stated Lab.
 
-    CIELAB solved for the white (CIE 015:2018 eq. 8.3-8.5). None where a space is missing, the sample is too dark to
-    tell, or the white is none of the usual ones to half a percent.
+    CIELAB solved for the white (CIE 015:2018 eq. 8.3-8.5). None if a space is missing, the sample is too dark, or the
+    white is none of the usual ones to half a percent.
     """
     by_space = {colour.space: colour.values for colour in reversed(stated)}
     if len(by_space) < 2 or by_space["Lab"][0] < 20.0 or not (by_space["XYZ"] > 0.5).all():

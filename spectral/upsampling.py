@@ -1,16 +1,16 @@
-"""Reflectance spectra made up from linear RGB: for data that was measured in three channels only.
+"""Upsampling of linear RGB to reflectance spectra, for data measured in three channels only.
 
-Three published answers, all in one form: spectra at the corners of a mesh over the triangle of chromaticities, and in
-between, sums of the corners with the weights that make up the colour. So every method is homogeneous (twice the RGB is
-twice the spectrum, however bright a highlight is) and quick on whole tables; whatever is exact at the corners is exact
-everywhere. RGB means sRGB primaries (ITU-R BT.709), linear, with the white of D65 as the perfect diffuser.
+Three published methods, all in one form: spectra at the corners of a mesh over the triangle of chromaticities, and in
+between, barycentric sums of the corners. So every method is homogeneous (twice the RGB is twice the spectrum, for
+highlights of any brightness) and fast on whole tables; a property that is exact at the corners is exact everywhere. RGB
+means sRGB primaries (ITU-R BT.709), linear, with the white of D65 as the perfect diffuser.
 
-- "mallett-yuksel": three basis spectra that sum to 1 (Mallett and Yuksel 2019); linear, so three coefficients hold it.
+- "mallett-yuksel": three basis spectra that sum to 1 (Mallett and Yuksel 2019); linear, so three coefficients suffice.
 - "smits": seven spectra, combined by which channel is largest (Smits 1999, the choice of the 2010 paper).
 - "jakob-hanika": a sigmoid of a parabola in wavelength (Jakob and Hanika 2019, equation 2), solved at a half of the
   largest channel and scaled: their curves are bounded by 1, and f_r of a highlight is not.
 
-Made-up spectra are one guess out of many that have this colour under D65: under another light they are not evidence.
+Such spectra are one guess out of many with this colour under D65: under another light they are not evidence.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _SMITS = ("red", "green", "blue", "cyan", "magenta", "yellow", "white")
 
 @cache
 def xyz_from_rgb() -> Float[np.ndarray, "3 3"]:
-    """Matrix with XYZ = M @ rgb for linear sRGB; (1, 1, 1) is exactly the perfect diffuser under D65, Y = 1."""
+    """Compute M with XYZ = M @ rgb for linear sRGB; (1, 1, 1) is exactly the perfect diffuser under D65, Y = 1."""
     xyz = np.concatenate([_PRIMARIES_XY, 1.0 - _PRIMARIES_XY.sum(axis=1, keepdims=True)], axis=1).T
     white = _weights().sum(axis=1)
     return xyz * np.linalg.solve(xyz, white)
@@ -71,11 +71,11 @@ class Upsampling:
 
     @property
     def provenance(self) -> str:
-        """The kind that a record of such spectra carries."""
+        """Kind of provenance for records of such spectra."""
         return f"uplifted({self.method})"
 
     def spectra(self, rgb: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch L"]:
-        """Reflectances (or f_r: the scale is free) on the working wavelengths.
+        """Upsample to reflectances (or f_r: the scale is free) on the working wavelengths.
 
         Raises
         ------
@@ -87,13 +87,13 @@ class Upsampling:
     def folded(
         self, rgb: Float[np.ndarray, "*batch 3"], weights: Float[np.ndarray, "L C"]
     ) -> Float[np.ndarray, "*batch C"]:
-        """`spectra(rgb) @ weights`, of which no spectrum has to be made; raises what `spectra` does."""
+        """Compute `spectra(rgb) @ weights` without making spectra; same errors."""
         return self._mixed(rgb, self.corners @ weights)
 
     def _mixed(
         self, rgb: Float[np.ndarray, "*batch 3"], corners: Float[np.ndarray, "V C"]
     ) -> Float[np.ndarray, "*batch C"]:
-        """Mix what stands at the corners as their spectra are mixed."""
+        """Mix values at the corners with the weights of their spectra."""
         rgb = np.asarray(rgb, dtype=np.float64)
         bad = ~(np.isfinite(rgb) & (rgb >= 0)).all(axis=-1)
         if bad.any():
@@ -137,7 +137,7 @@ def _smits() -> Float[np.ndarray, "7 L"]:
 
 
 def _smits_shares(rgb: Float[np.ndarray, "N 3"]) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-    """White up to the smallest channel, the mixture of the other two up to the middle one, then the largest alone."""
+    """Compute Smits's weights: white up to the smallest channel, two mixed up to the middle one, then the largest."""
     order = np.argsort(rgb, axis=1, kind="stable")
     low, middle, high = np.take_along_axis(rgb, order, axis=1).T
     # cyan, magenta and yellow follow red, green and blue in the order of the channel that each of them lacks.
@@ -146,7 +146,7 @@ def _smits_shares(rgb: Float[np.ndarray, "N 3"]) -> tuple[Int[np.ndarray, "N 3"]
 
 
 def _mesh_shares(rgb: Float[np.ndarray, "N 3"]) -> tuple[Int[np.ndarray, "N 3"], Float[np.ndarray, "N 3"]]:
-    """Corners of the small triangle that each chromaticity lies in, and how much of each makes up the colour."""
+    """Find the corners of the mesh triangle around each chromaticity, and their weights."""
     total = rgb.sum(axis=1, keepdims=True)
     place = np.divide(rgb, total, out=np.full_like(rgb, 1.0 / 3.0), where=total > 0) * _MESH
     red, green = np.minimum(place[:, 0].astype(np.intp), _MESH - 1), np.minimum(place[:, 1].astype(np.intp), _MESH - 1)
@@ -167,7 +167,7 @@ def _mesh_index(red: np.ndarray, green: np.ndarray) -> np.ndarray:
 
 @cache
 def _mesh_corners() -> Float[np.ndarray, "V 3"]:
-    """Chromaticities (r, g, b) with r + g + b = 1 in the order of `_mesh_index`."""
+    """Return chromaticities (r, g, b) with r + g + b = 1 in the order of `_mesh_index`."""
     pairs = [(red, green) for red in range(_MESH + 1) for green in range(_MESH + 1 - red)]
     return np.array([(red, green, _MESH - red - green) for red, green in pairs]) / _MESH
 
@@ -183,7 +183,7 @@ def _jakob_hanika() -> Float[np.ndarray, "V L"]:
 
 
 def sigmoid(coefficients: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch L"]:
-    """Jakob and Hanika 2019, equations 2 and 3, on the working wavelengths mapped to [-1, 1].
+    """Evaluate Jakob and Hanika 2019, equations 2 and 3, on the working wavelengths mapped to [-1, 1].
 
     >>> sigmoid(np.zeros(3))[0]
     np.float64(0.5)
@@ -199,10 +199,10 @@ def _powers() -> Float[np.ndarray, "L 3"]:
 
 
 def sigmoid_coefficients(rgb: Float[np.ndarray, "V 3"]) -> tuple[Float[np.ndarray, "V 3"], Float[np.ndarray, " V"]]:
-    """Coefficients whose `sigmoid` has these colours in linear sRGB, and by how much of Y each is missed.
+    """Solve for coefficients whose `sigmoid` has these colours in linear sRGB; return them and the residuals in Y.
 
-    Damped Newton steps from grey, for all colours at once. Nothing is missed in sRGB at the level used here; curves of
-    saturated colours are narrow, and exist where the colour is dark enough.
+    Damped Newton steps from grey, for all colours at once. There is no residual in sRGB at the level used here; curves
+    of saturated colours are narrow, and exist for colours that are dark enough.
     """
     to_rgb = np.linalg.solve(xyz_from_rgb(), _weights())
     powers = _powers()

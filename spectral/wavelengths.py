@@ -1,4 +1,4 @@
-"""Wavelength grids, and moving values from one to another as a matrix."""
+"""Wavelength grids, and resampling between them by a matrix."""
 
 from __future__ import annotations
 
@@ -134,13 +134,13 @@ def validated_wavelengths(
 
 
 def is_uniform(wavelengths_nm: Wavelengths) -> bool:
-    """Return whether a grid has one step, to a thousandth of it."""
+    """Return whether a grid has a constant step, to a thousandth of it."""
     steps = np.diff(wavelengths_nm)
     return steps.size > 0 and bool(np.ptp(steps) <= 1e-3 * steps.mean())
 
 
 def is_finer(wavelengths_nm: Wavelengths, than_nm: Float[np.ndarray, "M"] = WORKING_WAVELENGTHS_NM) -> bool:
-    """Return whether a grid has samples closer together than another one has, anywhere within its range.
+    """Return whether a grid is denser than another one anywhere within its range.
 
     >>> is_finer(np.arange(400.0, 701.0, 10.0)), is_finer(np.arange(380.0, 731.0, 10.0 / 3.0))
     (False, True)
@@ -152,10 +152,9 @@ def is_finer(wavelengths_nm: Wavelengths, than_nm: Float[np.ndarray, "M"] = WORK
 
 
 def material_wavelengths(grids: Sequence[Float[np.ndarray, "_"]]) -> Float[np.ndarray, "M"]:
-    """Return the grid that a material keeps spectra of these grids on, so that nothing measured is lost.
+    """Return the grid on which a material stores spectra of these grids without loss.
 
-    The working wavelengths, or, where one of the spectra is finer than those, the grid common to all, as far as an
-    observer sees.
+    The working wavelengths or, if one of the spectra is finer, the grid common to all, within the observer's range.
     """
     if not any(is_finer(grid) for grid in grids):
         return WORKING_WAVELENGTHS_NM
@@ -167,11 +166,11 @@ def material_wavelengths(grids: Sequence[Float[np.ndarray, "_"]]) -> Float[np.nd
 
 
 def common_wavelengths(grids: Sequence[Float[np.ndarray, "_"]]) -> Float[np.ndarray, "M"]:
-    """Return a grid on which spectra of all these grids can stand side by side.
+    """Return a common grid for spectra of all these grids.
 
-    Where the grids are one, that one. Else the uniform one of them that has every sample of all others, so that its
-    own spectra stay as they are and theirs lose no sample. Else every nanometre from the first to the last sample of
-    any, which is what observers are tabulated at, and the samples of those that are finer still.
+    If the grids are equal, that one. Else the uniform one of them that has every sample of all others, so that its own
+    spectra are unchanged and the others lose no sample. Else every nanometre from the first to the last sample of any,
+    the step of observers' tables, and the samples of finer ones.
 
     >>> common_wavelengths([np.arange(400.0, 701.0, 10.0), np.arange(380.0, 781.0, 5.0)]).size
     81
@@ -193,15 +192,14 @@ def interpolation_matrix(
     extrapolation: Extrapolation = "hold",
     method: Literal["auto", "sprague", "linear"] = "auto",
 ) -> Float[np.ndarray, "M L"]:
-    """Matrix T that resamples: values on `to_nm` are T @ values on `from_nm`.
+    """Compute the resampling matrix T: values on `to_nm` are T @ values on `from_nm`.
 
-    Sprague's quintic (CIE 167:2005) on uniform grids of six samples or more, linear otherwise ("auto").
-    Each row inside the measured range sums to 1, so that a constant stays a constant.
+    Sprague's quintic (CIE 167:2005) on uniform grids of six samples or more, linear otherwise ("auto"). Each row inside
+    the measured range sums to 1, so that a constant stays a constant.
 
     Parameters
     ----------
-    extrapolation : what stands beyond the measured range: the nearest sample ("hold"), nothing ("zero"), or an
-        `InputError` ("error").
+    extrapolation : beyond the measured range: the nearest sample ("hold"), 0 ("zero"), or an `InputError` ("error").
     """
     source, target = validated_wavelengths(from_nm), validated_wavelengths(to_nm)
     outside = (target < source[0] - 1e-9) | (target > source[-1] + 1e-9)
@@ -235,7 +233,7 @@ def interpolation_matrix(
 def times_interpolation(
     weights: Float[np.ndarray, "K M"], from_nm: Wavelengths, to_nm: Float[np.ndarray, "M"]
 ) -> Float[np.ndarray, "K L"]:
-    """weights @ interpolation_matrix(from_nm, to_nm); a matrix of many thousands of samples is never held whole."""
+    """Compute weights @ interpolation_matrix(from_nm, to_nm), without storing the whole matrix."""
     if from_nm.size * to_nm.size <= _LARGE:
         return weights @ interpolation_matrix(from_nm, to_nm)
     found = np.zeros((len(weights), from_nm.size))

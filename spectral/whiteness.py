@@ -1,4 +1,4 @@
-"""Whiteness, tint and yellowness of near-white samples: single numbers, each for the lights and observers it is for."""
+"""Whiteness, tint and yellowness of near-white samples: indices, each for certain lights and observers."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ _LEAST_WHITENESS, _LEAST_TINT, _MOST_TINT, _LEAST_Y = 40.0, -4.0, 2.0, 65.0
 class Whiteness:
     """Whiteness, tint and yellowness of one sample.
 
-    index : 100 for the perfect diffuser, more for what is bluer and brighter. tint : positive is greenish, negative
-        reddish; None where the method has none.
+    index : 100 for the perfect diffuser, more for bluer and brighter samples. tint : positive is greenish, negative
+    reddish; None if the method has none.
     """
 
     index: float
@@ -58,16 +58,16 @@ class Whiteness:
 
 
 def whiteness(sample: Sample, conditions: Conditions = _DAYLIGHT, method: WhitenessMethod = "CIE 2004") -> Whiteness:
-    """Whiteness, and tint, of a commercial white.
+    """Compute whiteness, and tint, of a commercial white.
 
     method : "CIE 2004" (CIE 15:2004, W and T_w, W_10 and T_w,10; D65), "ASTM E313" (since 1998 the same equations, for
-        C, D50 and D65, with x and y of the diffuser to four digits) or "ASTM E313-73" (3.388 Z - 3 Y, for C and
-        2 degrees; it has no tint).
+        C, D50 and D65, with x and y of the diffuser to four digits) or "ASTM E313-73" (3.388 Z - 3 Y, for C and 2
+        degrees; it has no tint).
 
     Raises
     ------
-    UnknownNameError : an illuminant, observer or method that nobody knows.
-    ComparisonError : the method is not for this illuminant and observer; the sample is no white that it tells of; or
+    UnknownNameError : an unknown illuminant, observer or method.
+    ComparisonError : the method is not for this illuminant and observer; the sample is outside its range of whites; or
         its colour under them is not known.
 
     >>> whiteness(Sample("diffuser", "", seen=lambda light, eye: eye.white(light)))
@@ -87,9 +87,9 @@ def whiteness(sample: Sample, conditions: Conditions = _DAYLIGHT, method: Whiten
 
 
 def yellowness(sample: Sample, conditions: Conditions = _DAYLIGHT) -> float:
-    """Yellowness of ASTM E313, for C and D65: 0 for the perfect diffuser, negative for what is bluish.
+    """Compute yellowness of ASTM E313, for C and D65: 0 for the perfect diffuser, negative for bluish samples.
 
-    It tells of what is yellow or blue beside white; of a reddish or greenish sample the number says nothing.
+    It measures yellow or blue relative to white; for reddish or greenish samples it is meaningless.
 
     Raises
     ------
@@ -102,8 +102,9 @@ def yellowness(sample: Sample, conditions: Conditions = _DAYLIGHT) -> float:
 def index_of_xyz(
     xyz: Float[np.ndarray, "*batch 3"], conditions: Conditions, method: WhitenessMethod | None
 ) -> Float[np.ndarray, "*batch"]:
-    """Whiteness by a method, or yellowness where it is None, of XYZ whose perfect diffuser has Y = 1; the equations
-    alone, without their limits: how an index scatters with XYZ.
+    """Compute whiteness by a method, or yellowness if it is None, of XYZ with Y = 1 for the perfect diffuser.
+
+    The equations alone, without their limits, for the scatter of an index with XYZ.
 
     Raises
     ------
@@ -115,7 +116,7 @@ def index_of_xyz(
 
 
 def defined_for(conditions: Conditions, method: WhitenessMethod | None) -> bool:
-    """Return whether a whiteness, or yellowness where the method is None, is defined for an illuminant and observer."""
+    """Return whether a whiteness, or yellowness if the method is None, is defined for an illuminant and observer."""
     defined = _YELLOW if method is None else _DEFINED[method]
     return any(same_conditions(key, (conditions.illuminant, conditions.observer)) for key in defined)
 
@@ -123,7 +124,7 @@ def defined_for(conditions: Conditions, method: WhitenessMethod | None) -> bool:
 def _equations(
     xyz: Float[np.ndarray, "*batch 3"], key: tuple[str, str], method: WhitenessMethod
 ) -> tuple[Float[np.ndarray, "*batch"], Float[np.ndarray, "*batch"] | None]:
-    """Index and tint; Y of the perfect diffuser is 100."""
+    """Compute index and tint; Y of the perfect diffuser is 100."""
     if method == "ASTM E313-73":
         return np.asarray(3.388 * xyz[..., 2] - 3.0 * xyz[..., 1]), None
     light, eye = key
@@ -138,7 +139,7 @@ def _yellowness(xyz: Float[np.ndarray, "*batch 3"], key: tuple[str, str]) -> Flo
 
 
 def _key(what: str, conditions: Conditions, defined: Iterable[tuple[str, str]]) -> tuple[str, str]:
-    """Return the names that the tables have for the conditions, whatever these call them."""
+    """Return the names of the conditions in the tables, from any of their names."""
     # A name that nobody knows is told as one.
     _ = illuminant(conditions.illuminant), observer(conditions.observer)
     for key in defined:
@@ -149,7 +150,7 @@ def _key(what: str, conditions: Conditions, defined: Iterable[tuple[str, str]]) 
 
 
 def _seen(sample: Sample, conditions: Conditions) -> Float[np.ndarray, "3"]:
-    """XYZ, Y of the perfect diffuser being 100."""
+    """Compute XYZ, Y of the perfect diffuser being 100."""
     xyz = 100.0 * sample.xyz(conditions.illuminant, conditions.observer)
     if not (np.isfinite(xyz).all() and xyz[1] > 0.0 and xyz.sum() > 0.0):
         raise ComparisonError(f"{sample.name}: black under {conditions.words}, so that it has no whiteness")
