@@ -1,5 +1,5 @@
-"""The `metamer` command: one small module a subcommand, a folder for a subcommand with verbs.
+"""The `metamer` command: one small module per subcommand, a folder for a subcommand with verbs.
 
-Begin with `main.py` and `parser.py`, which lists the subcommands; each module has `add_parser` and `run`.
-They share `options.py`, `output.py` and `progress/`.
+Begin with `main.py` and `parser.py`, which lists the subcommands; each module has `add_parser` and `run`. They share
+`options.py`, `output.py` and `progress/`.
 """

@@ -134,7 +134,7 @@ def _loaded(args: argparse.Namespace) -> MaterialRecord:
 
 @contextmanager
 def _shown(budget: float, watch: FitProgress) -> Iterator[Callable[[Trial], None]]:
-    """A line a trial; and where the fit is: the best so far, and how near the budget it is."""
+    """Yield a callback that prints a line per trial, and updates the state of the fit by the best so far."""
     watch.say(_HEADER)
     trials: list[Trial] = []
 
@@ -174,7 +174,7 @@ def _so_far(trials: list[Trial]) -> str:
 
 
 def _best(trials: list[Trial]) -> Trial:
-    """Find the best trial of all packs together, once there are some; until then of the lobe that is being fitted."""
+    """Find the best joint trial; until there is one, the best of the current lobe."""
     together = [trial for trial in trials if trial.joint]
     return min(together or [it for it in trials if it.lobe == trials[-1].lobe], key=lambda trial: trial.score)
 

@@ -19,7 +19,7 @@ from ..runtime.shutdown import closing_line, end_on_signals, finished
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code.
 
-    Without `words` it takes those that the process was started with; then its signals are the command's, too.
+    Without `words` it takes those of the process, and then also handles the process's signals.
     """
     if words is None:
         end_on_signals()

@@ -227,7 +227,7 @@ def _print(report: MatchReport) -> None:
 
 
 def _print_indices(report: MatchReport) -> None:
-    """A column an index and changed condition, a row a sample."""
+    """Print a column per index and changed condition, a row per sample."""
     heads = list(dict.fromkeys(f"{i.name}, {i.changed}" for one in report.samples for i in one.indices))
     if not heads:
         return
@@ -244,7 +244,7 @@ def _print_indices(report: MatchReport) -> None:
 
 
 def _print_angles(report: MatchReport) -> None:
-    """A row a sample that was read at several angles."""
+    """Print a row per sample that was read at several angles."""
     rows = []
     for one in report.samples:
         if one.angles is not None:
@@ -268,7 +268,7 @@ def _print_angles(report: MatchReport) -> None:
 
 
 def _print_whites(report: MatchReport) -> None:
-    """A row a sample, scale and condition."""
+    """Print a row per sample, scale and condition."""
     rows = []
     for one in report.samples:
         for at, found in enumerate(one.whites):

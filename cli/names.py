@@ -1,4 +1,4 @@
-"""`metamer names`: the names that scenes and options know."""
+"""`metamer names`: the names known to scenes and options."""
 
 from __future__ import annotations
 
@@ -44,9 +44,7 @@ def _light_sources() -> str:
 
 
 def _lights(names: tuple[str, ...]) -> str:
-    """Return each light with its chromaticity for the CIE 1931 observer, and the range and step that it is tabulated
-    at.
-    """
+    """List each light with its chromaticity for the CIE 1931 observer, and the range and step of its table."""
     from ..spectral.illuminants import illuminant
     from ..spectral.observers import observer
 

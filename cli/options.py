@@ -1,4 +1,4 @@
-"""Options and arguments that several subcommands take, and the objects that they ask for."""
+"""Options and arguments shared by subcommands, and the objects made from them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _FILE = re.compile(r"\.[A-Za-z]\w*(#.*)?$")
 
 
 def comma_separated(text: str) -> tuple[str, ...]:
-    """Words of an option such as `--illuminants D65,A,FL11`."""
+    """Split an option such as `--illuminants D65,A,FL11` into words."""
     words = tuple(word.strip() for word in text.split(",") if word.strip())
     if not words:
         raise argparse.ArgumentTypeError("names nothing")
@@ -35,7 +35,7 @@ def comma_separated(text: str) -> tuple[str, ...]:
 
 
 def checked(text: str, check: Callable[[str], object]) -> str:
-    """Return a word of an option as it is; raises `ArgumentTypeError` with the words of an `InputError` of `check`."""
+    """Return an option's word unchanged; converts an `InputError` of `check` to `ArgumentTypeError`."""
     try:
         check(text)
     except InputError as reason:
@@ -44,24 +44,24 @@ def checked(text: str, check: Callable[[str], object]) -> str:
 
 
 def illuminant_name(text: str) -> str:
-    """Return the name of an illuminant that is known."""
+    """Return the name of a known illuminant."""
     from ..spectral.illuminants import illuminant
 
     return checked(text, illuminant)
 
 
 def parse_illuminants(text: str) -> tuple[str, ...]:
-    """Return names of illuminants that are known."""
+    """Return names of known illuminants."""
     return tuple(map(illuminant_name, comma_separated(text)))
 
 
 def parse_lights(text: str) -> tuple[str, ...]:
-    """Return names of lights: illuminants that are known, and files of measured lamps, with "#ENTRY" or without."""
+    """Return names of lights: known illuminants, and files of measured lamps, with "#ENTRY" or without."""
     return tuple(map(light_name, comma_separated(text)))
 
 
 def light_name(word: str) -> str:
-    """Return the name of an illuminant that is known, or of a file of measured lamps that is there."""
+    """Return the name of a known illuminant, or of an existing file of measured lamps."""
     file = word if Path(word).is_file() else word.rpartition("#")[0] or word
     if not Path(file).is_file():
         # Names of lamps end in no suffix.
@@ -70,7 +70,7 @@ def light_name(word: str) -> str:
 
 
 def add_lights_options(parser: argparse.ArgumentParser, what: str) -> None:
-    """Add the lights and the observer that something is seen under and by."""
+    """Add options for the lights and the observer."""
     parser.add_argument(
         "--illuminants",
         type=parse_illuminants,
@@ -94,14 +94,14 @@ def add_illuminant_option(
 
 
 def parse_observer(text: str) -> str:
-    """Return the short name of an observer that is known."""
+    """Return the short name of a known observer."""
     from ..spectral.observers import observer_name
 
     return observer_name(checked(text, observer_name))
 
 
 class Added(argparse.Action):
-    """An option with several values that adds to what it was given before, each once, in place of the default."""
+    """Option with several values that accumulates distinct ones, in place of the default."""
 
     def __call__(
         self,
@@ -110,7 +110,7 @@ class Added(argparse.Action):
         values: Any,
         option_string: str | None = None,
     ) -> None:
-        """Called by argparse for each time that the option stands in a command."""
+        """Called by argparse for each occurrence of the option."""
         had = getattr(namespace, self.dest, self.default)
         before = () if had is self.default else had
         setattr(namespace, self.dest, tuple(dict.fromkeys((*before, *values))))
@@ -171,7 +171,7 @@ def _conditions(text: str) -> tuple[str, str]:
 
 
 def add_across_option(command: argparse.ArgumentParser) -> None:
-    """`--across`: what is compared although it was not measured alike."""
+    """Add `--across`, accepted differences between measurements."""
     command.add_argument(
         "--across",
         type=_crossings,
@@ -192,13 +192,13 @@ def _crossings(text: str) -> tuple[str, ...]:
 
 
 def add_scheduler_option(command: argparse.ArgumentParser, does: str) -> None:
-    """`--scheduler`; `does` says in one word what the workers do."""
+    """Add `--scheduler`; `does` states in one word what the workers do."""
     words = f"let the workers of this Dask scheduler {does} (extra: cluster)"
     command.add_argument("--scheduler", metavar="ADDRESS", help=words)
 
 
 def add_renderer_option(command: argparse.ArgumentParser) -> None:
-    """`--renderer`."""
+    """Add `--renderer`."""
     command.add_argument(
         "--renderer",
         choices=("auto", "gl", "software"),
@@ -208,7 +208,7 @@ def add_renderer_option(command: argparse.ArgumentParser) -> None:
 
 
 def renderer_for(choice: str) -> RenderSession:
-    """Return the renderer asked for; "auto" falls back to software and says why."""
+    """Return the requested renderer; "auto" falls back to software and prints why."""
     from ..viewer.api import renderer_named
 
     renderer, reason = renderer_named(choice)
@@ -218,7 +218,7 @@ def renderer_for(choice: str) -> RenderSession:
 
 
 def amounts(text: str, sign: str = "=") -> dict[str, float]:
-    """Amounts by words of a wish; raises `ArgumentTypeError` where the text is no such list."""
+    """Parse amounts by words of a wish; raises `ArgumentTypeError` for other text."""
     from ..materials.search.appearance_offset import WORDS
 
     found: dict[str, float] = {}
@@ -240,7 +240,7 @@ def amounts(text: str, sign: str = "=") -> dict[str, float]:
 
 
 def add_json_option(command: argparse.ArgumentParser, words: str = "every figure, for a program", **more: Any) -> None:
-    """`--json`."""
+    """Add `--json`."""
     command.add_argument("--json", type=Path, metavar="FILE", help=f"{words}; - for standard output", **more)
 
 
@@ -253,7 +253,7 @@ def add_output_option(
     old: str = "",
     **more: Any,
 ) -> None:
-    """`-o` or `--output`; an `old` name is taken, too, and not shown."""
+    """Add `-o` or `--output`; an `old` name is accepted, too, and hidden."""
     group = command.add_mutually_exclusive_group(required=required)
     group.add_argument("-o", "--output", dest="out", type=Path, metavar=metavar, help=words, **more)
     if old:
@@ -261,7 +261,7 @@ def add_output_option(
 
 
 class _Given(argparse.Action):
-    """An argument that may be left out, which then leaves what an option of its name has said."""
+    """Optional argument that keeps the value of the option of its name when omitted."""
 
     def __call__(
         self,
@@ -270,27 +270,27 @@ class _Given(argparse.Action):
         values: Any,
         option_string: str | None = None,
     ) -> None:
-        """Called by argparse, also where the argument is not there."""
+        """Called by argparse, also if the argument is omitted."""
         if values is not None:
             setattr(namespace, self.dest, values)
 
 
 def add_catalogue_argument(verb: argparse.ArgumentParser) -> None:
-    """`[CAT]`, the last argument of every verb that reads; or `--catalogue`, as of every other command."""
+    """Add `[CAT]`, the last argument of every verb that reads; or `--catalogue`, as in other commands."""
     group = verb.add_mutually_exclusive_group()
     group.add_argument("catalogue", nargs="?", type=place, action=_Given, metavar="CAT", help=CATALOGUE_HELP)
     group.add_argument("--catalogue", type=place, metavar="CAT", default=argparse.SUPPRESS, help="the same")
 
 
 def open_catalogue(folder: Path | None) -> Catalogue:
-    """Return the catalogue asked for, or the default one."""
+    """Open the requested catalogue, or the default one."""
     from ..materials.catalogue.catalogue import Catalogue, default_catalogue
 
     return Catalogue.open(folder or default_catalogue())
 
 
 def add_catalogue_option(command: argparse.ArgumentParser) -> None:
-    """`--catalogue`."""
+    """Add `--catalogue`."""
     command.add_argument(
         "--catalogue",
         type=place,
@@ -300,7 +300,7 @@ def add_catalogue_option(command: argparse.ArgumentParser) -> None:
 
 
 def add_display_option(command: argparse.ArgumentParser) -> None:
-    """`--display`."""
+    """Add `--display`."""
     command.add_argument(
         "--display",
         metavar="NAME",
@@ -310,7 +310,7 @@ def add_display_option(command: argparse.ArgumentParser) -> None:
 
 
 def check_display_option(name: str | None) -> None:
-    """Raise `InputError` for an ICC profile of `--display` that cannot be used; other names wait for their scene."""
+    """Raise `InputError` for an unusable ICC profile in `--display`; other names are checked with their scene."""
     from ..calibration.display.icc_profile import PREFIX
     from ..viewer.display.transform import DisplayTransform
 
@@ -319,7 +319,7 @@ def check_display_option(name: str | None) -> None:
 
 
 def catalogue_for(folder: Path | None, jobs: int) -> Catalogue:
-    """Return the catalogue asked for; the default one is first made from the shipped materials where it is missing."""
+    """Open the requested catalogue; a missing default one is first made from the shipped materials."""
     from ..materials.catalogue.catalogue import Catalogue, default_catalogue
     from ..materials.catalogue.shipped import shipped_sources
     from .progress.imports import import_shown

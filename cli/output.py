@@ -1,4 +1,4 @@
-"""Lines on standard output and standard error, and files, as every subcommand writes them."""
+"""Output of subcommands: lines on standard output and standard error, and files."""
 
 from __future__ import annotations
 
@@ -20,43 +20,43 @@ TEXT_OUTPUTS = ("json", "csv", "html", "junit", "markdown")
 
 
 def end_of_name(text: str, room: int) -> str:
-    """Return the end of a name, which tells it from its neighbours, in so many characters."""
+    """Return the distinguishing end of a name, in `room` characters."""
     return text if len(text) <= room else f"…{text[len(text) - room + 1 :]}" if room > 1 else ""
 
 
 def shows_bars(stream: io.TextIOBase | TextIO) -> bool:
-    """Return whether bars may move on a stream: a terminal, and nobody has asked for plain lines (NO_COLOR)."""
+    """Return whether a stream may show moving bars: a terminal, without a request for plain lines (NO_COLOR)."""
     return stream.isatty() and not os.environ.get("NO_COLOR")
 
 
 def warn(line: str) -> None:
-    """Say a warning on standard error, at once and in one line."""
+    """Print a warning on standard error, at once and in one line."""
     print(f"metamer: warning: {line}", file=sys.stderr, flush=True)
 
 
 def say(line: str) -> None:
-    """Say on standard error, at once, which long step begins."""
+    """Announce a long step on standard error, at once."""
     print(f"metamer: {line}", file=sys.stderr, flush=True)
 
 
 def say_paragraph(text: str) -> None:
-    """One paragraph, as it is but for control characters."""
+    """Print one paragraph, with control characters escaped."""
     print(visible(text, lines=True))
 
 
 def on_standard_output(target: Path | None) -> bool:
-    """Return whether an option asks for standard output, which is `-`."""
+    """Return whether an option requests standard output, `-`."""
     return str(target) == "-"
 
 
 def figures_file(target: Path | None) -> list[Path]:
-    """List the file that `--json` asks for: none of `-`."""
+    """List the file of `--json`: none for `-`."""
     return [] if target is None or on_standard_output(target) else [target]
 
 
 @contextmanager
 def figures_alone(*targets: Path | None) -> Iterator[None]:
-    """Leave standard output to what is written there: whatever else is printed goes to standard error.
+    """Reserve standard output for the requested figures, and redirect all other output to standard error.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def figures_alone(*targets: Path | None) -> Iterator[None]:
 
 
 def write_json(target: Path | None, document: Any) -> None:
-    """Every figure, for a program, where `--json` asks for it; a document that is text already stays as it is."""
+    """Write every figure as JSON to the target of `--json`; a document that is text already is not changed."""
     import json
 
     if target is None:
@@ -88,7 +88,7 @@ def write_json(target: Path | None, document: Any) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a file, which is there whole or not at all, or to standard output."""
+    """Write a file, whole or not at all, or to standard output."""
     from ..runtime.files import written_whole
 
     if on_standard_output(path):

@@ -1,4 +1,4 @@
-"""Parser of the `metamer` command: its subcommands, each imported when it is called, and hints for words misspelt."""
+"""Parser of the `metamer` command: its subcommands, each imported when called, and suggestions for misspelt words."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COMMANDS = (
 
 
 class _Parser(argparse.ArgumentParser):
-    """argparse, with the exit code that the command documents for wrong usage, and the nearest word to a wrong one."""
+    """argparse parser with the documented exit code for wrong usage, and suggestions for unknown words."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -47,7 +47,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 class _CommandParser(_Parser):
-    """The parser of one command: it refuses what it does not know itself, under its own usage."""
+    """Parser of one command, which reports unknown arguments under its own usage."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
         found, unknown = super().parse_known_args(args, namespace)
@@ -64,9 +64,9 @@ def _nearest(word: str, known: Iterable[str]) -> str:
 
 
 def parser(words: Sequence[str] = ()) -> argparse.ArgumentParser:
-    """Return the parser of the whole command line, or with `words` that begin with a command of this one alone.
+    """Return the parser of the whole command line or, if `words` begin with a command, of this one alone.
 
-    The other commands are neither imported nor described, which a short command would wait for.
+    The other commands are neither imported nor described, which would slow a short command down.
     """
     command = _Parser(prog="metamer", description="Spectral, colour-accurate rendering for design review.")
     command.add_argument("--version", action="store_true", help="print the version and end")

@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def window_module(name: str):
-    """Import a module of the window's shell, where what it needs is installed."""
+    """Import a module of the window's shell, if its requirements are installed."""
     try:
         return import_module(f"..viewer.window.shell.{name}", __package__)
     except ImportError as reason:
@@ -96,7 +96,7 @@ def window_module(name: str):
 
 
 def _kept() -> Path:
-    """Return the path at which the session is kept when the window is closed."""
+    """Return the path at which the session is saved when the window is closed."""
     from platformdirs import user_state_path
 
     moved = os.environ.get("XDG_STATE_HOME")

@@ -1,4 +1,4 @@
-"""BLAS library of this process: another kernel, or more threads, adds up in another order."""
+"""BLAS library of this process, whose kernel and threads determine the order of summation."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ _NAMES = [f"{start}{{}}{end}" for start in ("scipy_openblas_", "openblas_") for 
 class Blas:
     """The BLAS of numpy.
 
-    library : name and version. kernel : that OpenBLAS has chosen for this processor, "" of another library, which does
-    not say. threads : at the most, None where it is not said.
+    library : name and version. kernel : chosen by OpenBLAS for this processor, "" for other libraries, which do not
+    report it. threads : maximum, None if it is not reported.
     """
 
     library: str
@@ -28,16 +28,14 @@ class Blas:
 
     @property
     def facts(self) -> dict[str, str]:
-        """Label and text of each, of what is not known nothing."""
+        """Labels and texts of the known properties."""
         threads = None if self.threads is None else str(self.threads)
         told = {"BLAS": self.library, "BLAS kernel": self.kernel, "BLAS threads": threads}
         return {label: text for label, text in told.items() if text}
 
 
 def blas() -> Blas:
-    """Describe the BLAS that numpy was built with, as `numpy.show_config` has it, and what the loaded library says of
-    itself now.
-    """
+    """Describe the BLAS of numpy: the build by `numpy.show_config`, and the current state of the loaded library."""
     built = np.show_config(mode="dicts")["Build Dependencies"]["blas"]
     library = " ".join(str(built.get(key, "")) for key in ("name", "version")).strip()
     loaded = _loaded()
@@ -50,7 +48,7 @@ def blas() -> Blas:
 
 
 def _loaded() -> ctypes.CDLL | None:
-    """Return a handle by which the names in numpy's BLAS are found; None where numpy has no such module."""
+    """Return a handle for the symbols of numpy's BLAS; None if numpy has no such module."""
     try:
         found = importlib.util.find_spec(_LINKED)
     except ModuleNotFoundError:

@@ -1,4 +1,4 @@
-"""Hashes of code by its syntax tree: results stay valid through a better sentence, another layout or another file name.
+"""Hashes of code by its syntax tree, unchanged by comments, layout and file names.
 
 Comments, docstrings and imports for types do not count. An imported module counts by its own hash in place of its name,
 so that modules may be renamed and moved; functions, classes and everything else count by name and content.
@@ -50,7 +50,7 @@ def files_hash(root: Path, files: Iterable[Path], libraries: Iterable[str] = ())
 
 @cache
 def product_hash(folders: tuple[str, ...], suffixes: tuple[str, ...] = (".py",)) -> str:
-    """Compute the SHA-256 of the code in some of our folders, and of the versions of all libraries that we need."""
+    """Compute the SHA-256 of the code in some of our folders, and of the versions of all required libraries."""
     root = Path(__file__).parents[1]
     files = [path for name in folders for path in (root / name).rglob("*") if path.suffix in suffixes]
     lines = (line for line in requires(DISTRIBUTION) or () if "extra ==" not in line)
@@ -66,7 +66,7 @@ def release(library: str, parts: int | None = None) -> str:
 
 
 def syntax_hash(sources: Mapping[str, bytes]) -> str:
-    """Compute the SHA-256 of modules that belong together, whatever they are called; kept on disk by their texts.
+    """Compute the SHA-256 of a group of modules, independent of their names; cached on disk by their texts.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def syntax_hash(sources: Mapping[str, bytes]) -> str:
 
     Raises
     ------
-    SyntaxError : a text is no Python.
+    SyntaxError : a text is not Python.
     graphlib.CycleError : modules import each other.
     """
     texts = "".join(f"|{place}|{hashlib.sha256(sources[place]).hexdigest()}" for place in sorted(sources))
@@ -105,7 +105,7 @@ def _computed(sources: Mapping[str, bytes]) -> str:
 
 
 def _modules(sources: Mapping[str, bytes]) -> dict[str, _Module]:
-    """Return the modules by place; those that were parsed before are read from disk, by their texts."""
+    """Return the modules by place; previously parsed ones are read from disk, by their texts."""
     file = cache_folder("syntax") / "modules.json"
     known: dict[str, list[Any]] = {}
     with suppress(OSError, ValueError, AttributeError):
@@ -155,7 +155,7 @@ class _Module:
         return chain.from_iterable(self.blocks)
 
     def stored(self) -> list[Any]:
-        """Return what `from_stored` reads."""
+        """Return the input of `from_stored`."""
         return [self.digest, self.blocks, self.names]
 
     @classmethod
@@ -164,7 +164,7 @@ class _Module:
 
         Raises
         ------
-        TypeError, ValueError : it is something else.
+        TypeError, ValueError : an invalid one.
         """
         digest, blocks, names = stored
         if not all(isinstance(word, str) for word in (digest, *names, *chain(*chain(*blocks)))):

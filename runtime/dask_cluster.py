@@ -1,8 +1,8 @@
-"""Work on a Dask cluster that is already there, as `worker_pool` does it in processes of this machine.
+"""Work on an existing Dask cluster, as `worker_pool` does it in processes of this machine.
 
-Each worker needs the same metamer as here: data go out with each task, results come back, and only this process writes,
-so that no common file system is needed. A worker that dies costs what it was doing: the scheduler gives that to another
-one, a few times at most.
+Each worker needs the same version of metamer: data are sent with each task, results returned, and only this process
+writes, so that no common file system is needed. If a worker dies, only its current task is affected: the scheduler
+gives it to another one, a few times at most.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def connected(scheduler: str) -> Client:
 
 
 def check_workers(client: Client, scheduler: str, code: Callable[[], str]) -> None:
-    """Raise `InputError` where there are no workers, or one whose `code()` or Python is another than here."""
+    """Raise `InputError` if there are no workers, or if the `code()` or Python of one differs."""
     try:
         client.wait_for_workers(1, timeout=PATIENCE_S)
     except TimeoutError:
@@ -90,20 +90,21 @@ def clustered(
     code: Callable[[], str],
     start: Start | None = None,
 ) -> Generator[tuple[Any, Any], None, None]:
-    """Do `work(*arguments)` for each task on the workers of a scheduler: (key, result) as they come, perhaps `Lost`.
+    """Run `work(*arguments)` for each task on a scheduler's workers; yield (key, result) as completed, perhaps `Lost`.
 
-    `tasks` is asked for the next one when a worker has room for it. Closing the iterator cancels the rest. `work`,
-    `code` and `start` are of modules that workers can import.
+    `tasks` is advanced when a worker has room. Closing the iterator cancels the rest. `work`, `code` and `start` must
+    be in modules that workers can import.
 
     Parameters
     ----------
-    code : what has to give the same here and at each worker. start : what each thread of a worker calls before its
-        first task, and with what; it goes out once a worker, and what it keeps has to be the thread's own.
+    code : function whose result must be equal here and on each worker.
+    start : function, with arguments, that each thread of a worker calls before its first task; it is sent once per
+        worker, and its state must be thread-local.
 
     Raises
     ------
     InputError : Dask is not installed; no scheduler at the address; it has no workers; theirs is another metamer or
-        Python; the scheduler is lost on the way. And what `work` raises of `MetamerError`.
+        Python; the scheduler is lost. And every `MetamerError` of `work`.
     """
     client = connected(scheduler)
     try:
@@ -129,7 +130,7 @@ def numbered_on_cluster(
 
     Raises
     ------
-    MetamerError : a task that no worker has a result for. And what `clustered` raises.
+    MetamerError : a task without a result from any worker. And the errors of `clustered`.
     """
     with closing(clustered(work, (Task(*each) for each in enumerate(tasks)), scheduler, code, start)) as results:
         for number, result in results:
@@ -196,7 +197,7 @@ def _result(future: Any, client: Client, scheduler: str) -> Any:
 
 
 class _Unprepared:
-    """Answer of a worker that joined after `start` went out."""
+    """Answer of a worker that joined after `start` was sent."""
 
 
 # Calls that a worker's threads have to make first, by the key of a command; the last one's alone.
@@ -204,7 +205,7 @@ _starts: dict[str, Start] = {}
 
 
 class _Thread(threading.local):
-    """Key of the command whose `start` a thread has called last."""
+    """Key of the command whose `start` a thread called last."""
 
     ready: str | None = None
 
@@ -220,7 +221,7 @@ def _keep(key: str, start: Start) -> None:
 def _served(
     code: tuple[str, Callable[[], str]], key: str | None, start: Start | None, work: Callable[..., Any], given: tuple
 ) -> Any:
-    """Do a task on a worker, which may have joined after the first look at all of them."""
+    """Run a task on a worker, which may have joined after the first check of all of them."""
     ours, of_this_worker = code
     if of_this_worker() != ours:
         return Lost("a worker of the cluster has another version of metamer; install the same one")
@@ -237,7 +238,7 @@ def _served(
 
 
 def _environment(code: Callable[[], str]) -> tuple[str, str]:
-    """Return what has to be equal here and there: the code of the work, and the Python that pickles it."""
+    """Return what must be equal on both sides: the code of the work, and the Python that pickles it."""
     import platform
 
     return code(), ".".join(platform.python_version_tuple()[:2])

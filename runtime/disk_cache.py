@@ -1,4 +1,4 @@
-"""Folders of results that are kept from run to run, and may be deleted at any time."""
+"""Cache folders of results, which may be deleted at any time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def cache_folder(name: str) -> Path:
 
 
 def keep_newest(folder: Path) -> None:
-    """Remove all files of a folder of small results but the 200 that were written last.
+    """Remove all files of a folder of small results except the 200 newest.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Name that Metamer is installed under, which is not the name that it is imported by."""
+"""Distribution name of Metamer, which differs from its import name."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def installed_version() -> str:
 
 
 def system_hint(packages: Sequence[str]) -> str:
-    """Say how libraries of the system are installed: by apt-get where there is one, else what Debian calls them.
+    """Describe how to install system libraries: by apt-get if available, else by their Debian names.
 
     >>> "libegl1" in system_hint(["libegl1"])
     True

@@ -1,4 +1,4 @@
-"""Errors that Metamer raises when it cannot go on: the thing, the value, the expectation and the next step."""
+"""Errors of Metamer, each with the subject, the value found, the expectation and the next step."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ _CONTROL_IN_LINES = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def visible(text: str, *, lines: bool = False) -> str:
-    """Text with control characters as their codes: what stands in a file must not steer a terminal.
+    """Escape control characters, so that the content of a file cannot control a terminal.
 
-    `lines`: tabs and line feeds are left as they are.
+    lines : keep tabs and line feeds.
 
     >>> visible("red\\x1b[31m")
     'red\\\\x1b[31m'
@@ -34,7 +34,7 @@ def visible(text: str, *, lines: bool = False) -> str:
 
 
 class MetamerError(Exception):
-    """A failure that a user can act on; `exit_code` is what the command ends with."""
+    """Failure that a user can act on; `exit_code` is that of the command."""
 
     exit_code = 4
 
@@ -50,27 +50,27 @@ def _revived(kind: type[MetamerError], args: tuple, state: dict) -> MetamerError
 
 
 class UsageError(MetamerError):
-    """The command was called with words that do not fit together."""
+    """Error of contradictory or missing arguments of a command."""
 
     exit_code = 64
 
 
 class ComparisonError(MetamerError):
-    """The two sides of a comparison cannot be compared."""
+    """Error of two sides that cannot be compared."""
 
     exit_code = 3
 
 
 class InputError(MetamerError):
-    """A file or value that cannot be used; one of an option (`field` is `--NAME`, no `file`) is wrong usage.
+    """Error of an unusable file or value; of an option (`field` is `--NAME`, no `file`) it is wrong usage.
 
     Parameters
     ----------
-    problem : what is wrong, as one clause without a full stop.
-    file, field : where; a path, and a key, column, channel or argument inside it.
-    found, expected : the value met, and what would have been accepted.
-    hint : the next step that a person can take.
-    named_in : the file and place that name `file`, where that is what a person has written.
+    problem : description, as one clause without a full stop.
+    file, field : a path, and a key, column, channel or argument inside it.
+    found, expected : the value found, and the accepted ones.
+    hint : the user's next step.
+    named_in : the file and place that name `file`, if the user wrote that one.
     """
 
     def __init__(
@@ -110,8 +110,7 @@ class InputError(MetamerError):
         named_in: str | None = None,
         problem: str | None = None,
     ) -> InputError:
-        """Return the same failure, of the same class, with what its discoverer did not know; what is None here
-        stays."""
+        """Return the same failure, of the same class, with missing parts added; None leaves a part unchanged."""
         given = {"file": file, "field": field, "found": found, "expected": expected, "hint": hint}
         given |= {"named_in": named_in}
         parts = {name: getattr(self, name) if value is None else value for name, value in given.items()}
@@ -121,11 +120,11 @@ class InputError(MetamerError):
 
 
 class NoRoomError(InputError):
-    """The disk takes no more, so that whatever would be written next fails as well."""
+    """Error of a full disk, on which further writes would fail as well."""
 
 
 class UnknownNameError(InputError):
-    """A name that is not in a list; the message gives the nearest names that are."""
+    """Error of a name that is not in a list; the message suggests the nearest ones."""
 
     def __init__(
         self,

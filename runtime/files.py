@@ -1,4 +1,4 @@
-"""Files that are either whole or not there."""
+"""Files that are either complete or absent."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ _BESIDE = re.compile(r"\.(?P<stem>.+)\.[0-9a-f]{8}(?P<suffix>\.[^.]+)?")
 
 @contextmanager
 def written_whole(path: str | Path) -> Iterator[Path]:
-    """Yield a path beside `path` to write to; on success it takes the name, on any failure, or a signal, it is removed.
+    """Yield a path beside `path` to write to; it is renamed on success, and removed on any failure or signal.
 
-    A link stays a link: what it leads to is written. A device or a pipe is sent the whole file on success.
+    A link stays a link: its target is written. A device or a pipe receives the whole file on success.
 
     Raises
     ------
     InputError, NoRoomError
-        The folder is missing or cannot be written to; it has no room for the file.
+        The folder is missing or unwritable; it has no room for the file.
     """
     path = Path(path)
     if takes_bytes(path):
@@ -84,9 +84,7 @@ def written_whole(path: str | Path) -> Iterator[Path]:
 
 
 def takes_bytes(path: Path) -> bool:
-    """Return whether something stands at `path` that takes what it is sent, and is no file that another could stand
-    for.
-    """
+    """Return whether `path` is a device, a pipe or a link to one, which is written to and not replaced."""
     try:
         mode = path.stat().st_mode
     except OSError:
@@ -128,9 +126,9 @@ def _name_beside(path: Path) -> str:
 
 
 def half_written(folder: Path, suffixes: Collection[str] | None = None) -> tuple[Path, ...]:
-    """Files below `folder` that `written_whole` had not finished; where nobody writes, a killed process has left them.
+    """Find files below `folder` that `written_whole` did not finish; without a writer, a killed process left them.
 
-    suffixes : only files that were to end so, such as ".h5", and what `made_folder` tries; default: whatever they are.
+    suffixes : only of files with such a final suffix, as ".h5", and test files of `made_folder`; default: all.
     """
     found = (path for path in folder.rglob(".*") if _is_half_written(path.name, suffixes) and path.is_file())
     return tuple(sorted(found))
@@ -144,9 +142,9 @@ def _is_half_written(name: str, suffixes: Collection[str] | None) -> bool:
 
 
 def check_writable(path: str | Path) -> None:
-    """Raises what `written_whole` would, before the work whose result is to be written; leaves what is there alone.
+    """Raise the errors of `written_whole` in advance, before the work; an existing file is not touched.
 
-    What a killed process left of writing that file is cleared away.
+    Leftovers of a killed process for that file are removed.
     """
     path = Path(path)
     if path.is_dir():
@@ -166,7 +164,7 @@ def check_writable(path: str | Path) -> None:
 
 
 def check_outputs(outputs: Iterable[str | Path], read: Iterable[str | Path] = ()) -> None:
-    """Raises what `check_writable` would, and refuses one file for two outputs, or one that the same command reads.
+    """Raise the errors of `check_writable`, and refuse one file for two outputs, or one that the same command reads.
 
     read : files, folders of files and other words, such as ids.
     """
@@ -198,11 +196,11 @@ def _files_in(path: Path) -> Iterator[Path]:
 
 
 class _Probed(Exception):
-    """Ends the writing of a file that was only tried."""
+    """Exception that ends the test write of a file."""
 
 
 def of_the_system(reason: OSError, place: str | Path | None = None) -> InputError:
-    """Put a failure of the system into words: its file, or else `place`, what failed, and what to do about it."""
+    """Describe a failure of the system: its file, or else `place`, the error, and the remedy."""
     file = reason.filename if reason.filename is not None else place
     kind = NoRoomError if reason.errno in _NO_ROOM else InputError
     to = f"; to {reason.filename2}" if reason.filename2 is not None else ""
@@ -215,7 +213,7 @@ def of_the_system(reason: OSError, place: str | Path | None = None) -> InputErro
 
 
 def existing_file(path: str | Path) -> Path:
-    """Return the path, if a file is there; otherwise an `InputError` that names it."""
+    """Return the path of an existing file; otherwise raise an `InputError` that names it."""
     path = Path(path)
     try:
         path.stat()
@@ -233,7 +231,7 @@ def existing_file(path: str | Path) -> Path:
 
 
 def read_bytes(path: str | Path, expected: str) -> bytes:
-    """Return all bytes of a file; `expected` says of what kind it should be.
+    """Return all bytes of a file; `expected` names its kind, for messages.
 
     Raises
     ------
@@ -256,7 +254,7 @@ def read_bytes(path: str | Path, expected: str) -> bytes:
 def read_text(path: str | Path, expected: str = "text with numbers in columns") -> str:
     """Return a text file's content, UTF-8 with or without a byte-order mark; binary files are refused by name.
 
-    expected : of what kind it should be, for messages.
+    expected : its kind, for messages.
     """
     path = existing_file(path)
     data = read_bytes(path, expected)
@@ -278,7 +276,7 @@ def read_text(path: str | Path, expected: str = "text with numbers in columns") 
 
 
 def made_folder(path: str | Path) -> Path:
-    """Return the folder, made where it is missing; an `InputError` where it cannot be made or written to."""
+    """Return the folder, made if missing; raises an `InputError` if it cannot be made or written to."""
     path = local_folder(path, "what is written")
     try:
         path.mkdir(parents=True, exist_ok=True)

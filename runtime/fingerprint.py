@@ -1,4 +1,4 @@
-"""One hash of everything that a result depends on: equal hashes, equal results."""
+"""Hash of all inputs of a result: equal hashes mean equal results."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ import numpy as np
 
 
 def fingerprint(*values: Any) -> str:
-    """SHA-256 of numbers, words, arrays and dataclasses of them, however deep; types and shapes count.
+    """Compute the SHA-256 of numbers, words, arrays and nested dataclasses of these; types and shapes count.
 
     >>> fingerprint(1, "a") == fingerprint(1, "a"), fingerprint(1) == fingerprint(1.0)
     (True, False)
 
     Raises
     ------
-    TypeError : something in `values` is of another kind, whose content nobody knows.
+    TypeError : a value of another kind, whose content is unknown.
     """
     found = hashlib.sha256()
     _feed(found.update, values)
@@ -32,7 +32,7 @@ _kept: WeakKeyDictionary[Any, str] = WeakKeyDictionary()
 
 
 def kept_fingerprint(value: Any) -> str:
-    """Return the `fingerprint` of an object that is equal to itself alone and is never changed; worked out once."""
+    """Return the cached `fingerprint` of an immutable object that is compared by identity."""
     found = _kept.get(value)
     if found is None:
         found = _kept[value] = fingerprint(value)

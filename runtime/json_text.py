@@ -1,4 +1,4 @@
-"""JSON with a line a value: what `json.dumps` writes with an indent, for which it leaves its encoder in C unused."""
+"""Indented JSON, as `json.dumps` writes it, but by its C encoder, which that does not use with an indent."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ def indented_json(value: Any, indent: int = 1) -> str:
 
     Raises
     ------
-    ValueError : a number that is none, or infinite. TypeError : something that JSON has no word for, or a key that is
-        no text.
+    ValueError : NaN or an infinite number. TypeError : a value that JSON cannot represent, or a key that is no text.
     """
     return _text(value, "\n", " " * indent)
 
 
 def _text(value: Any, line: str, step: str) -> str:
-    """line : a line feed, and the blanks that the value itself stands behind."""
+    """Encode a value.
+
+    line : a line feed, and the indentation of the value itself.
+    """
     inner = line + step
     if not (isinstance(value, dict | list | tuple) and value):
         return _encoder(", ")(value)

@@ -1,4 +1,4 @@
-"""Files of arrays that are kept to be read again: written whole, and believed only where they hold what was written."""
+"""Cache files of arrays: written whole, and used only if their content matches its hash."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _DIGEST = "digest"
 
 
 def kept(file: Path, make: Callable[[], Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    """Read arrays from a file, or make them and keep them there, where that can be done.
+    """Read arrays from a file, or make them and, if possible, store them there.
 
     For small results that are a pure function of the file's name: the folder keeps the newest (`keep_newest`).
     """
@@ -35,7 +35,7 @@ def kept(file: Path, make: Callable[[], Mapping[str, np.ndarray]]) -> dict[str, 
 
 
 def write_arrays(file: Path, content: Mapping[str, np.ndarray]) -> None:
-    """Arrays and a hash of them, as .npz: equal arrays are equal bytes.
+    """Write arrays and their hash as .npz; equal arrays are equal bytes.
 
     Raises
     ------
@@ -47,7 +47,7 @@ def write_arrays(file: Path, content: Mapping[str, np.ndarray]) -> None:
 
 
 def read_arrays(file: Path) -> dict[str, np.ndarray]:
-    """Read the arrays that were written; otherwise one of `UNREADABLE` is raised."""
+    """Read the arrays of `write_arrays`; raises one of `UNREADABLE` otherwise."""
     # Opened here: numpy leaves a damaged file open.
     with file.open("rb") as stream, np.load(stream, allow_pickle=False) as held:
         content = {name: held[name] for name in held.files if name != _DIGEST}

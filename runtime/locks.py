@@ -1,10 +1,10 @@
-"""Locks that say who is at work, on a folder or a file: the system frees them however a process ends.
+"""Locks of a working process on a folder or a file, which the system releases however the process ends.
 
-On POSIX systems the file or folder is locked itself. Elsewhere a file with a lock can be neither read nor renamed, and
-folders have none: there a small hidden file is locked, beside the file or in the folder, and goes with the lock.
-Every lock is for one process alone, and none is waited for longer than `PATIENCE_S`.
+On POSIX systems the file or folder is locked itself. Elsewhere a locked file can be neither read nor renamed, and
+folders have no locks: there a small hidden file is locked, beside the file or in the folder, and removed with the lock.
+Every lock is exclusive to one process, and no wait exceeds `PATIENCE_S`.
 
-Where nothing can be locked (some network disks), nothing is, and nothing is taken for left behind.
+If nothing can be locked (some network disks), nothing is, and nothing counts as abandoned.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _IN_FOLDER, _BESIDE_FILE = ".metamer.lock", ".lock"
 
 @contextmanager
 def alone_at_work(folder: Path, otherwise: str) -> Iterator[None]:
-    """Lock a folder for one process; raises `InputError` that says `otherwise` where another one has it."""
+    """Lock a folder for one process; raises `InputError` with the words `otherwise` if another one has it."""
     try:
         lock = _locked(folder)
     except BlockingIOError:
@@ -44,7 +44,7 @@ def alone_at_work(folder: Path, otherwise: str) -> Iterator[None]:
 
 @contextmanager
 def made_and_held(path: Path, make: Callable[[], object]) -> Iterator[None]:
-    """`make()` what is to be at `path`, and hold it while the block lasts, so that `remove_abandoned` leaves it alone.
+    """Create `path` by `make()`, and lock it during the block, which protects it from `remove_abandoned`.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def made_and_held(path: Path, make: Callable[[], object]) -> Iterator[None]:
 def remove_abandoned(path: Path) -> bool:
     """Remove a file or folder of `made_and_held` whose process was killed; returns whether it was one.
 
-    One that cannot be removed stays.
+    One that cannot be removed remains.
     """
     try:
         lock = _locked(path, make=False)
@@ -101,7 +101,7 @@ def remove_abandoned(path: Path) -> bool:
 
 @dataclass(frozen=True)
 class _Lock:
-    """A lock of this process. `beside`: the file that was made for it, where the thing itself cannot be locked."""
+    """Lock of this process. `beside`: the file made for it, if the object itself cannot be locked."""
 
     descriptor: int
     beside: Path | None
@@ -121,9 +121,9 @@ class _Lock:
 
 
 def _locked(path: Path, make: bool = True) -> _Lock | None:
-    """Return the lock on what is at `path`; None where there are no locks, or nothing is there.
+    """Lock `path`; None without support for locks, or if it does not exist.
 
-    make : make the file that is locked, where it is not `path` itself; otherwise it must be there.
+    make : create the locked file if it is not `path` itself; otherwise it must exist.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Memory available to a piece of work, known before it starts: what cannot fit is refused in numbers."""
+"""Available memory, checked before work starts: work that cannot fit is refused with figures."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _GROUP = Path("/sys/fs/cgroup")
 
 
 def available_bytes() -> int | None:
-    """Memory that this process may still take without driving others out, bytes; None where the system does not say.
+    """Return the bytes that this process may still allocate without swapping others out; None if unknown.
 
-    The least of what the system calls available, what the control group leaves (containers), and the limit of the
+    The minimum of the system's available memory, the remainder of the control group (containers), and that of the
     process's own address space.
     """
     found = [_system(), _control_group(), _address_space()]
@@ -24,7 +24,7 @@ def available_bytes() -> int | None:
 
 
 def gigabytes(number: int | float) -> str:
-    """Bytes for a person.
+    """Format bytes for messages.
 
     >>> gigabytes(19_500_000_000), gigabytes(40_000_000)
     ('19.5 GB', '0.04 GB')
@@ -33,8 +33,9 @@ def gigabytes(number: int | float) -> str:
 
 
 def check_room(needed: int, problem: str, found: str, hint: str, **place: Any) -> None:
-    """Raise `InputError` where `needed` bytes are not free here; `problem`, `found` and `hint` are its words, `place`
-    its file and field. Where the system does not say what is free, nothing is refused.
+    """Raise `InputError` if `needed` bytes are not free here; nothing is refused if that is unknown.
+
+    `problem`, `found` and `hint` are its words, `place` its file and field.
     """
     free = available_bytes()
     if free is not None and needed > free:
@@ -51,7 +52,7 @@ def _system() -> int | None:
 
 
 def _control_group() -> int | None:
-    """Return the bytes that the limit of the group leaves; pages of files that it could let go count as free."""
+    """Return the remaining bytes of the control group's limit; reclaimable pages of files count as free."""
     for limit, used, files in (
         ("memory.max", "memory.current", "inactive_file"),
         ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes", "total_inactive_file"),
@@ -65,7 +66,7 @@ def _control_group() -> int | None:
 
 
 def _address_space() -> int | None:
-    """Return what a limit on the process's own addresses leaves; Windows and macOS keep none."""
+    """Return the remainder of the limit on the process's address space; Windows and macOS have none."""
     import psutil
 
     with suppress(ImportError, OSError, ValueError, psutil.Error):

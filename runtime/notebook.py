@@ -1,4 +1,4 @@
-"""Axes, data frames and tables for notebooks, of libraries that are loaded when they are asked for."""
+"""Axes, data frames and tables for notebooks, from libraries loaded on demand."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ def data_frame(headings: Sequence[str], lines: Iterable[Sequence[object]]) -> An
 
 
 def html_table(headings: Sequence[str], lines: Sequence[Sequence[object]], count: int | None = None) -> str:
-    """Write lines under headings as HTML, numbers with two decimals; of many lines the first, and how many more.
+    """Format lines under headings as HTML, numbers with two decimals; of many lines the first, and a count of others.
 
-    count : of all lines, where only the first were made.
+    count : of all lines, if only the first were made.
     """
     rows = [f"<tr>{''.join(f'<th>{html.escape(name)}</th>' for name in headings)}</tr>"]
     for line in lines[:MOST_LINES]:

@@ -1,4 +1,4 @@
-"""A folder of this process alone among the temporary ones: gone at the end, and after a kill with the next one made."""
+"""Temporary folder of this process alone, removed at its end or, after a kill, when the next one is made."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _OPEN_FILES = Path("/proc/self/fd")
 
 @contextmanager
 def private_folder() -> Iterator[Path]:
-    """An empty folder that is removed with all that is in it, whichever way the block ends."""
+    """Yield an empty folder that is removed with its contents, however the block ends."""
     clear_abandoned()
     path = temporary_folder() / f"metamer-{uuid.uuid4().hex}"
     with clearing(lambda: shutil.rmtree(path, ignore_errors=True)), made_and_held(path, lambda: path.mkdir(mode=0o700)):
@@ -30,9 +30,9 @@ def private_folder() -> Iterator[Path]:
 
 @contextmanager
 def file_of(data: bytes, name: str) -> Iterator[Path]:
-    """The path of a file of these bytes while the block lasts, for libraries that read files alone.
+    """Yield the path of a file of these bytes during the block, for libraries that read only files.
 
-    name : where the system keeps no files in memory, that of a file in a private folder.
+    name : of the file in a private folder, if the system has no files in memory.
     """
     if _OPEN_FILES.is_dir() and hasattr(os, "memfd_create"):
         with os.fdopen(os.memfd_create(name), "wb") as file:
@@ -49,7 +49,7 @@ def file_of(data: bytes, name: str) -> Iterator[Path]:
 def temporary_folder() -> Path:
     """Return the system's folder of temporary files.
 
-    Python tries it with a file of its own when it is first asked for, which a signal must not leave there.
+    Python tests it with a file of its own on first use, which a signal must not leave behind.
     """
     with undisturbed():
         return Path(tempfile.gettempdir())

@@ -1,4 +1,4 @@
-"""Time left of work, from what is done of it and from what a model of costs expects of the rest."""
+"""Estimated time left of work, from its progress and a cost model."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ How = Literal["beside", "behind", "last"]
 
 @dataclass(frozen=True)
 class _Stage:
-    """Key of an item that follows the one before it."""
+    """Key of an item that follows the previous one."""
 
     number: int
 
 
 @dataclass(eq=False)
 class _Item:
-    """An item of work: seconds `expected` of it, and `taken`; while it is done, the shares that were done of it when.
+    """Item of work: seconds `expected` and `taken`; while in progress, the fractions done with their times.
 
-    how : as of `How`. evenly : its shares are of all its time, and may fall when more turns out to be left.
+    how : as of `How`. evenly : its fractions are of all its time, and may fall when more work turns out to be left.
     """
 
     kind: str
@@ -40,7 +40,7 @@ class _Item:
     taken: float | None = None
 
     def whole(self, now: float) -> float | None:
-        """Seconds that all of it takes; None while too little is done to tell."""
+        """Estimate the total seconds; None while too little is done."""
         if self.taken is not None:
             return self.taken or None
         if not self.heard or self.heard[-1][0] < _TELLING:
@@ -48,14 +48,14 @@ class _Item:
         return now - self.heard[0][1] + self.rest_by_speed(now)
 
     def rest_by_speed(self, now: float) -> float:
-        """Seconds left at the speed of the later half of what is done; of all of it, where that is told `evenly`."""
+        """Estimate the seconds left from the speed of the later half of the progress, or of all of it if `evenly`."""
         share, at = self.heard[-1]
         since = self.heard[:1] if self.evenly else self.heard
         before, then = next(entry for entry in reversed(since) if 2.0 * entry[0] <= share)
         return _less((at - then) / (share - before) * (1.0 - share), now - at)
 
     def rest(self, whole: float, now: float) -> float:
-        """Seconds left, where `whole` is expected before enough is done to tell."""
+        """Estimate the seconds left; `whole` is expected until enough is done to tell."""
         if not self.heard:
             return whole
         if self.heard[-1][0] >= _TELLING:
@@ -64,7 +64,7 @@ class _Item:
 
 
 def _less(expected: float, elapsed: float) -> float:
-    """Return what is left of the seconds expected: of what takes longer than that, as much as it is over, by half."""
+    """Return the remainder of the expected seconds; beyond these, half of the overrun."""
     late = _LATE * expected
     if not expected:
         return 0.0
@@ -74,12 +74,11 @@ def _less(expected: float, elapsed: float) -> float:
 class TimeLeft:
     """Estimate of the seconds until all items of some work are done.
 
-    An item has a kind and a weight, the seconds that a model of costs expects of it. How long items of its kind have
-    taken here corrects that, the later ones alone; while there are none, how long all others have. So weights need to
-    be right beside each other, not on every machine.
+    An item has a kind and a weight, the seconds expected by a cost model. Durations of recent items of its kind correct
+    that or, without any, those of all others. So weights must be right relative to each other, not on every machine.
 
-    stages : kinds of items that follow each other and what is expected of each; some may turn out to be left out.
-    jobs : items that are done at once. now : the clock.
+    stages : consecutive kinds of items with their expected seconds; some may be skipped. jobs : number of simultaneous
+    items. now : the clock.
     """
 
     def __init__(
@@ -98,26 +97,26 @@ class TimeLeft:
             self.expect_stage(kind, seconds)
 
     def expect(self, key: Hashable, kind: str, seconds: float, how: How = "beside", evenly: bool = False) -> None:
-        """Add an item of which so many seconds are expected, or expect others of it from now on.
+        """Add an item with its expected seconds, or change these.
 
-        evenly : shares that are told of it are of all its time from the beginning, and may fall again; else what begins
-        slowly says little of the rest, and no share falls.
+        evenly : reported fractions are of its total time, and may fall again; else a slow start says little about the
+        rest, and no fraction falls.
         """
         self._items[key] = _Item(kind, seconds, how, evenly)
 
     def expect_stage(self, kind: str, seconds: float) -> _Stage:
-        """Add a stage behind all others."""
+        """Append a stage."""
         stage = _Stage(self._stages)
         self._stages += 1
         self.expect(stage, kind, seconds)
         return stage
 
     def __contains__(self, key: Hashable) -> bool:
-        """Return whether an item is expected, or was."""
+        """Return whether an item was added."""
         return key in self._items
 
     def at(self, key: Hashable, share: float = 0.0) -> None:
-        """Take note that a share of an item is done; 0 where it begins, 1 where it ends."""
+        """Record the fraction done of an item, 0 at its start, 1 at its end."""
         item, now = self._items[key], self._now()
         heard = item.heard
         if not heard:
@@ -128,7 +127,7 @@ class TimeLeft:
                 self.done(key)
 
     def done(self, key: Hashable, seconds: float | None = None) -> None:
-        """Take note that an item is done, and of the seconds it took; None: since it began, 0: nobody knows."""
+        """Record the end of an item, and its seconds; None: since it began, 0: unknown."""
         item = self._items[key]
         if item.taken is not None:
             return
@@ -139,9 +138,9 @@ class TimeLeft:
             self._taken[item.kind].append((item.expected, seconds))
 
     def heard(self, done: float, total: float, kind: str) -> bool:
-        """Take note that `done` of `total` steps of a stage are done; returns whether they are the first of it.
+        """Record that `done` of `total` steps of a stage are done; returns whether they are the first of it.
 
-        Work that is counted anew is the next stage, and so is work of another kind where that is expected.
+        A restarted count is the next stage, and so is work of another kind, if expected.
         """
         key, before, of = self._stage or (None, 0.0, 0.0)
         begins = key is None or total != of or done < before
@@ -153,7 +152,7 @@ class TimeLeft:
 
     @property
     def seconds(self) -> float | None:
-        """Seconds left; None while too little is done to tell."""
+        """Estimate the seconds left; None while too little is done."""
         now, items = self._now(), list(self._items.values())
         measured = [(item.expected, whole) for item in items if (whole := item.whole(now)) is not None]
         expected = sum(weight for weight, _ in measured)
@@ -168,7 +167,7 @@ class TimeLeft:
         return max((beside + behind) / max(1, self.jobs), max(rests["beside"]) + behind) + last
 
     def _whole(self, item: _Item, scale: float) -> float:
-        """Return the seconds that are expected of an item by now."""
+        """Return the currently expected total seconds of an item."""
         taken = self._taken.get(item.kind, ())
         later = taken[len(taken) // 2 :]
         weight = sum(weight for weight, _ in later)
@@ -180,7 +179,7 @@ class TimeLeft:
         return next((key for key in stages if self._items[key].kind == kind and not self._items[key].heard), None)
 
     def _begun(self, kind: str) -> _Stage:
-        """Begin a stage: the one before is done, and nothing is expected any longer of those that it leaves out."""
+        """Begin a stage: the previous one is done, and skipped ones are dropped."""
         if self._stage is not None:
             self.done(self._stage[0])
         stage = self._later(kind)

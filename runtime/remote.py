@@ -1,7 +1,7 @@
-"""Folders behind a URL of fsspec (S3, SSH, zip files, HTTP), of which files are read in ranges and none is written.
+"""Read-only folders behind a URL of fsspec (S3, SSH, zip files, HTTP), with files read in ranges.
 
-A `RemotePath` takes the place of the `Path` of a folder or file. Each answer of the store is waited for `ANSWER_S`
-seconds, and its length is held to what was asked for: a library beneath may take what is missing for zeros.
+A `RemotePath` replaces the `Path` of a folder or file. Each answer of the store has a timeout of `ANSWER_S` seconds,
+and its length is checked, since libraries may read missing bytes as zeros.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ else:
 
 @dataclass(frozen=True)
 class RemoteFile:
-    """A file in a listing: its name below the folder, its bytes, and a text that another version of it would not have.
+    """Listing entry of a file: its name below the folder, its size, and a version text.
 
-    size, version : None where the store does not say it. settled : whether another version would have another text for
-        certain: it is of the content, or of a time that is long past.
+    size, version : None if the store does not report it. settled : True if the version certainly changes with the file:
+    it is of the content, or of a time long past.
     """
 
     name: str
@@ -67,19 +67,19 @@ class RemoteFile:
 
 
 def place(path: str | Path) -> Path:
-    """Return a path as it was given: of a URL such as "s3://bucket/paints" one that is read from there."""
+    """Return a path as given; for a URL such as "s3://bucket/paints" a remote one."""
     if isinstance(path, RemotePath):
         return path
     return RemotePath(path) if isinstance(path, str) and _URL.match(path) else Path(path)
 
 
 def is_remote(path: str | Path) -> bool:
-    """Return whether a path, or a text that is to be one, is behind a URL."""
+    """Return whether a path, or a text for one, is behind a URL."""
     return isinstance(place(path), RemotePath)
 
 
 def local_folder(path: str | Path, does: str) -> Path:
-    """Return the path of a folder of this machine; raises `InputError` for a URL. does : what needs it, a clause."""
+    """Return the path of a local folder; raises `InputError` for a URL. does : purpose, as a clause."""
     path = place(path)
     if isinstance(path, RemotePath):
         expected = "a folder of this machine"
@@ -88,17 +88,17 @@ def local_folder(path: str | Path, does: str) -> Path:
 
 
 class UnlistedError(InputError):
-    """A store that lists no files; those that are named can be read."""
+    """Error of a store that cannot list files; files given by name can be read."""
 
 
 class RemotePath(_Path):
-    """Path of a folder or file behind a URL, which is read alone: what would write to it raises `InputError`.
+    """Read-only path of a folder or file behind a URL; writing raises `InputError`.
 
     url : of the folder that fsspec opens. inside : path below it, with / between names.
     """
 
     def __new__(cls, url: str, inside: str = "") -> RemotePath:
-        """Make one. A `Path` that somebody makes of it has a NUL in it: no system takes that for a path of its own."""
+        """Make a path. A `Path` made from it contains a NUL, which no system accepts as a local path."""
         return super().__new__(cls, f"\0{url}/{inside}")
 
     def __init__(self, url: str, inside: str = "") -> None:
@@ -129,7 +129,7 @@ class RemotePath(_Path):
         return f"RemotePath({str(self)!r})"
 
     def __fspath__(self) -> str:
-        """Raise `InputError`: whatever asks for a path of the system would read or write something else."""
+        """Raise `InputError`: callers that need a system path would read or write something else."""
         expected = "a folder or file of this machine"
         raise InputError("this cannot be done behind a URL", file=str(self), expected=expected, hint=_COPY)
 
@@ -144,24 +144,24 @@ class RemotePath(_Path):
 
     @property
     def parent(self) -> RemotePath:
-        """The folder that it is in; of the outermost folder itself."""
+        """Containing folder; of the outermost folder itself."""
         return RemotePath(self.url, self.inside.rpartition("/")[0])
 
     @property
     def name(self) -> str:
-        """The last name of the path."""
+        """Last name of the path."""
         return (self.inside or self.url.rstrip("/:")).rpartition("/")[2]
 
     def absolute(self) -> RemotePath:
-        """Return the path without what it has read."""
+        """Return the path without cached content."""
         return RemotePath(self.url, self.inside)
 
     def resolve(self, strict: bool = False) -> RemotePath:
-        """Return the path; a URL is one."""
+        """Return the path itself."""
         return self.absolute()
 
     def is_file(self, **how: Any) -> bool:
-        """Return whether there is such a file; raises `InputError` where that cannot be told."""
+        """Return whether the file exists; raises `InputError` if that is unknown."""
         try:
             self._found = self._information()
         except FileNotFoundError:
@@ -169,22 +169,22 @@ class RemotePath(_Path):
         return self._found["type"] == "file"
 
     def is_dir(self, **how: Any) -> bool:
-        """Return whether there is such a folder, in stores that tell; raises `InputError` where that cannot be told."""
+        """Return whether the folder exists, in stores that report it; raises `InputError` if that is unknown."""
         return self._answer("whether it is a folder", lambda system, at: bool(system.isdir(at)))
 
     def exists(self, **how: Any) -> bool:
-        """Return whether there is such a file or folder."""
+        """Return whether the file or folder exists."""
         return self.is_file() or self.is_dir()
 
     def stat(self, **how: Any) -> os.stat_result:
-        """Size and time of the file, and a number of its version in place of an inode; FileNotFoundError for none."""
+        """Return size and time of the file, with a hash of its version as inode; FileNotFoundError if it is missing."""
         found = self._information()
         version = hashlib.sha256(repr(_version(found)).encode()).digest()
         fields = [stat.S_IFREG, int.from_bytes(version[:7], "big"), 0, 1, 0, 0, self._size_in(found), 0, 0, 0]
         return os.stat_result(fields, {"st_mtime_ns": int((_time(found) or 0.0) * 1e9)})
 
     def open(self, mode: str = "rb", *unused: Any, **how: Any) -> Any:
-        """Open the file to be read in ranges; FileNotFoundError where there is none."""
+        """Open the file for reading in ranges; FileNotFoundError if it is missing."""
         if mode != "rb":
             return os.fspath(self)
         found, self._found = self._found or self._information(), None
@@ -195,7 +195,7 @@ class RemotePath(_Path):
         return _RangeReader(blocks)
 
     def read_bytes(self) -> bytes:
-        """Return all bytes of a small file, below a block, by one request; FileNotFoundError where there is none."""
+        """Return all bytes of a small file, below a block, by one request; FileNotFoundError if it is missing."""
         data = self.first_bytes(BLOCK_BYTES)
         if len(data) == BLOCK_BYTES:
             found, expected = f"{BLOCK_BYTES} bytes or more", "a small file"
@@ -207,13 +207,13 @@ class RemotePath(_Path):
         return self.read_bytes().decode(encoding or "utf-8", errors or "strict")
 
     def rglob(self, pattern: str, **how: Any) -> Generator[RemotePath, None, None]:
-        """Files below whose names fit a pattern, from a listing."""
+        """Yield files below whose names match a pattern, from a listing."""
         for file in self.files():
             if fnmatch.fnmatchcase(file.name.rpartition("/")[2], pattern):
                 yield self / file.name
 
     def files(self) -> tuple[RemoteFile, ...]:
-        """List all files below, sorted by their names, in one request or one a thousand.
+        """List all files below, sorted by name, in one request or one per thousand.
 
         Raises
         ------
@@ -234,7 +234,7 @@ class RemotePath(_Path):
         )
 
     def first_bytes(self, count: int) -> bytes:
-        """Return so many bytes from the beginning of the file, fewer of a shorter one, by one request.
+        """Return the first `count` bytes of the file, or all of a shorter one, by one request.
 
         Raises
         ------
@@ -244,7 +244,7 @@ class RemotePath(_Path):
         return known if known is not None else self._checked(self._range(0, count), count, None)
 
     def beginnings(self, files: Sequence[RemoteFile], count: int) -> Iterator[tuple[RemoteFile, bytes | Exception]]:
-        """Yield `first_bytes` of files below, many at once: of each the bytes, or what `first_bytes` would raise."""
+        """Yield `first_bytes` of files below, many at once: the bytes of each, or its error."""
         for first in range(0, len(files), _AT_ONCE):
             some = files[first : first + _AT_ONCE]
             ends = [count if file.size is None else min(count, file.size) for file in some]
@@ -280,7 +280,7 @@ class RemotePath(_Path):
         return self._answer(f"bytes {start} to {stop}", asked)
 
     def _checked(self, data: bytes, asked: int, size: int | None) -> bytes:
-        """Return what was answered, which is of the length that was asked for; shorter where nobody knew the `size`."""
+        """Return an answer of the requested length; a shorter one only if the `size` was unknown."""
         if len(data) > asked:
             hint = "use a server that answers requests of ranges, or read a copy of the catalogue in a folder here"
             found, expected = f"{len(data)} bytes", f"{asked} bytes, the range that was asked for"
@@ -312,7 +312,7 @@ class RemotePath(_Path):
         return system, _joined(top, self.inside)
 
     def _answer(self, expected: str, ask: Callable[[Any, str], Result]) -> Result:
-        """Ask the store, and wait for the answer as long as `ANSWER_S`; FileNotFoundError where there is no such file.
+        """Query the store, with a timeout of `ANSWER_S`; FileNotFoundError if there is no such file.
 
         Raises
         ------
@@ -355,7 +355,7 @@ class RemotePath(_Path):
 
 
 class _Blocks:
-    """Blocks of a file of a store, of which the last few are kept, for all who read it."""
+    """Cache of the last blocks of a remote file, shared by its readers."""
 
     def __init__(self, path: RemotePath, size: int, version: str | None) -> None:
         self.size, self.version = size, version
@@ -363,13 +363,13 @@ class _Blocks:
         self._kept: OrderedDict[int, bytes] = OrderedDict()
 
     def beginning(self, count: int) -> bytes | None:
-        """Return so many bytes from the beginning, or all of a shorter file; None where that block is not kept."""
+        """Return the first `count` bytes, or all of a shorter file; None if that block is not cached."""
         with self._lock:
             first = self._kept.get(0)
         return None if first is None or len(first) < min(count, self.size) else first[:count]
 
     def read(self, start: int, stop: int) -> bytes:
-        """Return the bytes from `start` to `stop`; blocks that are missing are asked for at once."""
+        """Return the bytes from `start` to `stop`; missing blocks are requested together."""
         first, last = start // BLOCK_BYTES, (stop - 1) // BLOCK_BYTES
         with self._lock:
             missing = [number for number in range(first, last + 1) if number not in self._kept]
@@ -388,9 +388,9 @@ class _Blocks:
 
 
 class _RangeReader(io.RawIOBase):
-    """A file of a store, with a place in it that is read next.
+    """Reader of a remote file, with a position.
 
-    refused : what reading met first; libraries that read through it may say something else.
+    refused : the first error in reading, which libraries may hide.
     """
 
     def __init__(self, blocks: _Blocks) -> None:
@@ -406,16 +406,16 @@ class _RangeReader(io.RawIOBase):
         return True
 
     def tell(self) -> int:
-        """Return the place that is read next."""
+        """Return the position."""
         return self._at
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Set the place that is read next."""
+        """Set the position."""
         self._at = offset + {os.SEEK_SET: 0, os.SEEK_CUR: self._at, os.SEEK_END: self._blocks.size}[whence]
         return self._at
 
     def readinto(self, buffer: Any) -> int:
-        """Read until the buffer or the file ends; never less."""
+        """Fill the buffer, up to the end of the file."""
         view = memoryview(buffer).cast("B")
         stop = min(self._at + len(view), self._blocks.size)
         done = 0
@@ -436,7 +436,7 @@ _systems: dict[str, tuple[Any, str]] = {}
 
 
 def open_anew(path: Path) -> None:
-    """Forget what was opened of an address: a zip file has its list of files read once."""
+    """Drop the cached state of an address, since the list of files of a zip file is read once."""
     if isinstance(path, RemotePath):
         _systems.pop(path.url, None)
 
@@ -449,7 +449,7 @@ def _system(url: str) -> tuple[Any, str]:
 
 
 def file_system(url: str) -> tuple[Any, str]:
-    """Open the file system of a URL, and return it with the path in it; raises whatever its library does."""
+    """Open the file system of a URL; return it with the path in it; raises the errors of its library."""
     import fsspec
 
     over_ssh = set(re.findall(r"(?:^|::)(sftp|ssh)://", url))
@@ -458,7 +458,7 @@ def file_system(url: str) -> tuple[Any, str]:
 
 @cache
 def _known_hosts() -> type:
-    """Return the policy that a server of SSH is known by its key; fsspec's own takes any key of any server."""
+    """Return the policy that an SSH server must have a known key; fsspec's default accepts any."""
     import paramiko
 
     class KnownHosts(paramiko.MissingHostKeyPolicy):
@@ -482,13 +482,13 @@ def _joined(top: str, inside: str) -> str:
 
 
 def _version(found: dict[str, Any]) -> str | None:
-    """Return the text that tells versions of a file apart; None where the store says nothing of the kind."""
+    """Return the text that distinguishes versions of a file; None if the store has none."""
     said = {name: str(found[name]) for name in (*_BY_CONTENT, *_BY_TIME) if found.get(name) is not None}
     return repr(said) if said else None
 
 
 def _is_settled(found: dict[str, Any]) -> bool:
-    """Return whether no other version of a file can have the same size and `_version`."""
+    """Return whether size and `_version` certainly identify the version of a file."""
     if found.get("size") is None:
         return False
     written = _time(found)
@@ -496,7 +496,7 @@ def _is_settled(found: dict[str, Any]) -> bool:
 
 
 def _time(found: dict[str, Any]) -> float | None:
-    """Seconds at which a file was written."""
+    """Return the time of writing of a file, in seconds."""
     for name in _BY_TIME:
         value = found.get(name)
         if isinstance(value, datetime):

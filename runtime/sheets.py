@@ -1,4 +1,4 @@
-"""A flat table for CSV, spreadsheets and whatever reads them: headings, and lines of as many cells."""
+"""Flat tables for CSV and spreadsheets: headings, and lines of as many cells."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Cell = str | float | int | None
 
 
 def csv_text(headings: Sequence[str], lines: Iterable[Sequence[Cell]]) -> str:
-    """Return the table as RFC 4180 has it."""
+    """Format the table by RFC 4180."""
     text = io.StringIO()
     writer = csv.writer(text)
     writer.writerow(headings)
@@ -25,7 +25,7 @@ def csv_text(headings: Sequence[str], lines: Iterable[Sequence[Cell]]) -> str:
 
 
 def check_workbook(path: Path) -> None:
-    """Refuse, before any work, a workbook that could not be made: raises `InputError` where openpyxl is missing."""
+    """Refuse an impossible workbook before any work: raises `InputError` if openpyxl is missing."""
     try:
         import openpyxl  # noqa: F401
     except ImportError:
@@ -38,7 +38,7 @@ def check_workbook(path: Path) -> None:
 
 
 def write_workbook(path: Path, title: str, headings: Sequence[str], lines: Iterable[Sequence[Cell]]) -> None:
-    """The table as a workbook of one sheet, by openpyxl.
+    """Write the table as a workbook of one sheet, by openpyxl.
 
     Raises
     ------

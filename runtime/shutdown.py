@@ -1,10 +1,10 @@
-"""Shutdown of a command before its work is done: what is cleared away, what is said, and that a signal gets through.
+"""Early shutdown of a command: cleanup, a final message, and reliable delivery of signals.
 
-An exception is no reliable end: raised inside `__del__` or the callback of a weak reference, KeyboardInterrupt is
-printed and forgotten, and in a `finally` it skips what that was for. So a signal raises nothing here. Its handler does
-what is registered (`clearing`, `saying`), says one line and ends the process. Where the main thread is deep in a
-library and cannot answer, a second thread does the same. The blocks that register do their duty in the ordinary way,
-too.
+An exception does not end a process reliably: raised inside `__del__` or the callback of a weak reference,
+KeyboardInterrupt is printed and forgotten, and in a `finally` it skips the cleanup. So a signal raises nothing here.
+Its handler runs the registered actions (`clearing`, `saying`), prints one line and ends the process. If the main thread
+is busy in a library and cannot respond, a second thread does the same. The registering blocks also run their actions on
+normal exit.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _ours = threading.Lock()
 
 
 class _Held:
-    """Count of blocks that hold signals off, the signal that waits for them, and the exit code once all is done."""
+    """Number of blocks that defer signals, the deferred signal, and the exit code once all is done."""
 
     depth = 0
     waiting: int | None = None
@@ -41,9 +41,9 @@ class _Held:
 
 @contextmanager
 def clearing(clear: Callable[[], object]) -> Iterator[None]:
-    """`clear()` is called when this block is left: at its end, by an error, or as a signal ends the process in it.
+    """Call `clear()` on leaving this block: at its end, on an error, or when a signal ends the process in it.
 
-    Enter the block before there is anything to clear away: `clear` may find nothing, and may be called twice.
+    Enter the block before there is anything to remove: `clear` may find nothing, and may be called twice.
     """
     key = object()
     _duties[key] = clear
@@ -56,7 +56,7 @@ def clearing(clear: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def saying(words: Callable[[], str]) -> Iterator[None]:
-    """A signal that ends the process in this block has it say `words()` of what was reached; innermost blocks first."""
+    """Have a signal that ends the process in this block print `words()`, the state reached; innermost blocks first."""
     key = object()
     _last_words[key] = words
     try:
@@ -67,7 +67,7 @@ def saying(words: Callable[[], str]) -> Iterator[None]:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """A signal in this block ends the process after it. For steps that are short and belong together."""
+    """Defer signals to the end of this block, for short steps that belong together."""
     _Held.depth += 1
     try:
         yield
@@ -78,7 +78,7 @@ def undisturbed() -> Iterator[None]:
 
 
 def end_on_signals() -> None:
-    """End this process on the signals of `ENDING` from here on, except those that its parent has it ignore."""
+    """End this process on the signals of `ENDING` from now on, except those ignored by its parent's choice."""
     numbers = [getattr(signal, name) for name in ENDING if hasattr(signal, name)]
     numbers = [number for number in numbers if signal.getsignal(number) != signal.SIG_IGN]
     for number in numbers:
@@ -92,7 +92,7 @@ def end_on_signals() -> None:
 
 
 def finished(code: int) -> None:
-    """All is done: a signal while Python shuts down changes nothing any more."""
+    """Mark the work as done: a signal while Python shuts down changes nothing any more."""
     _Held.finished = code
 
 
@@ -104,7 +104,7 @@ def _on_signal(number: int, _frame: FrameType | None) -> None:
 
 
 def _watch(heard: int, numbers: frozenset[int]) -> None:
-    """End the process where the main thread does not, and where its end takes too long."""
+    """End the process if the main thread does not, or if its end takes too long."""
     while not (found := numbers.intersection(os.read(heard, 64))):
         pass
     deadline = time.monotonic() + _LIMIT_S
@@ -140,8 +140,7 @@ def _end(number: int) -> None:
 
 
 def closing_line(number: int, more: str = "") -> str:
-    """Return the one line that a command says when a signal ends it, with what the blocks of `saying` and `more`
-    add."""
+    """Return the final line of a command ended by a signal, with additions of the blocks of `saying` and `more`."""
     said = []
     for words in reversed([*_last_words.values()]):
         with suppress(BaseException):

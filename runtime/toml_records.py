@@ -1,6 +1,6 @@
 """Frozen records in TOML files and back, field by field: tables are records, arrays of tables are tuples of records.
 
-What a field may hold is read from its type; what its values may be, the record's own constructor says.
+Types come from the annotations of fields, and the record's own constructor validates values.
 """
 
 from __future__ import annotations
@@ -19,11 +19,10 @@ from .files import read_text, written_whole
 
 @dataclass(frozen=True)
 class RecordFile:
-    """A kind of TOML file that holds one record.
+    """Kind of TOML file with one record.
 
-    kind : of the record. key : that says the version, and by which such a file is known. version : counted up with
-    every change that older programs would read wrongly, or not at all. words : what messages call it. written_by : who
-    writes such files, for hints.
+    kind : of the record. key : of the version, which identifies such files. version : incremented with every
+    incompatible change. words : name in messages. written_by : writer of such files, for hints.
     """
 
     kind: type
@@ -37,11 +36,11 @@ class RecordFile:
         return f"{self.key} = {self.version}\n{toml_of(record)}\n"
 
     def write(self, path: str | Path, record: Any) -> None:
-        """Write a record: beside, then renamed, so that what was there stays until it is whole.
+        """Write a record beside the target and rename it, so that an old file stays until it is complete.
 
         Raises
         ------
-        InputError, NoRoomError : what `written_whole` raises; text that no file can keep.
+        InputError, NoRoomError : as of `written_whole`; text that cannot be encoded.
         """
         try:
             text = self.text(record)
@@ -51,7 +50,7 @@ class RecordFile:
             beside.write_text(text, encoding="utf-8")
 
     def read(self, path: str | Path) -> Any:
-        """Read what `write` wrote.
+        """Read the file of `write`.
 
         Raises
         ------
@@ -79,7 +78,7 @@ class RecordFile:
             raise error.at(file=path) from error
 
     def is_one(self, path: str | Path) -> bool:
-        """Return whether a file says that it is of this kind, of whatever version; what cannot be read is not."""
+        """Return whether a file is of this kind, in any version; unreadable files are not."""
         try:
             return self.key in tomllib.loads(read_text(path, "a TOML file"))
         except (InputError, tomllib.TOMLDecodeError):
@@ -91,7 +90,7 @@ def toml_of(record: Any, path: str = "") -> str:
 
     Raises
     ------
-    InputError : text that UTF-8 cannot keep.
+    InputError : text that UTF-8 cannot encode.
     """
     return "\n".join(_lines(record, path))
 
@@ -128,12 +127,12 @@ def _value(value: Any, where: str) -> str:
 
 
 def record_of(kind: type, table: Mapping[str, Any], path: str = "") -> Any:
-    """Return the record that a table says.
+    """Make the record of a table.
 
     Raises
     ------
     UnknownNameError : a key that the record does not have. InputError : a key that is missing, a value of the wrong
-        kind, or one that the record refuses; by its place in the file.
+        kind, or one that the record refuses; with its place in the file.
     """
     hints, there = get_type_hints(kind), {one.name: one for one in _kept(kind)}
     given: dict[str, Any] = {}

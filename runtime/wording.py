@@ -1,10 +1,10 @@
-"""Counts and times in words for people."""
+"""Counts and times in words."""
 
 from __future__ import annotations
 
 
 def counted(number: int, what: str) -> str:
-    """Write a count of things in words.
+    """Format a count of things.
 
     >>> counted(1, "row"), counted(2, "row")
     ('1 row', '2 rows')
@@ -13,7 +13,7 @@ def counted(number: int, what: str) -> str:
 
 
 def in_words(seconds: float) -> str:
-    """Return a time as people say it, no more exact than an estimate is.
+    """Format a time in words, with the precision of an estimate.
 
     >>> in_words(0.2), in_words(41.0), in_words(95.0), in_words(1300.0), in_words(8000.0)
     ('1 s', '41 s', '1 min 35 s', '22 min', '2 h 13 min')

@@ -1,12 +1,12 @@
-"""Worker processes that may die: each has one task at a time, so that a death costs that task alone, and once.
+"""Fault-tolerant worker processes with one task at a time: a crash affects that task alone, which is retried once.
 
-A pool of the standard library gives up whole when one of its processes is killed, cannot say over which task, and keeps
-semaphores that outlive an abrupt end. Here each process has a pipe of its own; the task of one that dies is tried
-again, alone, when all others are done (two large ones at once may not fit into memory where one does), and given up the
-second time. What a task says of itself on its way comes by the same pipe, before its result.
+A pool of the standard library fails as a whole when one of its processes is killed, cannot name its task, and keeps
+semaphores that outlive an abrupt end. Here each process has a pipe of its own; the task of a dead one is retried,
+alone, when all others are done (two large ones at once may exceed the memory), and given up the second time. Messages
+of a task use the same pipe, before its result.
 
-The processes have one thread of BLAS each, are deaf to Ctrl-C, and end when their work is no longer wanted: with the
-iterator, with a signal that ends this process, and by themselves where it is killed.
+The processes have one thread of BLAS each, ignore Ctrl-C, and end when their work is no longer wanted: with the
+iterator, with a signal that ends this process, and by themselves if it is killed.
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ class Lost:
 
 @dataclass(frozen=True)
 class Task:
-    """`arguments` of the work, and the `key` that its result comes back with."""
+    """Task: `arguments` of the work, and the `key` returned with its result."""
 
     key: Any
     arguments: tuple
 
 
 def usable_cores() -> int:
-    """Cores that this process may run on."""
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -68,13 +68,13 @@ def supervised(
     heard: Callable[[Any, Any], None] | None = None,
     start: Start | None = None,
 ) -> Generator[tuple[Any, Any], None, None]:
-    """Do `work(*arguments)` for each task in `jobs` processes: (key, result) as they come, the result perhaps `Lost`.
+    """Run `work(*arguments)` for each task in `jobs` processes; yield (key, result) as completed, perhaps `Lost`.
 
-    `tasks` is asked for the next one when a process is free, so that it may read what it hands out only then. Closing
-    the iterator early ends the processes at once. `work`, and what it is given, are of modules that a fresh Python can
-    import: the script that calls is not run again. What `work` raises is raised here.
+    `tasks` is advanced when a process is free, so that it can load data lazily. Closing the iterator early ends the
+    processes at once. `work` and its arguments must be importable by a fresh Python: the calling script is not run
+    again. Exceptions of `work` are raised here.
 
-    heard : hears (key, what) of what a task says on its way; `work` is then called with `say=`, to say it by.
+    heard : receives (key, message) of running tasks; `work` is then called with `say=`, which sends messages.
     """
     again: list[Task] = []
     for key, result, task in _each(work, iter(tasks), jobs, heard, start):
@@ -93,13 +93,13 @@ def in_order(
     start: Start | None = None,
     heard: Callable[[int, Any], None] | None = None,
 ) -> Generator[Result, None, None]:
-    """`work(*task)` for every task, in their order: in this process where `jobs` is 1, else in so many.
+    """Yield `work(*task)` for every task, in order: in this process if `jobs` is 1, else in `jobs` processes.
 
-    heard : hears (place, what) of what a task says on its way; `work` is then called with `say=`, to say it by.
+    heard : receives (place, message) of running tasks; `work` is then called with `say=`, which sends messages.
 
     Raises
     ------
-    MetamerError : a process died over the same task twice. And what `work` raises.
+    MetamerError : processes died twice on the same task. And exceptions of `work`.
     """
     waiting: dict[int, Result] = {}
     following = 0
@@ -112,7 +112,7 @@ def in_order(
 
 
 def each_done(work: Callable[..., Result], tasks: Iterable[tuple[Any, ...]], jobs: int) -> Iterator[Result]:
-    """`work(*task)` for every task, as each is done: in this process, in order, where `jobs` is 1, else in so many."""
+    """Yield `work(*task)` for every task, as completed: in order in this process if `jobs` is 1, else in that many."""
     with closing(numbered(work, tasks, jobs)) as results:
         for _, result in results:
             yield result
@@ -125,7 +125,7 @@ def numbered(
     start: Start | None = None,
     heard: Callable[[int, Any], None] | None = None,
 ) -> Generator[tuple[int, Result], None, None]:
-    """Yield the place and the result of each task as it is done; `in_order` holds back early ones."""
+    """Yield the place and the result of each task as completed; `in_order` holds back early ones."""
     if jobs <= 1:
         if start is not None:
             start[0](*start[1])
@@ -197,20 +197,20 @@ def _end_all(workers: list[_Worker]) -> None:
 
 @dataclass(frozen=True)
 class _Said:
-    """Message by the pipe before a result."""
+    """Message sent by the pipe before a result."""
 
     what: Any
 
 
 @dataclass(frozen=True)
 class _Raised:
-    """Message by the pipe in place of a result."""
+    """Message sent by the pipe in place of a result."""
 
     reason: Exception
 
 
 class _Worker:
-    """A process, our end of its pipe, and the task that it has."""
+    """Process, our end of its pipe, and its task."""
 
     def __init__(self, work: Callable[..., Any], says: bool, start: Start | None) -> None:
         self.connection, self._theirs = SPAWNING.Pipe()
@@ -221,7 +221,7 @@ class _Worker:
         self._start = start
 
     def wake(self) -> None:
-        """Start the process; whoever is to end it knows of it before."""
+        """Start the process, registered for shutdown before."""
         # Half started it would be nobody's, and print that its parent has gone.
         with undisturbed(), as_workers_should_start():
             self.process.start()
@@ -237,7 +237,7 @@ class _Worker:
             self.connection.send(("task", task.arguments))
 
     def take(self) -> tuple[Task, Any]:
-        """Return the task, and what came by the pipe: its result, `Lost`, or something `_Said` on the way."""
+        """Return the task, and a message from the pipe: its result, `Lost`, or something `_Said` before."""
         assert self.task is not None
         task = self.task
         try:
@@ -254,7 +254,7 @@ class _Worker:
             return task, Lost(f"the process that worked on it ended abruptly ({how}{hint})")
 
     def kill(self) -> None:
-        """End the process now; it writes nothing that could be left half-written."""
+        """Kill the process; it writes nothing that could be left incomplete."""
         if self.process.pid is not None:
             self.process.kill()
 
@@ -272,7 +272,7 @@ def ending_words(code: int | None) -> str:
 
 
 def _serve(connection: Connection, work: Callable[..., Any], says: bool, temporary: str) -> None:
-    """Do a task, send its result, and do the next; until the pipe or the parent is gone."""
+    """Run tasks and send their results, until the pipe or the parent is gone."""
     # Known, it is not tried with a file, which would stay where this process is ended in between.
     tempfile.tempdir = temporary
     threading.Thread(target=end_with_the_parent, daemon=True).start()
@@ -292,7 +292,7 @@ def _serve(connection: Connection, work: Callable[..., Any], says: bool, tempora
 
 
 def end_with_the_parent() -> None:
-    """A parent that is killed cannot end its children: in the middle of a task they would go on for nobody."""
+    """End this process when its parent is killed, which could not end its children in the middle of a task."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         wait([parent.sentinel])
@@ -300,10 +300,10 @@ def end_with_the_parent() -> None:
 
 
 def one_thread() -> None:
-    """BLAS works in one thread of this process, unless the environment says otherwise or numpy is there already.
+    """Set BLAS to one thread in this process, unless the environment sets it or numpy is already loaded.
 
-    What we multiply is small: beside other work threads wait for each other, which was measured to take twelve
-    times the CPU time in a fit, and fifty times in reading a scattered BRDF.
+    Our matrices are small: beside other work threads wait for each other, which took twelve times the CPU time in a
+    fit, and fifty times in reading a scattered BRDF.
     """
     if "numpy" not in sys.modules:
         for name in _ONE_THREAD:
@@ -312,11 +312,10 @@ def one_thread() -> None:
 
 @contextmanager
 def as_workers_should_start() -> Iterator[None]:
-    """Let processes started within this inherit a blocked SIGINT and BLAS set to one thread, and does not run our
-    script.
+    """Start processes in this context with SIGINT blocked and BLAS set to one thread, without running our script.
 
-    multiprocessing has each process import the script that was started, for what may be defined there. One that does
-    its work without asking for its `__name__` would start it all over again in every process.
+    multiprocessing has each process import the started script, for definitions in it. A script without a check of
+    `__name__` would run again in every process.
     """
     script = sys.modules["__main__"]
     before = {name: os.environ.get(name) for name in _ONE_THREAD}

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
 
 @dataclass(frozen=True)
 class _Records(Collection):
-    """Materials, each loaded when it is its turn: thousands do not fit into memory."""
+    """Materials, loaded one at a time, since thousands do not fit into memory."""
 
     catalogue: Catalogue
     ids: tuple[str, ...]
@@ -76,7 +76,7 @@ class _Records(Collection):
 
 
 def _matched(catalogue: Catalogue, pattern: str) -> tuple[str, ...]:
-    """Return ids; a name that is one stays one, whatever characters it has."""
+    """Return ids; an existing id is itself, whatever characters it has."""
     if any(mark in pattern for mark in "*?["):
         return catalogue.match(pattern)
     catalogue.path(pattern)

@@ -212,7 +212,7 @@ def _print_plan(report: ImportReport, verbose: bool) -> None:
 
 
 def _print_files(headings: tuple[str, ...], rows: list[tuple[Any, ...]], words: bool = False) -> None:
-    """A table of files: name, format, and figures, where 0 is left empty; `words`: the last of them are text."""
+    """Print a table of files: name, format, figures, with 0 left empty; `words`: number of trailing text columns."""
     if not rows:
         return
     base = _common_folder([row[0] for row in rows])
@@ -229,7 +229,7 @@ def _print_columns(headings: Sequence[str], rows: list[list[str]], **layout: Any
 
 
 def _common_folder(names: list[str]) -> str:
-    """Return the words that all names begin with, up to a slash; "" for one name alone."""
+    """Return the common beginning of all names, up to a slash; "" for one name alone."""
     import os
 
     # Letter by letter: names are addresses too, and members of archives.
@@ -262,7 +262,7 @@ def _print_report(report: ImportReport, budget: float, verbose: bool) -> None:
 
 
 def _summed_by_file(report: ImportReport, verbose: bool) -> list[tuple[Any, ...]]:
-    """Return a row for each file of which anything was imported or failed; of the others, too, if `verbose`."""
+    """Return a row for each file with imported or failed materials; for the others, too, if `verbose`."""
     rows = []
     of_file: dict[str, list[ImportOutcome]] = {}
     for outcome in report.outcomes:
@@ -319,13 +319,13 @@ def _say_reasons(report: ImportReport, verbose: bool) -> None:
 
 
 def _problem(reason: str) -> tuple[str, ...]:
-    """Return the part of a refusal that others share: the problem, what was expected, and what to do."""
+    """Return the part of an error common to several: the problem, the expectation, and the hint."""
     first, *rest = reason.split("\n")
     return first.rpartition(": ")[2], *(line for line in rest if line.startswith(("  expected: ", "  try: ")))
 
 
 def _write_json(args: argparse.Namespace, report: ImportReport) -> None:
-    """The report for a program (docs/catalogue.md), where it was asked for."""
+    """Write the report for programs (docs/catalogue.md), if requested."""
     if args.json is None:
         return
     from dataclasses import asdict

@@ -122,7 +122,7 @@ def _words(look: Appearance) -> str:
 
 
 def _write_strip(path: Path, catalogue: Catalogue, found: Neighbours, renderer: str) -> list[str]:
-    """Return the thumbnails in a row; what is wrong with files that could not be drawn."""
+    """Write the thumbnails in a row; return the errors of files that could not be drawn."""
     from ...viewer.sheets.preview import contact_sheet, thumbnail_scene, thumbnails, write_sheet
 
     shown = [found.of, *(one.summary for one in found.found)]

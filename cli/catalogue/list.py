@@ -1,4 +1,4 @@
-"""`metamer catalogue list`: every material, or those that fit, with model, colour and measured error."""
+"""`metamer catalogue list`: all or matching materials, with model, colour and measured error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options that choose and order materials, for `list` and `preview`."""
+"""Options that select and order materials, for `list` and `preview`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FORMULAS = {"94": "CIE 1994", "2000": "CIE 2000"}
 
 
 def add_query_options(verb: argparse.ArgumentParser) -> None:
-    """Filters and order."""
+    """Add filters and order."""
     filters = verb.add_argument_group("which")
     for name, example in (
         ("match", 'ids, such as "paint/*"'),
@@ -47,7 +47,7 @@ def add_query_options(verb: argparse.ArgumentParser) -> None:
 
 
 def query_from(args: argparse.Namespace) -> Query:
-    """Return the query that the options ask for; raises `UsageError` where they do not fit together."""
+    """Return the query of the options; raises `UsageError` for contradictory ones."""
     from ...runtime.errors import UsageError
 
     if args.near is None and (args.within is not None or args.sort == "near"):
@@ -70,9 +70,9 @@ def query_from(args: argparse.Namespace) -> Query:
 
 @dataclass(frozen=True)
 class QueryResult:
-    """Materials of a catalogue, those that match, sorted, and one error for each file that cannot be used.
+    """Matching materials of a catalogue, sorted, and one error for each unusable file.
 
-    nearest : to the colour of `--near`, of what the other filters leave, where nothing lies within reach of it.
+    nearest : to the colour of `--near` among the matches of the other filters, if nothing is within reach of it.
     """
 
     catalogue: Catalogue
@@ -83,13 +83,13 @@ class QueryResult:
 
     @property
     def nearest_words(self) -> str:
-        """Name the nearest to a colour that nothing lies within reach of; "" where something does."""
+        """Name the nearest to a colour with nothing within reach; "" otherwise."""
         one = self.nearest
         return "" if one is None else f"nearest is {one.id} at ΔE {one.distance:.1f}"
 
 
 def found_by(args: argparse.Namespace) -> QueryResult:
-    """Ask the catalogue of the options for what they name."""
+    """Query the catalogue of the options."""
     catalogue, query = open_catalogue(args.catalogue), query_from(args)
     everything = catalogue.heads(say)
     fitting, nearest = everything.select(query), None

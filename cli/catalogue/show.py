@@ -122,7 +122,7 @@ def _facts(record: MaterialRecord) -> list[tuple[str, str]]:
 
 
 def _sliders(record: MaterialRecord) -> str:
-    """List the parameters that `transfer relight --set` may change, or say why there are none."""
+    """List the parameters that `transfer relight --set` may change, or state why there are none."""
     from ...materials.records.models import MEASURED
     from ...materials.search.sliders import sliders
 
@@ -135,7 +135,7 @@ def _sliders(record: MaterialRecord) -> str:
 
 
 def _environment(record: MaterialRecord, error: FitError) -> list[tuple[str, str]]:
-    """Give the form that is drawn under light from all around, and its error."""
+    """Describe the form for environment light, and its error."""
     form = record.drawn().environment_form()
     lobes = "matt" if form.count == 0 else f"{counted(form.count, 'lobe')} and a cosine"
     figures = f"mean {error.mean:.3f}, p95 {error.p95:.3f}, p99 {error.p99:.3f}, max {error.maximum:.3f}"
@@ -196,7 +196,7 @@ def _write_page(record: MaterialRecord, path: Path, renderer: str) -> None:
 
 
 def colour_words(colour: Mapping[str, Any]) -> str:
-    """Return the colour of a head, for a person."""
+    """Format the colour of a head."""
     from ...materials.records.description import shown_conditions, two_decimals
 
     lab = f"L*a*b* {two_decimals(colour['Lab'])}, " if "Lab" in colour else ""

@@ -22,7 +22,7 @@ _QUANTITY = "pi f_r cos(theta_i), XYZ; the perfect diffuser, lit along its norma
 
 
 def texel(text: str) -> tuple[int, int]:
-    """X,Y of an option."""
+    """Parse X,Y of an option."""
     parts = text.split(",")
     try:
         x, y = (int(part) for part in parts)
@@ -32,11 +32,11 @@ def texel(text: str) -> tuple[int, int]:
 
 
 def print_texel(record: MaterialRecord, at: tuple[int, int], json: Path | None) -> None:
-    """Print the apparent BRDF of one texel of a BTF, and how far its fast form is from its images.
+    """Print the apparent BRDF of one texel of a BTF, and the error of its fast form against its images.
 
     Raises
     ------
-    InputError : a material that is no BTF, or has no fast form of one; a texel that there is not.
+    InputError : a material that is no BTF, or has no fast form of one; a texel outside the BTF.
     """
     from ...materials.btf.apparent_brdf import apparent_brdf
     from ...materials.btf.form import BtfForm, FieldForm
@@ -133,7 +133,7 @@ def _document(
 
 
 def _degrees(directions: np.ndarray) -> np.ndarray:
-    """(n,2) theta and phi."""
+    """Convert directions to theta and phi (n,2)."""
     theta = np.degrees(np.arctan2(np.hypot(directions[:, 0], directions[:, 1]), directions[:, 2]))
     phi = np.degrees(np.arctan2(directions[:, 1], directions[:, 0])) % 360.0
     return np.round(np.stack([theta, np.where(theta > 1e-6, phi, 0.0)], axis=-1), 4) % 360.0

@@ -17,10 +17,9 @@ def text_chart(
     height: int = 8,
     unit: str = "nm",
 ) -> str:
-    """Bars of a spectrum, 0 at the foot; a column shows the largest value of its stretch, so that no line is lost.
+    """Draw bars of a spectrum from 0; a column shows the maximum over its range, so that no line is lost.
 
-    unit : of what goes across, where that is no wavelength.
-
+    unit : of the horizontal axis, if it is not wavelength.
 
     >>> print(text_chart(np.array([400.0, 500.0, 600.0]), np.array([0.0, 0.5, 1.0]), width=5, height=2))
           1 │   ▃▆

@@ -1,4 +1,4 @@
-"""`metamer catalogue verify`: is every file what it was, and every material as close as it says?"""
+"""`metamer catalogue verify`: checksums of every file, and declared errors of every material measured again."""
 
 from __future__ import annotations
 

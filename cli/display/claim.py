@@ -1,4 +1,4 @@
-"""`metamer display claim`: how far a display is from what it says it is."""
+"""`metamer display claim`: the difference of a display from its claim."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
 
 
 def _claim(text: str) -> str:
-    """Return a claim as it is; a word that is none is wrong usage, a profile is read later."""
+    """Return a claim as it is; unknown words are wrong usage, profiles are read later."""
     from ...calibration.display.claims import claim_named
     from ...runtime.errors import InputError, UnknownNameError
 

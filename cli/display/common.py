@@ -1,4 +1,4 @@
-"""Parts that the verbs of `metamer display` share: files of readings and what they leave open."""
+"""Shared parts of the verbs of `metamer display`: files of readings and missing information in them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def add_readings_argument(verb: argparse.ArgumentParser, name: str = "readings") -> None:
-    """The file, and the options for what it does not say."""
+    """Add the file, and options for information that it lacks."""
     verb.add_argument(name, type=Path, metavar=name.upper(), help=".ti3, CSV or CxF3")
     verb.add_argument("--codes", type=float, metavar="N", help="code that is full scale: 1, 100, 255, 1023 or 65535")
     verb.add_argument("--xyz", choices=("cd/m2", "Y100"), help="what XYZ are, where the file does not say it")
@@ -26,7 +26,7 @@ def add_readings_argument(verb: argparse.ArgumentParser, name: str = "readings")
 
 
 def readings_of(args: argparse.Namespace, name: str = "readings") -> Readings:
-    """Read the file that `add_readings_argument` asked for."""
+    """Read the file of `add_readings_argument`."""
     from ...calibration.display.reading_files import Answers, read_readings
 
     return read_readings(getattr(args, name), Answers(args.codes, args.xyz, args.white_luminance, args.observer))

@@ -1,4 +1,4 @@
-"""`metamer display proof`: what of a picture a display cannot show, and where."""
+"""`metamer display proof`: the parts of a picture out of a display's gamut."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _profile(named: str) -> Prover:
-    """Return what proves a picture in XYZ-D65 for the display of an ICC profile."""
+    """Return the proof of a picture in XYZ-D65 for the display of an ICC profile."""
     from ...calibration.display.icc_profile import PREFIX
     from ...viewer.display.proof import Proof
     from ...viewer.display.transform import DisplayTransform
@@ -122,7 +122,7 @@ def _profile(named: str) -> Prover:
 
 
 def _characterised(args: argparse.Namespace) -> Prover:
-    """Return the same for the display of a characterisation, aimed for the observer of the picture where it can be."""
+    """Return the proof for a characterised display, aimed for the observer of the picture if possible."""
     from dataclasses import replace
 
     from ...calibration.display.cube import make_cube
@@ -152,7 +152,7 @@ def _still(seen_by: str, aimed_for: str) -> str:
 
 
 def _rendered(args: argparse.Namespace) -> tuple[np.ndarray, np.ndarray, str]:
-    """Render a scene: codes of its display, XYZ-D65, and whom it is for."""
+    """Render a scene: codes of its display, XYZ-D65, and its observer."""
     from ...lighting.scene_file.files import load_scene, scene_file
     from ...spectral.observers import observer_name
     from ...viewer.picture import lit_by, picture

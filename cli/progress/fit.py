@@ -1,4 +1,4 @@
-"""Progress of `metamer fit`: what it is at, how far, and about how long it will take."""
+"""Progress of `metamer fit`: current step, fraction done, and estimated time left."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _NEARLY = 0.99
 
 
 class FitProgress:
-    """A bar on a terminal; elsewhere lines on standard error, between those of the trials. Lives as long as `stack`."""
+    """Bar on a terminal; elsewhere lines on standard error, between those of the trials. Ends with `stack`."""
 
     def __init__(self, stack: ExitStack, material: str) -> None:
         self._material, self._left = material, TimeLeft()
@@ -42,7 +42,7 @@ class FitProgress:
         self._task = self._bar.add_task(self._doing.phase, total=1.0, left=lambda: self._left.seconds)
 
     def begins(self, model: str) -> None:
-        """The material is loaded: its fit begins."""
+        """Record that the material is loaded and its fit begins."""
         self._left.expect(self._material, model, fit_seconds(model), evenly=True)
         self._begun = time.monotonic()
         self.at("tabulating", 0.0)
@@ -51,14 +51,14 @@ class FitProgress:
             self._ticker.said()
 
     def at(self, phase: str, share: float) -> None:
-        """Return the step of the fit, and the share that is done."""
+        """Record the step of the fit, and the fraction done."""
         self._doing = Doing(phase, share)
         self._left.at(self._material, min(share, _NEARLY))
         if self._bar is not None:
             self._bar.update(self._task, completed=share, description=phase)
 
     def say(self, text: str) -> None:
-        """A line that stays, on standard output."""
+        """Print a permanent line on standard output."""
         if self._bar is None:
             print(text, flush=True)
         else:

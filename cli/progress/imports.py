@@ -1,4 +1,4 @@
-"""Progress of `metamer catalogue import`: what is looked at, then what is fitted, how far, how long."""
+"""Progress of `metamer catalogue import`: examined files, then fits, with fraction done and time left."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LOOKING, _FURTHER = "looking", "further fits"
 
 
 class _Import:
-    """State of a shown import: files that were looked at, fits that are done and at work, and the time left of all."""
+    """State of a displayed import: examined files, finished and running fits, and the total time left."""
 
     def __init__(self) -> None:
         self._left = TimeLeft()
@@ -44,7 +44,7 @@ class _Import:
         self._at_work: dict[str, tuple[float, Doing]] = {}
 
     def _looked_at(self, done: int, total: int, file: PlannedFile) -> None:
-        """Expect as many fits of the other files as there were of those so far."""
+        """Extrapolate the number of fits to the remaining files."""
         if not self._looked:
             self._left.expect_stage(_LOOKING, _LOOKING_S * total)
         self._looked, self._total = done, total
@@ -63,7 +63,7 @@ class _Import:
         self._left.expect(_FURTHER, _FURTHER, 0.0)
 
     def _at(self, material_id: str, doing: Doing) -> bool:
-        """Note what is done to a material; returns whether that is the first of it."""
+        """Record the current step of a material; returns whether it is the first one."""
         first = material_id not in self._at_work
         begun = time.monotonic() if first else self._at_work[material_id][0]
         self._at_work[material_id] = begun, doing
@@ -72,7 +72,7 @@ class _Import:
         return first
 
     def _done(self, outcome: ImportOutcome) -> bool:
-        """Return whether it is one of those that were begun."""
+        """Return whether the material was one of those begun."""
         self._at_work.pop(outcome.id, None)
         if outcome.id in self._left:
             self._left.done(outcome.id, outcome.seconds)
@@ -83,7 +83,7 @@ class _Import:
 
 
 class PlainImport(_Import):
-    """Lines: what is begun, every material that is finished, and from time to time where each process is."""
+    """Progress as lines: starts, every finished material, and from time to time the state of each process."""
 
     def __init__(self, stack: ExitStack, sources: Sequence[str | Path]) -> None:
         super().__init__()
@@ -95,12 +95,12 @@ class PlainImport(_Import):
         self._ticker = stack.enter_context(Ticker(self.line))
 
     def looked_at(self, done: int, total: int, file: PlannedFile) -> None:
-        """After each file."""
+        """Update after each file."""
         self._looked_at(done, total, file)
         self._reading = {}
 
     def begins(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> None:
-        """Before the first fit."""
+        """Update before the first fit."""
         self._begun_with(pending, jobs)
         if jobs.why:
             say_line(jobs.why)
@@ -122,7 +122,7 @@ class PlainImport(_Import):
             self._ticker.said()
 
     def progress(self, done: int, total: int, outcome: ImportOutcome) -> None:
-        """After each material."""
+        """Update after each material."""
         if outcome.status == "skipped":
             # It took no time: a line each would bury the others.
             return
@@ -152,7 +152,7 @@ class PlainImport(_Import):
 
 
 class BarImport(_Import):
-    """Bars: the files, then the whole import with the time left, and a line for each process with what it is at."""
+    """Progress as bars: the files, then the whole import with the time left, and a line per process with its step."""
 
     def __init__(self, stack: ExitStack, sources: Sequence[str | Path]) -> None:
         from rich import progress
@@ -170,13 +170,13 @@ class BarImport(_Import):
         self._rows: dict[str, Any] = {}
 
     def looked_at(self, done: int, total: int, file: PlannedFile) -> None:
-        """After each file."""
+        """Update after each file."""
         self._looked_at(done, total, file)
         said = f"looking at {end_of_name(visible(Path(file.name).name), _NAME)}"
         self._bars.update(self._whole, completed=done, total=total, description=said, count=f"{done}/{total}")
 
     def begins(self, pending: Sequence[PlannedMaterial], jobs: Jobs) -> None:
-        """Before the first fit."""
+        """Update before the first fit."""
         self._begun_with(pending, jobs)
         if jobs.why:
             self._bars.console.print(jobs.why, markup=False, highlight=False)
@@ -201,7 +201,7 @@ class BarImport(_Import):
         self._bars.update(self._rows[material_id], completed=doing.share, description=said)
 
     def progress(self, done: int, total: int, outcome: ImportOutcome) -> None:
-        """After each material."""
+        """Update after each material."""
         if not self._done(outcome):
             return
         if (row := self._rows.pop(outcome.id, None)) is not None:
@@ -213,5 +213,5 @@ class BarImport(_Import):
 
 
 def import_shown(stack: ExitStack, sources: Sequence[str | Path]) -> PlainImport | BarImport:
-    """Bars where standard error is a terminal, else lines; they live as long as `stack`."""
+    """Return bars if standard error is a terminal, else lines; they exist as long as `stack`."""
     return (BarImport if shows_bars(sys.stderr) else PlainImport)(stack, sources)

@@ -1,6 +1,6 @@
-"""Progress of work that takes long: bars on a terminal; elsewhere plain lines, the first at once, then ever fewer.
+"""Progress of long work: bars on a terminal; elsewhere plain lines, the first at once, then less and less often.
 
-All on standard error: what a command says on standard output goes into files and other programs.
+All on standard error, since standard output goes into files and other programs.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ _QUICK_S = 2.0
 
 
 class Ticker:
-    """Says where the work is from time to time, whatever it is at: `line()` gives the words, "" for nothing to say.
+    """Periodic report of progress: `line()` returns the words, "" for none.
 
-    Nothing is said where something else was within the last moment (`said`).
+    Reports are skipped shortly after other output (`said`).
     """
 
     def __init__(self, line: Callable[[], str]) -> None:
@@ -44,7 +44,7 @@ class Ticker:
         self._ended.set()
 
     def said(self) -> None:
-        """Something has been said elsewhere."""
+        """Record other output."""
         self._last = time.monotonic()
 
     def _run(self) -> None:
@@ -58,7 +58,7 @@ class Ticker:
 
 
 def next_pause(elapsed: float) -> float:
-    """Seconds until the next line: short at first, so that nobody waits for a sign, and a minute in the end.
+    """Return the seconds until the next line: short at first, as a sign of life, and a minute in the end.
 
     >>> next_pause(1.0), next_pause(10.0), next_pause(1000.0)
     (1.0, 5.0, 60.0)
@@ -67,7 +67,7 @@ def next_pause(elapsed: float) -> float:
 
 
 def left_column() -> Any:
-    """Return a column of a bar for the time left: what the task's field `left` says when it is called."""
+    """Return a column of a bar for the time left, by calling the task's field `left`."""
     from rich.progress import ProgressColumn, Task
     from rich.text import Text
 
@@ -82,7 +82,7 @@ def left_column() -> Any:
 
 
 def say_line(line: str) -> None:
-    """A whole line at once, which no other process's cuts in two."""
+    """Write a whole line at once, which output of other processes cannot split."""
     sys.stderr.write(line + "\n")
     sys.stderr.flush()
 
@@ -96,12 +96,13 @@ def progress_bar(
     stages: Iterable[tuple[str, float]] = (),
     work: TimeLeft | None = None,
 ) -> Iterator[Callable[[int, int, str], None]]:
-    """A live bar with the time left on a terminal; elsewhere a line every tenth of the way, and now and then in
-    between; nothing where `quiet`, nor in the first `after` seconds. On standard error: what a command says on standard
-    output goes into files and other programs.
+    """Yield a callback that shows progress on standard error.
 
-    stages : of `TimeLeft`: the time left is that of all of them. work : tells the time left in place of what is
-    counted; somebody else tells it what is done.
+    On a terminal a live bar with the time left; elsewhere a line every tenth of the way, and now and then in between;
+    nothing if `quiet`, nor in the first `after` seconds.
+
+    stages : of `TimeLeft`, whose total time left is shown. work : source of the time left in place of the counts;
+    updated elsewhere.
     """
     if quiet:
         yield lambda *_: None

@@ -1,4 +1,4 @@
-"""`metamer report accept`: what somebody has looked at becomes the baseline."""
+"""`metamer report accept`: reviewed rows become the baseline."""
 
 from __future__ import annotations
 

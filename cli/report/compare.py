@@ -51,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def add_side_options(command: argparse.ArgumentParser) -> None:
-    """Add the options for what files leave open."""
+    """Add options for information that files lack."""
     add_lights_options(command, "under which spectra, readings and catalogues are seen; pictures in XYZ have theirs")
     command.add_argument(
         "--display", choices=("sRGB",), metavar="NAME", help="that PNG pictures are for, where they do not say: sRGB"
@@ -60,7 +60,7 @@ def add_side_options(command: argparse.ArgumentParser) -> None:
 
 
 def seen_by(args: argparse.Namespace) -> SeenSpectra:
-    """Lights and observer; names that are not known are refused before any file is opened."""
+    """Return lights and observer; unknown names are refused before any file is opened."""
     from ...calibration.regression.picture_files import SeenSpectra
     from ...spectral.illuminants import illuminant
     from ...spectral.observers import observer
@@ -75,7 +75,7 @@ def seen_by(args: argparse.Namespace) -> SeenSpectra:
 
 
 def side_at(path: Path, seen: SeenSpectra, display: str | None) -> ComparedSide:
-    """Return the side that is there; a folder of materials is a catalogue."""
+    """Return the side at a path; a folder of materials is a catalogue."""
     from ...calibration.regression.sources import side_of
     from ...viewer.catalogue_side import catalogue_side, is_catalogue
 

@@ -1,4 +1,4 @@
-"""Output of the result of a comparison: on the terminal, and in files for people and other programs."""
+"""Output of a comparison: on the terminal, and in files for people and programs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _FILES = (
 
 
 def add_output_options(command: argparse.ArgumentParser) -> None:
-    """`--json` and the files."""
+    """Add `--json` and the file options."""
     add_json_option(command)
     for name, words in _FILES:
         command.add_argument(f"--{name}", type=Path, metavar="FILE", help=words)
@@ -39,7 +39,7 @@ def add_output_options(command: argparse.ArgumentParser) -> None:
 
 
 def check_output_options(args: argparse.Namespace) -> None:
-    """Refuse, before any work, files that cannot be written."""
+    """Refuse unwritable files before any work."""
     from ...runtime import files
     from ...runtime.sheets import check_workbook
 
@@ -53,7 +53,7 @@ def check_output_options(args: argparse.Namespace) -> None:
 
 
 def report_result(result: Result, before: ComparedSide, after: ComparedSide, args: argparse.Namespace) -> int:
-    """Write and print what was asked for; the exit code of the result."""
+    """Write and print the requested outputs; return the exit code of the result."""
     from ...calibration.regression.outputs import as_csv, as_json, as_junit, as_markdown, write_xlsx
     from ...calibration.regression.words import as_text
     from ...calibration.report.history import history_text, read_history, with_run

@@ -1,4 +1,4 @@
-"""Parts that `report baseline` and `report run` share: a suite, rendered, or a review that is there already."""
+"""Shared parts of `report baseline` and `report run`: a suite, rendered, or an existing review."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def add_suite_options(command: argparse.ArgumentParser) -> None:
-    """The suite, and how it is rendered."""
+    """Add options for the suite, and for its rendering."""
     command.add_argument(
         "suite", type=Path, metavar="SUITE", help="suite.toml, scene.toml, or the folder of a review that is there"
     )
@@ -32,9 +32,9 @@ def add_suite_options(command: argparse.ArgumentParser) -> None:
 def render_suite_side(
     args: argparse.Namespace, work: Path, check: Callable[[dict[str, str]], None]
 ) -> tuple[ComparedSide, dict[str, str], Criteria]:
-    """Return the rows of the suite, what is said of it, and its criteria; `work` takes the reviews.
+    """Return the rows of the suite, its description, and its criteria; reviews are written to `work`.
 
-    `check` is called with what is said of the suite before anything is rendered.
+    `check` is called with the description of the suite before anything is rendered.
     """
     from ...calibration.regression.criteria import default_criteria
     from ...calibration.regression.review_folder import review_side

@@ -1,4 +1,4 @@
-"""`metamer transfer`: a module a verb; what light does between the parts of a scene."""
+"""`metamer transfer`: a module per verb; light transport between the parts of a scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`metamer transfer build`: the rays between the parts of a scene, traced once for its geometry and kept."""
+"""`metamer transfer build`: rays between the parts of a scene, traced once for its geometry and stored."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def add_parser(kinds: argparse._SubParsersAction) -> None:
 
 
 def add_ray_options(command: argparse.ArgumentParser) -> None:
-    """`--rays` and `--jobs`."""
+    """Add `--rays` and `--jobs`."""
     command.add_argument("--rays", type=positive_count, default=256, metavar="N", help="of each vertex (default: 256)")
     jobs = command.add_mutually_exclusive_group()
     jobs.add_argument("--jobs", type=positive_count, metavar="N", help="processes that trace; default: one a core")
@@ -42,7 +42,7 @@ def add_ray_options(command: argparse.ArgumentParser) -> None:
 
 
 def add_kept_options(command: argparse.ArgumentParser) -> None:
-    """`--rays`, `--jobs` and `--kept`."""
+    """Add `--rays`, `--jobs` and `--kept`."""
     add_ray_options(command)
     words = "folder of `transfer build` that has the rays (default: the user's cache)"
     command.add_argument("--kept", type=Path, metavar="DIR", help=words)

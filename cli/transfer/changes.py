@@ -23,7 +23,7 @@ _OFF = "off"
 
 
 def add_change_options(command: argparse.ArgumentParser) -> None:
-    """`--material`, `--light` and `--illuminant`."""
+    """Add `--material`, `--light` and `--illuminant`."""
     command.add_argument(
         "--material",
         action="append",
@@ -60,11 +60,11 @@ def _change_of_light(text: str) -> tuple[str, str]:
 
 
 def by_part(option: str, scene: Scene, given: Iterable[tuple[str, Value]]) -> dict[str, Value]:
-    """Return what each part is given, by name or by pattern; a name goes before patterns.
+    """Return the assignment of each part, by name or by pattern; names take precedence over patterns.
 
     Raises
     ------
-    UnknownNameError : no part is called so. UsageError : two names, or two patterns, say what becomes of one part.
+    UnknownNameError : no part is called so. UsageError : two names, or two patterns, assign one part.
     """
     names = {part.name for part in scene.parts}
     found: dict[str, Value] = {}
@@ -82,12 +82,12 @@ def by_part(option: str, scene: Scene, given: Iterable[tuple[str, Value]]) -> di
 
 
 def given_materials(catalogue: Catalogue, words: Iterable[str]) -> tuple[Catalogue, dict[str, str], list[str]]:
-    """Return a catalogue that has materials of files too, the id of each word, and what is to be said of those files.
+    """Return a catalogue with materials of files too, the id of each word, and notes on those files.
 
     Raises
     ------
-    InputError, UnknownNameError : neither an id of the catalogue nor a file; what `material_from` and
-        `Catalogue.surface` raise.
+    InputError, UnknownNameError : neither an id of the catalogue nor a file; as of `material_from` and
+        `Catalogue.surface`.
     """
     ids: dict[str, str] = {}
     made: list[Material] = []
@@ -131,14 +131,14 @@ def _neither(catalogue: Catalogue, word: str) -> InputError:
 
 @dataclass(frozen=True)
 class _Change:
-    """Change of a light; None where it is put out."""
+    """Change of a light; None if it is switched off."""
 
     said: str
     made: Callable[[Light], Light | None]
 
 
 def relit_lights(scene: Scene, given: Sequence[tuple[str, str]], catalogue: Catalogue) -> Scene:
-    """Return the scene with what `--light` asks for, one after the other; its notes say so.
+    """Apply the changes of `--light` to the scene, in order, with notes.
 
     Raises
     ------
@@ -200,7 +200,7 @@ def _lamp(named: str, value: str, catalogue: Catalogue) -> _Change:
 
 
 def _numbers(light: Light) -> tuple[str, ...]:
-    """Keys of scene files that are numbers and that this light has."""
+    """Return keys of scene files that are numbers of this light."""
     from ...lighting.scene_file.light_tables import LIGHTS
 
     keys = {key for kind in LIGHTS.values() for key, what in kind.keys.items() if what == "number"}

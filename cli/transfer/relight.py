@@ -1,4 +1,4 @@
-"""`metamer transfer relight`: other materials, other light, and what that does to the colour of every part."""
+"""`metamer transfer relight`: other materials, other light, and the resulting colour of every part."""
 
 from __future__ import annotations
 
@@ -155,8 +155,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _stages(before: Scene, view: Camera, traces: bool, spectral: bool, turns: int) -> Iterator[tuple[str, float]]:
-    """Yield the work and what is expected of it: rays, both states without light between surfaces and with it, and
-    what else is asked for.
+    """Yield the stages of the work with their expected costs.
+
+    Rays, both states without indirect light and with it, and further outputs.
     """
     from ...viewer.render.picture_cost import picture_cost
     from ...viewer.render.scene_layers import BOUNCES, DRAWING, INTERREFLECTION, VISIBILITY

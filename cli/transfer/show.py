@@ -1,4 +1,4 @@
-"""`metamer transfer show`: how many bounces a scene needs, and what each part puts on each other."""
+"""`metamer transfer show`: the number of bounces a scene needs, and the light that each part casts on each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Changes of `metamer transfer relight` that name no material: neighbours by wish, parameters by value, and steps."""
+"""Changes of `metamer transfer relight` without a material's name: neighbours by wish, parameters, and steps."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _TO = ".."
 
 
 def add_wish_options(command: argparse.ArgumentParser) -> None:
-    """`--like`, `--set` and `--steps`."""
+    """Add `--like`, `--set` and `--steps`."""
     command.add_argument(
         "--like",
         action="append",
@@ -80,10 +80,10 @@ def _steps(text: str) -> int:
 
 @dataclass(eq=False)
 class Changes:
-    """Changes that the options state: the scene, a catalogue that has its materials, and what is to be said.
+    """Changes of the options: the scene, a catalogue with its materials, and notes.
 
-    part, materials : of the steps; None where there are none. varied : ids of what was fitted anew, by material and
-    values: parts of one material share it.
+    part, materials : of the steps; None without steps. varied : ids of refitted materials, by material and values:
+    parts of one material share it.
     """
 
     scene: Scene
@@ -95,7 +95,7 @@ class Changes:
 
 
 def check_wishes(args: argparse.Namespace) -> None:
-    """Raise `UsageError` where the options do not fit together; no file is read for it."""
+    """Raise `UsageError` for contradictory options, without reading a file."""
     liked = [part for part, _ in args.like]
     ranges = {part for part, _, ends in args.set if len(ends) == 2}
     if len(set(liked)) < len(liked):
@@ -111,13 +111,13 @@ def check_wishes(args: argparse.Namespace) -> None:
 
 
 def with_wishes(scene: Scene, catalogue: Catalogue, args: argparse.Namespace, jobs: int) -> Changes:
-    """Return the scene with what the options ask for; `jobs`: processes that fit.
+    """Apply the options to the scene; `jobs`: processes for fits.
 
     Raises
     ------
-    UnknownNameError : no such part, parameter or word. UsageError : options that say two things of a part.
+    UnknownNameError : no such part, parameter or word. UsageError : contradictory options for a part.
     InputError : no neighbour is nearer to a wish than the material itself, a value out of its domain, a static part,
-        what `like` and `varied` raise.
+        errors of `like` and `varied`.
     """
     found = Changes(scene, catalogue)
     liked = by_part("--like", scene, args.like)
@@ -210,10 +210,9 @@ def write_steps(
     camera: str | None,
     warn: Warn,
 ) -> list[Path]:
-    """Return the pictures along the steps, `step-000.png` and so on, and all of them in a row, `steps.png`; their
-    paths.
+    """Write the pictures of the steps, `step-000.png` and so on, and all in a row, `steps.png`; return the paths.
 
-    after : what is drawn already; one of the steps.
+    after : picture drawn already, one of the steps.
     """
     from ...viewer.sheets.material_sweep import along, row_of
     from ...viewer.sheets.preview import write_sheet
