@@ -151,7 +151,7 @@ class _Module:
 
     @property
     def imports(self) -> Iterator[_Import]:
-        """Yield the imports of all blocks, in order."""
+        """Imports of all blocks, in order."""
         return chain.from_iterable(self.blocks)
 
     def stored(self) -> list[Any]:

@@ -37,7 +37,7 @@ class GainOffsetGamma:
 
     @property
     def document(self) -> dict[str, Any]:
-        """Return what a file stores, as JSON."""
+        """Stored fields, as JSON."""
         return {"kind": "gain offset gamma", "gain": self.gain, "gamma": self.gamma}
 
 
@@ -69,7 +69,7 @@ class MeasuredCurve:
 
     @property
     def document(self) -> dict[str, Any]:
-        """Return what a file stores, as JSON."""
+        """Stored fields, as JSON."""
         return {"kind": "measured", "codes": self.codes.tolist(), "light": self.light.tolist()}
 
 

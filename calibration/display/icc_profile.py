@@ -77,7 +77,7 @@ class ToneCurve:
 
     @property
     def is_identity(self) -> bool:
-        """Return whether the curve is the identity."""
+        """True for the identity."""
         return bool(np.array_equal(self.x, self.y))
 
 

@@ -110,7 +110,7 @@ class DisplayModel:
 
     @property
     def document(self) -> dict[str, Any]:
-        """Return what a file stores, as JSON."""
+        """Stored fields, as JSON."""
         kept: dict[str, Any] = {
             "name": self.name,
             "curves": [curve.document for curve in self.curves],

@@ -80,12 +80,12 @@ class Readings:
 
     @property
     def whites(self) -> Int[np.ndarray, " W"]:
-        """Select the readings of full white."""
+        """Indices of the readings of full white."""
         return np.flatnonzero((self.codes >= 1.0 - _SAME_CODE).all(axis=1))
 
     @property
     def blacks(self) -> Int[np.ndarray, " B"]:
-        """Select the readings of code 0."""
+        """Indices of the readings of code 0."""
         return np.flatnonzero((self.codes <= _SAME_CODE).all(axis=1))
 
     @property
@@ -161,7 +161,7 @@ class Readings:
 
     @property
     def repeatability(self) -> Float[np.ndarray, "3"] | None:
-        """Compute the relative standard deviation of repeated readings; None without repeats of bright patches.
+        """Relative standard deviation of repeated readings; None without repeats of bright patches.
 
         Patches below a hundredth of white are left out, since their noise is not proportional to the reading.
         """

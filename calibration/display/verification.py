@@ -41,7 +41,7 @@ class VerificationRow:
 
     @property
     def words(self) -> str:
-        """Describe the figure for people."""
+        """Figure in words."""
         return STATISTICS[self.criterion.statistic]
 
     @property
@@ -85,7 +85,7 @@ class Verification:
 
     @property
     def kept(self) -> dict[str, Any]:
-        """Return the entry for the trend in the display's file."""
+        """Entry for the trend in the display's file."""
         figures = {row.criterion.statistic: row.value for row in self.rows}
         return {"when": self.when, "verdict": self.verdict, "criteria": self.criteria.name, "figures": figures}
 

@@ -24,17 +24,17 @@ class Tabled(Protocol):
 
     @property
     def standard(self) -> Sample:
-        """Return the standard."""
+        """Standard of the match."""
         ...
 
     @property
     def samples(self) -> Sequence[MatchedPairs]:
-        """Return the samples beside it."""
+        """Samples of the match."""
         ...
 
     @property
     def asked(self) -> MatchOptions:
-        """Return what was asked for."""
+        """Options of the match."""
         ...
 
 

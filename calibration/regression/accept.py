@@ -19,7 +19,7 @@ def accept(baseline: Path, run: Path, patterns: Sequence[str] | None) -> tuple[s
 
     Parameters
     ----------
-    run : the folder of `metamer report run`, which holds what was rendered as a baseline holds it.
+    run : the folder of `metamer report run`, which stores the rendered rows like a baseline.
     patterns : of materials, as "paint/*", or of whole names; None accepts every row, and removes those that the run has
         not rendered.
 

@@ -25,7 +25,7 @@ def png_rows(path: Path, material: str | None, display: str | None) -> list[Row]
 
     Parameters
     ----------
-    material : name of the row; None takes what the picture says of itself.
+    material : name of the row; None takes that of the picture.
     display : of the codes; None takes it from the file.
 
     Raises

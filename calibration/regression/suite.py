@@ -44,7 +44,7 @@ class Suite:
 
     @property
     def said(self) -> dict[str, str]:
-        """Return the part that a baseline stores."""
+        """Facts that a baseline stores."""
         return {"name": self.name, "sha256": self.sha256}
 
 

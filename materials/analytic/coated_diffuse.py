@@ -73,8 +73,8 @@ class CoatedDiffuse(ReadBrdf):
         Parameters
         ----------
         reading : reflectance factor of the whole, on any wavelengths.
-        geometry : "45:0", "di:8" or "de:8" in any of their notations. A sphere that excludes the specular component
-            is taken to lose all of the coat's own reflection.
+        geometry : "45:0", "di:8" or "de:8" in any of their notations. A sphere that excludes the specular component is
+            assumed to lose all of the coat's own reflection.
 
         Raises
         ------

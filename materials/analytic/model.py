@@ -150,7 +150,7 @@ class AnalyticBrdf(Brdf):
             self._set(**{name: number})
 
     def _checked_choice(self, name: str) -> str:
-        """Return the field `name` as one of the names that `CHOICES` gives for it."""
+        """Return the field `name`, one of its names in `CHOICES`."""
         value = str(getattr(self, name))
         if value not in self.CHOICES[name]:
             raise UnknownNameError(name, value, self.CHOICES[name], field=name)
@@ -242,7 +242,7 @@ class Domain:
 
     @property
     def words(self) -> str:
-        """Describe the domain for a message: "a number > 0 and <= 1"."""
+        """Description for a message: "a number > 0 and <= 1"."""
         upper = f" and <= {self.high:g}" if np.isfinite(self.high) else ""
         unit = f" {self.unit}" if self.unit else ""
         return f"a number {'>' if self.open_low else '>='} {self.low:g}{upper}{unit}"

@@ -51,7 +51,7 @@ class ClusteredForm(Protocol):
         ...
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores, except the basis."""
+        """Return the stored fields, without the basis."""
         ...
 
     def decoded(self, texels: Int[np.ndarray, " n"]) -> Iterator[Float[np.ndarray, "V Lt J"]]:

@@ -79,7 +79,7 @@ class Dictionary:
         return np.einsum("gvlk,vlkj->gvlj", self.as_seen(), back, optimize=True)
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores, except the basis."""
+        """Return the stored fields, without the basis."""
         # Zeros lie together where the components of the axes are the outer ones.
         core = sparse(np.ascontiguousarray(self.core.transpose(3, 1, 2, 0)))
         turns = {name: getattr(self, name) for name in ("by_view", "by_light", "by_spectrum")}

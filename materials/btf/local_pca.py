@@ -111,7 +111,7 @@ class LocalPca:
         return decoded(self, texels)
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores, except the basis."""
+        """Return the stored fields, without the basis."""
         arrays = {name: getattr(self, name) for name in ("number", "weights", "parts", "part_steps")}
         directions = {"views": self.views.directions, "lights": self.lights.directions}
         return arrays | directions | {"dictionary": self.dictionary.stored()}

@@ -91,7 +91,7 @@ class PaperPca:
         return decoded(self, texels)
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores, except the basis."""
+        """Return the stored fields, without the basis."""
         arrays = {name: getattr(self, name) for name in ("number", "weights", "brdfs", "steps")}
         return arrays | {"views": self.views.directions, "lights": self.lights.directions}
 

@@ -78,7 +78,7 @@ class ReflectanceField(abc.ABC):
         """Return the GLSL twin of `gathered`; it includes field_gathering.glsl and defines what that requires."""
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores, except the basis."""
+        """Return the stored fields, without the basis."""
         arrays = {name: getattr(self, name) for name in self.ARRAYS}
         return arrays | {"views": self.views.directions, "lights": self.lights.directions}
 

@@ -51,7 +51,7 @@ class Registration:
 
     @property
     def words(self) -> str:
-        """Describe it for the notes of a record."""
+        """Description for the notes of a record."""
         if self.before is None or self.after is None:
             return "not registered: too few views, or too few texels, to tell where the surface lies"
         held = "held-out views dE94 {:.2f}, {:.2f}, {:.2f} (mean, p95, p99) without".format(*self.before)

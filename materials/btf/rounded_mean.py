@@ -47,7 +47,7 @@ class RoundedMean:
         return (first + back).astype(np.float32)
 
     def stored(self) -> dict[str, Any]:
-        """Return what a file stores, except the basis."""
+        """Return the stored fields, without the basis."""
         return {name: getattr(self, name) for name in ("colour", "level", "rest", "turn", "step")}
 
     @classmethod

@@ -214,7 +214,7 @@ class Catalogue:
         return read_heads(self.folder, SUFFIX) if index is None else index
 
     def verify(self) -> dict[str, InputError | None]:
-        """Yield every id with the defect of its file, or None: checksums and heads (`verification` checks more)."""
+        """Return every id with the defect of its file, or None: checksums and heads (`verification` checks more)."""
         from ..records.verification import verify_catalogue
 
         return {one.id: one.problem for one in verify_catalogue(self.folder, quick=True, jobs=1).results}

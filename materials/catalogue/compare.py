@@ -89,7 +89,7 @@ class CatalogueComparison:
 
     @property
     def largest(self) -> float:
-        """Largest ΔE94 p99 of any material under any light, of its texels too; 0 where none was measured."""
+        """Largest ΔE94 p99 of any material under any light, of its texels too; 0 if none was measured."""
         return max((light.p99 for one in self.differences for light in (*one.lights, *one.texels)), default=0.0)
 
     @property

@@ -1,9 +1,9 @@
-"""Index of a catalogue's heads: a table of what queries ask for, which DuckDB reads; derived, and disposable.
+"""Index of a catalogue's heads: a table of queried properties for DuckDB; derived, and disposable.
 
     .index/state            SHA-256, line feed, JSON: which table, how each folder was, what has changed since
     .index/DIGEST.parquet   a row a file: its size and time, the words of its head and what is sorted by
 
-The folder lies in the catalogue, or where that cannot be written to in the user's cache.
+The folder is in the catalogue or, if that is unwritable, in the user's cache.
 
 Files remain authoritative. The table only narrows a query down; candidates are read from the heads of the files, and
 `Query` decides, as without an index. A row is valid while its file has the recorded size and time. Files of a catalogue

@@ -315,7 +315,7 @@ def _at_angles(thing: Thing[Sample], path: Path, details: dict[str, str]) -> Sam
 
 
 def _doubtful(parts: list[Sample]) -> str:
-    """Why readings hardly belong to their angles, in words; "" of too few, or where nothing speaks against it."""
+    """Describe why readings hardly belong to their angles; "" for too few, or without evidence of that."""
     from ..effect_coating.fit import AngleReadings, reconstructed
     from ..effect_coating.reading_order import doubtful_order
 

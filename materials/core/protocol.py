@@ -56,7 +56,7 @@ class SphereProtocol:
 
     @property
     def text(self) -> str:
-        """Describe the protocol for a record or a report."""
+        """Description of the protocol for a record or a report."""
         lights = ", ".join(f"{angle:g}" for angle in self.lights_deg)
         return (
             f"sphere {self.pixels} x {self.pixels}, orthographic, directional light at {lights} degrees from the view, "

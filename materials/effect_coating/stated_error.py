@@ -61,7 +61,7 @@ class StatedError:
 
     @classmethod
     def from_stored(cls, kept: Mapping[str, Any]) -> StatedError | None:
-        """Return the error whose `stored()` is among what a record keeps; None where it keeps none."""
+        """Return the error among the stored fields of a record; None if there is none."""
         if "expected.lights" not in kept:
             return None
         figures = (tuple(float(one) for one in kept[f"expected.{name}"]) for name in ("mean", "bound"))

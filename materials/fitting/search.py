@@ -112,7 +112,7 @@ class Search:
 
     @property
     def _table_ranks(self) -> tuple[int, ...]:
-        """Return the numbers of terms to try for a lobe's table."""
+        """Numbers of terms to try for a lobe's table."""
         if self.settings.method != "joint":
             return self.settings.ranks
         return tuple(rank for rank in self.settings.ranks if rank <= TABLE_TERMS) or self.settings.ranks[:1]

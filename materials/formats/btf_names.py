@@ -166,7 +166,7 @@ def directions_of(degrees: Iterable[Any]) -> Float[np.ndarray, "D 3"]:
 
 
 def _before(path: Path) -> Iterable[ImageName | None]:
-    """Return the names of the images in the same folder before one, up to the first of its set."""
+    """Yield the names of the images in the same folder before one, up to the first of its set."""
     for name in _images_in(path.parent, _changed_ns(path.parent)):
         if name >= path.name:
             return

@@ -83,6 +83,6 @@ def _degrees(directions: Hemisphere) -> list[tuple[float, float]]:
 
 
 def _number(degrees: float) -> str:
-    """Three digits, as UBO2003 writes them, and more where there are more."""
+    """Format an angle with three digits, as in UBO2003, or more if necessary."""
     whole = f"{degrees:07.3f}".rstrip("0").rstrip(".")
     return whole if "." in whole else f"{round(degrees):03d}"

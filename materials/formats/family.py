@@ -189,7 +189,7 @@ class _Entry:
         return table.spectrum(str(value.get("column")).replace("{column}", self.column))
 
     def _read_at(self, key: str, used: Mapping[str, FamilyTable]) -> str | None:
-        """Return the geometry at which a table's spectrum was read of the whole; None where it is of the body alone."""
+        """Return the geometry at which a table's spectrum was read of the whole; None if it is of the body alone."""
         value = self.values.get(key)
         if not isinstance(value, dict) or "table" not in value:
             return None

@@ -74,7 +74,7 @@ class FamilyTable:
 
     @cached_property
     def labels(self) -> dict[str, str]:
-        """Names of the spectra for people, by column: those of a chart as it has them, others as they are."""
+        """Display names of the spectra, by column: those of a chart, others unchanged."""
         found = {column: column for column in self.columns}
         if isinstance(self.origin, str):
             found |= {column: label for column, label, _ in _patches(self.origin, self.file, self.name)}
@@ -145,7 +145,7 @@ def _colour_checker(chart: str, file: Path, name: str) -> dict[str, Spectrum]:
 
 
 def _patches(chart: str, file: Path, name: str) -> list[tuple[str, str, Any]]:
-    """Column, name for people and spectrum of each patch."""
+    """Return column, display name and spectrum of each patch."""
     from ...spectral.colour_library import colour_science
     from .naming import slug
 

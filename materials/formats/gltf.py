@@ -183,13 +183,13 @@ class _Material:
         )
 
     def _texture(self, holder: JsonNode, name: str) -> Texture | None:
-        """Return a texture of the surface; where it lies is asked for together with all others."""
+        """Return a texture of the surface; placements of all textures are read together."""
         if holder.has(name):
             self.placed.append((holder, name))
         return self.textures.of(holder, name)
 
     def _more(self, answer: ImportOptions) -> MoreMaps:
-        """Read what is drawn of texels alone. Bumps are OpenGL's, as the specification has it."""
+        """Read the properties that are rendered only by texel. Bumps are OpenGL's, as in the specification."""
         matt, stretch = self.extensions.has("KHR_materials_unlit"), self.extensions.child("KHR_materials_anisotropy")
         coat = self.extensions.child("KHR_materials_clearcoat")
         try:
@@ -298,7 +298,7 @@ class _Material:
 
 
 def _licence(asset: JsonNode) -> str:
-    """Read what the file says of its licence: the specification's `copyright`, or the `license` that libraries add."""
+    """Return the licence stated by the file: the specification's `copyright`, or the `license` of libraries."""
     extras = asset.values.get("extras")
     added = extras.get("license") if isinstance(extras, dict) else None
     said = (asset.text("copyright"), added if isinstance(added, str) else "")
@@ -315,9 +315,9 @@ def _factor(node: JsonNode, name: str) -> list[float]:
 
 
 def emission_of(colour: Colour, uplift: str) -> tuple[dict[str, Any], str]:
-    """Entries of `original` for the mean of `colour`, whose 1, 1, 1 is 1 cd/m^2 of D65; and a note.
+    """Make entries of `original` for the mean of `colour`, whose 1, 1, 1 is 1 cd/m^2 of D65; and a note.
 
-    The spectrum is that of a reflectance of this colour in the light of D65, so that its colour is exact.
+    The spectrum is that of a reflectance of this colour under D65, so that its colour is exact.
     """
     size = colour.texture.size if colour.texture else (1, 1)
     total = sum(np.atleast_3d(colour.at(rows, size)).reshape(-1, 3).sum(axis=0) for rows in blocks(*size))

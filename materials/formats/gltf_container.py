@@ -43,7 +43,7 @@ class EncodedPicture:
 
 @dataclass(frozen=True)
 class GltfFile:
-    """A glTF whose buffers, views and accessors lie inside each other. Make one with `open_gltf`.
+    """A glTF with checked bounds of buffers, views and accessors. Make one with `open_gltf`.
 
     root : the JSON; binary : offset and length in the file of the GLB's own buffer, if any.
     """
@@ -53,7 +53,7 @@ class GltfFile:
     binary: tuple[int, int] | None
 
     def picture(self, image: JsonNode) -> EncodedPicture:
-        """Return the bytes of one of `images`; raises `InputError` where they are missing, elsewhere or too many."""
+        """Return the bytes of one of `images`; raises `InputError` if they are missing, misplaced or too many."""
         name = image.text("name")
         if image.has("uri"):
             uri = image.text("uri")
@@ -73,8 +73,7 @@ class GltfFile:
         return buffer.has("uri") or (self.binary is not None and number == 0)
 
     def buffer(self, number: int) -> bytes:
-        """Return all bytes of one of `buffers`, however many; raises `InputError` where they are missing or
-        elsewhere."""
+        """Return all bytes of one of `buffers`, however many; raises `InputError` if they are missing or misplaced."""
         buffer = self.root.children("buffers")[number]
         return self._bytes(buffer, number, 0, buffer.whole("byteLength"), most=None)
 
@@ -111,7 +110,7 @@ def open_gltf(path: Path) -> GltfFile:
 
 
 def companions(path: Path) -> Iterator[Path]:
-    """Return the files beside `path` that belong to it: buffers and pictures; none if it cannot be read."""
+    """Yield the files beside `path` that belong to it: buffers and pictures; none if it cannot be read."""
     try:
         root = parsed(_json_of(path)[0], path)
         named = [node for kind in ("buffers", "images") for node in root.children(kind)]
@@ -126,9 +125,9 @@ def companions(path: Path) -> Iterator[Path]:
 
 
 def local_path(node: JsonNode, folder: Path) -> Path:
-    """Return the file that a `uri` names; it must be relative and lie in the folder of the glTF, or below.
+    """Return the file that a `uri` names; it must be relative, and in the folder of the glTF or below.
 
-    Backslashes part folders where no file is called by them: programs on Windows write them, against the rule.
+    Backslashes separate folders unless a file's name contains them: programs on Windows write them, against the rule.
     """
     uri = node.text("uri")
     name = unquote(uri)

@@ -45,7 +45,7 @@ class JsonNode:
         return JsonNode(self.file, self._at(name), value)
 
     def children(self, name: str) -> list[JsonNode]:
-        """Return the objects in the list of that name; none where there is none."""
+        """Return the objects in the list of that name; none without one."""
         values = self.values.get(name, [])
         if not isinstance(values, list) or not all(isinstance(value, dict) for value in values):
             self.refuse(name, "not a list of objects", _shown(values), "[{ ... }, ...]")

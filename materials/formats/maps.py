@@ -40,7 +40,7 @@ _RENDERED = ("albedo", "roughness", "gloss", "metallic", "packed", "metallic_smo
 
 
 def recognises(path: Path, head: bytes) -> bool:
-    """True for the albedo of a set, the first where there are several."""
+    """Return True for the albedo of a set, the first of several."""
     name = map_name(path)
     return name is not None and name.role == "albedo" and members(path).get("albedo", [path])[0] == path
 

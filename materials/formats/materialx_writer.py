@@ -1,11 +1,11 @@
-"""Writes MaterialX 1.39: materials as OpenPBR surfaces in red, green and blue, their spectra in a table beside them.
+"""Writer of MaterialX 1.39: materials as OpenPBR surfaces in red, green and blue, their spectra in a table beside them.
 
 Surfaces of Lambert and of Oren and Nayar, metals of GGX facets, and glTF's metal and roughness with its coat become
-OpenPBR surfaces. How far off OpenPBR's formulas are from the BRDF is measured for each under D65, and a material that
-is off by more than `BAR` on average is refused. Gloss paints (`CoatedDiffuse`) are: facets of Beckmann's shape over a
-body that light passes on its way in and out would be off by 1 to 6.7, whatever roughness is written.
+OpenPBR surfaces. The error of OpenPBR's formulas against the BRDF is measured for each under D65, and a material with
+an average above `BAR` is refused. Gloss paints (`CoatedDiffuse`) are: facets of Beckmann's shape over a body that light
+passes on its way in and out would be off by 1 to 6.7, whatever roughness is written.
 
-Colours are linear Rec.709 (`lin_rec709`), which is sRGB's; where one lies outside it, all of that material are ACEScg
+Colours are linear Rec.709 (`lin_rec709`), the primaries of sRGB; if one is outside, all of that material are ACEScg
 (`acescg`). None is clipped.
 """
 
@@ -61,12 +61,12 @@ _HINT = "export it as a table of its BRDF: --format mitsuba or merl"
 
 @dataclass(frozen=True, eq=False)
 class OpenPbrMaterial:
-    """A material as it is written.
+    """Material to be written.
 
     Attributes
     ----------
     name : id in the catalogue. surface : numbers, in the colour space `space`. spectrum : of `base_color`.
-    error : of OpenPBR's formulas against the BRDF. about : where it comes from. more : notes on its numbers.
+    error : of OpenPBR's formulas against the BRDF. about : its origin. more : notes on its numbers.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Reads and writes measured BRDFs in the layout of the MERL data base (Matusik, Pfister, Brand and McMillan 2003).
+"""Reader and writer of measured BRDFs in the layout of the MERL data base (Matusik, Pfister, Brand and McMillan 2003).
 
     three int32        90, 90, 180: theta_h, theta_d, phi_d
     three planes       red, green, blue, each float64 [theta_h][theta_d][phi_d], little-endian
@@ -71,13 +71,13 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 
 def read_merl(path: str | Path) -> MerlMeasurement:
-    """One file; see the text of this module for the layout.
+    """Read one file; see the text of this module for the layout.
 
     Raises
     ------
     InputError
-        The file is missing, is something else, has other dimensions, ends early or goes on; a value is NaN or
-        infinite; nothing in it is positive.
+        The file is missing, is something else, has other dimensions, ends early or goes on; a value is NaN or infinite;
+        nothing in it is positive.
     """
     path = Path(path)
     raw = read_bytes(path, "a readable binary file")

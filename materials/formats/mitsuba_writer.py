@@ -193,7 +193,7 @@ def _irradiance() -> tuple[np.ndarray, np.ndarray]:
 
 
 def element(tag: str, *children: Element, **attributes: str) -> Element:
-    """Return an element of XML, with what is in it."""
+    """Return an XML element with its content."""
     from xml.etree.ElementTree import Element
 
     element = Element(tag, attributes)

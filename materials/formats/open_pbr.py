@@ -28,8 +28,8 @@ class OpenPbr:
         body  : F D G / (4 cos(theta_i) cos(theta_o)) + (1 - E(theta_o)) matt,  F of specular_ior
         coat  : w Fc Dc Gc / (4 cos(theta_i) cos(theta_o)) + (1 - w Ec(theta_o)) times what is below
 
-    D is GGX with alpha = roughness^2, G the product of Smith's one-sided terms, E the albedo of the facets above. What
-    one facet sends to another is lost here, as in Metamer's models; renderers may give it back.
+    D is GGX with alpha = roughness^2, G the product of Smith's one-sided terms, E the albedo of the facets above.
+    Interreflection between facets is lost here, as in Metamer's models; renderers may add it.
     """
 
     base_color: tuple[float, float, float]

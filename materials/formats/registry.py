@@ -70,7 +70,7 @@ def formats() -> tuple[Format, ...]:
 
 
 def format_for(path: Path, named: bool = False) -> Format | None:
-    """Return the reader for a file, None where there is none; raises `InputError` where the file cannot be read.
+    """Return the reader for a file, None if there is none; raises `InputError` for an unreadable file.
 
     named : the file was given explicitly: a name typical of a format is then enough, and its reader reports errors in
     the content.

@@ -1,4 +1,4 @@
-"""Reads measured BRDFs in the `tensor_file` container (.bsdf) of the RGL material data base (Dupuy and Jakob 2018).
+"""Reader of measured BRDFs in the `tensor_file` container (.bsdf) of the RGL material data base (Dupuy and Jakob 2018).
 
     "tensor_file\\0", two bytes of version (1, 0), uint32 count of fields; then for each field
     uint16 length and name, uint16 rank, uint8 type, uint64 offset into the file, rank x uint64 shape
@@ -88,7 +88,7 @@ def read_sources(path: Path, uplift: str) -> Iterator[MaterialSource | Rejected]
 
 
 def read_rgl(path: str | Path) -> RglMeasurement:
-    """One file; see the text of this module for the layout.
+    """Read one file; see the text of this module for the layout.
 
     Raises
     ------

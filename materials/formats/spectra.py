@@ -157,8 +157,9 @@ def _at_angles(
 
 @lru_cache(maxsize=1)  # files of a folder are read one after the other
 def _files_at_angles(folder: Path, mtime_ns: int) -> dict[str, str]:
-    """Names of all files that are called after one thing at several aspecular angles, as `without_light` has it, by the
-    name of each of them; none where the folder must not be listed.
+    """Return the names of files of one thing at several aspecular angles (`without_light`), by the name of each.
+
+    None if the folder must not be listed.
     """
     by_suffix: dict[str, list[str]] = {}
     with suppress(PermissionError):

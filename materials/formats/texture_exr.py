@@ -104,7 +104,7 @@ def read_sources(path: Path, uplift: str, answer: ImportOptions = NO_ANSWER) -> 
 
 
 def _chart(path: Path, uplift: str, answer: ImportOptions) -> list[MaterialSource | Rejected]:
-    """Yield one material per colour; none if the reader of charts does not support the picture's units or layers."""
+    """Return one material per colour; none if the reader of charts does not support the picture's units or layers."""
     try:
         return list(read_chart(path, uplift, answer))
     except InputError:

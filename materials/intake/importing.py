@@ -120,7 +120,7 @@ def import_sources(
     broken_off: Callable[[ImportReport], None] = lambda report: None,
     copy: bool = False,
 ) -> ImportReport:
-    """Fit every material of `sources` and store it in the catalogue folder `into`, which is made where it is missing.
+    """Fit every material of `sources` and store it in the catalogue folder `into`, which is made if missing.
 
     Materials that exist already, from the same source and settings, are skipped. A material that cannot be read or
     fitted is reported as failed and does not stop the others; a full disk does, and the report says so.
@@ -133,7 +133,7 @@ def import_sources(
     apart : fit in other processes, also in one alone. They have one thread of BLAS each, which decides the last bits of
         a fit; and memory that runs out ends them, not this one.
     scheduler : address of a Dask scheduler, whose workers then do the work; needs the extra `cluster`.
-    budget : ΔE94 (99th percentile on the sphere) that a fit aims at; what it reached is in each outcome's `error`.
+    budget : ΔE94 (99th percentile on the sphere) that a fit aims at; the result is in each outcome's `error`.
     progress : called with (done, total, outcome) after each material.
     looked_at : called with (done, total, file) after each file that was looked at, before anything is fitted.
     uplift : upsampling of RGB measurements to spectra; one of `spectral.upsampling.METHODS`.

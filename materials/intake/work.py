@@ -36,7 +36,7 @@ class FitResult:
 def fit_material(material: MaterialSource, budget: float, say: Hears = lambda doing: None) -> FitResult:
     """Fit one material; a spectrum without a surface has nothing to fit. What goes wrong is in `reason`.
 
-    told : hears what the fit is at.
+    say : receives a description of the current work.
     """
     start = time.perf_counter()
 

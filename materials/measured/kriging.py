@@ -69,7 +69,7 @@ class Kernel:
 
     @property
     def array(self) -> Float[np.ndarray, " K"]:
-        """Return the scales in the order of the fields, for storing."""
+        """Scales in the order of the fields, for storing."""
         return np.array([getattr(self, field.name) for field in fields(self)])
 
     @classmethod

@@ -35,7 +35,7 @@ class MaterialSource:
 
     @property
     def content_hash(self) -> str:
-        """Compute the SHA-256 of everything that enters the record, in memory or in a file."""
+        """SHA-256 of everything that enters the record, in memory or in a file."""
         return self.sealed()[1]
 
     def sealed(self, heard: Callable[[int], None] = lambda read: None) -> tuple[MaterialSource, str]:

@@ -66,10 +66,10 @@ class Texture:
 
     Parameters
     ----------
-    slot : what it holds: "base_color", "roughness", "normal", ...
+    slot : property in it: "base_color", "roughness", "normal", ...
     data : the file as it came.
     encoding : how its colours are encoded: "sRGB" (IEC 61966-2-1) or "linear"; alpha and floats always are linear.
-    file, field : where it stands, for messages.
+    file, field : its place, for messages.
     """
 
     slot: str
